@@ -1,0 +1,1 @@
+//! modelDescription.xml: writer, reader, checks, archives.

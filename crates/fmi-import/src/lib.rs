@@ -1,0 +1,1 @@
+//! Loads an FMU and calls it.

@@ -1,0 +1,116 @@
+//! What the packer writes into a copy of a library to make it one particular FMU.
+//!
+//! The library carries a block of [`BLOCK_SIZE`] bytes that begins with [`MARKER`]; the packer finds it and
+//! writes the configuration behind the marker. So an FMU knows its model, structure, effects and start
+//! values without its resources folder, which importers may leave out (FMI 3.0 allows a NULL path).
+//! Decision 0003 says why.
+
+use std::fmt::Write as _;
+
+/// Size of the block in bytes, marker included.
+pub const BLOCK_SIZE: usize = 64 * 1024;
+/// First bytes of the block.
+pub const MARKER: &[u8; 32] = b"TRUEUP-FMU-CONFIGURATION-BLOCK:\n";
+
+
+/// A packed model: what is fixed when packed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Configuration {
+    /// `TwoMassJoint`, `PlanarManipulator`, `JointController` or `ManipulatorController`.
+    pub model: String,
+    /// GUID (FMI 2.0) and instantiation token (FMI 3.0).
+    pub token: String,
+    /// Which joints are flexible, one entry per joint; empty: the model's default. Its length is the
+    /// number of joints.
+    pub joint_flexible: Vec<bool>,
+    /// Ids of the effects packed in, in the order of the library.
+    pub effects: Vec<String>,
+    /// Start values other than the model's own: element name (`linkMass[1]`) and value.
+    pub start: Vec<(String, f64)>,
+}
+
+/// A configuration block that cannot be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum ConfigurationError {
+    /// The block has no configuration: the library was not packed.
+    NotPacked,
+    /// A line that is not understood.
+    Line(String),
+    /// Larger than the block: by so many bytes.
+    TooLarge(usize),
+}
+
+impl std::fmt::Display for ConfigurationError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::NotPacked => write!(f, "this library is a template and no FMU: pack it with `trueup fmu pack`"),
+            Self::Line(l) => write!(f, "the configuration in this library has a line that is not understood: {l:?}; pack it anew"),
+            Self::TooLarge(n) => write!(f, "the configuration is {n} bytes too large: give fewer start values"),
+        }
+    }
+}
+impl std::error::Error for ConfigurationError {}
+
+impl Configuration {
+    /// The model as it is by default.
+    pub fn of(model: &str) -> Self {
+        Self { model: model.to_owned(), ..Self::default() }
+    }
+    /// As text: one `key value` per line, doubles so that they read back bit-equal.
+    pub fn to_text(&self) -> String {
+        let mut s = String::new();
+        let _ = writeln!(s, "model {}", self.model);
+        let _ = writeln!(s, "token {}", self.token);
+        for f in &self.joint_flexible {
+            let _ = writeln!(s, "joint {}", if *f { "flexible" } else { "rigid" });
+        }
+        for e in &self.effects {
+            let _ = writeln!(s, "effect {e}");
+        }
+        for (name, value) in &self.start {
+            let _ = writeln!(s, "start {name} {value:?}");
+        }
+        s
+    }
+    /// From text.
+    pub fn from_text(text: &str) -> Result<Self, ConfigurationError> {
+        let mut c = Self::default();
+        for line in text.lines() {
+            let wrong = || ConfigurationError::Line(line.to_owned());
+            let (key, rest) = line.split_once(' ').ok_or_else(wrong)?;
+            match key {
+                "model" => c.model = rest.to_owned(),
+                "token" => c.token = rest.to_owned(),
+                "joint" if rest == "flexible" => c.joint_flexible.push(true),
+                "joint" if rest == "rigid" => c.joint_flexible.push(false),
+                "effect" => c.effects.push(rest.to_owned()),
+                "start" => {
+                    let (name, value) = rest.rsplit_once(' ').ok_or_else(wrong)?;
+                    c.start.push((name.to_owned(), value.parse().map_err(|_| wrong())?));
+                }
+                _ => return Err(wrong()),
+            }
+        }
+        if c.model.is_empty() { Err(ConfigurationError::NotPacked) } else { Ok(c) }
+    }
+    /// From a library's block (marker included): the text ends at the first zero byte.
+    pub fn from_block(block: &[u8]) -> Result<Self, ConfigurationError> {
+        let text = block.get(MARKER.len()..).unwrap_or_default();
+        let end = text.iter().position(|b| *b == 0).unwrap_or(text.len());
+        if end == 0 {
+            return Err(ConfigurationError::NotPacked);
+        }
+        let text = core::str::from_utf8(&text[..end]).map_err(|e| ConfigurationError::Line(e.to_string()))?;
+        Self::from_text(text)
+    }
+    /// The block to be written into a library.
+    pub fn to_block(&self) -> Result<Vec<u8>, ConfigurationError> {
+        let mut block = MARKER.to_vec();
+        block.extend_from_slice(self.to_text().as_bytes());
+        if block.len() >= BLOCK_SIZE {
+            return Err(ConfigurationError::TooLarge(block.len() + 1 - BLOCK_SIZE));
+        }
+        block.resize(BLOCK_SIZE, 0);
+        Ok(block)
+    }
+}

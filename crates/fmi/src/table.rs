@@ -1,0 +1,319 @@
+//! The variable table: the one place where a model's variables are written down.
+//!
+//! modelDescription.xml of both FMI versions, the look-up by value reference at run time, and the tables
+//! of the documentation all come from it.
+
+/// Data type of a variable at the FMI boundary; inside, every value is an `f64`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// fmi2Real, fmi3Float64.
+    Real,
+    /// fmi2Boolean, fmi3Boolean; stored as 0 or 1.
+    Boolean,
+    /// fmi2Integer, fmi3Int32.
+    Integer,
+    /// fmi2Integer, fmi3Int64: index into [`ModelTable::enumerations`]; stored as the item's number (from 1).
+    Enumeration(usize),
+}
+
+/// FMI causality.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Causality {
+    /// Set by the user before (or, if tunable, during) the run.
+    Parameter,
+    /// Set by connected models.
+    Input,
+    /// Read by connected models.
+    Output,
+    /// Internal.
+    Local,
+    /// Time.
+    Independent,
+}
+
+/// FMI variability.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Variability {
+    /// Never changes, cannot be set.
+    Constant,
+    /// Fixed after initialization.
+    Fixed,
+    /// May be changed between steps (at events in Model Exchange).
+    Tunable,
+    /// Changes at events only.
+    Discrete,
+    /// Changes at any time.
+    Continuous,
+}
+
+/// Where the value of a variable's first element lives; the others follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Storage {
+    /// The time.
+    Time,
+    /// In the parameters.
+    Parameter(usize),
+    /// In the inputs.
+    Input(usize),
+    /// In the outputs.
+    Output(usize),
+    /// In the continuous states.
+    State(usize),
+    /// In the rates of the states.
+    Rate(usize),
+    /// In the variable's own start values.
+    Constant,
+}
+
+/// What an output or a rate depends on. A superset is allowed, a missing dependency is a defect.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Depends {
+    /// On every state and every input.
+    All,
+    /// On these variables (names of states and inputs; arrays element by element: element i of the unknown
+    /// on element i of each if both have the same length, else on all elements).
+    On(Vec<String>),
+    /// On all states and on these inputs.
+    StatesAnd(Vec<String>),
+}
+
+/// One variable: a scalar or an array.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Name in the structured naming convention, without indices.
+    pub name: String,
+    /// With the paper's symbol and equation.
+    pub description: String,
+    /// Data type.
+    pub kind: Kind,
+    /// Causality.
+    pub causality: Causality,
+    /// Variability.
+    pub variability: Variability,
+    /// Lengths of an array's dimensions, empty for a scalar; elements are stored row by row.
+    pub dimensions: Vec<usize>,
+    /// Unit by name (see [`crate::units`]), empty without.
+    pub unit: &'static str,
+    /// Start values, one per element; for parameters, inputs and constants. Empty: calculated.
+    pub start: Vec<f64>,
+    /// Smallest value allowed.
+    pub min: Option<f64>,
+    /// Largest value allowed.
+    pub max: Option<f64>,
+    /// The bounds themselves are not allowed (the mass of a body: `min` 0, exclusive).
+    pub exclusive: bool,
+    /// Typical magnitude, for solvers.
+    pub nominal: Option<f64>,
+    /// Where it is stored.
+    pub storage: Storage,
+    /// For a rate: the name of its state.
+    pub derivative_of: Option<String>,
+    /// For a parameter: while it was not set, it has the value of this other parameter.
+    pub follows: Option<String>,
+    /// For outputs and rates.
+    pub depends: Depends,
+    /// Value reference of the first element; FMI 2.0 numbers the elements on from it, in FMI 3.0 it names
+    /// the array. Assigned by [`ModelTable::number`].
+    pub value_reference: u32,
+}
+
+impl Variable {
+    /// A scalar with the common attributes; the rest by the builder methods below.
+    pub fn new(name: &str, causality: Causality, variability: Variability, storage: Storage, unit: &'static str, description: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            description: description.to_owned(),
+            kind: Kind::Real,
+            causality,
+            variability,
+            dimensions: Vec::new(),
+            unit,
+            start: Vec::new(),
+            min: None,
+            max: None,
+            exclusive: false,
+            nominal: None,
+            storage,
+            derivative_of: None,
+            follows: None,
+            depends: Depends::All,
+            value_reference: 0,
+        }
+    }
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.dimensions.iter().product()
+    }
+    /// No variable is empty (FMI allows no dimension of 0 here).
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+    /// Name of element `i` (from 0) as FMI 2.0 writes it: `a`, `a[2]`, `a[1,2]` with indices from 1.
+    pub fn element_name(&self, i: usize) -> String {
+        match self.dimensions.as_slice() {
+            [] => self.name.clone(),
+            [_] => format!("{}[{}]", self.name, i + 1),
+            [_, columns] => format!("{}[{},{}]", self.name, i / columns + 1, i % columns + 1),
+            _ => format!("{}[#{}]", self.name, i + 1),
+        }
+    }
+    /// With these dimensions.
+    #[must_use]
+    pub fn array(mut self, dimensions: &[usize]) -> Self {
+        self.dimensions = dimensions.to_vec();
+        self
+    }
+    /// With these start values.
+    #[must_use]
+    pub fn start(mut self, start: &[f64]) -> Self {
+        self.start = start.to_vec();
+        self
+    }
+    /// With this data type.
+    #[must_use]
+    pub fn kind(mut self, kind: Kind) -> Self {
+        self.kind = kind;
+        self
+    }
+    /// Not below `min`.
+    #[must_use]
+    pub fn at_least(mut self, min: f64) -> Self {
+        self.min = Some(min);
+        self
+    }
+    /// Above `min`.
+    #[must_use]
+    pub fn above(mut self, min: f64) -> Self {
+        self.min = Some(min);
+        self.exclusive = true;
+        self
+    }
+    /// With this nominal value.
+    #[must_use]
+    pub fn nominal(mut self, nominal: f64) -> Self {
+        self.nominal = Some(nominal);
+        self
+    }
+    /// Depends on these only.
+    #[must_use]
+    pub fn on(mut self, names: &[&str]) -> Self {
+        self.depends = Depends::On(names.iter().map(|s| (*s).to_owned()).collect());
+        self
+    }
+    /// Depends on all states and on these inputs.
+    #[must_use]
+    pub fn on_states_and(mut self, inputs: &[&str]) -> Self {
+        self.depends = Depends::StatesAnd(inputs.iter().map(|s| (*s).to_owned()).collect());
+        self
+    }
+    /// Is the derivative of this state.
+    #[must_use]
+    pub fn derivative_of(mut self, state: &str) -> Self {
+        self.derivative_of = Some(state.to_owned());
+        self
+    }
+    /// While unset, follows this parameter.
+    #[must_use]
+    pub fn follows(mut self, parameter: &str) -> Self {
+        self.follows = Some(parameter.to_owned());
+        self
+    }
+}
+
+/// An enumeration type; items are numbered from 1.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Enumeration {
+    /// Name of the type.
+    pub name: &'static str,
+    /// What it chooses.
+    pub description: &'static str,
+    /// Item names with descriptions.
+    pub items: Vec<(&'static str, &'static str)>,
+}
+
+/// Variables that belong to one plug, for tools that wire by terminals (FMI 3.0).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Terminal {
+    /// Name.
+    pub name: String,
+    /// What it carries.
+    pub description: String,
+    /// Pairs of member name (the same on both sides of a connection) and variable name.
+    pub members: Vec<(String, String)>,
+}
+
+/// The default experiment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Experiment {
+    /// In s.
+    pub stop_time: f64,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Communication step in s.
+    pub step_size: f64,
+}
+
+/// Everything that a model tells of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelTable {
+    /// Model name, also the model identifier.
+    pub name: String,
+    /// One line.
+    pub description: String,
+    /// Variables; the first one is the time.
+    pub variables: Vec<Variable>,
+    /// Enumeration types.
+    pub enumerations: Vec<Enumeration>,
+    /// Terminals.
+    pub terminals: Vec<Terminal>,
+    /// Number of event indicators.
+    pub indicators: usize,
+    /// Default experiment.
+    pub experiment: Experiment,
+}
+
+/// Categories of log messages, with what they carry.
+pub const LOG_CATEGORIES: &[(&str, &str)] = &[
+    ("logStatusError", "calls that were refused or failed, with the variable and the mend"),
+    ("logStatusWarning", "calls that were carried out with a reservation"),
+    ("logEvents", "events that were located: time, cause, new modes"),
+];
+
+impl ModelTable {
+    /// Assigns the value references: consecutive over all elements, the time being 0.
+    pub fn number(&mut self) {
+        let mut next = 0u32;
+        for v in &mut self.variables {
+            v.value_reference = next;
+            next += v.len() as u32;
+        }
+    }
+    /// The variable of that name (arrays without index).
+    pub fn find(&self, name: &str) -> Option<&Variable> {
+        self.variables.iter().find(|v| v.name == name)
+    }
+    /// Start values of the storage class that `pick` selects, in storage order.
+    pub fn starts(&self, pick: impl Fn(Storage) -> Option<usize>) -> Vec<f64> {
+        let mut out = Vec::new();
+        for v in &self.variables {
+            let Some(base) = pick(v.storage) else { continue };
+            if out.len() < base + v.len() {
+                out.resize(base + v.len(), 0.0);
+            }
+            for (i, s) in v.start.iter().enumerate() {
+                if let Some(slot) = out.get_mut(base + i) {
+                    *slot = *s;
+                }
+            }
+        }
+        out
+    }
+    /// Start values of the parameters.
+    pub fn parameter_starts(&self) -> Vec<f64> {
+        self.starts(|s| if let Storage::Parameter(i) = s { Some(i) } else { None })
+    }
+    /// Start values of the inputs.
+    pub fn input_starts(&self) -> Vec<f64> {
+        self.starts(|s| if let Storage::Input(i) = s { Some(i) } else { None })
+    }
+}

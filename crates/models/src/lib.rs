@@ -1,0 +1,1 @@
+//! Dynamics and control laws; no FMI, no I/O.

@@ -1,0 +1,78 @@
+//! The form that every model takes: a hybrid system in the sense of FMI Model Exchange.
+//!
+//! Between events the *modes* are frozen and [`Hybrid::rates`] is smooth; an event is due where one of
+//! [`Hybrid::indicators`] changes its domain (`z > 0` to `z <= 0` or back) or at [`Hybrid::next_event`];
+//! at an event [`Hybrid::update`] is called, over and over, until it reports that nothing changed.
+//! A model holds its structure only: values come in as slices, so the same model serves `f64` and duals.
+
+use crate::Scalar;
+
+/// How many values of each kind a model has.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sizes {
+    /// Continuous states. A sampled quantity is a state whose rate is 0 and that jumps at events.
+    pub states: usize,
+    /// Inputs.
+    pub inputs: usize,
+    /// Parameters.
+    pub parameters: usize,
+    /// Outputs (Booleans as 0 and 1).
+    pub outputs: usize,
+    /// Modes: integers that change at events only.
+    pub modes: usize,
+    /// Event indicators.
+    pub indicators: usize,
+}
+
+/// All that an equation may read at one instant; SI units.
+#[derive(Clone, Copy, Debug)]
+pub struct At<'a, T> {
+    /// Time in s.
+    pub t: T,
+    /// Continuous states.
+    pub x: &'a [T],
+    /// Inputs.
+    pub u: &'a [T],
+    /// Parameters.
+    pub p: &'a [T],
+    /// Modes, frozen between events.
+    pub modes: &'a [i32],
+}
+
+/// What one pass of event iteration did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Update {
+    /// A mode changed: another pass is due.
+    pub modes: bool,
+    /// A continuous state was given a new value: the integrator has to restart from it.
+    pub states: bool,
+}
+
+impl Update {
+    /// Nothing changed: the iteration has settled.
+    pub fn settled(self) -> bool {
+        !(self.modes || self.states)
+    }
+}
+
+/// A hybrid model. `&self` is its structure (numbers of links, which joints are flexible, which effects).
+pub trait Hybrid {
+    /// How many values of each kind.
+    fn sizes(&self) -> Sizes;
+    /// Initial continuous states from the parameters (length `states`).
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]);
+    /// Modes that fit the initial states; called once, before the first event iteration.
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]);
+    /// Time derivatives of the states (length `states`), smooth while the modes are frozen.
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]);
+    /// Outputs (length `outputs`).
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]);
+    /// Event indicators (length `indicators`); an event is due where one leaves or enters `z > 0`.
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]);
+    /// One pass of event iteration at time `t`; may change states and modes.
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update;
+    /// The time of the next event that is known beforehand (later than the last update), in s.
+    fn next_event(&self, _p: &[f64], _modes: &[i32]) -> Option<f64> {
+        None
+    }
+}

@@ -1,0 +1,1 @@
+//! JointController and ManipulatorController as FMUs: binding only.

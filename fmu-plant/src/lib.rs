@@ -1,0 +1,1 @@
+//! TwoMassJoint and PlanarManipulator as FMUs: binding only.

@@ -1,0 +1,2 @@
+//! The program `trueup`.
+fn main() {}
