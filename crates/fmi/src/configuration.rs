@@ -12,7 +12,6 @@ pub const BLOCK_SIZE: usize = 64 * 1024;
 /// First bytes of the block.
 pub const MARKER: &[u8; 32] = b"TRUEUP-FMU-CONFIGURATION-BLOCK:\n";
 
-
 /// A packed model: what is fixed when packed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
@@ -43,9 +42,16 @@ pub enum ConfigurationError {
 impl std::fmt::Display for ConfigurationError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NotPacked => write!(f, "this library is a template and no FMU: pack it with `trueup fmu pack`"),
-            Self::Line(l) => write!(f, "the configuration in this library has a line that is not understood: {l:?}; pack it anew"),
-            Self::TooLarge(n) => write!(f, "the configuration is {n} bytes too large: give fewer start values"),
+            Self::NotPacked => {
+                write!(f, "this library is a template and no FMU: pack it with `trueup fmu pack`")
+            }
+            Self::Line(l) => write!(
+                f,
+                "the configuration in this library has a line that is not understood: {l:?}; pack it anew"
+            ),
+            Self::TooLarge(n) => {
+                write!(f, "the configuration is {n} bytes too large: give fewer start values")
+            }
         }
     }
 }

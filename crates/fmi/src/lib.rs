@@ -2,6 +2,7 @@
 //! ([`configuration`]), and the types that cross the C boundary ([`abi`]).
 //! Loads nothing, writes nothing, depends on nothing.
 
+pub mod abi;
 pub mod configuration;
 pub mod table;
 pub mod units;

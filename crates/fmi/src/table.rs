@@ -119,7 +119,14 @@ pub struct Variable {
 
 impl Variable {
     /// A scalar with the common attributes; the rest by the builder methods below.
-    pub fn new(name: &str, causality: Causality, variability: Variability, storage: Storage, unit: &'static str, description: &str) -> Self {
+    pub fn new(
+        name: &str,
+        causality: Causality,
+        variability: Variability,
+        storage: Storage,
+        unit: &'static str,
+        description: &str,
+    ) -> Self {
         Self {
             name: name.to_owned(),
             description: description.to_owned(),
