@@ -1,1 +1,12 @@
-//! Dynamics and control laws; no FMI, no I/O.
+//! Dynamics, effects and control laws. Pure functions over [`trueup_numerics::Scalar`]: no FMI, no I/O, no clock.
+//!
+//! * [`joint`]: the two-mass flexible joint with stick-slip friction (ESA's DELIAN arm).
+//! * [`effect`]: what may act in a plant beyond its own equations, one small file each.
+//! * [`friction`]: dry friction with a static level, by modes.
+
+pub mod drive;
+pub mod effect;
+pub mod friction;
+pub mod gearbox;
+pub mod joint;
+pub mod presets;

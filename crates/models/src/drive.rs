@@ -1,0 +1,89 @@
+//! What stands between motor and link of one joint, as the equations and the effects see it.
+
+use trueup_numerics::Scalar;
+
+/// One joint's drive train at one instant. Angles and torques on the plant's own side of the gear:
+/// referred to the motor for the two-mass joint, to the joint for the arm.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Drive<T> {
+    /// Time in s.
+    pub t: T,
+    /// Torque that the controller asks of the motor, N.m.
+    pub command: T,
+    /// Motor angle, rad.
+    pub theta: T,
+    /// Motor velocity, rad/s.
+    pub omega: T,
+    /// Motor angle less link angle, both on the drive's side of the gear, rad.
+    pub epsilon: T,
+    /// Its rate, rad/s.
+    pub epsilon_dot: T,
+    /// Angle of the link itself (load side; for the arm against the inertial frame), rad.
+    pub link_angle: T,
+    /// Its rate, rad/s.
+    pub link_rate: T,
+}
+
+/// The compliant element of one joint while its torque is being put together:
+/// torque = stiffness * deflection + damping * rate + extra (positive drives the link forward).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spring<T> {
+    /// N.m/rad.
+    pub stiffness: T,
+    /// N.m.s/rad.
+    pub damping: T,
+    /// What the spring is stretched by, rad; less than epsilon when there is play.
+    pub deflection: T,
+    /// What the damper is sheared by, rad/s.
+    pub rate: T,
+    /// Torque beyond the linear law, N.m.
+    pub extra: T,
+    /// Energy stored beyond the linear law, J.
+    pub extra_energy: T,
+}
+
+impl<T: Scalar> Spring<T> {
+    /// The linear law of the drive: K epsilon + D d(epsilon)/dt.
+    pub fn linear(stiffness: T, damping: T, drive: &Drive<T>) -> Self {
+        Self {
+            stiffness,
+            damping,
+            deflection: drive.epsilon,
+            rate: drive.epsilon_dot,
+            extra: T::zero(),
+            extra_energy: T::zero(),
+        }
+    }
+    /// Torque on the link, and against the motor, N.m.
+    pub fn torque(&self) -> T {
+        self.stiffness * self.deflection + self.damping * self.rate + self.extra
+    }
+    /// Stored energy, J.
+    pub fn energy(&self) -> T {
+        self.stiffness * self.deflection * self.deflection * 0.5 + self.extra_energy
+    }
+}
+
+/// A body of the free-floating base as effects see it; inertial frame.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Base<T> {
+    /// Time in s.
+    pub t: T,
+    /// Position of the centre of mass, m.
+    pub position: [T; 2],
+    /// Attitude, rad.
+    pub attitude: T,
+    /// Velocity of the centre of mass, m/s.
+    pub velocity: [T; 2],
+    /// Rate, rad/s.
+    pub rate: T,
+}
+
+/// Force (inertial frame, N) at a point and torque about it (N.m).
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Wrench<T> {
+    /// N.
+    pub force: [T; 2],
+    /// N.m.
+    pub torque: T,
+}

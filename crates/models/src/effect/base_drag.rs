@@ -1,0 +1,55 @@
+//! `base-drag`: air bearings that drag on the satellite mock-up.
+//!
+//! (EF-9) force -c_t v_0 at the base's centre of mass, torque -c_r omega_0.
+//!
+//! What it gets wrong: bearings that touch the table brake with dry friction too.
+
+use super::*;
+
+pub(crate) struct BaseDrag;
+
+impl Effect for BaseDrag {
+    const SPEC: Spec = Spec {
+        id: "base-drag",
+        component: "base",
+        summary: "air bearings that drag: a force against the base's velocity, a torque against its rate",
+        scope: Scope::Once,
+        plants: &[Plant::Arm],
+        parameters: &[
+            ParameterSpec {
+                name: "baseDrag",
+                unit: "N.s/m",
+                description: "Force per velocity of the base, c_t (EF-9)",
+                min: 0.0,
+                arm_start: 2.0,
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "baseRotationalDrag",
+                unit: "N.m.s/rad",
+                description: "Torque per rate of the base, c_r (EF-9)",
+                min: 0.0,
+                arm_start: 0.2,
+                ..ParameterSpec::NONE
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+        Wrench { force: [-l.p(0) * b.velocity[0], -l.p(0) * b.velocity[1]], torque: -l.p(1) * b.rate }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef9_takes_energy_out() {
+        let b = Base { velocity: [0.3, -0.4], rate: 0.5, ..Base::default() };
+        let w = BaseDrag::base(&Local::new(&[2.0, 0.1], &[], &[], 0, 1), &b);
+        let power: f64 = w.force[0] * b.velocity[0] + w.force[1] * b.velocity[1] + w.torque * b.rate;
+        assert!((power + 2.0 * 0.25 + 0.1 * 0.25).abs() < 1e-15);
+    }
+}

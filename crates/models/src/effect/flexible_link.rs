@@ -1,0 +1,125 @@
+//! `flexible-link`: a vibration mode of the link.
+//!
+//! (EF-6) the link carries a tip of inertia J_2 on a spring:
+//! J_2 dd(q_2) = -tau_2 with tau_2 = K_2 (q_2 - q_l) + D_2 (d(q_2) - d(q_l)), and +tau_2 acts on the link.
+//! On the joint `loadInertia` is the hub's then, on the arm `linkInertia` that of the stiff part.
+//!
+//! What it gets wrong: one mode only; the tip turns about the link's own axis, so on the arm the bending does
+//! not move the tip's position.
+
+use super::*;
+
+pub(crate) struct FlexibleLink;
+
+fn tip_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    l.p(1) * (l.x(0) - d.link_angle) + l.p(2) * (l.x(1) - d.link_rate)
+}
+
+impl Effect for FlexibleLink {
+    const SPEC: Spec = Spec {
+        id: "flexible-link",
+        component: "load",
+        summary: "a vibration mode of the link: a tip inertia on a spring",
+        scope: Scope::Joint,
+        plants: &[Plant::Joint, Plant::Arm],
+        parameters: &[
+            ParameterSpec {
+                name: "tipInertia",
+                unit: "kg.m2",
+                description: "Moment of inertia of the tip, J_2 (EF-6)",
+                min: 0.0,
+                above_min: true,
+                joint_start: 6.0,
+                arm_start: 0.05,
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "linkStiffness",
+                unit: "N.m/rad",
+                description: "Stiffness between hub and tip, K_2 (EF-6)",
+                min: 0.0,
+                joint_start: 1555.0,
+                arm_start: 50.0,
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "linkDamping",
+                unit: "N.m.s/rad",
+                description: "Damping between hub and tip, D_2 (EF-6)",
+                min: 0.0,
+                joint_start: 0.966,
+                arm_start: 0.02,
+                ..ParameterSpec::NONE
+            },
+        ],
+        states: &[
+            SignalSpec {
+                name: "tipAngle",
+                unit: "rad",
+                description: "Angle of the tip, q_2 (EF-6)",
+                rate_unit: "rad/s",
+                boolean: false,
+            },
+            SignalSpec {
+                name: "tipVelocity",
+                unit: "rad/s",
+                description: "Velocity of the tip (EF-6)",
+                rate_unit: "rad/s2",
+                boolean: false,
+            },
+        ],
+        outputs: &[
+            SignalSpec {
+                name: "tipAngle",
+                unit: "rad",
+                description: "Angle of the tip, q_2 (EF-6)",
+                rate_unit: "",
+                boolean: false,
+            },
+            SignalSpec {
+                name: "tipVelocity",
+                unit: "rad/s",
+                description: "Velocity of the tip (EF-6)",
+                rate_unit: "",
+                boolean: false,
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn start<T: Scalar>(_l: &Local<T>, d: &Drive<T>, x: &mut [T]) {
+        (x[0], x[1]) = (d.link_angle, d.link_rate);
+    }
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+        tip_torque(l, d)
+    }
+    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+        (dx[0], dx[1]) = (l.x(1), -tip_torque(l, d) / l.p(0));
+    }
+    fn outputs<T: Scalar>(l: &Local<T>, _d: &Drive<T>, y: &mut [T]) {
+        (y[0], y[1]) = (l.x(0), l.x(1));
+    }
+    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+        let twist = l.x(0) - d.link_angle;
+        [l.p(0) * l.x(1) * l.x(1) * 0.5, l.p(1) * twist * twist * 0.5]
+    }
+    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &Drive<T>) -> T {
+        l.p(0) * l.x(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef6_acts_and_reacts() {
+        let l = Local::new(&[2.0, 30.0, 0.5], &[0.4, 1.5], &[], 0, 1);
+        let d = Drive { link_angle: 0.1, link_rate: -0.5, ..Drive::default() };
+        let mut dx = [0.0; 2];
+        FlexibleLink::rates(&l, &d, &Spring::default(), &mut dx);
+        let on_link: f64 = FlexibleLink::link_torque(&l, &d);
+        assert!((on_link - (30.0 * 0.3 + 0.5 * 2.0)).abs() < 1e-14);
+        assert!((2.0 * dx[1] + on_link).abs() < 1e-14);
+    }
+}

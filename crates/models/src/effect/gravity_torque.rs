@@ -1,0 +1,58 @@
+//! `gravity-torque`: an unbalanced load, or a joint axis that is not vertical.
+//!
+//! (EF-7) tau = -tau_g sin(q_l - q_g) on the load: it hangs at rest at q_g.
+
+use super::*;
+
+pub(crate) struct GravityTorque;
+
+impl Effect for GravityTorque {
+    const SPEC: Spec = Spec {
+        id: "gravity-torque",
+        component: "load",
+        summary: "an unbalanced load, or a joint axis that is not vertical",
+        scope: Scope::Joint,
+        plants: &[Plant::Joint],
+        parameters: &[
+            ParameterSpec {
+                name: "gravityTorque",
+                unit: "N.m",
+                description: "Largest gravity torque on the load, tau_g (EF-7)",
+                min: 0.0,
+                joint_start: 5.0,
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "gravityAngle",
+                unit: "rad",
+                description: "Load angle at which the load hangs at rest, q_g (EF-7)",
+                joint_start: -1.5707963267948966,
+                ..ParameterSpec::NONE
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+        -l.p(0) * (d.link_angle - l.p(1)).sin()
+    }
+    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+        [T::zero(), -l.p(0) * (d.link_angle - l.p(1)).cos()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueup_numerics::Dual;
+
+    #[test]
+    fn ef7_is_the_gradient_of_its_energy_and_pulls_towards_rest() {
+        let p = [Dual::<1>::constant(3.0), Dual::constant(0.2)];
+        let d = Drive { link_angle: Dual::variable(0.9, 0), ..Drive::default() };
+        let l = Local::new(&p, &[], &[], 0, 1);
+        let torque = GravityTorque::link_torque(&l, &d).re;
+        assert!((GravityTorque::energy(&l, &d)[1].eps[0] + torque).abs() < 1e-15);
+        assert!(torque < 0.0);
+    }
+}

@@ -1,0 +1,81 @@
+//! The list of effects: a new one is named at the end of this file and nowhere else.
+
+use super::{Effect, Local, Spec};
+use crate::drive::{Base, Drive, Spring, Wrench};
+use crate::friction::Levels;
+use trueup_numerics::Scalar;
+
+/// One method of [`Kind`] per hook of [`Effect`], passed on to the effect's own file.
+macro_rules! effects {
+    ($($module:ident :: $name:ident),* $(,)?) => {
+        use super::{$($module),*};
+
+        /// An effect of the library.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[allow(missing_docs)]
+        pub enum Kind { $($name),* }
+
+        /// All effects, in the order in which they act.
+        pub const ALL: &[Kind] = &[$(Kind::$name),*];
+
+        effects! { @hooks [$($module::$name),*]
+            actuator<T>(l: &Local<T>, d: &Drive<T>, torque: T) -> T;
+            friction<T>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) -> ();
+            spring<T>(l: &Local<T>, d: &Drive<T>, s: &mut Spring<T>) -> ();
+            link_torque<T>(l: &Local<T>, d: &Drive<T>) -> T;
+            field<T>(l: &Local<T>) -> [T; 2];
+            base<T>(l: &Local<T>, b: &Base<T>) -> Wrench<T>;
+            sensor<T>(l: &Local<T>, channel: &str, d: &Drive<T>, reading: T) -> T;
+            start<T>(l: &Local<T>, d: &Drive<T>, x: &mut [T]) -> ();
+            rates<T>(l: &Local<T>, d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) -> ();
+            outputs<T>(l: &Local<T>, d: &Drive<T>, y: &mut [T]) -> ();
+            indicators<T>(l: &Local<T>, d: &Drive<T>, z: &mut [T]) -> ();
+            energy<T>(l: &Local<T>, d: &Drive<T>) -> [T; 2];
+            angular_momentum<T>(l: &Local<T>, d: &Drive<T>) -> T;
+        }
+
+        impl Kind {
+            /// What it tells of itself.
+            pub fn spec(self) -> &'static Spec {
+                match self { $(Self::$name => &<$module::$name as Effect>::SPEC),* }
+            }
+            pub(crate) fn update(self, l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
+                match self { $(Self::$name => $module::$name::update(l, d, modes)),* }
+            }
+        }
+    };
+    (@hooks $list:tt $($hook:ident<T>($($arg:ident: $type:ty),*) -> $out:ty;)*) => {
+        $(effects! { @hook $list $hook ($($arg: $type),*) -> $out })*
+    };
+    (@hook [$($module:ident :: $name:ident),*] $hook:ident $args:tt -> $out:ty) => {
+        effects! { @define $hook $args -> $out, { $($module::$name)* } }
+    };
+    (@define $hook:ident ($($arg:ident: $type:ty),*) -> $out:ty, $effects:tt) => {
+        impl Kind {
+            #[inline]
+            pub(crate) fn $hook<T: Scalar>(self, $($arg: $type),*) -> $out {
+                effects! { @match self $hook ($($arg),*) $effects }
+            }
+        }
+    };
+    (@match $kind:ident $hook:ident $args:tt { $($module:ident :: $name:ident)* }) => {
+        match $kind { $(Kind::$name => effects! { @call $module::$name $hook $args }),* }
+    };
+    (@call $module:ident :: $name:ident $hook:ident ($($arg:ident),*)) => {
+        <$module::$name as Effect>::$hook($($arg),*)
+    };
+}
+
+// In the order in which they act on the same thing: what changes the deflection of a spring comes before
+// what adds to its torque, what sets a friction level before what shapes it.
+effects! {
+    motor_friction::MotorFriction,
+    stribeck_friction::StribeckFriction,
+    backlash::Backlash,
+    nonlinear_stiffness::NonlinearStiffness,
+    transmission_hysteresis::TransmissionHysteresis,
+    flexible_link::FlexibleLink,
+    gravity_torque::GravityTorque,
+    table_tilt::TableTilt,
+    base_drag::BaseDrag,
+}

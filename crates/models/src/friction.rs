@@ -1,0 +1,91 @@
+//! Dry friction with a static level: true stick-slip by modes, no smoothed sign (S3 eq. 3 and 4).
+//!
+//! | mode | meaning | event |
+//! |---|---|---|
+//! | +1, -1 | slides in that direction | the velocity turns |
+//! | 0 | sticks; friction balances what is applied | the applied torque exceeds the break-away level |
+//! | 2 | no dry friction at all | none |
+//!
+//! What it gets wrong: nothing moves before break-away (no pre-sliding), and the level does not depend on
+//! how long the joint has rested.
+
+use trueup_numerics::Scalar;
+
+/// Sticks.
+pub const STUCK: i32 = 0;
+/// Without dry friction.
+pub const SMOOTH: i32 = 2;
+
+/// A sliding motor is taken to have turned when it runs backwards by this much, rad/s: far below anything
+/// that can be measured, yet enough that a motor that has just broken away does not count as turning.
+/// The event comes late by this over the deceleration, 1e-9 s and less on DELIAN's joints.
+pub const TURNED: f64 = 1e-9;
+
+/// Magnitudes of the friction torque in one direction of motion, N.m, all >= 0.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Levels<T> {
+    /// Up to this much the joint holds.
+    pub breakaway: T,
+    /// The dry part of the sliding level far from rest.
+    pub coulomb: T,
+    /// This much it brakes while it slides.
+    pub sliding: T,
+}
+
+/// The friction of the paper: break-away at tau_s, sliding at tau_c + D_m |omega| (S3 eq. 3, 4).
+/// Break-away is never below the Coulomb level.
+pub fn paper<T: Scalar>(tau_c: T, tau_s: T, d_m: T, speed: T) -> Levels<T> {
+    Levels { breakaway: tau_s.max(tau_c), coulomb: tau_c, sliding: tau_c + d_m * speed }
+}
+
+/// The direction in which a mode evaluates its levels; `SMOOTH` follows the velocity.
+pub fn direction<T: Scalar>(mode: i32, omega: T) -> f64 {
+    match mode {
+        SMOOTH => {
+            if omega.value() < 0.0 {
+                -1.0
+            } else {
+                1.0
+            }
+        }
+        m => f64::from(m),
+    }
+}
+
+/// Two indicators: positive while the mode may go on. `applied` is the torque that friction has to balance
+/// for the joint to stick; `levels[0]` for the positive direction, `levels[1]` for the negative one.
+pub fn indicators<T: Scalar>(mode: i32, omega: T, applied: T, levels: &[Levels<T>; 2]) -> [T; 2] {
+    match mode {
+        STUCK => [levels[0].breakaway - applied, levels[1].breakaway + applied],
+        SMOOTH => [T::one(), T::one()],
+        d => [omega * f64::from(d) + TURNED, T::one()],
+    }
+}
+
+/// The mode that follows at an event. `rest(applied)` decides as if the joint stood still.
+///
+/// `dry`: whether there is any dry friction. Returns the new mode and whether the velocity is to be set to 0.
+pub fn next_mode(mode: i32, omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool) -> (i32, bool) {
+    let from_rest = || {
+        if applied > levels[0].breakaway {
+            1
+        } else if applied < -levels[1].breakaway {
+            -1
+        } else {
+            STUCK
+        }
+    };
+    match mode {
+        _ if !dry => (SMOOTH, false),
+        STUCK => (from_rest(), false),
+        SMOOTH if omega != 0.0 => (if omega > 0.0 { 1 } else { -1 }, false),
+        SMOOTH => (from_rest(), false),
+        d if omega * f64::from(d) + TURNED <= 0.0 => (from_rest(), true),
+        d => (d, false),
+    }
+}
+
+/// The mode to begin with.
+pub fn first_mode(omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool) -> i32 {
+    next_mode(SMOOTH, omega, applied, levels, dry).0
+}

@@ -1,0 +1,275 @@
+//! `TwoMassJoint`: motor and load, joined by a gear with a spring and a damper (S3 section 3.2, Spong 1987).
+//!
+//! | id | equation |
+//! |---|---|
+//! | TMJ-1 | J_motor dd(q_m) = K_t I - tau_lm - tau_fr |
+//! | TMJ-2 | tau_lm = K_eq (q_m - n q_l) + D_eq (d(q_m) - n d(q_l)) |
+//! | TMJ-3 | J_load dd(q_l) = n tau_lm + tau_ext |
+//! | TMJ-4 | tau_fr = D_m d(q_m) + tau_c sign(d(q_m)) while sliding; while sticking it balances, up to tau_s |
+//! | TMJ-5 | rigid: (J_motor + J_load/n^2) dd(q_m) = K_t I + tau_ext/n - tau_fr, q_l = q_m/n |
+//!
+//! Positive directions: motor and load turn the same way for the same sign; the current drives the motor
+//! forward; tau_ext drives the load forward; tau_lm drives the load forward and brakes the motor.
+//! What it gets wrong: one linear spring for the whole gear, friction at the motor alone, a current that is
+//! there at once. Effects add what lacks.
+
+use crate::drive::{Drive, Spring};
+use crate::effect::set::EffectError;
+use crate::effect::{EffectSet, Plant};
+use crate::friction::{self, Levels, STUCK};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// Indices of the parameters.
+pub mod parameter {
+    #![allow(missing_docs)]
+    pub const MOTOR_INERTIA: usize = 0;
+    pub const LOAD_INERTIA: usize = 1;
+    pub const GEAR_RATIO: usize = 2;
+    pub const TORQUE_CONSTANT: usize = 3;
+    pub const STIFFNESS: usize = 4;
+    pub const DAMPING: usize = 5;
+    pub const COULOMB_FRICTION: usize = 6;
+    pub const STATIC_FRICTION: usize = 7;
+    pub const VISCOUS_FRICTION: usize = 8;
+    pub const INITIAL_MOTOR_ANGLE: usize = 9;
+    pub const INITIAL_MOTOR_VELOCITY: usize = 10;
+    pub const INITIAL_LOAD_ANGLE: usize = 11;
+    pub const INITIAL_LOAD_VELOCITY: usize = 12;
+    pub const COUNT: usize = 13;
+}
+
+/// Indices of the inputs.
+pub mod input {
+    #![allow(missing_docs)]
+    pub const MOTOR_CURRENT: usize = 0;
+    pub const EXTERNAL_TORQUE: usize = 1;
+    pub const COUNT: usize = 2;
+}
+
+/// Indices of the outputs.
+pub mod output {
+    #![allow(missing_docs)]
+    pub const MOTOR_ANGLE: usize = 0;
+    pub const MOTOR_VELOCITY: usize = 1;
+    pub const MOTOR_ACCELERATION: usize = 2;
+    pub const LOAD_ANGLE: usize = 3;
+    pub const LOAD_VELOCITY: usize = 4;
+    pub const LOAD_ACCELERATION: usize = 5;
+    pub const MOTOR_TORQUE: usize = 6;
+    pub const TRANSMISSION_TORQUE: usize = 7;
+    pub const FRICTION_TORQUE: usize = 8;
+    pub const STICKING: usize = 9;
+    pub const COUNT: usize = 10;
+}
+
+/// The structure of a two-mass joint.
+#[derive(Clone, Debug)]
+pub struct TwoMassJoint {
+    flexible: bool,
+    effects: EffectSet,
+    sizes: Sizes,
+}
+
+/// All torques and accelerations at one instant; motor side unless stated.
+#[derive(Clone, Copy, Debug)]
+struct Balance<T> {
+    spring: Spring<T>,
+    motor_torque: T,
+    transmission_torque: T,
+    friction_torque: T,
+    /// What friction has to balance for the motor to stick.
+    applied: T,
+    motor_acceleration: T,
+    load_acceleration: T,
+}
+
+impl TwoMassJoint {
+    /// A joint; `flexible` false makes it one rigid geared mass (TMJ-5).
+    pub fn new<S: AsRef<str>>(flexible: bool, effects: &[S]) -> Result<Self, EffectError> {
+        let mut sizes = Sizes {
+            states: if flexible { 4 } else { 2 },
+            inputs: input::COUNT,
+            parameters: parameter::COUNT,
+            outputs: output::COUNT,
+            modes: 1,
+            indicators: 2,
+        };
+        let effects = EffectSet::place(effects, Plant::Joint, 1, &mut sizes)?;
+        Ok(Self { flexible, effects, sizes })
+    }
+    /// Whether the joint has its spring.
+    pub fn flexible(&self) -> bool {
+        self.flexible
+    }
+    /// Its effects.
+    pub fn effects(&self) -> &EffectSet {
+        &self.effects
+    }
+
+    fn drive<T: Scalar>(&self, at: &At<T>) -> Drive<T> {
+        let n = at.p[parameter::GEAR_RATIO];
+        let (q_m, w_m) = (at.x[0], at.x[1]);
+        let (q_l, w_l) = if self.flexible { (at.x[2], at.x[3]) } else { (q_m / n, w_m / n) };
+        Drive {
+            t: at.t,
+            command: at.p[parameter::TORQUE_CONSTANT] * at.u[input::MOTOR_CURRENT],
+            theta: q_m,
+            omega: w_m,
+            epsilon: q_m - n * q_l,
+            epsilon_dot: w_m - n * w_l,
+            link_angle: q_l,
+            link_rate: w_l,
+        }
+    }
+
+    fn levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>, direction: f64) -> Levels<T> {
+        let own = friction::paper(
+            at.p[parameter::COULOMB_FRICTION],
+            at.p[parameter::STATIC_FRICTION],
+            at.p[parameter::VISCOUS_FRICTION],
+            d.omega * direction,
+        );
+        self.effects.friction(at, 0, d, direction, own)
+    }
+
+    fn balance<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Balance<T> {
+        let p = at.p;
+        let (n, j_m, j_l) =
+            (p[parameter::GEAR_RATIO], p[parameter::MOTOR_INERTIA], p[parameter::LOAD_INERTIA]);
+        let motor_torque = self.effects.actuator(at, 0, d);
+        let tau_load = at.u[input::EXTERNAL_TORQUE] + self.effects.link_torque(at, 0, d);
+        let linear = Spring::linear(p[parameter::STIFFNESS], p[parameter::DAMPING], d);
+        let spring = self.effects.spring(at, 0, d, linear);
+        let mode = at.modes[0];
+        // Sticking, the friction torque is what is applied and the motor's acceleration is 0.
+        let slide = |applied: T, inertia: T| {
+            if mode == STUCK {
+                return (applied, T::zero());
+            }
+            let direction = friction::direction(mode, d.omega);
+            let friction_torque = self.levels(at, d, direction).sliding * direction; // (TMJ-4)
+            (friction_torque, (applied - friction_torque) / inertia)
+        };
+        if self.flexible {
+            let tau_lm = spring.torque(); // (TMJ-2)
+            let applied = motor_torque - tau_lm;
+            let (friction_torque, motor_acceleration) = slide(applied, j_m); // (TMJ-1)
+            let load_acceleration = (n * tau_lm + tau_load) / j_l; // (TMJ-3)
+            Balance {
+                spring,
+                motor_torque,
+                transmission_torque: tau_lm,
+                friction_torque,
+                applied,
+                motor_acceleration,
+                load_acceleration,
+            }
+        } else {
+            let applied = motor_torque + tau_load / n;
+            let (friction_torque, motor_acceleration) = slide(applied, j_m + j_l / (n * n)); // (TMJ-5)
+            let load_acceleration = motor_acceleration / n;
+            let transmission_torque = (j_l * load_acceleration - tau_load) / n;
+            Balance {
+                spring,
+                motor_torque,
+                transmission_torque,
+                friction_torque,
+                applied,
+                motor_acceleration,
+                load_acceleration,
+            }
+        }
+    }
+
+    fn dry(&self, at: &At<f64>) -> bool {
+        at.p[parameter::COULOMB_FRICTION] > 0.0 || at.p[parameter::STATIC_FRICTION] > 0.0
+    }
+    fn both_levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> [Levels<T>; 2] {
+        [self.levels(at, d, 1.0), self.levels(at, d, -1.0)]
+    }
+}
+
+impl Hybrid for TwoMassJoint {
+    fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        x[0] = p[parameter::INITIAL_MOTOR_ANGLE];
+        x[1] = p[parameter::INITIAL_MOTOR_VELOCITY];
+        if self.flexible {
+            x[2] = p[parameter::INITIAL_LOAD_ANGLE];
+            x[3] = p[parameter::INITIAL_LOAD_VELOCITY];
+        }
+        let none = [T::zero(); input::COUNT];
+        let d = self.drive(&At { t: T::zero(), x, u: &none, p, modes: &[] });
+        self.effects.start(p, 0, &d, x);
+    }
+
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        let d = self.drive(&at);
+        self.effects.update(&at, 0, &d, modes);
+        let (kept, rest) = modes.split_at_mut(1);
+        let mut with_effects = [0; 16];
+        with_effects[1..=rest.len()].copy_from_slice(rest);
+        let at = At { modes: &with_effects[..=rest.len()], ..at };
+        let applied = self.balance(&at, &d).applied;
+        kept[0] = friction::first_mode(d.omega, applied, &self.both_levels(&at, &d), self.dry(&at));
+    }
+
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let d = self.drive(&at);
+        let b = self.balance(&at, &d);
+        dx[0] = d.omega;
+        dx[1] = b.motor_acceleration;
+        if self.flexible {
+            dx[2] = d.link_rate;
+            dx[3] = b.load_acceleration;
+        }
+        self.effects.rates(&at, 0, &d, &b.spring, dx);
+    }
+
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        let d = self.drive(&at);
+        let b = self.balance(&at, &d);
+        let sensor = |channel, reading| self.effects.sensor(&at, 0, channel, &d, reading);
+        y[output::MOTOR_ANGLE] = sensor("motorAngle", d.theta);
+        y[output::MOTOR_VELOCITY] = sensor("motorVelocity", d.omega);
+        y[output::MOTOR_ACCELERATION] = b.motor_acceleration;
+        y[output::LOAD_ANGLE] = sensor("loadAngle", d.link_angle);
+        y[output::LOAD_VELOCITY] = sensor("loadVelocity", d.link_rate);
+        y[output::LOAD_ACCELERATION] = b.load_acceleration;
+        y[output::MOTOR_TORQUE] = b.motor_torque;
+        y[output::TRANSMISSION_TORQUE] = b.transmission_torque;
+        y[output::FRICTION_TORQUE] = b.friction_torque;
+        y[output::STICKING] = T::constant(if at.modes[0] == STUCK { 1.0 } else { 0.0 });
+        self.effects.outputs(&at, 0, &d, y);
+    }
+
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        let d = self.drive(&at);
+        let applied = self.balance(&at, &d).applied;
+        [z[0], z[1]] = friction::indicators(at.modes[0], d.omega, applied, &self.both_levels(&at, &d));
+        self.effects.indicators(&at, 0, &d, z);
+    }
+
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        let before = modes[0];
+        let d = self.drive(&At { t, x, u, p, modes });
+        let mut frozen = [0; 16];
+        let frozen = &mut frozen[..modes.len()];
+        frozen.copy_from_slice(modes);
+        let effects_changed = self.effects.update(&At { t, x, u, p, modes: frozen }, 0, &d, modes);
+        // Friction decides on the torque that the new effect modes make.
+        frozen.copy_from_slice(modes);
+        let at = At { t, x, u, p, modes: frozen };
+        let (applied, levels) = (self.balance(&at, &d).applied, self.both_levels(&at, &d));
+        let (mode, stopped) = friction::next_mode(before, d.omega, applied, &levels, self.dry(&at));
+        modes[0] = mode;
+        if stopped {
+            x[1] = 0.0;
+        }
+        Update { modes: effects_changed || mode != before, states: stopped }
+    }
+}
