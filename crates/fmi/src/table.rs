@@ -155,13 +155,18 @@ impl Variable {
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
-    /// Name of element `i` (from 0) as FMI 2.0 writes it: `a`, `a[2]`, `a[1,2]` with indices from 1.
+    /// Name of element `i` (from 0) as FMI 2.0 writes it: `a`, `a[2]`, `a[1,2]` with indices from 1; of a
+    /// derivative `der(a)` it is `der(a[2])`, as the structured naming convention wants it.
     pub fn element_name(&self, i: usize) -> String {
-        match self.dimensions.as_slice() {
-            [] => self.name.clone(),
-            [_] => format!("{}[{}]", self.name, i + 1),
-            [_, columns] => format!("{}[{},{}]", self.name, i / columns + 1, i % columns + 1),
-            _ => format!("{}[#{}]", self.name, i + 1),
+        let index = match self.dimensions.as_slice() {
+            [] => return self.name.clone(),
+            [_] => format!("[{}]", i + 1),
+            [_, columns] => format!("[{},{}]", i / columns + 1, i % columns + 1),
+            _ => format!("[#{}]", i + 1),
+        };
+        match self.name.strip_prefix("der(").and_then(|n| n.strip_suffix(')')) {
+            Some(state) => format!("der({state}{index})"),
+            None => format!("{}{index}", self.name),
         }
     }
     /// With these dimensions.
@@ -294,6 +299,16 @@ impl ModelTable {
             v.value_reference = next;
             next += v.len() as u32;
         }
+    }
+    /// Value reference of event indicator `k` (from 0): after the last element of the table. FMI 3.0 wants
+    /// every event indicator to be a variable; it is a local Float64 [`Self::indicator_name`].
+    pub fn indicator_reference(&self, k: usize) -> u32 {
+        let end = self.variables.iter().map(|v| v.value_reference + v.len() as u32).max().unwrap_or(0);
+        end + k as u32
+    }
+    /// Name of event indicator `k` (from 0).
+    pub fn indicator_name(k: usize) -> String {
+        format!("eventIndicator{}", k + 1)
     }
     /// The variable of that name (arrays without index).
     pub fn find(&self, name: &str) -> Option<&Variable> {

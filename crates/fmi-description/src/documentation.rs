@@ -1,0 +1,102 @@
+//! documentation/index.html from the variable table.
+
+use std::fmt::Write as _;
+
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
+
+const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em;color:#222}\
+table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:left;\
+vertical-align:top}th{background:#f4f4f4}td.number{text-align:right;font-variant-numeric:tabular-nums}\
+code{font-size:95%}svg{max-width:100%;height:auto}";
+
+/// The page: description, picture of the mechanism (SVG), equations (HTML fragment), effects, variables.
+pub fn html(table: &ModelTable, configuration: &Configuration, equations: &str, picture: &str) -> String {
+    let mut s = String::new();
+    let (name, description) = (escape(&table.name), escape(&table.description));
+    let _ = write!(
+        s,
+        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<title>{name}</title>\n\
+         <style>{STYLE}</style>\n</head>\n<body>\n<h1>{name}</h1>\n<p>{description}</p>\n"
+    );
+    // An XML declaration is not allowed inside HTML.
+    let picture = picture.find("<svg").map_or("", |at| &picture[at..]);
+    let _ = writeln!(
+        s,
+        "<figure>\n{}\n</figure>\n<h2>Equations</h2>\n{}",
+        picture.trim_end(),
+        equations.trim_end()
+    );
+    if !configuration.effects.is_empty() {
+        let _ = writeln!(s, "<h2>Effects packed in</h2>\n<ul>");
+        for e in &configuration.effects {
+            let _ = writeln!(s, "<li><code>{}</code></li>", escape(e));
+        }
+        let _ = writeln!(s, "</ul>");
+    }
+    let _ = writeln!(
+        s,
+        "<h2>Default experiment</h2>\n<p>0 to {:?} s, tolerance {:?}, step {:?} s; its result lies beside this page: \
+         <a href=\"{name}_ref.csv\">{name}_ref.csv</a>.</p>",
+        table.experiment.stop_time, table.experiment.tolerance, table.experiment.step_size
+    );
+    let sections = [
+        ("Inputs", Causality::Input),
+        ("Outputs", Causality::Output),
+        ("Parameters", Causality::Parameter),
+        ("Internal variables", Causality::Local),
+    ];
+    for (title, causality) in sections {
+        let variables: Vec<_> = table.variables.iter().filter(|v| v.causality == causality).collect();
+        if variables.is_empty() {
+            continue;
+        }
+        let _ = writeln!(
+            s,
+            "<h2>{title}</h2>\n<table>\n<tr><th>Name</th><th>Unit</th><th>Start</th><th>Range</th><th>Meaning</th></tr>"
+        );
+        for v in variables {
+            row(&mut s, table, v);
+        }
+        let _ = writeln!(s, "</table>");
+    }
+    s.push_str("</body>\n</html>\n");
+    s
+}
+
+fn row(s: &mut String, table: &ModelTable, v: &Variable) {
+    let size: String = v.dimensions.iter().map(|n| format!("[{n}]")).collect();
+    let start: Vec<String> = v.start.iter().map(|x| start_text(table, v, *x)).collect();
+    let kind = if v.variability == Variability::Tunable { " (may be changed between steps)" } else { "" };
+    let _ = writeln!(
+        s,
+        "<tr><td><code>{}{size}</code></td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td>{}{kind}</td></tr>",
+        escape(&v.name),
+        escape(v.unit),
+        escape(&start.join(", ")),
+        escape(&range(v)),
+        escape(&v.description),
+    );
+}
+
+fn start_text(table: &ModelTable, v: &Variable, x: f64) -> String {
+    match v.kind {
+        Kind::Boolean => (x != 0.0).to_string(),
+        Kind::Integer => format!("{}", x as i64),
+        Kind::Real => format!("{x:?}"),
+        Kind::Enumeration(index) => {
+            let item = table.enumerations.get(index).and_then(|e| e.items.get((x as usize).wrapping_sub(1)));
+            item.map_or_else(|| format!("{}", x as i64), |(name, _)| (*name).to_owned())
+        }
+    }
+}
+
+fn range(v: &Variable) -> String {
+    let lower = v.min.map(|x| format!("{} {x:?}", if v.exclusive { ">" } else { "\u{2265}" }));
+    let upper = v.max.map(|x| format!("\u{2264} {x:?}"));
+    [lower, upper].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

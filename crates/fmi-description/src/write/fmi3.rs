@@ -1,0 +1,157 @@
+//! FMI 3.0: arrays stay arrays; the structure names value references.
+
+use trueup_fmi::table::{Causality, Kind, ModelTable, Variability};
+
+use super::xml::Xml;
+use super::{WriteError, structure};
+use crate::Version;
+
+pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteError> {
+    let mut x = Xml::new()?;
+    x.open("fmiModelDescription", &super::root(table, Version::V3, token))?;
+
+    let identifier = [("modelIdentifier", table.name.clone())];
+    let common = super::yes([
+        "canGetAndSetFMUState",
+        "canSerializeFMUState",
+        "providesDirectionalDerivatives",
+        "providesAdjointDerivatives",
+    ]);
+    let no_completed_step = [("needsCompletedIntegratorStep", "false".to_owned())];
+    x.element("ModelExchange", &[&identifier[..], &common, &no_completed_step].concat())?;
+    let order = [("maxOutputDerivativeOrder", "1".to_owned())];
+    let co_simulation = super::yes([
+        "canHandleVariableCommunicationStepSize",
+        "providesIntermediateUpdate",
+        "mightReturnEarlyFromDoStep",
+        "canReturnEarlyAfterIntermediateUpdate",
+        "hasEventMode",
+    ]);
+    x.element("CoSimulation", &[&identifier[..], &common, &order, &co_simulation].concat())?;
+
+    super::unit_definitions(&mut x, table)?;
+    if !table.enumerations.is_empty() {
+        x.group("TypeDefinitions")?;
+        for (i, e) in table.enumerations.iter().enumerate() {
+            x.open("EnumerationType", &[("name", e.name), ("description", e.description)])?;
+            super::items(&mut x, table, i)?;
+            x.close()?;
+        }
+        x.close()?;
+    }
+    super::log_categories(&mut x)?;
+    super::default_experiment(&mut x, table)?;
+    variables(&mut x, table)?;
+    model_structure(&mut x, table)?;
+    x.finish()
+}
+
+fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+    let states = structure::states(table);
+    x.group("ModelVariables")?;
+    for (at, v) in table.variables.iter().enumerate() {
+        let mut attributes = vec![
+            ("name", v.name.clone()),
+            ("valueReference", v.value_reference.to_string()),
+            ("description", super::description(v)),
+            ("causality", super::causality(v).to_owned()),
+            ("variability", super::variability(v).to_owned()),
+        ];
+        attributes.extend(super::initial(v).map(|i| ("initial", i.to_owned())));
+        let crosses = matches!(v.causality, Causality::Input | Causality::Output);
+        if crosses && v.variability == Variability::Continuous {
+            attributes.push(("intermediateUpdate", "true".to_owned()));
+        }
+        if let Kind::Enumeration(i) = v.kind {
+            attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
+        }
+        if !v.unit.is_empty() {
+            attributes.push(("unit", v.unit.to_owned()));
+        }
+        attributes.extend(super::bounds(v));
+        attributes.extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
+        if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == at) {
+            attributes.push(("derivative", table.variables[*state].value_reference.to_string()));
+        }
+        if !v.start.is_empty() {
+            let start: Vec<String> = v.start.iter().map(|s| super::value(v.kind, *s)).collect();
+            attributes.push(("start", start.join(" ")));
+        }
+        if states.iter().any(|(state, _)| *state == at) {
+            attributes.push(("reinit", "true".to_owned()));
+        }
+        if v.dimensions.is_empty() {
+            x.element(type_name(v.kind), &attributes)?;
+        } else {
+            x.open(type_name(v.kind), &attributes)?;
+            for n in &v.dimensions {
+                x.element("Dimension", &[("start", n.to_string())])?;
+            }
+            x.close()?;
+        }
+    }
+    for k in 0..table.indicators {
+        x.element(
+            "Float64",
+            &[
+                ("name", ModelTable::indicator_name(k)),
+                ("valueReference", table.indicator_reference(k).to_string()),
+                ("description", "event indicator: an event takes place where it changes its sign".to_owned()),
+                ("causality", "local".to_owned()),
+                ("variability", "continuous".to_owned()),
+                ("initial", "calculated".to_owned()),
+            ],
+        )?;
+    }
+    x.close()
+}
+
+fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Real => "Float64",
+        Kind::Boolean => "Boolean",
+        Kind::Integer => "Int32",
+        Kind::Enumeration(_) => "Enumeration",
+    }
+}
+
+fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
+    let states = structure::states(table);
+    let is_output = |at: &usize| table.variables[*at].causality == Causality::Output;
+    let outputs: Vec<usize> = (0..table.variables.len()).filter(is_output).collect();
+    let rates: Vec<usize> = states.iter().map(|(_, rate)| *rate).collect();
+    x.group("ModelStructure")?;
+    for (name, unknowns) in [("Output", &outputs), ("ContinuousStateDerivative", &rates)] {
+        for at in unknowns {
+            let v = &table.variables[*at];
+            let mut attributes = vec![("valueReference", v.value_reference.to_string())];
+            if let Some(on) = of_array(table, *at)? {
+                let references = on.iter().map(|at| table.variables[*at].value_reference.to_string());
+                attributes.push(("dependencies", references.collect::<Vec<_>>().join(" ")));
+            }
+            x.element(name, &attributes)?;
+        }
+    }
+    for at in super::initial_unknowns(table, &states) {
+        x.element("InitialUnknown", &[("valueReference", table.variables[at].value_reference.to_string())])?;
+    }
+    for k in 0..table.indicators {
+        x.element("EventIndicator", &[("valueReference", table.indicator_reference(k).to_string())])?;
+    }
+    x.close()
+}
+
+/// What an array depends on: what any of its elements depends on.
+fn of_array(table: &ModelTable, at: usize) -> Result<Option<Vec<usize>>, WriteError> {
+    let v = &table.variables[at];
+    let mut out = Vec::new();
+    for e in 0..v.len() {
+        match structure::dependencies(table, v, e)? {
+            Some(on) => out.extend(on.into_iter().map(|(at, _)| at)),
+            None => return Ok(None),
+        }
+    }
+    out.sort_unstable();
+    out.dedup();
+    Ok(Some(out))
+}
