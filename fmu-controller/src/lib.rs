@@ -1,1 +1,3 @@
 //! JointController and ManipulatorController as FMUs: binding only.
+
+pub mod variables;

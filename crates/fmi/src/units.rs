@@ -32,6 +32,7 @@ pub const UNITS: &[Unit] = &[
     unit("rad", 0, 0, 0, 0, 1),
     unit("rad/s", 0, 0, -1, 0, 1),
     unit("rad/s2", 0, 0, -2, 0, 1),
+    unit("rad/s3", 0, 0, -3, 0, 1),
     unit("kg", 1, 0, 0, 0, 0),
     unit("kg.m2", 1, 2, 0, 0, 0),
     unit("kg.m/s", 1, 1, -1, 0, 0),
@@ -40,11 +41,13 @@ pub const UNITS: &[Unit] = &[
     unit("N/m", 1, 0, -2, 0, 0),
     unit("N.s/m", 1, 0, -1, 0, 0),
     unit("N.m", 1, 2, -2, 0, 0),
+    unit("N.m/s", 1, 2, -3, 0, 0),
     unit("N.m/rad", 1, 2, -2, 0, -1),
     unit("N.m/rad3", 1, 2, -2, 0, -3),
     unit("N.m.s/rad", 1, 2, -1, 0, -1),
     unit("J", 1, 2, -2, 0, 0),
     unit("A", 0, 0, 0, 1, 0),
+    unit("A/s", 0, 0, -1, 1, 0),
     unit("N.m/A", 1, 2, -2, -1, 0),
 ];
 

@@ -3,7 +3,9 @@
 //! * [`joint`]: the two-mass flexible joint with stick-slip friction (ESA's DELIAN arm).
 //! * [`effect`]: what may act in a plant beyond its own equations, one small file each.
 //! * [`friction`]: dry friction with a static level, by modes.
+//! * [`controller`]: P/PI and wave-based joint control, continuous and sampled.
 
+pub mod controller;
 pub mod drive;
 pub mod effect;
 pub mod friction;

@@ -1,0 +1,171 @@
+//! The control law of one joint; equations in the module above.
+
+use super::{input, parameter, state, waves};
+use trueup_numerics::Scalar;
+
+/// What the position loop and the wave split make of the reference.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Strategy {
+    /// Cascade of P on the load's angle and PI on the motor's velocity.
+    PPi = 1,
+    /// Wave-based control: waves of the angle, fed back from motorAngle/gearRatio.
+    Wbc = 2,
+    /// Velocity wave-based control: waves of the velocity.
+    Vwbc = 3,
+    /// As before, with the static part of the waves washed out.
+    VwbcWashout = 4,
+}
+
+impl Strategy {
+    /// The strategy with that number (1 to 4).
+    pub fn from_number(number: f64) -> Option<Self> {
+        [Self::PPi, Self::Wbc, Self::Vwbc, Self::VwbcWashout]
+            .into_iter()
+            .find(|s| f64::from(*s as u8) == number)
+    }
+}
+
+/// One joint at one instant; arrays in the order of [`parameter`], [`input`] and [`state`].
+#[derive(Clone, Copy, Debug)]
+pub struct Joint<T> {
+    /// Strategy.
+    pub strategy: Strategy,
+    /// Parameters of the joint.
+    pub p: [T; parameter::COUNT],
+    /// Inputs of the joint.
+    pub u: [T; input::COUNT],
+    /// States of the joint.
+    pub x: [T; state::COUNT],
+}
+
+/// What the law asks for.
+#[derive(Clone, Copy, Debug)]
+pub struct Command<T> {
+    /// Load-referred torque before the limit, in N.m.
+    pub torque: T,
+    /// Load-referred torque at the limit of the output, in N.m; > 0.
+    pub limit: T,
+    /// Load-referred torque per output: n K_t.
+    pub per_output: T,
+    /// What enters the washout's low pass, in rad/s.
+    washout: T,
+}
+
+impl<T: Scalar> Command<T> {
+    /// The torque within its limits.
+    pub fn limited(&self) -> T {
+        // Constants where limited: the derivative is that of the limit.
+        if self.torque > self.limit {
+            self.limit
+        } else if self.torque < -self.limit {
+            -self.limit
+        } else {
+            self.torque
+        }
+    }
+    /// The torque with the limit reached on the side `saturation` (-1, 0, +1).
+    pub fn saturated(&self, saturation: i32) -> T {
+        match saturation {
+            0 => self.torque,
+            s => self.limit * f64::from(s.signum()),
+        }
+    }
+    /// Distances to the upper and to the lower limit as a share of it; at the limit or beyond <= 0.
+    pub fn margins(&self) -> [T; 2] {
+        let share = self.torque / self.limit;
+        [-share + 1.0, share + 1.0]
+    }
+}
+
+impl<T: Scalar> Joint<T> {
+    /// The states with the waves as at rest at the present angle and velocity of the motor; the others 0.
+    pub fn initial_states(&self) -> [T; state::COUNT] {
+        let mut x = [T::zero(); state::COUNT];
+        let (angle, velocity) = self.motor();
+        x[state::POSITION_WAVES..][..4].copy_from_slice(&waves::at_rest(angle));
+        x[state::VELOCITY_WAVES..][..4].copy_from_slice(&waves::at_rest(velocity));
+        x
+    }
+
+    /// θ0 in rad and θ0' in rad/s.
+    fn motor(&self) -> (T, T) {
+        let n = self.p[parameter::GEAR_RATIO];
+        (self.u[input::MOTOR_ANGLE] / n, self.u[input::MOTOR_VELOCITY] / n)
+    }
+
+    /// The torque that the law asks for at the present states and inputs.
+    pub fn command(&self) -> Command<T> {
+        let Self { p, u, x, .. } = self;
+        let (angle, velocity) = self.motor();
+        let reference = u[input::POSITION_REFERENCE];
+        let half = p[parameter::POSITION_GAIN] * (reference - u[input::LOAD_ANGLE]) * 0.5;
+        let (position_wave, velocity_wave) = (x[state::POSITION_WAVES], x[state::VELOCITY_WAVES]);
+        let v = match self.strategy {
+            Strategy::PPi => half * 2.0,
+            Strategy::Wbc => p[parameter::POSITION_GAIN] * (reference * 0.5 + position_wave - angle),
+            Strategy::Vwbc => half + velocity_wave,
+            // K_p e (1 + LP)/2 + (1 − LP) b0v with one low pass for both.
+            Strategy::VwbcWashout => half + velocity_wave + x[state::WASHOUT],
+        };
+        let error = v + u[input::VELOCITY_FEEDFORWARD] - velocity;
+        let per_output = p[parameter::GEAR_RATIO] * p[parameter::TORQUE_CONSTANT];
+        Command {
+            torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE],
+            limit: p[parameter::LIMIT] * per_output,
+            per_output,
+            washout: half - velocity_wave,
+        }
+    }
+
+    /// Where the split that the strategy uses stands among the states, and the two motions that it splits.
+    fn split(&self) -> Option<(usize, T, T)> {
+        let (angle, velocity) = self.motor();
+        match self.strategy {
+            Strategy::PPi => None,
+            Strategy::Wbc => Some((state::POSITION_WAVES, angle, self.u[input::LOAD_ANGLE])),
+            Strategy::Vwbc | Strategy::VwbcWashout => {
+                Some((state::VELOCITY_WAVES, velocity, self.u[input::LOAD_VELOCITY]))
+            }
+        }
+    }
+
+    fn waves(&self, at: usize) -> waves::Split<T> {
+        core::array::from_fn(|i| self.x[at + i])
+    }
+
+    /// Rates of the states of the continuous law with the limit reached on the side `saturation`.
+    pub fn rates(&self, saturation: i32) -> [T; state::COUNT] {
+        let mut dx = [T::zero(); state::COUNT];
+        let (p, command) = (&self.p, self.command());
+        if let Some((at, theta0, theta1)) = self.split() {
+            let rates = waves::rates(&self.waves(at), theta0, theta1, p[parameter::WAVE_FREQUENCY]);
+            dx[at..at + 4].copy_from_slice(&rates);
+        }
+        if self.strategy == Strategy::VwbcWashout {
+            dx[state::WASHOUT] = p[parameter::WASHOUT_FREQUENCY] * (command.washout - self.x[state::WASHOUT]);
+        }
+        dx[state::INTEGRAL_TORQUE] = (command.saturated(saturation) - self.x[state::INTEGRAL_TORQUE])
+            / p[parameter::VELOCITY_INTEGRAL_TIME];
+        dx
+    }
+
+    /// The states after a sample: output held, filters advanced by one period `h` in s with held inputs.
+    pub fn sample(&self, h: T) -> [T; state::COUNT] {
+        let (p, command) = (&self.p, self.command());
+        let mut x = self.x;
+        if let Some((at, theta0, theta1)) = self.split() {
+            let next = waves::step(&self.waves(at), theta0, theta1, p[parameter::WAVE_FREQUENCY], h);
+            x[at..at + 4].copy_from_slice(&next);
+        }
+        let lag = |y: T, u: T, exponent: T| u + (y - u) * (-exponent).exp();
+        if self.strategy == Strategy::VwbcWashout {
+            let exponent = h * p[parameter::WASHOUT_FREQUENCY];
+            x[state::WASHOUT] = lag(x[state::WASHOUT], command.washout, exponent);
+        }
+        let torque = command.limited();
+        let exponent = h / p[parameter::VELOCITY_INTEGRAL_TIME];
+        x[state::INTEGRAL_TORQUE] = lag(x[state::INTEGRAL_TORQUE], torque, exponent);
+        x[state::HELD_OUTPUT] = torque / command.per_output;
+        x
+    }
+}
