@@ -169,6 +169,36 @@ impl Variable {
             None => format!("{}{index}", self.name),
         }
     }
+    /// Whether element `i` may have that value.
+    ///
+    /// # Errors
+    /// One sentence with the variable, the value and the bound.
+    pub fn allows(&self, i: usize, value: f64) -> Result<(), String> {
+        let name = || self.element_name(i);
+        if !value.is_finite() {
+            return Err(format!("{} cannot be {value}; give a finite number", name()));
+        }
+        let unit =
+            if self.unit.is_empty() || self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+        if let Some(min) = self.min {
+            if value < min || (self.exclusive && value == min) {
+                let must = if self.exclusive { "above" } else { "at least" };
+                return Err(format!(
+                    "{} = {value}{unit} is not allowed: it must be {must} {min}{unit}",
+                    name()
+                ));
+            }
+        }
+        if let Some(max) = self.max {
+            if value > max {
+                return Err(format!(
+                    "{} = {value}{unit} is not allowed: it must be at most {max}{unit}",
+                    name()
+                ));
+            }
+        }
+        Ok(())
+    }
     /// With these dimensions.
     #[must_use]
     pub fn array(mut self, dimensions: &[usize]) -> Self {
@@ -196,6 +226,17 @@ impl Variable {
     /// Above `min`.
     #[must_use]
     pub fn above(mut self, min: f64) -> Self {
+        self.min = Some(min);
+        self.exclusive = true;
+        self
+    }
+    /// Changes the lower bound: not below `min`.
+    pub fn bounded(&mut self, min: f64) -> &mut Self {
+        self.min = Some(min);
+        self
+    }
+    /// Changes the lower bound: above `min`.
+    pub fn bounded_above(&mut self, min: f64) -> &mut Self {
         self.min = Some(min);
         self.exclusive = true;
         self
@@ -313,6 +354,27 @@ impl ModelTable {
     /// The variable of that name (arrays without index).
     pub fn find(&self, name: &str) -> Option<&Variable> {
         self.variables.iter().find(|v| v.name == name)
+    }
+    /// Gives an element (`linkMass[1]`) or a scalar another start value.
+    ///
+    /// # Errors
+    /// No variable of that name takes a start value, or the value is outside its bounds.
+    pub fn set_start(&mut self, element: &str, value: f64) -> Result<(), String> {
+        for v in &mut self.variables {
+            if !element.starts_with(&v.name) || v.causality == Causality::Output || v.start.is_empty() {
+                continue;
+            }
+            let Some(i) = (0..v.len()).find(|i| v.element_name(*i) == element) else { continue };
+            if v.variability == Variability::Constant {
+                return Err(format!(
+                    "{element} is fixed by the structure; give the structure instead of a start value"
+                ));
+            }
+            v.allows(i, value)?;
+            v.start[i] = value;
+            return Ok(());
+        }
+        Err(format!("{} has no parameter or input {element:?}; see `trueup fmu info`", self.name))
     }
     /// Start values of the storage class that `pick` selects, in storage order.
     pub fn starts(&self, pick: impl Fn(Storage) -> Option<usize>) -> Vec<f64> {

@@ -26,7 +26,7 @@ impl Effect for GravityTorque {
                 name: "gravityAngle",
                 unit: "rad",
                 description: "Load angle at which the load hangs at rest, q_g (EF-7)",
-                joint_start: -1.5707963267948966,
+                joint_start: -core::f64::consts::FRAC_PI_2,
                 ..ParameterSpec::NONE
             },
         ],

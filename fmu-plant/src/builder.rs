@@ -1,0 +1,214 @@
+//! Puts a variable table together: storage indices count up in the order in which variables are named.
+
+use trueup_fmi::table::{
+    Causality, Depends, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
+};
+use trueup_models::effect::{EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
+
+/// A table in the making.
+pub(crate) struct Builder {
+    table: ModelTable,
+    next: [usize; 4],
+}
+
+const PARAMETER: usize = 0;
+const INPUT: usize = 1;
+const OUTPUT: usize = 2;
+const STATE: usize = 3;
+
+impl Builder {
+    pub(crate) fn new(name: &str, description: &str, experiment: Experiment) -> Self {
+        let time = Variable::new(
+            "time",
+            Causality::Independent,
+            Variability::Continuous,
+            Storage::Time,
+            "s",
+            "Time",
+        );
+        let table = ModelTable {
+            name: name.to_owned(),
+            description: description.to_owned(),
+            variables: vec![time],
+            enumerations: Vec::new(),
+            terminals: Vec::new(),
+            indicators: 0,
+            experiment,
+        };
+        Self { table, next: [0; 4] }
+    }
+    fn take(&mut self, class: usize, dimensions: &[usize]) -> usize {
+        let first = self.next[class];
+        self.next[class] += dimensions.iter().product::<usize>();
+        first
+    }
+    /// An enumeration type; returns its index.
+    pub(crate) fn enumeration(&mut self, e: trueup_fmi::table::Enumeration) -> Kind {
+        self.table.enumerations.push(e);
+        Kind::Enumeration(self.table.enumerations.len() - 1)
+    }
+    /// A parameter that may be changed between steps; one start value per element.
+    pub(crate) fn tunable(
+        &mut self,
+        name: &str,
+        unit: &'static str,
+        dims: &[usize],
+        start: &[f64],
+        text: &str,
+    ) -> &mut Variable {
+        self.parameter(name, Variability::Tunable, unit, dims, start, text)
+    }
+    /// A parameter that is fixed once the run has begun.
+    pub(crate) fn fixed(
+        &mut self,
+        name: &str,
+        unit: &'static str,
+        dims: &[usize],
+        start: &[f64],
+        text: &str,
+    ) -> &mut Variable {
+        self.parameter(name, Variability::Fixed, unit, dims, start, text)
+    }
+    fn parameter(
+        &mut self,
+        name: &str,
+        v: Variability,
+        unit: &'static str,
+        dims: &[usize],
+        start: &[f64],
+        text: &str,
+    ) -> &mut Variable {
+        let at = Storage::Parameter(self.take(PARAMETER, dims));
+        self.push(Variable::new(name, Causality::Parameter, v, at, unit, text).array(dims).start(start))
+    }
+    /// An input, 0 unless set.
+    pub(crate) fn input(&mut self, name: &str, unit: &'static str, dims: &[usize], text: &str) {
+        let at = Storage::Input(self.take(INPUT, dims));
+        let zeros = vec![0.0; dims.iter().product()];
+        self.push(
+            Variable::new(name, Causality::Input, Variability::Continuous, at, unit, text)
+                .array(dims)
+                .start(&zeros),
+        );
+    }
+    /// An output.
+    pub(crate) fn output(
+        &mut self,
+        name: &str,
+        unit: &'static str,
+        dims: &[usize],
+        depends: Depends,
+        text: &str,
+    ) -> &mut Variable {
+        let at = Storage::Output(self.take(OUTPUT, dims));
+        let v = self.push(
+            Variable::new(name, Causality::Output, Variability::Continuous, at, unit, text).array(dims),
+        );
+        v.depends = depends;
+        v
+    }
+    /// A Boolean output that changes at events.
+    pub(crate) fn flag(&mut self, name: &str, dims: &[usize], text: &str) {
+        let at = Storage::Output(self.take(OUTPUT, dims));
+        self.push(
+            Variable::new(name, Causality::Output, Variability::Discrete, at, "", text)
+                .array(dims)
+                .kind(Kind::Boolean),
+        );
+    }
+    /// Something that is fixed when packed.
+    pub(crate) fn constant(&mut self, name: &str, kind: Kind, dims: &[usize], value: &[f64], text: &str) {
+        self.push(
+            Variable::new(name, Causality::Local, Variability::Constant, Storage::Constant, "", text)
+                .array(dims)
+                .kind(kind)
+                .start(value),
+        );
+    }
+    /// States and their rates: (name, unit, unit of the rate, nominal, what the rate depends on, text).
+    pub(crate) fn states(
+        &mut self,
+        list: &[(&str, &'static str, &'static str, &[usize], f64, Depends, &str)],
+    ) {
+        for (name, unit, _, dims, nominal, _, text) in list {
+            let at = Storage::State(self.take(STATE, dims));
+            let name = format!("state.{name}");
+            self.push(
+                Variable::new(&name, Causality::Local, Variability::Continuous, at, unit, text)
+                    .array(dims)
+                    .nominal(*nominal),
+            );
+        }
+        let mut at = self.next[STATE] - list.iter().map(|s| s.3.iter().product::<usize>()).sum::<usize>();
+        for (name, _, unit, dims, _, depends, text) in list {
+            let (state, text) = (format!("state.{name}"), format!("Rate: {text}"));
+            let v = Variable::new(
+                &format!("der({state})"),
+                Causality::Local,
+                Variability::Continuous,
+                Storage::Rate(at),
+                unit,
+                &text,
+            );
+            self.push(v.array(dims).derivative_of(&state)).depends = depends.clone();
+            at += dims.iter().product::<usize>();
+        }
+    }
+    /// Parameters, states and outputs of the effects.
+    pub(crate) fn effects(&mut self, effects: &EffectSet, plant: Plant) {
+        for e in effects.iter() {
+            let sites = e.sites;
+            let dims: Vec<usize> =
+                if plant == Plant::Arm && e.spec().scope == Scope::Joint { vec![sites] } else { Vec::new() };
+            for p in e.spec().parameters {
+                let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
+                let v = self.tunable(p.name, p.unit, &dims, &vec![start; sites], p.description);
+                bounds(v, p);
+            }
+            let states: Vec<_> = e.spec().states.iter().map(|s| state(s, &dims)).collect();
+            self.states(&states);
+            for y in e.spec().outputs {
+                if y.boolean {
+                    self.flag(y.name, &dims, y.description);
+                } else {
+                    self.output(
+                        y.name,
+                        y.unit,
+                        &dims,
+                        Depends::On(vec![format!("state.{}", y.name)]),
+                        y.description,
+                    );
+                }
+            }
+        }
+    }
+    /// A plug: (member, variable) pairs.
+    pub(crate) fn terminal(&mut self, name: &str, text: &str, members: &[&str]) {
+        let members = members.iter().map(|m| ((*m).to_owned(), (*m).to_owned())).collect();
+        self.table.terminals.push(Terminal { name: name.to_owned(), description: text.to_owned(), members });
+    }
+    fn push(&mut self, v: Variable) -> &mut Variable {
+        self.table.variables.push(v);
+        let last = self.table.variables.len() - 1;
+        &mut self.table.variables[last]
+    }
+    /// The finished table, with value references.
+    pub(crate) fn finish(mut self, indicators: usize) -> ModelTable {
+        self.table.indicators = indicators;
+        self.table.number();
+        self.table
+    }
+}
+
+fn bounds(v: &mut Variable, p: &ParameterSpec) {
+    v.min = p.min.is_finite().then_some(p.min);
+    v.max = p.max.is_finite().then_some(p.max);
+    v.exclusive = p.above_min;
+}
+
+fn state<'a>(
+    s: &'a SignalSpec,
+    dims: &'a [usize],
+) -> (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str) {
+    (s.name, s.unit, s.rate_unit, dims, 1.0, Depends::All, s.description)
+}
