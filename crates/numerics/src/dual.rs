@@ -76,6 +76,7 @@ impl<const N: usize> Sub for Dual<N> {
         Self { re: self.re - o.re, eps: zip(self.eps, o.eps, |a, b| a - b) }
     }
 }
+#[allow(clippy::suspicious_arithmetic_impl)] // the product rule
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline]
@@ -83,6 +84,7 @@ impl<const N: usize> Mul for Dual<N> {
         Self { re: self.re * o.re, eps: zip(self.eps, o.eps, |a, b| a * o.re + self.re * b) }
     }
 }
+#[allow(clippy::suspicious_arithmetic_impl)] // the quotient rule
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline]

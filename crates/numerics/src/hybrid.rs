@@ -6,6 +6,7 @@
 //! A model holds its structure only: values come in as slices, so the same model serves `f64` and duals.
 
 use crate::Scalar;
+use crate::event::Direction;
 
 /// How many values of each kind a model has.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -69,6 +70,10 @@ pub trait Hybrid {
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]);
     /// Event indicators (length `indicators`); an event is due where one leaves or enters `z > 0`.
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]);
+    /// Which domain changes of an indicator matter; one that does not is no event.
+    fn direction(&self, _indicator: usize) -> Direction {
+        Direction::Both
+    }
     /// One pass of event iteration at time `t`; may change states and modes.
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update;
     /// The time of the next event that is known beforehand (later than the last update), in s.

@@ -2,10 +2,17 @@
 //!
 //! * [`Scalar`]: what a kernel is written over, so that one formula serves `f64` and [`Dual`].
 //! * [`hybrid`]: the form that every model takes here: rates, outputs, event indicators, updates.
+//! * [`integrate`], [`event`]: one-step methods and event location; [`driver`] joins them into a simulation.
+//! * [`linear`]: small dense systems.
 
+pub mod driver;
 pub mod dual;
+pub mod event;
 pub mod hybrid;
+pub mod integrate;
+pub mod linear;
 pub mod scalar;
 
+pub use driver::Driver;
 pub use dual::Dual;
 pub use scalar::Scalar;

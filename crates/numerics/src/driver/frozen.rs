@@ -1,0 +1,125 @@
+//! A hybrid model between events as an ordinary differential equation; its Jacobian by forward duals.
+
+use super::Inputs;
+use crate::Dual;
+use crate::hybrid::{At, Hybrid, Sizes};
+use crate::integrate::Ode;
+
+/// Directions that one pass of duals carries.
+const LANES: usize = 8;
+type Wide = Dual<LANES>;
+
+/// The inputs as functions of time; `base` is the time of `u0`.
+#[derive(Clone, Copy)]
+pub(super) struct Signal<'a> {
+    pub(super) inputs: Inputs<'a>,
+    pub(super) base: f64,
+}
+
+impl Signal<'_> {
+    pub(super) fn at(&self, t: f64, u0: &[f64], u: &mut [f64]) {
+        match self.inputs {
+            Inputs::Hold => u.copy_from_slice(u0),
+            Inputs::Function(f) => f(t, u),
+            Inputs::Ramp(slope) => {
+                for (i, u) in u.iter_mut().enumerate() {
+                    *u = u0[i] + slope.get(i).copied().unwrap_or(0.0) * (t - self.base);
+                }
+            }
+        }
+    }
+    /// du/dt; of a function by a difference, `u` being the inputs at t.
+    fn slope(&self, t: f64, u: &[f64], du: &mut [f64]) {
+        match self.inputs {
+            Inputs::Hold => du.fill(0.0),
+            Inputs::Ramp(slope) => {
+                for (i, du) in du.iter_mut().enumerate() {
+                    *du = slope.get(i).copied().unwrap_or(0.0);
+                }
+            }
+            Inputs::Function(f) => {
+                let later = t + 1e-7 * t.abs().max(1e-3);
+                f(later, du);
+                du.iter_mut().zip(u).for_each(|(du, u)| *du = (*du - u) / (later - t));
+            }
+        }
+    }
+}
+
+/// Work space of [`Frozen`].
+pub(super) struct Work {
+    pub(super) u: Vec<f64>,
+    du: Vec<f64>,
+    x_wide: Vec<Wide>,
+    u_wide: Vec<Wide>,
+    p_wide: Vec<Wide>,
+    dx_wide: Vec<Wide>,
+}
+
+impl Work {
+    pub(super) fn new(n: Sizes) -> Self {
+        let wide = |n: usize| vec![Wide::default(); n];
+        Self {
+            u: vec![0.0; n.inputs],
+            du: vec![0.0; n.inputs],
+            x_wide: wide(n.states),
+            u_wide: wide(n.inputs),
+            p_wide: wide(n.parameters),
+            dx_wide: wide(n.states),
+        }
+    }
+}
+
+/// The model with modes and parameters frozen.
+pub(super) struct Frozen<'a, M> {
+    pub(super) model: &'a M,
+    pub(super) p: &'a [f64],
+    pub(super) modes: &'a [i32],
+    pub(super) signal: Signal<'a>,
+    pub(super) u0: &'a [f64],
+    pub(super) work: &'a mut Work,
+}
+
+impl<M: Hybrid> Ode for Frozen<'_, M> {
+    fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
+        self.signal.at(t, self.u0, &mut self.work.u);
+        self.model.rates(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, dx);
+    }
+
+    fn jacobian(&mut self, t: f64, x: &[f64], dfdx: &mut [f64], dfdt: &mut [f64]) {
+        let (n, w) = (x.len(), &mut *self.work);
+        self.signal.at(t, self.u0, &mut w.u);
+        self.signal.slope(t, &w.u, &mut w.du);
+        for (wide, p) in w.p_wide.iter_mut().zip(self.p) {
+            *wide = Wide::new(*p, [0.0; LANES]);
+        }
+        // Directions 0..n are the states, direction n is time.
+        for first in (0..=n).step_by(LANES) {
+            for (j, wide) in w.x_wide.iter_mut().enumerate() {
+                *wide = Wide::variable(x[j], j.wrapping_sub(first));
+            }
+            let time = n - first;
+            for (i, wide) in w.u_wide.iter_mut().enumerate() {
+                *wide = Wide::variable(w.u[i], time);
+                wide.eps.iter_mut().for_each(|e| *e *= w.du[i]);
+            }
+            let at = At {
+                t: Wide::variable(t, time),
+                x: &w.x_wide,
+                u: &w.u_wide,
+                p: &w.p_wide,
+                modes: self.modes,
+            };
+            self.model.rates(at, &mut w.dx_wide);
+            for (i, dx) in w.dx_wide.iter().enumerate() {
+                for (lane, e) in dx.eps.iter().enumerate() {
+                    match first + lane {
+                        j if j < n => dfdx[i * n + j] = *e,
+                        j if j == n => dfdt[i] = *e,
+                        _ => {}
+                    }
+                }
+            }
+        }
+    }
+}

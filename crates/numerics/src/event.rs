@@ -1,0 +1,220 @@
+//! Location of state events on the dense output of one step.
+
+/// Which domain changes of an indicator are events.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// Both.
+    #[default]
+    Both,
+    /// From `z <= 0` to `z > 0`.
+    Up,
+    /// From `z > 0` to `z <= 0`.
+    Down,
+}
+
+impl Direction {
+    /// Is the way from `a` to `b` an event?
+    pub fn counts(self, a: f64, b: f64) -> bool {
+        match self {
+            Self::Both => (a > 0.0) != (b > 0.0),
+            Self::Up => a <= 0.0 && b > 0.0,
+            Self::Down => a > 0.0 && b <= 0.0,
+        }
+    }
+}
+
+/// A domain change.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Crossing {
+    /// A time on the far side, within a few units in the last place of the crossing, in s.
+    pub t: f64,
+    /// Which indicator.
+    pub indicator: usize,
+}
+
+/// Where the indicators are sampled in a step, beside its start. The outer two tell the slope at the ends.
+const NODES: [f64; 6] = [1.0 / 64.0, 0.25, 0.5, 0.75, 63.0 / 64.0, 1.0];
+/// Samples ahead of them in the step after a restart, from 4^-16 on, each at 4 times the one before: an
+/// indicator that starts at 0 may be back there long before the first regular sample.
+const EARLY: usize = 13;
+/// The start, the early ones and the regular ones.
+const MOST: usize = 1 + EARLY + NODES.len();
+
+/// Finds the first event of a step. Evaluates indicators only, never rates.
+#[derive(Clone, Debug)]
+pub struct Locator {
+    t: [f64; MOST],
+    z: [Vec<f64>; MOST],
+    work: Vec<f64>,
+    restarted: bool,
+}
+
+/// Indicators as a function of time within the step.
+pub type Indicators<'a> = &'a mut dyn FnMut(f64, &mut [f64]);
+
+impl Locator {
+    /// Work space for `count` indicators.
+    pub fn new(count: usize) -> Self {
+        Self {
+            t: [0.0; MOST],
+            z: core::array::from_fn(|_| vec![0.0; count]),
+            work: vec![0.0; count],
+            restarted: true,
+        }
+    }
+
+    /// Restart: the indicators at the start of the next step, to be written by the caller.
+    pub fn start(&mut self) -> &mut [f64] {
+        self.restarted = true;
+        &mut self.z[0]
+    }
+
+    /// The step was accepted without an event: its end is the start of the next one.
+    pub fn carry(&mut self) {
+        self.z.swap(0, MOST - 1);
+        self.restarted = false;
+    }
+
+    /// The first event in (t0, t1].
+    ///
+    /// # Errors
+    /// The index of an indicator that is not a number.
+    pub fn find(
+        &mut self,
+        t0: f64,
+        t1: f64,
+        direction: &dyn Fn(usize) -> Direction,
+        indicators: Indicators,
+    ) -> Result<Option<Crossing>, usize> {
+        // The samples fill the arrays from their end: the last one is always the end of the step.
+        let regular = MOST - NODES.len();
+        let begin = if self.restarted { 1 } else { regular };
+        self.t[begin - 1] = t0;
+        self.z.swap(0, begin - 1);
+        for k in begin..MOST {
+            let s = if k < regular { 0.25f64.powi((regular - k) as i32 + 3) } else { NODES[k - regular] };
+            self.t[k] = if k == MOST - 1 { t1 } else { t0 + s * (t1 - t0) };
+            indicators(self.t[k], &mut self.z[k]);
+        }
+        let bad = self.z[begin - 1..].iter().find_map(|z| z.iter().position(|z| z.is_nan()));
+        let mut first: Option<Crossing> = None;
+        for i in 0..self.work.len() {
+            let limit = first.map_or(f64::INFINITY, |c| c.t);
+            match self.first_of(begin - 1, i, direction(i), limit, indicators) {
+                Some(t) if bad.is_none() && t < limit => first = Some(Crossing { t, indicator: i }),
+                _ => {}
+            }
+        }
+        // A step that is tried again starts where this one did.
+        self.z.swap(0, begin - 1);
+        bad.map_or(Ok(first), Err)
+    }
+
+    /// The first event of one indicator, as long as it may lie before `limit`.
+    fn first_of(
+        &mut self,
+        begin: usize,
+        i: usize,
+        way: Direction,
+        limit: f64,
+        indicators: Indicators,
+    ) -> Option<f64> {
+        let mut at = |work: &mut [f64], t: f64| {
+            indicators(t, work);
+            work[i]
+        };
+        let (t, work) = (self.t, &mut self.work);
+        let z: [f64; MOST] = core::array::from_fn(|k| self.z[k][i]);
+        for k in begin..MOST - 1 {
+            if t[k] >= limit {
+                return None;
+            }
+            if way.counts(z[k], z[k + 1]) {
+                return Some(cross((t[k], z[k]), (t[k + 1], z[k + 1]), |t| at(work, t)));
+            }
+            if k + 2 < MOST {
+                let [a, m, b] = [k, k + 1, k + 2].map(|j| (t[j], z[j]));
+                if let Some(dip) = dip(a, m, b, |t| at(work, t)) {
+                    let ends = if way.counts(a.1, dip.1) { (a, dip) } else { (dip, b) };
+                    return Some(cross(ends.0, ends.1, |t| at(work, t)));
+                }
+            }
+        }
+        None
+    }
+}
+
+type Point = (f64, f64);
+
+/// Between samples of one domain: a point of the other domain, where |z| has a minimum that may reach 0.
+///
+/// Golden section; given up as soon as |z| is larger than its variation within the bracket, since a smooth
+/// function then stays away from 0.
+fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) -> Option<Point> {
+    let up = a.1 > 0.0;
+    if (m.1 > 0.0) != up || (b.1 > 0.0) != up {
+        return None;
+    }
+    for _ in 0..60 {
+        let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
+        let variation = za.max(zb) - zm;
+        if zm > za || zm > zb || variation <= 0.0 || zm > variation {
+            return None;
+        }
+        let right = b.0 - m.0 > m.0 - a.0;
+        let far = if right { b.0 } else { a.0 };
+        let t = m.0 + 0.381966 * (far - m.0);
+        if t == m.0 || t == far {
+            return None;
+        }
+        let n = (t, z(t));
+        if (n.1 > 0.0) != up {
+            return Some(n);
+        }
+        // Keep the three points around the smaller of the inner two.
+        match (n.1.abs() < zm, right) {
+            (true, true) => (a, m) = (m, n),
+            (true, false) => (b, m) = (m, n),
+            (false, true) => b = n,
+            (false, false) => a = n,
+        }
+    }
+    None
+}
+
+/// The crossing between `a` and `b`, which lie in different domains, to a few units in the last place of t;
+/// returns the end of the bracket that lies in b's domain. Illinois variant of regula falsi, kept from
+/// stalling by bisection.
+fn cross(a: Point, b: Point, mut z: impl FnMut(f64) -> f64) -> f64 {
+    let old = a.1 > 0.0;
+    let ((mut ta, mut za), (mut tb, mut zb)) = (a, b);
+    let tol = 2.0 * f64::EPSILON * ta.abs().max(tb.abs()).max(tb - ta);
+    let mut side = 0;
+    for round in 1..200 {
+        let width = tb - ta;
+        if width <= tol {
+            break;
+        }
+        let secant = ta - za * width / (zb - za);
+        let inner = secant.clamp(ta + 0.5 * tol.min(width), tb - 0.5 * tol.min(width));
+        let t = if round % 4 == 0 || !secant.is_finite() { ta + 0.5 * width } else { inner };
+        if t <= ta || t >= tb {
+            break;
+        }
+        let zt = z(t);
+        if (zt > 0.0) == old {
+            (ta, za) = (t, zt);
+            if side == -1 {
+                zb *= 0.5;
+            }
+            side = -1;
+        } else {
+            (tb, zb) = (t, zt);
+            if side == 1 {
+                za *= 0.5;
+            }
+            side = 1;
+        }
+    }
+    tb
+}

@@ -1,0 +1,104 @@
+//! Small dense systems on flat row-major slices; the caller gives all memory.
+
+use crate::Scalar;
+
+/// A matrix that cannot be factored (for [`ldl_factor`]: one that is not positive definite).
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("singular matrix: pivot {pivot:e} in row {index}")]
+pub struct Singular {
+    /// Row of the pivot, from 0.
+    pub index: usize,
+    /// Its value.
+    pub pivot: f64,
+}
+
+/// P A = L U with partial pivoting, in place; `pivots[k]` is the row swapped with row k.
+///
+/// # Errors
+/// A pivot that is zero or not finite.
+pub fn lu_factor<T: Scalar>(a: &mut [T], n: usize, pivots: &mut [usize]) -> Result<(), Singular> {
+    for k in 0..n {
+        let size = |i: usize| a[i * n + k].value().abs();
+        let row = (k + 1..n).fold(k, |best, i| if size(i) > size(best) { i } else { best });
+        let pivot = a[row * n + k];
+        if pivot.value() == 0.0 || !pivot.value().is_finite() {
+            return Err(Singular { index: k, pivot: pivot.value() });
+        }
+        pivots[k] = row;
+        if row != k {
+            for j in 0..n {
+                a.swap(k * n + j, row * n + j);
+            }
+        }
+        for i in k + 1..n {
+            let l = a[i * n + k] / pivot;
+            a[i * n + k] = l;
+            for j in k + 1..n {
+                a[i * n + j] -= l * a[k * n + j];
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Solves A x = b with the factors of [`lu_factor`]; `b` becomes x.
+pub fn lu_solve<T: Scalar>(lu: &[T], n: usize, pivots: &[usize], b: &mut [T]) {
+    for k in 0..n {
+        b.swap(k, pivots[k]);
+    }
+    for i in 1..n {
+        for j in 0..i {
+            b[i] -= lu[i * n + j] * b[j];
+        }
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..n {
+            b[i] -= lu[i * n + j] * b[j];
+        }
+        b[i] /= lu[i * n + i];
+    }
+}
+
+/// A = L D L^T of a symmetric positive definite matrix, in place; reads and writes the lower triangle,
+/// D on the diagonal.
+///
+/// # Errors
+/// A pivot that is not positive beyond rounding, relative to the diagonal element it came from.
+pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
+    for j in 0..n {
+        let diagonal = a[j * n + j].value();
+        for k in 0..j {
+            let l = a[j * n + k];
+            a[j * n + j] -= l * l * a[k * n + k];
+        }
+        let d = a[j * n + j];
+        // Written such that NaN fails too.
+        if !(d.value() > n as f64 * f64::EPSILON * diagonal && d.value().is_finite()) {
+            return Err(Singular { index: j, pivot: d.value() });
+        }
+        for i in j + 1..n {
+            for k in 0..j {
+                a[i * n + j] -= a[i * n + k] * a[j * n + k] * a[k * n + k];
+            }
+            a[i * n + j] /= d;
+        }
+    }
+    Ok(())
+}
+
+/// Solves A x = b with the factors of [`ldl_factor`]; `b` becomes x.
+pub fn ldl_solve<T: Scalar>(ldl: &[T], n: usize, b: &mut [T]) {
+    for i in 1..n {
+        for j in 0..i {
+            b[i] -= ldl[i * n + j] * b[j];
+        }
+    }
+    for i in 0..n {
+        b[i] /= ldl[i * n + i];
+    }
+    for i in (0..n).rev() {
+        for j in i + 1..n {
+            b[i] -= ldl[j * n + i] * b[j];
+        }
+    }
+}
