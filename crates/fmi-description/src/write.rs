@@ -182,8 +182,9 @@ fn value(kind: Kind, x: f64) -> String {
 fn bounds(v: &Variable) -> Vec<(&'static str, String)> {
     let mut out = Vec::new();
     if v.kind != Kind::Boolean {
-        out.extend(v.min.map(|x| ("min", value(v.kind, x))));
-        out.extend(v.max.map(|x| ("max", value(v.kind, x))));
+        let finite = |x: &f64| x.is_finite();
+        out.extend(v.min.filter(finite).map(|x| ("min", value(v.kind, x))));
+        out.extend(v.max.filter(finite).map(|x| ("max", value(v.kind, x))));
     }
     out
 }

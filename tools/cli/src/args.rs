@@ -1,0 +1,75 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Digital twins of flexible manipulators as FMUs, and what separates them from the real ones.
+#[derive(Debug, Parser)]
+#[command(version, about)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Pack, show and check FMUs
+    #[command(subcommand)]
+    Fmu(Fmu),
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Fmu {
+    /// Pack models as FMUs
+    Pack(Pack),
+    /// List models, presets and effects
+    List,
+    /// Tell what an FMU is
+    Info(Info),
+    /// Check anybody's FMU and say what is wrong with it
+    Validate(Validate),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Pack {
+    /// Models to pack; all that fit the other options when none is named
+    pub(crate) model: Vec<String>,
+    /// Folder for the FMUs; made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = ".")]
+    pub(crate) output: PathBuf,
+    /// Version of the standard; both when not given
+    #[arg(long, value_name = "2|3", value_parser = clap::value_parser!(u32).range(2..=3))]
+    pub(crate) fmi: Option<u32>,
+    /// Effect to pack in (see `trueup fmu list`); may be repeated
+    #[arg(long, value_name = "ID")]
+    pub(crate) effect: Vec<String>,
+    /// Parameter set to start from (see `trueup fmu list`)
+    #[arg(long, value_name = "NAME")]
+    pub(crate) preset: Option<String>,
+    /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
+    /// or all of them (`linkMass=4,3,1`)
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Which joints are flexible, one entry per joint
+    #[arg(long, value_name = "true,false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
+    pub(crate) flexible: Vec<bool>,
+    /// Folder with the template libraries; found beside the program when not given
+    #[arg(long, value_name = "DIR")]
+    pub(crate) library: Option<PathBuf>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Info {
+    /// The FMU: a file or an unpacked folder
+    pub(crate) file: PathBuf,
+    /// Machine-readable
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Validate {
+    /// The FMU: a file or an unpacked folder
+    pub(crate) file: PathBuf,
+}

@@ -1,0 +1,170 @@
+//! `trueup fmu pack`
+
+mod start;
+
+use std::path::{Path, PathBuf};
+
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi_description::Version;
+use trueup_fmi_description::pack::{Parts, archive, write_file};
+
+use crate::args::Pack;
+use crate::catalog::{self, Model};
+use crate::error::Error;
+use crate::{assets, catalog::Effect};
+
+pub(crate) fn run(args: &Pack) -> Result<(), Error> {
+    for e in &args.effect {
+        if !catalog::models().any(|m| acts(m, e)) {
+            return Err(Error::Usage(format!("there is no effect `{e}`: `trueup fmu list` shows them")));
+        }
+    }
+    if let Some(p) = &args.preset
+        && !catalog::models().any(|m| has_preset(m, p))
+    {
+        return Err(Error::Usage(format!("there is no preset `{p}`: `trueup fmu list` shows them")));
+    }
+    let models = models(args)?;
+    std::fs::create_dir_all(&args.output).map_err(|e| Error::at(&args.output, e))?;
+    for model in models {
+        let path = library(model, args.library.as_deref())?;
+        let library = std::fs::read(&path).map_err(|e| Error::at(&path, e))?;
+        let configuration = configuration(model, args)?;
+        for version in Version::ALL {
+            if args.fmi.is_none_or(|v| v == version.major()) {
+                println!("{}", pack(model, &configuration, version, &library, &args.output)?.display());
+            }
+        }
+    }
+    Ok(())
+}
+
+fn acts(model: Model, effect: &str) -> bool {
+    catalog::effects(model.name).iter().any(|e: &Effect| e.id == effect)
+}
+
+fn has_preset(model: Model, preset: &str) -> bool {
+    catalog::presets(model.name).any(|p| p.name == preset)
+}
+
+/// The models named, or all that the other options fit.
+fn models(args: &Pack) -> Result<Vec<Model>, Error> {
+    let misfit = |m: Model| {
+        let effect = args
+            .effect
+            .iter()
+            .find(|e| !acts(m, e))
+            .map(|e| format!("effect `{e}` does not act in {}", m.name));
+        effect.or_else(|| {
+            args.preset
+                .as_ref()
+                .filter(|p| !has_preset(m, p))
+                .map(|p| format!("preset `{p}` is not for {}", m.name))
+        })
+    };
+    if args.model.is_empty() {
+        if !args.set.is_empty() || !args.flexible.is_empty() {
+            return Err(Error::Usage("--set and --flexible want a model: name it".to_owned()));
+        }
+        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none()).collect();
+        if fitting.is_empty() {
+            return Err(Error::Usage(
+                "no model has all of these effects and this preset: `trueup fmu list` shows which has which"
+                    .to_owned(),
+            ));
+        }
+        return Ok(fitting);
+    }
+    let named = |name: &String| {
+        let model = catalog::models().find(|m| m.name == name).ok_or_else(|| {
+            let names: Vec<_> = catalog::models().map(|m| m.name).collect();
+            Error::Usage(format!("there is no model `{name}`; there are {}", names.join(", ")))
+        })?;
+        misfit(model)
+            .map_or(Ok(model), |why| Err(Error::Usage(format!("{why}: `trueup fmu list` shows what fits"))))
+    };
+    args.model.iter().map(named).collect()
+}
+
+fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
+    let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
+    let ids = catalog::effects(model.name).into_iter().map(|e| e.id);
+    let mut configuration = Configuration {
+        joint_flexible: args.flexible.clone(),
+        // In the order in which they act; given twice, an effect is packed once.
+        effects: ids.filter(|id| args.effect.iter().any(|e| e == id)).map(str::to_owned).collect(),
+        ..Configuration::of(model.name)
+    };
+    // Start values are read against the variables that this structure has.
+    let table = (model.table)(&configuration).map_err(refused)?;
+    let preset =
+        args.preset.iter().flat_map(|name| catalog::presets(model.name).filter(move |p| p.name == name));
+    for (name, value) in preset.flat_map(|p| p.values) {
+        start::assign(&mut configuration.start, name, *value);
+    }
+    for set in &args.set {
+        for (name, value) in start::parse(&table, set).map_err(refused)? {
+            start::assign(&mut configuration.start, &name, value);
+        }
+    }
+    Ok(configuration)
+}
+
+fn pack(
+    model: Model,
+    configuration: &Configuration,
+    version: Version,
+    library: &[u8],
+    folder: &Path,
+) -> Result<PathBuf, Error> {
+    let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
+    let table = (model.table)(configuration).map_err(failed)?;
+    let reference = (model.reference)(configuration).map_err(failed)?;
+    let assets = assets::of(model.name).ok_or_else(|| failed("has no documentation".to_owned()))?;
+    let bytes = archive(&Parts {
+        table: &table,
+        configuration,
+        version,
+        library,
+        equations: assets.equations,
+        picture: assets.picture,
+        icon_svg: assets.icon_svg,
+        icon_png: assets.icon_png,
+        licences: assets::LICENCES,
+        reference: &reference,
+    })
+    .map_err(|e| failed(e.to_string()))?;
+    let mut name = model.name.to_owned();
+    for e in &configuration.effects {
+        name += &format!("+{e}");
+    }
+    let path = folder.join(format!("{name}.fmi{}.fmu", version.major()));
+    write_file(&path, &bytes).map_err(|e| Error::Failed(e.to_string()))?;
+    Ok(path)
+}
+
+/// The template library: in the folder named, or beside the program, or where cargo puts the library of a
+/// dependency; the newest.
+fn library(model: Model, named: Option<&Path>) -> Result<PathBuf, Error> {
+    let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, model.library, std::env::consts::DLL_SUFFIX);
+    let folders = match named {
+        Some(folder) => vec![folder.to_owned()],
+        None => {
+            let program = std::env::current_exe().map_err(|e| Error::Failed(e.to_string()))?;
+            let beside = program.parent().unwrap_or(Path::new(".")).to_owned();
+            vec![beside.join("deps"), beside]
+        }
+    };
+    let modified = |path: &PathBuf| path.metadata().and_then(|m| m.modified()).ok();
+    let found = folders.iter().map(|f| f.join(&file)).filter(|p| modified(p).is_some()).max_by_key(modified);
+    found.ok_or_else(|| {
+        let places: Vec<_> = folders.iter().map(|f| f.display().to_string()).collect();
+        Error::Failed(format!(
+            "{file}, the template of {}, is not in {}: build it with `cargo build --release -p {}`, \
+             or name its folder with --library",
+            model.name,
+            places.join(" nor in "),
+            model.library.replace('_', "-")
+        ))
+    })
+}

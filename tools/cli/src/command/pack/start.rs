@@ -1,0 +1,138 @@
+//! `--set NAME=VALUE`
+
+use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
+
+/// Sets the start value of an element; the last one counts.
+pub(super) fn assign(start: &mut Vec<(String, f64)>, name: &str, value: f64) {
+    match start.iter_mut().find(|(n, _)| n == name) {
+        Some(slot) => slot.1 = value,
+        None => start.push((name.to_owned(), value)),
+    }
+}
+
+/// Element names and values of `name=value`, `name[i]=value` or `name=value,value,..`.
+pub(super) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>, String> {
+    let (name, values) = set.split_once('=').ok_or_else(|| format!("--set {set}: write it as name=value"))?;
+    let (name, values) = (name.trim(), values.split(',').map(str::trim));
+    let (variable, elements) = find(table, name).ok_or_else(|| {
+        format!("--set {set}: there is no variable `{name}`; pack the model and look with `trueup fmu info`")
+    })?;
+    let settable = matches!(variable.causality, Causality::Parameter | Causality::Input)
+        && variable.variability != Variability::Constant;
+    if !settable {
+        return Err(format!(
+            "--set {set}: `{name}` is calculated; only parameters and inputs have start values"
+        ));
+    }
+    let values: Vec<f64> = values.map(|v| value(table, variable, v)).collect::<Result<_, _>>()?;
+    if values.len() != elements.len() {
+        return Err(format!(
+            "--set {set}: {} values for {} elements of `{name}`",
+            values.len(),
+            elements.len()
+        ));
+    }
+    Ok(elements.into_iter().map(|e| variable.element_name(e)).zip(values).collect())
+}
+
+fn find<'a>(table: &'a ModelTable, name: &str) -> Option<(&'a Variable, Vec<usize>)> {
+    table.variables.iter().find_map(|v| {
+        if v.name == name {
+            return Some((v, (0..v.len()).collect()));
+        }
+        (0..v.len()).find(|e| v.element_name(*e) == name).map(|e| (v, vec![e]))
+    })
+}
+
+fn value(table: &ModelTable, v: &Variable, text: &str) -> Result<f64, String> {
+    let number = || text.parse::<f64>().ok().filter(|x| x.is_finite());
+    let whole = || number().filter(|x| x.fract() == 0.0);
+    let (value, wanted) = match v.kind {
+        Kind::Real => (number(), "a number".to_owned()),
+        Kind::Integer => (whole(), "a whole number".to_owned()),
+        Kind::Boolean => (text.parse::<bool>().ok().map(f64::from), "true or false".to_owned()),
+        Kind::Enumeration(i) => {
+            let items = table.enumerations.get(i).map(|e| e.items.as_slice()).unwrap_or_default();
+            let names: Vec<&str> = items.iter().map(|(name, _)| *name).collect();
+            let position = names.iter().position(|name| *name == text);
+            (position.map(|p| (p + 1) as f64), format!("one of {}", names.join(", ")))
+        }
+    };
+    let value = value.ok_or_else(|| format!("`{}` wants {wanted}, not `{text}`", v.name))?;
+    let unit = v.unit;
+    match (v.min, v.max) {
+        (Some(min), _) if v.exclusive && value <= min => {
+            Err(format!("`{}` must be greater than {min:?} {unit}, not {text}", v.name))
+        }
+        (Some(min), _) if value < min => {
+            Err(format!("`{}` must be at least {min:?} {unit}, not {text}", v.name))
+        }
+        (_, Some(max)) if value > max => {
+            Err(format!("`{}` must be at most {max:?} {unit}, not {text}", v.name))
+        }
+        _ => Ok(value),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueup_fmi::table::{Enumeration, Experiment, Storage};
+
+    fn table() -> ModelTable {
+        let parameter = |name: &str| {
+            Variable::new(name, Causality::Parameter, Variability::Fixed, Storage::Parameter(0), "kg", "")
+        };
+        let law = Enumeration { name: "Law", description: "", items: vec![("soft", ""), ("hard", "")] };
+        ModelTable {
+            name: "M".to_owned(),
+            description: String::new(),
+            variables: vec![
+                parameter("mass").array(&[2]).start(&[1.0, 1.0]).above(0.0),
+                parameter("law").kind(Kind::Enumeration(0)).start(&[1.0]),
+                Variable::new("y", Causality::Output, Variability::Continuous, Storage::Output(0), "m", ""),
+            ],
+            enumerations: vec![law],
+            terminals: Vec::new(),
+            indicators: 0,
+            experiment: Experiment { stop_time: 1.0, tolerance: 1e-6, step_size: 0.1 },
+        }
+    }
+
+    #[test]
+    fn elements_arrays_and_items() {
+        let t = table();
+        assert_eq!(parse(&t, "mass[2]=4"), Ok(vec![("mass[2]".to_owned(), 4.0)]));
+        assert_eq!(
+            parse(&t, "mass = 4, 3"),
+            Ok(vec![("mass[1]".to_owned(), 4.0), ("mass[2]".to_owned(), 3.0)])
+        );
+        assert_eq!(parse(&t, "law=hard"), Ok(vec![("law".to_owned(), 2.0)]));
+    }
+
+    #[test]
+    fn what_is_wrong_is_said() {
+        let t = table();
+        for (set, said) in [
+            ("mass", "name=value"),
+            ("mas=1", "no variable `mas`"),
+            ("mass[3]=1", "no variable `mass[3]`"),
+            ("mass=1", "1 values for 2 elements"),
+            ("mass[1]=0", "greater than 0.0 kg"),
+            ("mass[1]=nan", "wants a number"),
+            ("law=firm", "one of soft, hard"),
+            ("y=1", "calculated"),
+        ] {
+            let message = parse(&t, set).unwrap_err();
+            assert!(message.contains(said), "{set}: {message}");
+        }
+    }
+
+    #[test]
+    fn the_last_value_counts() {
+        let mut start = Vec::new();
+        assign(&mut start, "a", 1.0);
+        assign(&mut start, "a", 2.0);
+        assert_eq!(start, [("a".to_owned(), 2.0)]);
+    }
+}

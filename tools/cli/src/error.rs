@@ -1,0 +1,30 @@
+//! One message and an exit code.
+
+use std::process::ExitCode;
+
+/// Why a command did not do its work.
+#[derive(Debug, PartialEq, Eq)]
+pub(crate) enum Error {
+    /// The command line asks for something that does not exist: exit code 2.
+    Usage(String),
+    /// The work could not be done: exit code 1.
+    Failed(String),
+    /// Everything is said already: exit code 1.
+    Said,
+}
+
+impl Error {
+    pub(crate) fn message(&self) -> Option<&str> {
+        match self {
+            Self::Usage(m) | Self::Failed(m) => Some(m),
+            Self::Said => None,
+        }
+    }
+    pub(crate) fn exit_code(&self) -> ExitCode {
+        ExitCode::from(if matches!(self, Self::Usage(_)) { 2 } else { 1 })
+    }
+    /// A failure that concerns this file.
+    pub(crate) fn at(path: &std::path::Path, why: impl std::fmt::Display) -> Self {
+        Self::Failed(format!("{}: {why}", path.display()))
+    }
+}
