@@ -1,0 +1,106 @@
+"""Directional derivatives of the FMUs against central differences of the same FMUs, at random states in every mode."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from low_level import Opened
+
+FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
+ALL = sorted(p for p in FMUS.glob("*.fmu"))
+if not ALL:
+    pytest.skip(f"no packed FMUs in {FMUS}: run ./test, which packs them", allow_module_level=True)
+
+
+def nominals(f, n):
+    return np.array(f.fmu.getNominalsOfContinuousStates(n) if hasattr(f.fmu, "getNominalsOfContinuousStates") else np.ones(n))
+
+
+class Point:
+    """States and inputs as one vector; rates and outputs as another."""
+
+    def __init__(self, f):
+        self.f = f
+        d = f.description
+        rates = [u.variable for u in d.derivatives]
+        self.rates = [(v.valueReference, f._size(v)) for v in rates]
+        self.states = [(v.derivative.valueReference, f._size(v)) for v in rates]
+        self.inputs, self.outputs = f.reals("input"), f.reals("output")
+        self.nx = sum(n for _, n in self.states)
+        self.nu = sum(n for _, n in self.inputs)
+
+    def read(self, list_):
+        vrs = [vr for vr, _ in list_]
+        if not vrs:
+            return np.zeros(0)
+        if self.f.version == 2:
+            return np.array(self.f.fmu.getReal(vrs))
+        return np.array(self.f.fmu.getFloat64(vrs, nValues=sum(n for _, n in list_)))
+
+    def write(self, z):
+        x, u = z[: self.nx], z[self.nx :]
+        self.f.fmu.setContinuousStates((__import__("ctypes").c_double * self.nx)(*x), self.nx)
+        if self.nu:
+            vrs = [vr for vr, _ in self.inputs]
+            (self.f.fmu.setReal if self.f.version == 2 else self.f.fmu.setFloat64)(vrs, list(u))
+
+    def value(self, z):
+        self.write(z)
+        return np.concatenate([self.read(self.rates), self.read(self.outputs)])
+
+    def derivative(self, seed):
+        known = [vr for vr, _ in self.states + self.inputs]
+        unknown = [vr for vr, _ in self.rates + self.outputs]
+        if self.f.version == 2:
+            return np.array(self.f.fmu.getDirectionalDerivative(unknown, known, list(seed)))
+        n = sum(k for _, k in self.rates + self.outputs)
+        return np.array(self.f.fmu.getDirectionalDerivative(unknown, known, list(seed), n))
+
+
+@pytest.mark.parametrize("fmu", ALL, ids=lambda p: p.name)
+def test_directional_derivatives_equal_central_differences(fmu):
+    rng = np.random.default_rng(7)
+    worst, modes = [], set()
+    with Opened(fmu, "ME") as f:
+        f.initialize()
+        p = Point(f)
+        scale_x = np.array([max(abs(v), 1e-9) for v in state_nominals(f)])
+        for trial in range(12):
+            z = np.concatenate([rng.normal(size=p.nx) * scale_x, rng.normal(size=p.nu) * 0.02])
+            if trial % 3 == 0:  # at rest, so that what can stick does
+                z[:] = 0.0
+                z[p.nx :] = rng.normal(size=p.nu) * 1e-3
+            p.write(z)
+            f.event()
+            z[: p.nx] = current_states(f, p.nx)
+            base = p.value(z)
+            for seed in [rng.normal(size=len(z)) * np.concatenate([scale_x, np.full(p.nu, 0.02)]) for _ in range(3)]:
+                p.value(z)
+                exact = p.derivative(seed)
+                estimates = [(p.value(z + h * seed) - p.value(z - h * seed)) / (2 * h) for h in (1e-3, 1e-4)]
+                # Richardson over two steps: the error of the difference itself falls below the bound.
+                difference = np.minimum(abs(estimates[0] - exact), abs(estimates[1] - exact))
+                extrapolated = abs((100 * estimates[1] - estimates[0]) / 99 - exact)
+                floor = 1e-9 * (abs(base) + 1e-12)
+                error = np.minimum(difference, extrapolated) / np.maximum(np.maximum(abs(exact), floor / 1e-6), 1e-30)
+                worst.append(error.max())
+    print(f"{fmu.name}: quantiles of the relative difference {np.quantile(worst, [0.5, 0.9, 1.0])}")
+    assert max(worst) < 1e-6
+
+
+def state_nominals(f):
+    out = []
+    for u in f.description.derivatives:
+        v = u.variable.derivative
+        out += [float(v.nominal or 1.0)] * f._size(v)
+    return out
+
+
+def current_states(f, n):
+    import ctypes
+
+    x = (ctypes.c_double * n)()
+    f.fmu.getContinuousStates(x, n)
+    return np.array(x)

@@ -1,0 +1,213 @@
+"""FMPy as the user's tool: every FMU x {2.0, 3.0} x {Model Exchange, Co-Simulation}."""
+
+import csv
+import io
+import os
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import read_model_description, simulate_fmu
+from fmpy.validation import validate_fmu
+
+FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
+ALL = sorted(FMUS.glob("*.fmu"))
+MODELS = ["TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController"]
+
+if not ALL:
+    pytest.skip(f"no packed FMUs in {FMUS}: run ./test, which packs them", allow_module_level=True)
+
+
+def path(model, version):
+    return str(FMUS / f"{model}.fmi{version}.fmu")
+
+
+def member(fmu, name):
+    with zipfile.ZipFile(fmu) as z:
+        return z.read(name).decode()
+
+
+def table(text):
+    """CSV with a header line as a dictionary of columns."""
+    rows = list(csv.reader(io.StringIO(text)))
+    data = np.array([[float(v) for v in row] for row in rows[1:]])
+    return {name: data[:, i] for i, name in enumerate(rows[0])}
+
+
+def elements(result, description):
+    """Columns of a result by element name: FMI 3.0 arrays become name[i] and name[i,j]."""
+    columns = {"time": np.asarray(result["time"], dtype=float)}
+    for v in description.modelVariables:
+        if v.name not in result.dtype.names or v.name == "time":
+            continue
+        data = np.asarray(result[v.name], dtype=float)
+        if data.ndim == 1:
+            columns[v.name] = data
+            continue
+        shape = data.shape[1:]
+        for index in np.ndindex(*shape):
+            label = ",".join(str(i + 1) for i in index)
+            columns[f"{v.name}[{label}]"] = data[(slice(None), *index)]
+    return columns
+
+
+def signals(model, version):
+    """The reference experiment's inputs as FMPy takes them."""
+    fmu = path(model, version)
+    inputs = table(member(fmu, f"documentation/{model}_in.csv"))
+    description = read_model_description(fmu)
+    columns = [("time", float)]
+    values = {"time": inputs["time"]}
+    for v in description.modelVariables:
+        if v.causality != "input":
+            continue
+        if version == 3 and v.dimensions:
+            names = [n for n in inputs if n.startswith(v.name + "[")]
+            if names:
+                columns.append((v.name, float, (len(names),)))
+                values[v.name] = np.stack([inputs[n] for n in names], axis=1)
+        elif v.name in inputs:
+            columns.append((v.name, float))
+            values[v.name] = inputs[v.name]
+    out = np.zeros(len(inputs["time"]), dtype=columns)
+    for name, data in values.items():
+        out[name] = data
+    return out
+
+
+def run(model, version, kind, tolerance, **more):
+    fmu = path(model, version)
+    description = read_model_description(fmu)
+    outputs = [v.name for v in description.modelVariables if v.causality == "output"]
+    result = simulate_fmu(
+        fmu,
+        fmi_type=kind,
+        stop_time=description.defaultExperiment.stopTime,
+        step_size=description.defaultExperiment.stepSize,
+        output_interval=description.defaultExperiment.stepSize,
+        relative_tolerance=tolerance,
+        input=signals(model, version),
+        output=outputs,
+        **more,
+    )
+    return elements(result, description)
+
+
+@pytest.mark.parametrize("fmu", ALL, ids=lambda p: p.name)
+def test_validate_finds_no_problem(fmu):
+    assert validate_fmu(str(fmu)) == []
+
+
+def error_against(result, reference):
+    """Largest error of each output relative to its largest magnitude, over the times both have."""
+    worst = {}
+    t_ref = reference["time"]
+    # Events give several rows at one time; the last one is the value from there on.
+    t, last = np.unique(result["time"][::-1], return_index=True)
+    last = len(result["time"]) - 1 - last
+    for name, want in reference.items():
+        if name == "time" or name not in result:
+            continue
+        have = np.full(len(t_ref), np.nan)
+        index = np.searchsorted(t, t_ref)
+        for k, i in enumerate(index):
+            for j in (i, i - 1):
+                if 0 <= j < len(t) and abs(t[j] - t_ref[k]) < 1e-9:
+                    have[k] = result[name][last[j]]
+                    break
+        ok = ~np.isnan(have)
+        assert ok.mean() > 0.95, f"{name}: only {ok.mean():.0%} of the reference times are there"
+        scale = max(np.max(np.abs(want)), 1e-12)
+        worst[name] = np.abs(have - want)[ok] / scale
+    return worst
+
+
+@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
+@pytest.mark.parametrize("model", MODELS)
+def test_matches_the_native_run(model, version, kind, record_property):
+    reference = table(member(path(model, version), f"documentation/{model}_ref.csv"))
+    for tolerance, bound in [(1e-12, 1e-9), (1e-8, 1e-6)]:
+        worst = error_against(run(model, version, kind, tolerance), reference)
+        assert len(worst) >= 1
+        for name, error in worst.items():
+            quantiles = np.quantile(error, [0.5, 0.99, 1.0])
+            record_property(f"{model} fmi{version} {kind} tol {tolerance} {name}", str(quantiles))
+            jumps = name.startswith(("motorAcc", "loadAcc", "frictionT", "sticking", "motorTorque", "motorCurrent", "transmissionTorque"))
+            assert (quantiles[1] if jumps else quantiles[2]) < bound, f"{name}: {quantiles} at {tolerance}"
+
+
+def test_momentum_does_not_drift():
+    n = 3
+    t = np.linspace(0, 10, 1001)
+    signal = np.zeros(len(t), dtype=[("time", float)] + [(f"jointTorque[{i + 1}]", float) for i in range(n)])
+    signal["time"] = t
+    signal["jointTorque[1]"] = 0.3 * np.sin(t)
+    signal["jointTorque[2]"] = -0.2 * np.cos(2 * t)
+    signal["jointTorque[3]"] = 0.1 * np.sin(3 * t)
+    for tolerance, bound in [(1e-12, 1e-9), (None, 1e-6)]:
+        r = simulate_fmu(
+            path("PlanarManipulator", 2),
+            fmi_type="ModelExchange",
+            stop_time=10.0,
+            relative_tolerance=tolerance,
+            input=signal,
+            output=["linearMomentum[1]", "linearMomentum[2]", "angularMomentum", "kineticEnergy"],
+        )
+        assert np.max(r["kineticEnergy"]) > 1e-2, "the arm has to move for this to mean anything"
+        drift = max(np.max(np.abs(r[c])) for c in ["linearMomentum[1]", "linearMomentum[2]", "angularMomentum"])
+        print(f"momentum drift over 10 s at tolerance {tolerance}: {drift:.2e}")
+        assert drift < bound
+
+
+def exact_run():
+    """Current pulses of both signs, and pushes on the load that make the stuck motor break away."""
+    from exact_joint import ExactJoint
+
+    joint = ExactJoint(1.2e-7, 8.0, 44340.0, 0.02, 3.07e-5, 8.07e-8, 7.37e-5, 2.99e-4, 7.2e-8)
+    schedule = [(0.0, 0.0, 0.0)]
+    for k in range(6):
+        current = 0.016 * (-1) ** k
+        schedule += [(0.1 + 0.25 * k, current, 0.0), (0.13 + 0.25 * k, 0.0, 0.0)]
+    for k in range(4):
+        sign = (-1) ** k
+        schedule += [(1.7 + 0.4 * k, 0.0145 * sign, 0.35 * sign), (1.9 + 0.4 * k, 0.0, 0.0)]
+    stop = 3.5
+    for here, after in zip(schedule, schedule[1:] + [(stop, 0.0, 0.0)]):
+        joint.set(here[1], here[2])
+        joint.advance(after[0])
+    return schedule, joint, stop
+
+
+@pytest.mark.parametrize("version", [2, 3])
+def test_event_times_of_a_stick_slip_run(version):
+    schedule, joint, stop = exact_run()
+    times = np.repeat([t for t, _, _ in schedule] + [stop], 2)[1:-1]
+    signal = np.zeros(len(times), dtype=[("time", float), ("motorCurrent", float), ("externalTorque", float)])
+    signal["time"] = times
+    signal["motorCurrent"] = np.repeat([c for _, c, _ in schedule], 2)
+    signal["externalTorque"] = np.repeat([f for _, _, f in schedule], 2)
+    starts = {
+        "motorInertia": 1.2e-7, "loadInertia": 8.0, "gearRatio": 44340.0, "torqueConstant": 0.02, "stiffness": 3.07e-5,
+        "damping": 8.07e-8, "coulombFriction": 7.37e-5, "staticFriction": 2.99e-4, "viscousFriction": 7.2e-8,
+    }
+    r = simulate_fmu(
+        path("TwoMassJoint", version), fmi_type="ModelExchange", stop_time=stop, relative_tolerance=1e-12,
+        input=signal, start_values=starts, output=["sticking", "motorAngle", "motorVelocity", "loadAngle"], output_interval=1e-3,
+    )
+    stick = np.asarray(r["sticking"]).astype(bool)
+    change = np.flatnonzero(np.diff(stick.astype(int)) != 0)
+    found = [(r["time"][i + 1], stick[i + 1]) for i in change]
+    wanted = [(t, mode == 0) for t, mode in joint.events]
+    assert len(wanted) >= 16
+    previous, wanted_changes = True, []
+    for t, s in wanted:
+        if s != previous:
+            wanted_changes.append((t, s))
+            previous = s
+    assert [s for _, s in found] == [s for _, s in wanted_changes]
+    errors = np.array([abs(a - b) for (a, _), (b, _) in zip(found, wanted_changes)])
+    print(f"{len(errors)} stick-slip events, largest error of their times {errors.max():.1e} s")
+    assert errors.max() < 1e-6
+    assert abs(r["motorAngle"][-1] - joint.x[0]) < 1e-9 * max(1, np.max(np.abs(r["motorAngle"])))
