@@ -4,7 +4,6 @@ import ctypes.util
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
@@ -22,9 +21,6 @@ if not list(FMUS.glob("*.fmu")):
 
 
 def with_fmpy(model, drive, watched):
-    signal = np.zeros(1, dtype=[("time", float)] + [(n, float) for n in drive])
-    for n, v in drive.items():
-        signal[n] = v
     r = simulate_fmu(
         str(FMUS / f"{model}.fmi2.fmu"), fmi_type="CoSimulation", stop_time=STOP, step_size=STEP, output_interval=STEP,
         output=[watched], start_values=drive,
@@ -62,16 +58,15 @@ def test_ecos(model, drive, watched, version):
         pytest.skip("ecos 0.7.2 knows no arrays of FMI 3.0")
     if ctypes.util.find_library("tbb") is None:
         pytest.skip("ecospy needs the system library libtbb.so.12 (Debian: libtbb12), which is not installed")
-    from ecospy import EcosParameterSet, EcosSimulation, EcosSimulationStructure  # noqa: F401
+    from ecospy import EcosSimulation, EcosSimulationStructure
 
     structure = EcosSimulationStructure()
     structure.add_model("it", str(FMUS / f"{model}.fmi{version}.fmu"))
-    with structure.create_simulation(step_size=STEP) as simulation:
-        simulation.init()
-        for name, value in drive.items():
-            simulation.set_real_value(f"it::{name}", value) if hasattr(simulation, "set_real_value") else pytest.skip("this ecospy sets no values")
-        simulation.step(num_steps=int(round(STOP / STEP)))
-        have = simulation.get_real_value(f"it::{watched}")
+    structure.add_parameter_set("start", {f"it::{name}": float(value) for name, value in drive.items()})
+    with EcosSimulation(structure=structure, step_size=STEP) as simulation:
+        simulation.init(parameter_set="start")
+        simulation.step(num_iterations=int(round(STOP / STEP)))
+        have = simulation.get_real(f"it::{watched}")
         simulation.terminate()
     want = with_fmpy(model, drive, watched)
     assert want != 0.0
