@@ -148,23 +148,32 @@ type Point = (f64, f64);
 
 /// Between samples of one domain: a point of the other domain, where |z| has a minimum that may reach 0.
 ///
-/// Golden section; given up as soon as |z| is larger than its variation within the bracket, since a smooth
-/// function then stays away from 0.
+/// Parabolic and golden section in turn; given up as soon as |z| is larger than its variation within the
+/// bracket and the parabola stays clear of 0 too: a smooth function then does so.
 fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) -> Option<Point> {
     let up = a.1 > 0.0;
     if (m.1 > 0.0) != up || (b.1 > 0.0) != up {
         return None;
     }
-    for _ in 0..60 {
+    for round in 0..60 {
         let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
         let variation = za.max(zb) - zm;
-        if zm > za || zm > zb || variation <= 0.0 || zm > variation {
+        if zm > za || zm > zb || variation <= 0.0 {
             return None;
         }
-        let right = b.0 - m.0 > m.0 - a.0;
-        let far = if right { b.0 } else { a.0 };
-        let t = m.0 + 0.381966 * (far - m.0);
-        if t == m.0 || t == far {
+        // The parabola z = zm + slope s + curvature s^2 with s = t - m.
+        let (l, r) = (a.0 - m.0, b.0 - m.0);
+        let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
+        let curvature = (dr - dl) / (r - l);
+        let slope = dl - curvature * l;
+        let vertex = -0.5 * slope / curvature;
+        if zm > variation && zm + 0.5 * slope * vertex > 0.75 * zm {
+            return None;
+        }
+        let far = if r > -l { r } else { l };
+        let usable = vertex.abs() > 1e-3 * (r - l) && vertex > l && vertex < r;
+        let t = m.0 + if usable && round % 3 < 2 { vertex } else { 0.381966 * far };
+        if t <= a.0 || t >= b.0 || t == m.0 {
             return None;
         }
         let n = (t, z(t));
@@ -172,7 +181,7 @@ fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) 
             return Some(n);
         }
         // Keep the three points around the smaller of the inner two.
-        match (n.1.abs() < zm, right) {
+        match (n.1.abs() < zm, t > m.0) {
             (true, true) => (a, m) = (m, n),
             (true, false) => (b, m) = (m, n),
             (false, true) => b = n,

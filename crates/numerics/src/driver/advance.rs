@@ -18,6 +18,9 @@ fn tiny(t: f64) -> f64 {
     4.0 * f64::EPSILON * t.abs()
 }
 
+/// Step in s that is too small even at t = 0.
+const SHORTEST: f64 = 1e-30;
+
 /// Bounds of the ratio of one step to the one before, safety factor and integral gain of the step control
 /// (Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.4 and IV.2).
 const SHRINK: f64 = 0.2;
@@ -180,7 +183,7 @@ impl Driver {
         signal: Signal,
         done: &mut Reached,
     ) -> Result<Option<usize>, DriveError> {
-        let (t, left, floor) = (*s.t, stop - *s.t, tiny(stop).max(tiny(*s.t)));
+        let (t, left, floor) = (*s.t, stop - *s.t, tiny(*s.t).max(SHORTEST));
         let Self { options, sizes, nominal, method, locator, work, u0, x1, f0, f1 } = self;
         let tol = Tolerance { relative: options.tolerance, nominal };
         let adaptive = method.error_order() > 0;
@@ -272,7 +275,7 @@ impl Driver {
             done.rejected += 1;
             retried = true;
             proposed = h * shrink;
-            if !adaptive || proposed <= floor || proposed < f64::MIN_POSITIVE {
+            if !adaptive || proposed <= floor {
                 return Err(match fault {
                     Some(what) => DriveError::NotFinite { t, what },
                     None => DriveError::StepTooSmall { t, h: proposed },
