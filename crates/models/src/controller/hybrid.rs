@@ -41,10 +41,13 @@ fn scatter<T: Scalar>(values: &[T], to: &mut [T], n: usize, j: usize) {
     }
 }
 
-/// The last sample instant at or before `t` is this times `period`; late by up to 1e-9 periods counts as before.
+/// A time short of a sample instant by this share of the period counts as that instant: what adding up a
+/// step, again and again, makes of k T_s.
+const EARLY: f64 = 1e-6;
+
+/// The last sample instant at or before `t` is this times `period`.
 fn last_sample(t: f64, period: f64) -> f64 {
-    let samples = t / period;
-    (samples + 1e-9 + 4.0 * f64::EPSILON * samples.abs()).floor()
+    (t / period + EARLY).floor()
 }
 
 fn next_sample(modes: &[i32]) -> f64 {

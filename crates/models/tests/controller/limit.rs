@@ -1,0 +1,110 @@
+//! The limit of the output: continuous law, few events, no wind-up.
+
+use super::chain::{CONTROLLER_STATES, INERTIA, LOOP, RUNNING, loop_rates, measured, parameters, response};
+use trueup_models::controller::{JointController, Strategy, parameter, state};
+use trueup_numerics::hybrid::{At, Hybrid};
+
+/// A step of the loop by the classical Runge-Kutta method with frozen modes.
+fn rk4(p: &[f64], modes: &[i32], x: &[f64; LOOP], reference: f64, h: f64) -> [f64; LOOP] {
+    let shifted = |k: &[f64; LOOP], c: f64| core::array::from_fn::<f64, LOOP, _>(|i| x[i] + c * h * k[i]);
+    let f = |x: &[f64; LOOP]| loop_rates(p, modes, x, reference, 0.0);
+    let k1 = f(x);
+    let k2 = f(&shifted(&k1, 0.5));
+    let k3 = f(&shifted(&k2, 0.5));
+    let k4 = f(&shifted(&k3, 1.0));
+    core::array::from_fn(|i| x[i] + h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i]))
+}
+
+struct Step {
+    /// Hub angle beyond the reference, as a share of the step.
+    overshoot: f64,
+    /// Hub angle at the end, as a share of the step.
+    end: f64,
+    events: usize,
+}
+
+/// The response to a step of the reference, with events at the ends of steps.
+fn step(p: &[f64], reference: f64, time: f64) -> Step {
+    let (h, limit) = (2e-4, p[parameter::LIMIT]);
+    let (mut x, mut modes) = ([0.0; LOOP], [0; 4]);
+    let (mut overshoot, mut events): (f64, _) = (0.0, 0);
+    for k in 0..(time / h) as usize {
+        let t = k as f64 * h;
+        let u = measured(reference, &x[CONTROLLER_STATES..]);
+        let before = modes;
+        for pass in 0.. {
+            assert!(pass < 4);
+            if JointController.update(t, &mut x[..CONTROLLER_STATES], &u, p, &mut modes).settled() {
+                break;
+            }
+        }
+        events += usize::from(before != modes);
+        let mut y = [0.0];
+        JointController.outputs(At { t, x: &x[..CONTROLLER_STATES], u: &u, p, modes: &modes }, &mut y);
+        assert!(y[0].abs() <= limit);
+        assert!(
+            x[state::INTEGRAL_TORQUE].abs() <= limit * (1.0 + 1e-9),
+            "the integral left the actuator's range"
+        );
+        x = rk4(p, &modes, &x, reference, h);
+        overshoot = overshoot.max(x[CONTROLLER_STATES + 1] / reference - 1.0);
+    }
+    Step { overshoot, end: x[CONTROLLER_STATES + 1] / reference, events }
+}
+
+/// In deep saturation the integral, left alone, would grow with the step; limited it recovers without more
+/// overshoot than the linear loop has.
+#[test]
+fn recovers_without_winding_up() {
+    for strategy in [Strategy::PPi, Strategy::Vwbc, Strategy::VwbcWashout] {
+        let mut p = parameters(strategy, 1.0, 41.648);
+        let linear = response(&p, [1.0, 0.0], 1e-3, 10_000);
+        let linear = linear.iter().map(|x| x[CONTROLLER_STATES + 1] - 1.0).fold(0.0, f64::max);
+        // The torque that decelerates the linear approach is K_p² e J: with twice that the limit must not show
+        // at the end, although K_vp K_p e is 30 times the limit at the beginning.
+        for reference in [0.1, 1.0, 10.0] {
+            p[parameter::LIMIT] = 2.0 * INERTIA[0] * reference;
+            let got = step(&p, reference, 10.0);
+            println!(
+                "{strategy:?}, step {reference}: overshoot {:.4} (linear {linear:.4}), {} events",
+                got.overshoot, got.events
+            );
+            assert!(got.overshoot <= linear + 0.01, "{strategy:?}: {} against {linear}", got.overshoot);
+            assert!((got.end - 1.0).abs() < 2e-3, "{strategy:?}: ends at {}", got.end);
+            assert!(got.events < 20, "{strategy:?}: {} events", got.events);
+        }
+    }
+}
+
+/// At the limit itself both modes give the same rates and outputs, and the indicators leave their domain there.
+#[test]
+fn the_law_is_continuous_at_the_limit() {
+    let mut p = parameters(Strategy::VwbcWashout, 2.0, 41.648);
+    p[parameter::LIMIT] = 100.0;
+    let mut x = [0.0; CONTROLLER_STATES];
+    x[state::INTEGRAL_TORQUE] = 20.0;
+    for side in [1, -1] {
+        // K_vp (v_ff − 0) + z at the limit, by the feedforward.
+        let speed = (f64::from(side) * 100.0 - 20.0) / p[parameter::VELOCITY_GAIN];
+        let saturated = [1, 0, 0, side];
+        let evaluate = |speed: f64, modes: &[i32]| {
+            let u = [0.0, speed, 0.0, 0.0, 0.0, 0.0];
+            let at = At { t: 1.0, x: &x, u: &u, p: &p, modes };
+            let (mut dx, mut y, mut z) = ([0.0; CONTROLLER_STATES], [0.0], [0.0; 2]);
+            JointController.rates(at, &mut dx);
+            JointController.outputs(at, &mut y);
+            JointController.indicators(at, &mut z);
+            (dx, y, z)
+        };
+        let (free, stopped) = (evaluate(speed, &RUNNING), evaluate(speed, &saturated));
+        for (a, b) in free.0.iter().zip(&stopped.0) {
+            assert!((a - b).abs() < 1e-10);
+        }
+        assert!((free.1[0] - stopped.1[0]).abs() < 1e-12);
+        let side_index = usize::from(side < 0);
+        assert!(evaluate(speed * 0.999, &RUNNING).2[side_index] > 0.0);
+        assert!(evaluate(speed * 1.001, &RUNNING).2[side_index] < 0.0);
+        // Inputs that jump past the limit are limited before any event was handled.
+        assert_eq!(evaluate(speed * 3.0, &RUNNING).1[0].abs(), 100.0);
+    }
+}
