@@ -310,6 +310,9 @@ fn first_step(
     f1: &mut [f64],
     x1: &mut [f64],
 ) -> f64 {
+    if x.is_empty() {
+        return f64::INFINITY;
+    }
     ode.rates(t, x, f0);
     let (d0, d1) = (tol.ratio(|i| x[i], x, x), tol.ratio(|i| f0[i], x, x));
     let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };
