@@ -1,5 +1,7 @@
 //! The default parameters drive the default plants to their references, sampled and with every strategy.
 
+#![allow(clippy::expect_used, clippy::panic)] // helpers of tests
+
 use fmu_controller::variables::{joint_controller, manipulator_controller};
 use trueup_fmi::table::{ModelTable, Storage};
 use trueup_models::arm::{self, PlanarManipulator};
