@@ -184,7 +184,7 @@ impl Driver {
         done: &mut Reached,
     ) -> Result<Option<usize>, DriveError> {
         let (t, left, floor) = (*s.t, stop - *s.t, tiny(*s.t).max(SHORTEST));
-        let Self { options, sizes, nominal, method, locator, work, u0, x1, f0, f1 } = self;
+        let Self { options, sizes, nominal, method, locator, work, u0, x1, f0, f1, .. } = self;
         let tol = Tolerance { relative: options.tolerance, nominal };
         let adaptive = method.error_order() > 0;
         let power = 1.0 / f64::from(method.error_order());
