@@ -1,0 +1,312 @@
+//! Exact partial derivatives by dual numbers.
+//!
+//! Unknowns: outputs, rates, event indicators; during initialization the initial states too.
+//! Knowns: inputs, parameters, time; states except during initialization, when they follow from the parameters.
+
+use crate::fault::{Outcome, discard, error};
+use crate::instance::Instance;
+use crate::layout::Target;
+use crate::model::FmuModel;
+use crate::state_machine::{Call, State};
+use trueup_fmi::table::{Kind, Storage};
+use trueup_numerics::Dual;
+use trueup_numerics::hybrid::{At, Sizes};
+
+/// Work space; grows at first use.
+#[derive(Debug, Default)]
+pub(crate) struct Duals {
+    one: Work<1>,
+    four: Work<4>,
+    unknowns: Vec<Unknown>,
+    knowns: Vec<Known>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Known {
+    Time,
+    State(usize),
+    Input(usize),
+    Parameter(usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Unknown {
+    Output(usize),
+    Rate(usize),
+    State(usize),
+    Indicator(usize),
+}
+
+#[derive(Debug, Default)]
+struct Work<const N: usize> {
+    t: Dual<N>,
+    x: Vec<Dual<N>>,
+    u: Vec<Dual<N>>,
+    p: Vec<Dual<N>>,
+    y: Vec<Dual<N>>,
+    dx: Vec<Dual<N>>,
+    z: Vec<Dual<N>>,
+}
+
+impl<const N: usize> Work<N> {
+    fn load(&mut self, n: Sizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
+        let zero = Dual::new(0.0, [0.0; N]);
+        let copy = |to: &mut Vec<Dual<N>>, from: &[f64]| {
+            to.clear();
+            to.extend(from.iter().map(|v| Dual::new(*v, [0.0; N])));
+        };
+        self.t = Dual::new(t, [0.0; N]);
+        copy(&mut self.x, x);
+        copy(&mut self.u, u);
+        copy(&mut self.p, p);
+        self.y.resize(n.outputs, zero);
+        self.dx.resize(n.states, zero);
+        self.z.resize(n.indicators, zero);
+    }
+    fn known(&mut self, k: Known) -> &mut Dual<N> {
+        match k {
+            Known::Time => &mut self.t,
+            Known::State(i) => &mut self.x[i],
+            Known::Input(i) => &mut self.u[i],
+            Known::Parameter(i) => &mut self.p[i],
+        }
+    }
+    fn unknown(&self, k: Unknown) -> &Dual<N> {
+        match k {
+            Unknown::Output(i) => &self.y[i],
+            Unknown::Rate(i) => &self.dx[i],
+            Unknown::State(i) => &self.x[i],
+            Unknown::Indicator(i) => &self.z[i],
+        }
+    }
+    /// Evaluates what the unknowns need.
+    fn sweep<M: FmuModel>(&mut self, i: &InstanceParts<M>, unknowns: &[Unknown]) {
+        i.layout.follow(&mut self.p, i.set);
+        if i.initial {
+            i.model.start(&self.p, &mut self.x);
+        }
+        let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: i.modes };
+        let any = |f: fn(&Unknown) -> bool| unknowns.iter().any(f);
+        if any(|k| matches!(k, Unknown::Output(_))) {
+            i.model.outputs(at, &mut self.y);
+        }
+        if any(|k| matches!(k, Unknown::Rate(_))) {
+            i.model.rates(at, &mut self.dx);
+        }
+        if any(|k| matches!(k, Unknown::Indicator(_))) {
+            i.model.indicators(at, &mut self.z);
+        }
+    }
+}
+
+/// What a sweep needs of the instance beside the work space.
+struct InstanceParts<'a, M> {
+    model: &'a M,
+    layout: &'a crate::layout::Layout,
+    set: &'a [bool],
+    modes: &'a [i32],
+    initial: bool,
+}
+
+impl<M: FmuModel> Instance<M> {
+    fn resolve(&mut self, unknowns: &[u32], knowns: &[u32]) -> Outcome {
+        let initial = self.memory.state == State::Initialization;
+        let (version, layout) = (self.settings.version, &self.layout);
+        let duals = &mut self.duals;
+        duals.unknowns.clear();
+        duals.knowns.clear();
+        for reference in unknowns {
+            let r = match layout.find(version, *reference)? {
+                Target::Indicator(i) => {
+                    duals.unknowns.push(Unknown::Indicator(i));
+                    continue;
+                }
+                Target::Variable(r) => r,
+            };
+            let v = layout.variable(r.variable);
+            for i in r.first..r.first + r.len {
+                duals.unknowns.push(match (v.storage, v.kind) {
+                    (Storage::Output(b), Kind::Real) => Unknown::Output(b + i),
+                    (Storage::Rate(b), Kind::Real) => Unknown::Rate(b + i),
+                    (Storage::State(b), Kind::Real) if initial => Unknown::State(b + i),
+                    _ => {
+                        return error(format!(
+                            "`{}` is no unknown here: take outputs and derivatives of states that are real numbers{}",
+                            v.element_name(i),
+                            if initial { ", or initial states" } else { "" }
+                        ));
+                    }
+                });
+            }
+        }
+        for reference in knowns {
+            let Target::Variable(r) = layout.find(version, *reference)? else {
+                return error("an event indicator is an unknown, no known");
+            };
+            let v = layout.variable(r.variable);
+            for i in r.first..r.first + r.len {
+                duals.knowns.push(match (v.storage, v.kind) {
+                    (Storage::Time, _) => Known::Time,
+                    (Storage::State(b), Kind::Real) if !initial => Known::State(b + i),
+                    (Storage::Input(b), Kind::Real) => Known::Input(b + i),
+                    (Storage::Parameter(b), Kind::Real) => Known::Parameter(b + i),
+                    _ => {
+                        return error(format!(
+                            "`{}` is no known here: take inputs, parameters and time{}, if they are real numbers",
+                            v.element_name(i),
+                            if initial { "" } else { " or states" }
+                        ));
+                    }
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// sensitivity = (d unknowns / d knowns) seed, element by element of arrays.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Outcome {
+        self.prepare(unknowns, knowns, seed)?;
+        self.expect_len(self.duals.knowns.len(), seed.len())?;
+        self.expect_len(self.duals.unknowns.len(), sensitivity.len())?;
+        let (m, d) = (&self.memory, &mut self.duals);
+        d.one.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+        for (k, s) in d.knowns.iter().zip(seed) {
+            d.one.known(*k).eps[0] += s;
+        }
+        let parts = InstanceParts {
+            model: &*self.model,
+            layout: &self.layout,
+            set: &m.set,
+            modes: &m.modes,
+            initial: m.state == State::Initialization,
+        };
+        d.one.sweep(&parts, &d.unknowns);
+        if d.unknowns.iter().any(|k| !d.one.unknown(*k).eps[0].is_finite()) {
+            return discard("a derivative is not finite with these states and inputs");
+        }
+        for (out, k) in sensitivity.iter_mut().zip(&d.unknowns) {
+            *out = d.one.unknown(*k).eps[0];
+        }
+        Ok(())
+    }
+
+    /// sensitivity = (d unknowns / d knowns)^T seed, by forward sweeps over four knowns each.
+    pub fn adjoint_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+        sensitivity: &mut [f64],
+    ) -> Outcome {
+        self.prepare(unknowns, knowns, seed)?;
+        self.expect_len(self.duals.unknowns.len(), seed.len())?;
+        self.expect_len(self.duals.knowns.len(), sensitivity.len())?;
+        let (m, d) = (&self.memory, &mut self.duals);
+        let parts = InstanceParts {
+            model: &*self.model,
+            layout: &self.layout,
+            set: &m.set,
+            modes: &m.modes,
+            initial: m.state == State::Initialization,
+        };
+        for (out, knowns) in sensitivity.chunks_mut(4).zip(d.knowns.chunks(4)) {
+            d.four.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+            for (i, k) in knowns.iter().enumerate() {
+                d.four.known(*k).eps[i] += 1.0;
+            }
+            d.four.sweep(&parts, &d.unknowns);
+            for (i, out) in out.iter_mut().enumerate() {
+                *out = d.unknowns.iter().zip(seed).map(|(k, s)| s * d.four.unknown(*k).eps[i]).sum();
+            }
+        }
+        if sensitivity.iter().any(|s| !s.is_finite()) {
+            return discard("a derivative is not finite with these states and inputs");
+        }
+        Ok(())
+    }
+
+    fn prepare(&mut self, unknowns: &[u32], knowns: &[u32], seed: &[f64]) -> Outcome {
+        self.permit(Call::Derivatives)?;
+        if let Some(i) = seed.iter().position(|s| !s.is_finite()) {
+            return error(format!("seed {} is {}: it must be a finite number", i + 1, seed[i]));
+        }
+        self.ready()?;
+        self.resolve(unknowns, knowns)
+    }
+
+    /// Time derivatives of outputs along the flow, with the slopes of the inputs; order 1 only.
+    pub fn output_derivatives(&mut self, references: &[u32], orders: &[i32], values: &mut [f64]) -> Outcome {
+        self.permit(Call::OutputDerivatives)?;
+        if let Some(order) = orders.iter().find(|o| **o != 1) {
+            return error(format!("output derivative of order {order}: only order 1 is offered"));
+        }
+        for reference in references {
+            let target = self.layout.find(self.settings.version, *reference)?;
+            let output = match target {
+                Target::Variable(r) => {
+                    let v = self.layout.variable(r.variable);
+                    matches!((v.storage, v.kind), (Storage::Output(_), Kind::Real))
+                        .then_some(())
+                        .ok_or(&v.name)
+                }
+                Target::Indicator(_) => Err(&self.layout.table.name),
+            };
+            if let Err(name) = output {
+                return error(format!("`{name}` is no continuous output: it has no output derivative"));
+            }
+        }
+        self.evaluate_rates()?;
+        self.resolve(references, &[])?;
+        self.expect_len(self.duals.unknowns.len(), values.len())?;
+        let (m, d) = (&self.memory, &mut self.duals);
+        d.one.load(self.layout.sizes, m.t, &m.x, &m.u, &m.p);
+        d.one.t.eps[0] = 1.0;
+        d.one.x.iter_mut().zip(&self.cache.dx).for_each(|(x, dx)| x.eps[0] = *dx);
+        d.one.u.iter_mut().zip(&m.slopes).for_each(|(u, slope)| u.eps[0] = *slope);
+        let parts = InstanceParts {
+            model: &*self.model,
+            layout: &self.layout,
+            set: &m.set,
+            modes: &m.modes,
+            initial: false,
+        };
+        d.one.sweep(&parts, &d.unknowns);
+        for (out, k) in values.iter_mut().zip(&d.unknowns) {
+            *out = d.one.unknown(*k).eps[0];
+        }
+        Ok(())
+    }
+
+    /// What a variable depends on, element by element: (element of the dependent, value reference of the
+    /// independent, element of the independent), elements from 1.
+    pub fn dependencies(&self, dependent: u32) -> Outcome<Vec<(usize, u32, usize)>> {
+        self.permit(Call::Any)?;
+        let mut found = Vec::new();
+        let knowns = || {
+            let table = &self.layout.table;
+            table.variables.iter().filter(|v| matches!(v.storage, Storage::State(_) | Storage::Input(_)))
+        };
+        match self.layout.find(self.settings.version, dependent)? {
+            Target::Indicator(_) => {
+                found.extend(knowns().flat_map(|k| (1..=k.len()).map(|j| (1, k.value_reference, j))));
+            }
+            Target::Variable(r) => {
+                let v = self.layout.variable(r.variable);
+                if !matches!(v.storage, Storage::Output(_) | Storage::Rate(_)) {
+                    return Ok(found);
+                }
+                for (i, k) in (0..v.len()).flat_map(|i| knowns().map(move |k| (i, k))) {
+                    let elements = (0..k.len()).filter(|j| self.layout.depends(v, i, k, *j));
+                    found.extend(elements.map(|j| (i + 1, k.value_reference, j + 1)));
+                }
+            }
+        }
+        Ok(found)
+    }
+}

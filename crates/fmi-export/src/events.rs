@@ -1,0 +1,175 @@
+//! Event iteration, and what an importer's integrator needs in Model Exchange.
+
+use crate::fault::{Outcome, Status, discard, error};
+use crate::instance::Instance;
+use crate::log::EVENTS;
+use crate::model::FmuModel;
+use crate::state_machine::{Call, Interface, State};
+use trueup_fmi::table::Storage;
+use trueup_numerics::hybrid::Update;
+
+/// Passes of one event iteration after which it is held to be without end.
+const MAX_PASSES: u32 = 1000;
+
+/// Result of one pass of event iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EventInfo {
+    /// Another pass is needed.
+    pub needed: bool,
+    /// States were given new values.
+    pub states: bool,
+    /// Time of the next event known beforehand, in s.
+    pub next: Option<f64>,
+}
+
+impl<M: FmuModel> Instance<M> {
+    pub(crate) fn next_event(&self) -> Option<f64> {
+        self.model.next_event(&self.memory.p, &self.memory.modes)
+    }
+    fn pass(&mut self) -> Outcome<Update> {
+        self.ready()?;
+        let m = &mut self.memory;
+        m.passes += 1;
+        if m.passes > MAX_PASSES {
+            return error(format!(
+                "the event iteration at time {:?} does not settle after {MAX_PASSES} passes; check parameters and inputs",
+                m.t
+            ));
+        }
+        let update = self.model.update(m.t, &mut m.x, &m.u, &m.p, &mut m.modes);
+        self.touch();
+        self.finite_states()?;
+        if !update.settled() && self.log.wants(EVENTS) {
+            let text = format!(
+                "event at time {:?}: {}; modes now {:?}",
+                self.memory.t,
+                if update.states { "states jumped" } else { "modes changed" },
+                self.memory.modes
+            );
+            self.log.say(Status::Ok, EVENTS, text);
+        }
+        Ok(update)
+    }
+    /// Event iteration until nothing changes.
+    pub(crate) fn settle(&mut self) -> Outcome {
+        self.memory.passes = 0;
+        while !self.pass()?.settled() {}
+        Ok(())
+    }
+
+    /// fmi2NewDiscreteStates, fmi3UpdateDiscreteStates: one pass.
+    pub fn update_discrete_states(&mut self) -> Outcome<EventInfo> {
+        self.permit(Call::UpdateDiscreteStates)?;
+        let update = self.pass()?;
+        Ok(EventInfo { needed: !update.settled(), states: update.states, next: self.next_event() })
+    }
+    /// fmi3EvaluateDiscreteStates: nothing to do, the update evaluates them.
+    pub fn evaluate_discrete_states(&mut self) -> Outcome {
+        self.permit(Call::UpdateDiscreteStates)
+    }
+    /// fmiXEnterEventMode.
+    pub fn enter_event_mode(&mut self) -> Outcome {
+        self.permit(Call::EnterEvent)?;
+        if self.settings.interface == Interface::CoSimulation && !self.settings.event_mode_used {
+            return error(
+                "the instance was made without event mode (eventModeUsed): it handles its events itself",
+            );
+        }
+        self.memory.passes = 0;
+        self.enter(State::Event);
+        Ok(())
+    }
+    /// fmiXEnterContinuousTimeMode.
+    pub fn enter_continuous_time(&mut self) -> Outcome {
+        self.permit(Call::EnterContinuousTime)?;
+        self.ready()?;
+        self.enter(State::ContinuousTime);
+        Ok(())
+    }
+    /// fmi3EnterStepMode.
+    pub fn enter_step_mode(&mut self) -> Outcome {
+        self.permit(Call::EnterStep)?;
+        self.ready()?;
+        self.enter(State::Step);
+        Ok(())
+    }
+    /// fmi3EnterConfigurationMode: legal, but there is nothing to configure.
+    pub fn enter_configuration(&mut self) -> Outcome {
+        self.permit(Call::EnterConfiguration)?;
+        self.enter(State::Configuration);
+        Ok(())
+    }
+    /// fmi3ExitConfigurationMode.
+    pub fn exit_configuration(&mut self) -> Outcome {
+        self.permit(Call::ExitConfiguration)?;
+        self.enter(State::Instantiated);
+        Ok(())
+    }
+
+    /// fmiXSetTime.
+    pub fn set_time(&mut self, t: f64) -> Outcome {
+        self.permit(Call::SetTime)?;
+        if !t.is_finite() {
+            return error(format!("time = {t:?}: it must be a finite number"));
+        }
+        if t < self.memory.start_time {
+            return error(format!("time = {t:?} lies before the start time {:?}", self.memory.start_time));
+        }
+        self.memory.t = t;
+        self.touch();
+        Ok(())
+    }
+    /// fmiXSetContinuousStates. NaN and infinity are discarded: a solver's trial may produce them.
+    pub fn set_states(&mut self, x: &[f64]) -> Outcome {
+        self.permit(Call::Integrator)?;
+        self.expect_count("states", self.memory.x.len(), x.len())?;
+        if let Some(i) = x.iter().position(|v| !v.is_finite()) {
+            let name = self.layout.name_of(Storage::State(i));
+            return discard(format!("state `{name}` = {}: it must be finite; try a smaller step", x[i]));
+        }
+        self.memory.x.copy_from_slice(x);
+        self.touch();
+        Ok(())
+    }
+    /// fmiXCompletedIntegratorStep: this model has no step events.
+    pub fn completed_integrator_step(&mut self) -> Outcome {
+        self.permit(Call::Integrator)
+    }
+    /// fmiXGetContinuousStates.
+    pub fn get_states(&mut self, x: &mut [f64]) -> Outcome {
+        self.permit(Call::Evaluate)?;
+        self.expect_count("states", self.memory.x.len(), x.len())?;
+        self.ready()?;
+        x.copy_from_slice(&self.memory.x);
+        Ok(())
+    }
+    /// fmi2GetDerivatives, fmi3GetContinuousStateDerivatives.
+    pub fn get_rates(&mut self, dx: &mut [f64]) -> Outcome {
+        self.permit(Call::Evaluate)?;
+        self.expect_count("states", self.memory.x.len(), dx.len())?;
+        self.evaluate_rates()?;
+        dx.copy_from_slice(&self.cache.dx);
+        Ok(())
+    }
+    /// fmiXGetEventIndicators.
+    pub fn get_indicators(&mut self, z: &mut [f64]) -> Outcome {
+        self.permit(Call::Evaluate)?;
+        self.expect_count("event indicators", self.cache.z.len(), z.len())?;
+        self.evaluate_indicators()?;
+        z.copy_from_slice(&self.cache.z);
+        Ok(())
+    }
+    /// fmiXGetNominalsOfContinuousStates.
+    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Outcome {
+        self.permit(Call::Nominals)?;
+        self.expect_count("states", self.memory.x.len(), nominals.len())?;
+        nominals.copy_from_slice(&self.layout.nominals);
+        Ok(())
+    }
+    fn expect_count(&self, what: &str, has: usize, given: usize) -> Outcome {
+        if has == given {
+            return Ok(());
+        }
+        error(format!("{given} values given, but the model has {has} {what}: give exactly {has}"))
+    }
+}

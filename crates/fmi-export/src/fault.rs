@@ -1,0 +1,39 @@
+//! Outcome of a call.
+
+/// Status of a call, as both FMI versions number it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[repr(i32)]
+pub enum Status {
+    /// Done.
+    Ok = 0,
+    /// Done with a reservation.
+    Warning = 1,
+    /// Not possible with these values; a solver may try others.
+    Discard = 2,
+    /// Refused or failed; nothing was taken, the instance stays usable.
+    Error = 3,
+    /// The instance is lost.
+    Fatal = 4,
+}
+
+/// A call that was not carried out: status and a message with variable, value and mend.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Fault {
+    /// Discard, Error or Fatal.
+    pub status: Status,
+    /// For the importer's log.
+    pub message: String,
+}
+
+/// Done, or why not.
+pub type Outcome<T = ()> = Result<T, Fault>;
+
+/// A refusal with status Error.
+pub fn error<T>(message: impl Into<String>) -> Outcome<T> {
+    Err(Fault { status: Status::Error, message: message.into() })
+}
+
+/// A refusal with status Discard.
+pub fn discard<T>(message: impl Into<String>) -> Outcome<T> {
+    Err(Fault { status: Status::Discard, message: message.into() })
+}

@@ -1,0 +1,361 @@
+//! One instance of a model: its values, its mode, and the evaluation of its equations.
+
+use crate::co_simulation::CoSimulation;
+use crate::fault::{Outcome, discard, error};
+use crate::layout::Layout;
+use crate::log::Log;
+use crate::model::FmuModel;
+use crate::snapshot::Snapshot;
+use crate::state_machine::{Call, Interface, State, Version};
+use std::sync::Arc;
+use trueup_fmi::abi::fmi3::fmi3Boolean;
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi::table::{LOG_CATEGORIES, Storage};
+use trueup_numerics::driver;
+use trueup_numerics::hybrid::At;
+
+/// All that an FMU state holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Memory {
+    pub(crate) state: State,
+    /// Time in s.
+    pub(crate) t: f64,
+    pub(crate) start_time: f64,
+    pub(crate) stop_time: Option<f64>,
+    pub(crate) tolerance: f64,
+    pub(crate) x: Vec<f64>,
+    pub(crate) u: Vec<f64>,
+    pub(crate) p: Vec<f64>,
+    /// Parameter elements that were set.
+    pub(crate) set: Vec<bool>,
+    pub(crate) modes: Vec<i32>,
+    /// Slopes of the inputs during the last step, or the next one if `slopes_new` (FMI 2.0 input derivatives).
+    pub(crate) slopes: Vec<f64>,
+    pub(crate) slopes_new: bool,
+    /// Event iterations at this time (they must settle).
+    pub(crate) passes: u32,
+    /// States and modes have to be computed from the parameters.
+    pub(crate) start_stale: bool,
+    /// Parameters were changed and not yet checked against each other.
+    pub(crate) unchecked: bool,
+    /// What the integrator remembers (Co-Simulation).
+    pub(crate) driver: driver::Memory,
+    /// End of the last successful step, in s.
+    pub(crate) last_successful: f64,
+}
+
+/// Results that are valid until a value changes.
+#[derive(Debug, Default)]
+pub(crate) struct Cache {
+    pub(crate) y: Vec<f64>,
+    pub(crate) dx: Vec<f64>,
+    pub(crate) z: Vec<f64>,
+    y_valid: bool,
+    dx_valid: bool,
+    z_valid: bool,
+}
+
+/// How an importer wants the instance to be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Settings {
+    /// Version of the standard.
+    pub version: Version,
+    /// Interface type.
+    pub interface: Interface,
+    /// FMI 3.0 Co-Simulation: the importer handles events.
+    pub event_mode_used: bool,
+    /// FMI 3.0 Co-Simulation: a step may end early.
+    pub early_return_allowed: bool,
+}
+
+/// One instance.
+pub struct Instance<M: FmuModel> {
+    pub(crate) settings: Settings,
+    /// Shared with a step under way, see [`crate::co_simulation`].
+    pub(crate) model: Arc<M>,
+    pub(crate) layout: Layout,
+    pub(crate) token: String,
+    pub(crate) memory: Memory,
+    pub(crate) cache: Cache,
+    /// Where messages go.
+    pub log: Log,
+    /// Boxed, because their addresses are the importer's handles.
+    #[allow(clippy::vec_box)]
+    pub(crate) snapshots: Vec<Box<Snapshot>>,
+    pub(crate) duals: crate::derivatives::Duals,
+    /// Co-Simulation only; lent to the step under way.
+    pub(crate) co_simulation: Option<Box<CoSimulation>>,
+    /// Indices of inputs that may be set in intermediate update mode.
+    pub(crate) intermediate: Vec<u32>,
+    /// The importer's callback and (as a number) its environment, see [`crate::abi`].
+    pub(crate) intermediate_update: Option<(IntermediateUpdate, usize)>,
+}
+
+/// The importer's function for intermediate update mode; called from [`crate::abi`] only.
+pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
+    *mut core::ffi::c_void,
+    f64,
+    fmi3Boolean,
+    fmi3Boolean,
+    fmi3Boolean,
+    fmi3Boolean,
+    *mut fmi3Boolean,
+    *mut f64,
+);
+
+impl<M: FmuModel> Instance<M> {
+    /// From the configuration packed into the library; the message says why not.
+    pub fn new(configuration: &Configuration, settings: Settings) -> Result<Self, String> {
+        let model = M::build(configuration)?;
+        let layout = Layout::new(&model, configuration)?;
+        let sizes = layout.sizes;
+        let memory = Memory {
+            state: State::Instantiated,
+            t: 0.0,
+            start_time: 0.0,
+            stop_time: None,
+            tolerance: layout.table.experiment.tolerance,
+            x: vec![0.0; sizes.states],
+            u: layout.inputs.clone(),
+            p: layout.parameters.clone(),
+            set: layout.given.clone(),
+            modes: vec![0; sizes.modes],
+            slopes: vec![0.0; sizes.inputs],
+            slopes_new: false,
+            passes: 0,
+            start_stale: true,
+            unchecked: true,
+            driver: driver::Memory::default(),
+            last_successful: 0.0,
+        };
+        let cache = Cache {
+            y: vec![0.0; sizes.outputs],
+            dx: vec![0.0; sizes.states],
+            z: vec![0.0; sizes.indicators],
+            ..Cache::default()
+        };
+        let integrates = settings.interface == Interface::CoSimulation;
+        let co_simulation = integrates.then(|| Box::new(CoSimulation::new(&layout, model.stiff())));
+        Ok(Self {
+            settings,
+            model: Arc::new(model),
+            token: configuration.token.clone(),
+            memory,
+            cache,
+            log: Log::default(),
+            snapshots: Vec::new(),
+            duals: crate::derivatives::Duals::default(),
+            co_simulation,
+            intermediate: Vec::new(),
+            intermediate_update: None,
+            layout,
+        })
+    }
+
+    /// Whether a call is legal now.
+    pub fn permit(&self, call: Call) -> Outcome {
+        call.permit(self.settings.version, self.settings.interface, self.memory.state)
+    }
+    /// Current time in s.
+    pub fn time(&self) -> f64 {
+        self.memory.t
+    }
+    pub(crate) fn enter(&mut self, state: State) {
+        self.memory.state = state;
+    }
+    /// A value changed: results are to be computed anew.
+    pub(crate) fn touch(&mut self) {
+        (self.cache.y_valid, self.cache.dx_valid, self.cache.z_valid) = (false, false, false);
+    }
+    /// A panic was caught: nothing but freeing is left.
+    pub fn lose(&mut self) {
+        self.memory.state = State::Fatal;
+    }
+    /// Whether a panic was caught.
+    pub fn is_lost(&self) -> bool {
+        self.memory.state == State::Fatal
+    }
+    /// Whether a step may end early.
+    pub fn early_return_allowed(&self) -> bool {
+        self.settings.early_return_allowed
+    }
+    /// End of the last successful step in s.
+    pub fn last_successful_time(&self) -> f64 {
+        self.memory.last_successful
+    }
+    /// Model, table and start values.
+    pub fn layout(&self) -> &Layout {
+        &self.layout
+    }
+    /// Inputs (value references) that may be set in intermediate update mode.
+    pub fn require_intermediate(&mut self, references: &[u32]) -> Result<(), String> {
+        for reference in references {
+            self.layout.find(self.settings.version, *reference).map_err(|f| f.message)?;
+        }
+        self.intermediate = references.to_vec();
+        Ok(())
+    }
+    /// fmiXSetDebugLogging.
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[String]) -> Outcome {
+        self.permit(Call::Any)?;
+        let others_stay = self.settings.version == Version::Fmi3;
+        self.log.switch(on, categories, others_stay).or_else(|name| {
+            let known: Vec<_> = LOG_CATEGORIES.iter().map(|c| c.0).collect();
+            error(format!("unknown log category {name:?}: take {}", known.join(", ")))
+        })
+    }
+    pub(crate) fn is_initial(&self) -> bool {
+        matches!(self.memory.state, State::Instantiated | State::Configuration | State::Initialization)
+    }
+
+    /// Makes the instance fit to be evaluated: parameters consistent, initial states computed.
+    pub(crate) fn ready(&mut self) -> Outcome {
+        let m = &mut self.memory;
+        if m.unchecked {
+            if let Err((i, why)) = self.model.check(&m.p) {
+                let value = m.p.get(i).copied().unwrap_or(f64::NAN);
+                return error(format!("`{}` = {value:?}: {why}", self.layout.name_of(Storage::Parameter(i))));
+            }
+            m.unchecked = false;
+        }
+        if m.start_stale {
+            self.model.start(&m.p, &mut m.x);
+            let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &[] };
+            self.model.start_modes(at, &mut m.modes);
+            m.start_stale = false;
+            self.touch();
+            self.finite_states()?;
+        }
+        Ok(())
+    }
+    pub(crate) fn finite_states(&self) -> Outcome {
+        match self.memory.x.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(i) => error(format!(
+                "state `{}` became {} at time {:?}; check parameters and inputs",
+                self.layout.name_of(Storage::State(i)),
+                self.memory.x[i],
+                self.memory.t
+            )),
+        }
+    }
+    fn finite(&self, values: &[f64], place: fn(usize) -> Storage) -> Outcome {
+        match values.iter().position(|v| !v.is_finite()) {
+            None => Ok(()),
+            Some(i) => discard(format!(
+                "`{}` is {} at time {:?} with these states and inputs; try a smaller step",
+                self.layout.name_of(place(i)),
+                values[i],
+                self.memory.t
+            )),
+        }
+    }
+
+    /// Computes the rates of the states if they are out of date.
+    pub(crate) fn evaluate_rates(&mut self) -> Outcome {
+        if self.cache.dx_valid {
+            return Ok(());
+        }
+        self.ready()?;
+        let m = &self.memory;
+        let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
+        self.model.rates(at, &mut self.cache.dx);
+        self.finite(&self.cache.dx, Storage::Rate)?;
+        self.cache.dx_valid = true;
+        Ok(())
+    }
+    /// Computes the outputs if they are out of date.
+    pub(crate) fn evaluate_outputs(&mut self) -> Outcome {
+        if self.cache.y_valid {
+            return Ok(());
+        }
+        self.ready()?;
+        let m = &self.memory;
+        let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
+        self.model.outputs(at, &mut self.cache.y);
+        self.finite(&self.cache.y, Storage::Output)?;
+        self.cache.y_valid = true;
+        Ok(())
+    }
+    /// Computes the event indicators if they are out of date.
+    pub(crate) fn evaluate_indicators(&mut self) -> Outcome {
+        if self.cache.z_valid {
+            return Ok(());
+        }
+        self.ready()?;
+        let m = &self.memory;
+        let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
+        self.model.indicators(at, &mut self.cache.z);
+        if let Some(i) = self.cache.z.iter().position(|v| !v.is_finite()) {
+            return discard(format!(
+                "event indicator {} is {} at time {:?}; try a smaller step",
+                i + 1,
+                self.cache.z[i],
+                m.t
+            ));
+        }
+        self.cache.z_valid = true;
+        Ok(())
+    }
+
+    /// fmi2SetupExperiment and the arguments of fmi3EnterInitializationMode.
+    pub fn setup_experiment(&mut self, tolerance: Option<f64>, start: f64, stop: Option<f64>) -> Outcome {
+        if let Some(tol) = tolerance.filter(|tol| !(tol.is_finite() && *tol > 0.0)) {
+            return error(format!("tolerance = {tol:?}: it must be a number above 0"));
+        }
+        if !start.is_finite() {
+            return error(format!("startTime = {start:?}: it must be a finite number"));
+        }
+        if let Some(stop) = stop.filter(|stop| stop.is_nan() || *stop < start) {
+            return error(format!("stopTime = {stop:?} lies before startTime = {start:?}"));
+        }
+        let m = &mut self.memory;
+        m.tolerance = tolerance.unwrap_or(self.layout.table.experiment.tolerance);
+        (m.t, m.start_time, m.stop_time, m.last_successful) = (start, start, stop, start);
+        m.start_stale = true;
+        self.touch();
+        Ok(())
+    }
+    /// fmiXEnterInitializationMode.
+    pub fn enter_initialization(&mut self) -> Outcome {
+        self.permit(Call::EnterInitialization)?;
+        self.enter(State::Initialization);
+        Ok(())
+    }
+    /// fmiXExitInitializationMode.
+    pub fn exit_initialization(&mut self) -> Outcome {
+        self.permit(Call::ExitInitialization)?;
+        self.memory.start_stale = true;
+        self.ready()?;
+        self.memory.passes = 0;
+        match self.settings.interface {
+            Interface::ModelExchange => self.enter(State::Event),
+            Interface::CoSimulation => self.begin_co_simulation()?,
+        }
+        Ok(())
+    }
+    /// fmiXTerminate.
+    pub fn terminate(&mut self) -> Outcome {
+        self.permit(Call::Terminate)?;
+        self.enter(State::Terminated);
+        Ok(())
+    }
+    /// fmiXReset: as after instantiation; logging stays as it is.
+    pub fn reset(&mut self) -> Outcome {
+        self.permit(Call::Any)?;
+        let m = &mut self.memory;
+        m.state = State::Instantiated;
+        (m.t, m.start_time, m.stop_time, m.last_successful) = (0.0, 0.0, None, 0.0);
+        m.tolerance = self.layout.table.experiment.tolerance;
+        m.x.fill(0.0);
+        m.u.copy_from_slice(&self.layout.inputs);
+        m.p.copy_from_slice(&self.layout.parameters);
+        m.set.copy_from_slice(&self.layout.given);
+        m.modes.fill(0);
+        m.slopes.fill(0.0);
+        (m.slopes_new, m.passes, m.start_stale, m.unchecked) = (false, 0, true, true);
+        m.driver = driver::Memory::default();
+        self.touch();
+        Ok(())
+    }
+}

@@ -1,0 +1,30 @@
+//! What a model must offer to be exported.
+
+use trueup_fmi::configuration::{Configuration, ConfigurationError};
+use trueup_fmi::table::ModelTable;
+use trueup_numerics::hybrid::Hybrid;
+
+/// A hybrid model together with its variable table; one type per shared library, which may stand for
+/// several models (an enum), chosen by the configuration packed into the library.
+pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
+    /// The model that a configuration describes; the message says what is wrong with it and the mend.
+    fn build(configuration: &Configuration) -> Result<Self, String>;
+    /// Its variables with their own start values (those of the configuration are put in by the caller).
+    fn table(&self) -> ModelTable;
+    /// What cannot be said by the bounds of one parameter: parameters that contradict each other.
+    ///
+    /// The error names the parameter element (index into the parameters) and the mend.
+    fn check(&self, p: &[f64]) -> Result<(), (usize, String)>;
+    /// Whether Co-Simulation needs a method for stiff equations.
+    fn stiff(&self) -> bool {
+        false
+    }
+}
+
+/// A model with the configuration that is packed into its library; made by [`export_fmu!`](crate::export_fmu).
+pub trait Exported {
+    /// The model.
+    type Model: FmuModel;
+    /// Reads the library's block.
+    fn configuration() -> Result<Configuration, ConfigurationError>;
+}
