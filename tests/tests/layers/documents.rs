@@ -1,0 +1,118 @@
+//! From the documents to the code and to the tests: effects by file, equations by id.
+
+use super::rust::is_test_file;
+use super::{Complaints, File, files, none};
+use std::collections::BTreeSet;
+
+/// Files of crates/models/src/effect that are no effect.
+const NO_EFFECT: &[&str] = &["mod", "list", "set", "tests"];
+
+fn unnamed_effects(sources: &[File], document: &File) -> Complaints {
+    let effects = sources.iter().filter_map(|f| {
+        let name = f.path.strip_prefix("crates/models/src/effect/")?.strip_suffix(".rs")?;
+        (!name.contains('/') && !NO_EFFECT.contains(&name)).then_some(name)
+    });
+    let missing = effects.filter(|name| !document.text.contains(&format!("effect/{name}.rs")));
+    missing
+        .map(|name| {
+            format!("crates/models/src/effect/{name}.rs: not named in {}; give it its row", document.path)
+        })
+        .collect()
+}
+
+/// Equation ids (`TMJ-1`, `EF-12`) of a text, in the order of their letters.
+fn ids(text: &str) -> BTreeSet<String> {
+    let word = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    let id = |w: &&str| {
+        w.split_once('-').is_some_and(|(letters, number)| {
+            (2..=4).contains(&letters.len())
+                && letters.bytes().all(|b| b.is_ascii_uppercase())
+                && !["UTF", "ISO", "FMI"].contains(&letters)
+                && !number.is_empty()
+                && number.bytes().all(|b| b.is_ascii_digit())
+        })
+    };
+    text.split(|c| !word(c)).filter(id).map(str::to_owned).collect()
+}
+
+/// Names of functions that begin with `prefix` as a word of the name: `tmj_1`, `tmj1`.
+fn names_a_function(text: &str, id: &str) -> bool {
+    let lower = id.to_lowercase();
+    [lower.replace('-', ""), lower.replace('-', "_")].iter().any(|name| {
+        text.match_indices("fn ").any(|(i, _)| {
+            let function =
+                text[i + 3..].split(|c: char| !(c.is_alphanumeric() || c == '_')).next().unwrap_or_default();
+            format!("_{function}_").contains(&format!("_{name}_"))
+        })
+    })
+}
+
+/// The part of a source file that is test, and the part that is not.
+fn parts(file: &File) -> (&str, &str) {
+    if is_test_file(&file.path) || file.path.ends_with(".py") {
+        return ("", &file.text);
+    }
+    file.text.split_at(file.text.find("#[cfg(test)]").unwrap_or(file.text.len()))
+}
+
+fn loose_equations(chapter: &File, sources: &[File]) -> Complaints {
+    let mut complaints = Vec::new();
+    for id in ids(&chapter.text) {
+        if !sources.iter().any(|f| f.path.ends_with(".rs") && ids(parts(f).0).contains(&id)) {
+            complaints.push(format!(
+                "{}: {id} stands at no line of code; end that line with `// ({id})`",
+                chapter.path
+            ));
+        }
+        let tested = |f: &File| ids(parts(f).1).contains(&id) || names_a_function(parts(f).1, &id);
+        if !sources.iter().any(tested) {
+            let mend = format!(
+                "write `Checks {id}.` into the doc comment of the test that would fail if it were wrong"
+            );
+            complaints.push(format!("{}: {id} stands at no test; {mend}", chapter.path));
+        }
+    }
+    complaints
+}
+
+#[test]
+fn every_effect_file_is_documented() {
+    let documents = files(&["docs/effects.md"]);
+    none(unnamed_effects(&files(&[".rs"]), &documents[0]));
+}
+
+#[test]
+fn every_equation_leads_to_code_and_to_a_test() {
+    let mut sources = files(&[".rs", ".py"]);
+    sources.retain(|f| !f.path.starts_with("tests/tests/layers/"));
+    let chapters = files(&[".md"]).into_iter().filter(|f| f.path.starts_with("docs/equations/"));
+    none(chapters.flat_map(|chapter| loose_equations(&chapter, &sources)).collect());
+}
+
+#[test]
+fn loose_ends_are_found() {
+    let file = |path: &str, text: &str| File { path: path.into(), text: text.into() };
+    let says = super::found;
+
+    let effect = file("crates/models/src/effect/sloshing.rs", "");
+    says(
+        &unnamed_effects(&[effect], &file("docs/effects.md", "effect/backlash.rs")),
+        &["sloshing.rs", "docs/effects.md"],
+    );
+
+    assert_eq!(
+        ids("(TMJ-1) in UTF-8, EF-12; X-1, ABCDE-1, TMJ-x").into_iter().collect::<Vec<_>>(),
+        ["EF-12", "TMJ-1"]
+    );
+
+    let chapter = file("docs/equations/joint.md", "(TMJ-1)");
+    let code = || file("crates/models/src/joint.rs", "let a = b; // (TMJ-1)\n");
+    let test = || file("crates/models/tests/joint.rs", "/// Checks TMJ-1.\n");
+    let other = || file("crates/models/tests/joint.rs", "/// Checks TMJ-11.\nfn tmj_10_holds() {}");
+    says(&loose_equations(&chapter, &[test()]), &["joint.md", "TMJ-1", "no line of code", "// (TMJ-1)"]);
+    says(&loose_equations(&chapter, &[code(), other()]), &["joint.md", "TMJ-1", "no test", "Checks TMJ-1"]);
+    assert!(loose_equations(&chapter, &[code(), test()]).is_empty());
+    let named =
+        file("crates/models/src/joint.rs", "// (TMJ-1)\n#[cfg(test)]\nmod tests { fn tmj1_holds() {} }");
+    assert!(loose_equations(&chapter, &[named]).is_empty());
+}

@@ -1,0 +1,147 @@
+//! Which crate may depend on which.
+
+use super::{Complaints, none, root};
+use cargo_metadata::{DependencyKind, MetadataCommand};
+
+/// What a crate may import.
+struct Rule {
+    name: &'static str,
+    /// Crates of ours.
+    ours: &'static [&'static str],
+    /// Crates of others that it may never import; `*`: any.
+    never: &'static [&'static str],
+}
+
+const INPUT_OUTPUT: &[&str] =
+    &["serde", "serde_json", "zip", "quick-xml", "roxmltree", "libloading", "clap", "rand"];
+const ARCHIVES: &[&str] = &["zip", "quick-xml", "roxmltree", "libloading", "clap"];
+
+const RULES: &[Rule] = &[
+    Rule { name: "trueup-numerics", ours: &[], never: INPUT_OUTPUT },
+    Rule { name: "trueup-models", ours: &["trueup-numerics"], never: INPUT_OUTPUT },
+    Rule { name: "trueup-fmi", ours: &[], never: &["*"] },
+    Rule { name: "trueup-fmi-export", ours: &["trueup-fmi", "trueup-numerics"], never: ARCHIVES },
+    Rule { name: "trueup-fmi-description", ours: &["trueup-fmi"], never: &["libloading", "clap"] },
+    Rule { name: "trueup-fmi-import", ours: &["trueup-fmi", "trueup-fmi-description"], never: &["clap"] },
+    Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
+    Rule { name: "fmu-controller", ours: BINDING, never: ARCHIVES },
+    Rule {
+        name: "trueup-cli",
+        ours: &[
+            "trueup-numerics",
+            "trueup-models",
+            "trueup-fmi",
+            "trueup-fmi-export",
+            "trueup-fmi-description",
+            "trueup-fmi-import",
+            "fmu-plant",
+            "fmu-controller",
+        ],
+        never: &[],
+    },
+    // Evidence: only dev-dependencies.
+    Rule { name: "trueup-acceptance", ours: &[], never: &["*"] },
+];
+const BINDING: &[&str] = &["trueup-fmi", "trueup-fmi-export", "trueup-models", "trueup-numerics"];
+
+/// Crates that never see each other, tests included: our importer treats our FMU as a stranger's.
+const STRANGERS: &[(&str, &str)] =
+    &[("trueup-fmi-export", "trueup-fmi-import"), ("trueup-fmi-import", "trueup-fmi-export")];
+
+/// A dependency of a crate of ours.
+struct Edge {
+    from: String,
+    to: String,
+    /// `to` is a crate of the workspace.
+    own: bool,
+    dev: bool,
+}
+
+fn edge_complaint(edge: &Edge) -> Option<String> {
+    let Edge { from, to, own, dev } = edge;
+    let manifest = format!("Cargo.toml of {from}");
+    let Some(rule) = RULES.iter().find(|r| r.name == from) else {
+        return Some(format!(
+            "{manifest}: this crate has no rule; give it one in tests/tests/layers/graph.rs"
+        ));
+    };
+    if STRANGERS.iter().any(|(a, b)| a == from && b == to) {
+        return Some(format!(
+            "{manifest}: {from} and {to} never see each other; what both need belongs in trueup-fmi"
+        ));
+    }
+    if *own && to == "trueup-cli" {
+        return Some(format!(
+            "{manifest}: nothing imports tools/*; move what is shared into a crate below crates/"
+        ));
+    }
+    if *dev {
+        return None;
+    }
+    let wrong = if *own {
+        !rule.ours.contains(&to.as_str())
+    } else {
+        rule.never.iter().any(|n| *n == "*" || n == to)
+    };
+    wrong.then(|| {
+        format!("{manifest}: {from} must not import {to}; move the code to a crate that may, or argue for the edge in ARCHITECTURE.md and tests/tests/layers/graph.rs")
+    })
+}
+
+fn edges() -> Vec<Edge> {
+    let metadata = MetadataCommand::new()
+        .manifest_path(root().join("Cargo.toml"))
+        .no_deps()
+        .exec()
+        .expect("cargo metadata reads the workspace");
+    let own = |name: &str| metadata.packages.iter().any(|p| p.name.as_str() == name);
+    let mut edges = Vec::new();
+    for package in &metadata.packages {
+        for d in &package.dependencies {
+            edges.push(Edge {
+                from: package.name.to_string(),
+                to: d.name.clone(),
+                own: own(&d.name),
+                // A build script is no part of the crate.
+                dev: d.kind != DependencyKind::Normal,
+            });
+        }
+    }
+    assert!(
+        metadata.packages.len() >= RULES.len(),
+        "crates that have a rule are gone: strike their rules out"
+    );
+    edges
+}
+
+#[test]
+fn crates_depend_only_on_what_the_rules_allow() {
+    none(edges().iter().filter_map(edge_complaint).collect());
+}
+
+#[test]
+fn forbidden_edges_are_found() {
+    let edge = |from: &str, to: &str, own, dev| {
+        edge_complaint(&Edge { from: from.into(), to: to.into(), own, dev })
+            .into_iter()
+            .collect::<Complaints>()
+    };
+    let says = super::found;
+    says(
+        &edge("trueup-numerics", "trueup-models", true, false),
+        &["trueup-numerics", "trueup-models", "move"],
+    );
+    says(&edge("trueup-numerics", "serde", false, false), &["serde"]);
+    says(&edge("trueup-models", "trueup-fmi", true, false), &["trueup-fmi"]);
+    says(&edge("trueup-fmi", "thiserror", false, false), &["thiserror"]);
+    says(&edge("trueup-fmi-export", "zip", false, false), &["zip"]);
+    says(&edge("trueup-fmi-description", "libloading", false, false), &["libloading"]);
+    says(&edge("trueup-fmi-import", "trueup-models", true, false), &["trueup-models"]);
+    says(&edge("fmu-plant", "trueup-fmi-import", true, false), &["trueup-fmi-import"]);
+    says(&edge("trueup-new", "trueup-fmi", true, false), &["no rule"]);
+    // Tests are free, but not to break these two.
+    says(&edge("trueup-fmi-import", "trueup-fmi-export", true, true), &["never see each other"]);
+    says(&edge("fmu-plant", "trueup-cli", true, true), &["tools/*"]);
+    assert!(edge("trueup-numerics", "num-dual", false, true).is_empty());
+    assert!(edge("trueup-fmi-import", "trueup-fmi", true, false).is_empty());
+}
