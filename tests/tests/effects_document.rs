@@ -90,5 +90,5 @@ fn the_document_says_what_the_library_says() {
 #[test]
 fn an_effect_without_an_equation_is_found() {
     assert!(std::panic::catch_unwind(|| equation("//! `x`: y.\n//!\n//! z\n", "x.rs")).is_err());
-    assert_eq!(equation("//! `x`.\n//!\n//! (EF-1) a\n//! b.\n//!\n//! c\n", "x.rs"), "(EF-1) a b.");
+    assert_eq!(equation("//! `x`.\n//!\n//! (EF-0) a\n//! b.\n//!\n//! c\n", "x.rs"), "(EF-0) a b.");
 }

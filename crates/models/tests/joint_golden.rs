@@ -26,6 +26,7 @@ fn grid(stop: f64, n: usize) -> Vec<f64> {
     (0..=n).map(|k| stop * k as f64 / n as f64).collect()
 }
 
+/// Checks GB-1.
 #[test]
 fn d01_d02_d03_two_stages_in_series() {
     let pl = Stage { inertia: 0.0, stiffness: 3.0, damping: 0.02, ratio: 5.0 };
@@ -80,6 +81,7 @@ fn frequency(t: &[f64], signal: &[f64]) -> f64 {
         / (crossings[crossings.len() - 1] - crossings[0])
 }
 
+/// Checks TMJ-2 and TMJ-3.
 #[test]
 fn d05_d06_antiresonance_and_resonance_of_joint_2() {
     let mut q = delian(2).unwrap();
@@ -108,6 +110,7 @@ fn d07_no_motion_below_the_static_level() {
     assert!(r.y.iter().all(|y| y[output::MOTOR_ANGLE] == 0.0 && y[output::STICKING] == 1.0));
 }
 
+/// Checks TMJ-1 and TMJ-4.
 #[test]
 fn d08_d09_d10_breakaway_terminal_speed_and_hysteresis() {
     let q = delian(1).unwrap();
@@ -124,6 +127,7 @@ fn d08_d09_d10_breakaway_terminal_speed_and_hysteresis() {
     assert_eq!(r.y[1][output::MOTOR_VELOCITY], 0.0);
 }
 
+/// Checks TMJ-4 and TMJ-5.
 #[test]
 fn d12_coast_down() {
     // Motor and load run at 1000 rad/s together; the closed form takes them for one mass.

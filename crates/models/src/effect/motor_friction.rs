@@ -20,3 +20,41 @@ impl Effect for MotorFriction {
         ..Spec::NONE
     };
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::arm::{PlanarManipulator, input, output, parameter};
+    use crate::presets::cbk_pan;
+    use trueup_numerics::hybrid::{At, Hybrid};
+
+    /// Friction torque of joint 1 of one link on the test-bed's satellite, and whether it sticks.
+    fn friction(velocity: f64, torque: f64) -> (f64, bool) {
+        let arm = PlanarManipulator::new(&[false], &["motor-friction"]).unwrap();
+        let mut p = cbk_pan(&[false]);
+        p[parameter::initial_joint_velocity(1)] = velocity;
+        p.extend([0.1, 0.3, 0.02]);
+        let s = arm.sizes();
+        let (mut x, mut u) = (vec![0.0; s.states], vec![0.0; s.inputs]);
+        let (mut modes, mut y) = (vec![0; s.modes], vec![0.0; s.outputs]);
+        u[input::joint_torque(1)] = torque;
+        arm.start(&p, &mut x);
+        arm.start_modes(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut modes);
+        arm.outputs(At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes }, &mut y);
+        (y[output::friction_torque(1)], y[output::sticking(1)] == 1.0)
+    }
+
+    #[test]
+    fn ef1_brakes_while_sliding_and_balances_while_sticking() {
+        let is = |(tau, sticks): (f64, bool), expected: (f64, bool)| {
+            assert!(
+                (tau - expected.0).abs() < 1e-15 && sticks == expected.1,
+                "{tau} {sticks}, not {expected:?}"
+            );
+        };
+        is(friction(2.0, 0.0), (0.1 + 0.02 * 2.0, false));
+        is(friction(-2.0, 0.0), (-0.1 - 0.02 * 2.0, false));
+        is(friction(0.0, 0.29), (0.29, true));
+        is(friction(0.0, -0.29), (-0.29, true));
+        is(friction(0.0, 0.31), (0.1, false));
+    }
+}
