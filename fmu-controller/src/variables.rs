@@ -259,6 +259,17 @@ impl Builder {
         variables.push(self.output());
         variables.extend(self.parameters(defaults));
         variables.extend(self.states());
+        let of = |index: usize| defaults[index][0];
+        let (ratio, limit) = (of(parameter::GEAR_RATIO), of(parameter::LIMIT));
+        for v in &mut variables {
+            v.nominal = match v.name.as_str() {
+                "motorAngle" | "motorVelocity" => Some(ratio),
+                "state.integralTorque" => Some(limit * ratio * of(parameter::TORQUE_CONSTANT)),
+                "state.heldOutput" => Some(limit),
+                name if name == self.names.output => Some(limit),
+                _ => v.nominal,
+            };
+        }
         let load = self.names.load;
         let members = [
             self.names.output.to_owned(),

@@ -1,1 +1,31 @@
-//! Loads an FMU and calls it.
+//! Loads an FMU of FMI 2.0 or 3.0 and calls it, whoever built it.
+//!
+//! ```no_run
+//! use trueup_fmi_import::{Experiment, Fmu, Options, fmi3};
+//!
+//! let fmu = Fmu::open("BouncingBall.fmu")?;
+//! let mut ball = fmi3::Instance::co_simulation(&fmu, Options::named("ball"), fmi3::CoSimulation::default())?;
+//! ball.enter_initialization_mode(Experiment { stop: Some(3.0), ..Experiment::default() })?;
+//! ball.exit_initialization_mode()?;
+//! let step = ball.do_step(0.0, 0.01, true)?;
+//! assert!(!step.terminate);
+//! # Ok::<(), trueup_fmi_import::Error>(())
+//! ```
+//!
+//! An FMU is native code of somebody else: opening it means trusting it. What this crate answers for is its own
+//! side: lengths are checked, states and instances are freed in order and once, what the FMU hands back is
+//! never followed blindly, and every status that is not OK or Warning becomes an [`Error`] with the FMU's messages.
+
+mod core;
+mod error;
+mod facts;
+pub mod fmi2;
+pub mod fmi3;
+mod library;
+mod log;
+
+pub use crate::core::{Completed, EventInfo, Experiment, Options, StateId, Step};
+pub use crate::error::{Error, FmiError, Status};
+pub use crate::facts::{Dimension, Facts, Variable};
+pub use crate::library::{Fmu, Interface};
+pub use crate::log::{KEPT, Listener, Message};

@@ -1,10 +1,12 @@
 //! Dynamics, effects and control laws. Pure functions over [`trueup_numerics::Scalar`]: no FMI, no I/O, no clock.
 //!
 //! * [`joint`]: the two-mass flexible joint with stick-slip friction (ESA's DELIAN arm).
+//! * [`arm`]: the free-floating planar manipulator with flexible joints (CBK PAN's test-bed).
 //! * [`effect`]: what may act in a plant beyond its own equations, one small file each.
 //! * [`friction`]: dry friction with a static level, by modes.
 //! * [`controller`]: P/PI and wave-based joint control, continuous and sampled.
 
+pub mod arm;
 pub mod controller;
 pub mod drive;
 pub mod effect;

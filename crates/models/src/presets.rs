@@ -1,5 +1,6 @@
 //! Parameter sets with their sources.
 
+use crate::arm::{parameter as a, rotor};
 use crate::joint::parameter as j;
 
 /// A named set of start values.
@@ -16,6 +17,8 @@ pub struct Preset {
 }
 
 const SOURCE: &str = "K_eq, D_eq, tau_c, D_m, tau_s: S3 tables 1 and 2; gear ratio, inertias, torque constant: assumed (docs/parameters.md)";
+
+const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: S0 table 1 and section 3.1; k: its CAD value; I_m, b: S0 table 2, test 3";
 
 /// All presets.
 pub const PRESETS: &[Preset] = &[
@@ -61,7 +64,79 @@ pub const PRESETS: &[Preset] = &[
             ("staticFriction", 2.45e-4),
         ],
     },
+    Preset {
+        name: CBK_PAN,
+        model: "PlanarManipulator",
+        source: CBK_SOURCE,
+        values: &[
+            ("baseMass", 58.69),
+            ("baseInertia", 2.42),
+            ("mountPosition[1]", 0.337),
+            ("mountPosition[2]", -0.001),
+            ("linkMass[1]", 2.81),
+            ("linkMass[2]", 2.82),
+            ("linkMass[3]", 4.64),
+            ("linkInertia[1]", 0.0637),
+            ("linkInertia[2]", 0.0635),
+            ("linkInertia[3]", 0.0515),
+            ("linkLength[1]", 0.449),
+            ("linkLength[2]", 0.449),
+            ("linkLength[3]", 0.310),
+            ("linkCenterOfMass[1,1]", 0.1362),
+            ("linkCenterOfMass[1,2]", -0.0017),
+            ("linkCenterOfMass[2,1]", 0.1340),
+            ("linkCenterOfMass[2,2]", -0.0005),
+            ("linkCenterOfMass[3,1]", 0.1511),
+            ("linkCenterOfMass[3,2]", 0.0004),
+            ("motorInertia[1]", 5.6),
+            ("motorInertia[2]", 0.0),
+            ("motorInertia[3]", 0.0),
+            ("gearRatio[1]", 100.0),
+            ("gearRatio[2]", 100.0),
+            ("gearRatio[3]", 100.0),
+            ("jointStiffness[1]", 5.47),
+            ("jointDamping[1]", 0.5),
+        ],
+    },
 ];
+
+/// Name of the preset of CBK PAN's air-bearing test-bed.
+pub const CBK_PAN: &str = "cbk-pan";
+
+/// The parameters of CBK PAN's test-bed in the order of [`crate::arm::parameter`] (without friction and effects),
+/// at rest at 0, one link per entry of `flexible`. Links beyond the third are like the third; every flexible
+/// joint has the spring and the motor of the test-bed's joint 1, the rotors of rigid joints are left out.
+pub fn cbk_pan(flexible: &[bool]) -> Vec<f64> {
+    let n = flexible.len();
+    let values = PRESETS.iter().find(|p| p.name == CBK_PAN).map_or(&[][..], |p| p.values);
+    let value = |name: &str| values.iter().find(|(k, _)| *k == name).map_or(0.0, |(_, v)| *v);
+    let mut p = vec![0.0; a::count(n)];
+    p[a::base_mass(n)] = value("baseMass");
+    p[a::base_inertia(n)] = value("baseInertia");
+    for i in 0..2 {
+        p[a::mount_position(n) + i] = value(&format!("mountPosition[{}]", i + 1));
+    }
+    for (i, flexible) in flexible.iter().enumerate() {
+        let like = (i + 1).min(3);
+        for (name, begin) in [
+            ("linkMass", a::link_mass(n)),
+            ("linkInertia", a::link_inertia(n)),
+            ("linkLength", a::link_length(n)),
+            ("gearRatio", a::gear_ratio(n)),
+        ] {
+            p[begin + i] = value(&format!("{name}[{like}]"));
+        }
+        for axis in 0..2 {
+            p[a::link_center_of_mass(n) + 2 * i + axis] =
+                value(&format!("linkCenterOfMass[{like},{}]", axis + 1));
+        }
+        p[a::motor_inertia(n) + i] = if *flexible { value("motorInertia[1]") } else { 0.0 };
+        p[a::joint_stiffness(n) + i] = value("jointStiffness[1]");
+        p[a::joint_damping(n) + i] = value("jointDamping[1]");
+    }
+    p[a::motor_coupling(n)] = rotor::PAPER;
+    p
+}
 
 /// Motor inertia of all DELIAN joints, planetary stage included (assumed: 16 mm brushed-motor class), kg.m2.
 pub const DELIAN_MOTOR_INERTIA: f64 = 1.2e-7;

@@ -62,13 +62,15 @@ pub trait Hybrid {
     fn sizes(&self) -> Sizes;
     /// Initial continuous states from the parameters (length `states`).
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]);
-    /// Modes that fit the initial states; called once, before the first event iteration.
+    /// Modes that fit the initial states; called once, before the first event iteration, `at.modes` all 0.
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]);
     /// Time derivatives of the states (length `states`), smooth while the modes are frozen.
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]);
     /// Outputs (length `outputs`).
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]);
     /// Event indicators (length `indicators`); an event is due where one leaves or enters `z > 0`.
+    /// [`Hybrid::update`] has to decide by the same expressions, `z = 0` counting as crossed: else an event
+    /// that falls on 0 exactly changes nothing and is not seen again.
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]);
     /// Which domain changes of an indicator matter; one that does not is no event.
     fn direction(&self, _indicator: usize) -> Direction {

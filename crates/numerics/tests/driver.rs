@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::{Ball, Block, Circle, Falls, GRAVITY};
+use common::{Ball, Block, Circle, Falls, GRAVITY, Graze};
 use trueup_numerics::Driver;
 use trueup_numerics::driver::*;
 use trueup_numerics::event::Direction;
@@ -174,4 +174,21 @@ fn ends_exactly_and_never_beyond_with_ragged_calls() {
         "{}",
         owner.x[0] - t.cos()
     );
+}
+
+#[test]
+fn an_indicator_that_comes_back_within_one_step_is_found() {
+    // Above 1 - 1e-5 for 9e-3 s in every period of 6.28 s, with steps of up to a second.
+    let level = 1.0 - 1e-5;
+    let (half, period) = (f64::acos(level), 2.0 * std::f64::consts::PI);
+    for (solver, tolerance) in [(Solver::Explicit, 1e-8), (Solver::Stiff, 1e-8)] {
+        let run =
+            simulate(&Graze, &[level], &[], options(solver, tolerance), &|_, _| {}, &[0.0, 31.0]).unwrap();
+        let exact: Vec<f64> =
+            (0..5).map(|k| (f64::from(k) + 0.5) * period).flat_map(|top| [top - half, top + half]).collect();
+        assert_eq!(run.events.len(), exact.len(), "{solver:?}: {:?}", run.events);
+        for ((t, _), exact) in run.events.iter().zip(exact) {
+            assert!((t - exact).abs() < 1e-3, "{t} instead of {exact}");
+        }
+    }
 }

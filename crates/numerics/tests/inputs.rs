@@ -164,7 +164,7 @@ fn observer_may_change_inputs_and_return_early() {
 fn bad_values_and_calls_are_errors() {
     let mut d = driver(Solver::Explicit, false);
     let mut o = Owner::new(&mut d, 1.0, 0.1);
-    let mut go = |d: &mut Driver, o: &mut Owner, t: f64| {
+    let go = |d: &mut Driver, o: &mut Owner, t: f64| {
         d.advance_to(&Sampler, &mut o.lend(), t, Inputs::Hold, &mut |_| Flow::Continue).map(|r| r.t)
     };
     o.u[0] = f64::NAN;

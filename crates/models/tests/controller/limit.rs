@@ -2,7 +2,10 @@
 
 use super::chain::{CONTROLLER_STATES, INERTIA, LOOP, RUNNING, loop_rates, measured, parameters, response};
 use trueup_models::controller::{JointController, Strategy, parameter, state};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::{
+    driver::{Options, simulate},
+    hybrid::{At, Hybrid},
+};
 
 /// A step of the loop by the classical Runge-Kutta method with frozen modes.
 fn rk4(p: &[f64], modes: &[i32], x: &[f64; LOOP], reference: f64, h: f64) -> [f64; LOOP] {
@@ -107,4 +110,49 @@ fn the_law_is_continuous_at_the_limit() {
         // Inputs that jump past the limit are limited before any event was handled.
         assert_eq!(evaluate(speed * 3.0, &RUNNING).1[0].abs(), 100.0);
     }
+}
+
+/// A feedforward that rises and falls at `a` rad/s², P_PI, all else at rest: the torque K_vp v_ff + z reaches the
+/// limit L at t1 = −T_i + √(T_i² + 2 T_i L/(K_vp a)) and leaves it where K_vp v_ff = (L − z(t1)) exp(−(t − t1)/T_i).
+#[test]
+fn the_limit_is_reached_and_left_at_the_exact_times() {
+    let (kv, ti, limit, a, top) = (50.0, 0.5, 40.0, 2.0, 1.0);
+    let p = [2.0, kv, ti, 1.0, 1.0, limit, 1.0, 1.0, 0.0, 1.0];
+    let feedforward = |t: f64| a * if t < top { t } else { 2.0 * top - t };
+    let inputs = |t: f64, u: &mut [f64]| {
+        u.fill(0.0);
+        u[1] = feedforward(t);
+    };
+    let times: Vec<f64> = (0..=10).map(|i| f64::from(i) * 0.2).collect();
+    let options = Options { tolerance: 1e-12, ..Options::default() };
+    let run =
+        simulate(&JointController, &p, &[1.0; CONTROLLER_STATES], options, &inputs, &times).expect("runs");
+    let reached = -ti + (ti * ti + 2.0 * ti * limit / (kv * a)).sqrt();
+    let below = limit - kv * a * reached * reached / (2.0 * ti);
+    let missing = |t: f64| below * (-(t - reached) / ti).exp();
+    let (mut low, mut high) = (top, 2.0 * top);
+    for _ in 0..60 {
+        let t = 0.5 * (low + high);
+        *(if kv * feedforward(t) > missing(t) { &mut low } else { &mut high }) = t;
+    }
+    let events: Vec<_> = run.events.iter().filter(|e| e.0 > 0.0).map(|e| (e.0, e.1[3])).collect();
+    println!("limit reached and left at {events:?}, exact {reached}, {low}");
+    assert_eq!(events.iter().map(|e| e.1).collect::<Vec<_>>(), [1, 0]);
+    assert!((events[0].0 - reached).abs() < 1e-10 && (events[1].0 - low).abs() < 1e-10);
+    // Well within the limit's interval.
+    let z = run.x[4][state::INTEGRAL_TORQUE];
+    assert!((z - limit + missing(times[4])).abs() < 1e-9 * limit);
+}
+
+#[test]
+fn a_driver_stops_at_every_sample() {
+    let mut p = parameters(Strategy::Vwbc, 2.0, 41.648);
+    p[parameter::COUNT] = 1e-2;
+    let inputs = |t: f64, u: &mut [f64]| u.fill(t.sin());
+    let options = Options::default();
+    let run = simulate(&JointController, &p, &[1.0; CONTROLLER_STATES], options, &inputs, &[0.0, 0.355, 1.0]);
+    let mut times: Vec<f64> = run.expect("runs").events.iter().map(|e| e.0).collect();
+    times.dedup();
+    // The one at 0 belongs to the initialisation, the one at the end to the next call.
+    assert_eq!(times, (1..100).map(|k| f64::from(k) * 1e-2).collect::<Vec<_>>());
 }

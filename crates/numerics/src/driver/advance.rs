@@ -184,7 +184,7 @@ impl Driver {
         done: &mut Reached,
     ) -> Result<Option<usize>, DriveError> {
         let (t, left, floor) = (*s.t, stop - *s.t, tiny(*s.t).max(SHORTEST));
-        let Self { options, sizes, nominal, method, locator, work, u0, x1, f0, f1 } = self;
+        let Self { options, sizes, nominal, method, locator, work, u0, x1, f0, f1, .. } = self;
         let tol = Tolerance { relative: options.tolerance, nominal };
         let adaptive = method.error_order() > 0;
         let power = 1.0 / f64::from(method.error_order());
@@ -310,6 +310,9 @@ fn first_step(
     f1: &mut [f64],
     x1: &mut [f64],
 ) -> f64 {
+    if x.is_empty() {
+        return f64::INFINITY;
+    }
     ode.rates(t, x, f0);
     let (d0, d1) = (tol.ratio(|i| x[i], x, x), tol.ratio(|i| f0[i], x, x));
     let h0 = if d0 < 1e-5 || d1 < 1e-5 { 1e-6 } else { 0.01 * d0 / d1 };

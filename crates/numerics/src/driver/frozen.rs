@@ -123,3 +123,69 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Scalar;
+    use crate::hybrid::Update;
+
+    /// A nonlinear ring of any length, driven by two inputs and by time.
+    struct Ring(usize);
+
+    impl Hybrid for Ring {
+        fn sizes(&self) -> Sizes {
+            Sizes { states: self.0, inputs: 2, parameters: 1, ..Sizes::default() }
+        }
+        fn start<T: Scalar>(&self, _p: &[T], _x: &mut [T]) {}
+        fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
+        fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+            for i in 0..self.0 {
+                let next = at.x[(i + 1) % self.0];
+                dx[i] = at.x[i].sin() * next * at.p[0] + at.u[i % 2] * at.x[i] + at.t * at.t;
+            }
+        }
+        fn outputs<T: Scalar>(&self, _at: At<T>, _y: &mut [T]) {}
+        fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
+        fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
+            Update::default()
+        }
+    }
+
+    #[test]
+    fn jacobian_equals_central_differences() {
+        let curve = |t: f64, u: &mut [f64]| (u[0], u[1]) = (t.sin(), t * t);
+        for n in [1, 2, 7, 8, 9, 16, 19] {
+            for inputs in [Inputs::Hold, Inputs::Ramp(&[0.3, -2.0]), Inputs::Function(&curve)] {
+                let (model, signal) = (Ring(n), Signal { inputs, base: 0.5 });
+                let mut work = Work::new(model.sizes());
+                let mut ode =
+                    Frozen { model: &model, p: &[1.7], modes: &[], signal, u0: &[0.4, 0.9], work: &mut work };
+                let (t, x) = (0.8, (0..n).map(|i| (i as f64).cos()).collect::<Vec<_>>());
+                let (mut dfdx, mut dfdt) = (vec![f64::NAN; n * n], vec![f64::NAN; n]);
+                ode.jacobian(t, &x, &mut dfdx, &mut dfdt);
+                let mut slope = |dt: f64, j: Option<usize>| {
+                    let mut ends = [vec![0.0; n], vec![0.0; n]];
+                    for (sign, f) in [1.0, -1.0].into_iter().zip(&mut ends) {
+                        let mut x = x.clone();
+                        if let Some(j) = j {
+                            x[j] += sign * 1e-5;
+                        }
+                        ode.rates(t + sign * dt, &x, f);
+                    }
+                    ends[0].iter().zip(&ends[1]).map(|(a, b)| (a - b) / 2e-5).collect::<Vec<_>>()
+                };
+                let by_time = slope(1e-5, None);
+                for i in 0..n {
+                    assert!((dfdt[i] - by_time[i]).abs() < 1e-6, "{n} states, df{i}/dt");
+                }
+                for j in 0..n {
+                    let column = slope(0.0, Some(j));
+                    for i in 0..n {
+                        assert!((dfdx[i * n + j] - column[i]).abs() < 1e-8, "{n} states, df{i}/dx{j}");
+                    }
+                }
+            }
+        }
+    }
+}

@@ -274,6 +274,8 @@ pub struct Driver {
     method: Box<dyn Method>,
     locator: Locator,
     work: Work,
+    /// What a model sees while it chooses its first modes: all 0.
+    no_modes: Vec<i32>,
     u0: Vec<f64>,
     x1: Vec<f64>,
     f0: Vec<f64>,
@@ -309,6 +311,7 @@ impl Driver {
             method,
             locator: Locator::new(sizes.indicators),
             work: Work::new(sizes),
+            no_modes: vec![0; sizes.modes],
             u0: vec![0.0; sizes.inputs],
             x1: vec![0.0; n],
             f0: vec![0.0; n],
@@ -332,7 +335,7 @@ impl Driver {
     pub fn initialise_from<M: Hybrid>(&mut self, model: &M, s: &mut State) -> Result<(), DriveError> {
         self.check(s)?;
         *s.memory = Memory::default();
-        let at = At { t: *s.t, x: s.x, u: s.u, p: s.p, modes: &[] };
+        let at = At { t: *s.t, x: s.x, u: s.u, p: s.p, modes: &self.no_modes };
         model.start_modes(at, s.modes);
         self.handle_event(model, s).map(|_| ())
     }

@@ -11,15 +11,18 @@ struct Common {
     f1: Vec<f64>,
     end: Vec<f64>,
     hermite: Hermite,
+    /// `f0` belongs to the start of the next step; `f1` to the end of the last one.
     fresh: bool,
+    end_fresh: bool,
 }
 
 impl Common {
     fn new(n: usize) -> Self {
         let row = || vec![0.0; n];
-        Self { f0: row(), f1: row(), end: row(), hermite: Hermite::new(n), fresh: false }
+        Self { f0: row(), f1: row(), end: row(), hermite: Hermite::new(n), fresh: false, end_fresh: false }
     }
     fn begin(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64]) -> Result<(), Fault> {
+        self.end_fresh = false;
         if !self.fresh {
             checked_rates(ode, t, x, &mut self.f0)?;
             self.fresh = true;
@@ -58,13 +61,16 @@ macro_rules! fixed {
             fn prepare_dense(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) {
                 let c = &mut self.common;
                 ode.rates(t + h, &c.end, &mut c.f1);
+                c.end_fresh = true;
                 c.hermite.set(h, x, &c.f0, &c.end, &c.f1);
             }
             fn dense(&self, theta: f64, x: &mut [f64]) {
                 self.common.hermite.at(theta, x);
             }
             fn accept(&mut self) {
-                self.common.fresh = false;
+                let c = &mut self.common;
+                c.fresh = c.end_fresh;
+                core::mem::swap(&mut c.f0, &mut c.f1);
             }
         }
     )*};

@@ -148,3 +148,32 @@ impl Hybrid for Block {
         Update { modes: true, states: true }
     }
 }
+
+/// Oscillator x = cos t with an event where x exceeds `p[0]`; the mode counts the times.
+pub struct Graze;
+
+impl Hybrid for Graze {
+    fn sizes(&self) -> Sizes {
+        Sizes { states: 2, parameters: 1, modes: 2, indicators: 1, ..Sizes::default() }
+    }
+    fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
+        (x[0], x[1]) = (-T::one(), T::zero());
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        modes.copy_from_slice(at.modes);
+    }
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        (dx[0], dx[1]) = (at.x[1], -at.x[0]);
+    }
+    fn outputs<T: Scalar>(&self, _at: At<T>, _y: &mut [T]) {}
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        z[0] = at.x[0] - at.p[0];
+    }
+    fn update(&self, _t: f64, x: &mut [f64], _u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        let above = i32::from(x[0] - p[0] > 0.0);
+        let changed = above != modes[0];
+        modes[0] = above;
+        modes[1] += i32::from(changed);
+        Update { modes: changed, states: false }
+    }
+}

@@ -1,0 +1,311 @@
+//! What instances of both versions have in common.
+
+use std::ffi::{CString, c_int, c_void};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::error::{Error, FmiError, Status};
+use crate::library::Fmu;
+use crate::log::{Listener, Live};
+
+/// How to instantiate.
+#[derive(Default)]
+pub struct Options {
+    /// Name of the instance, as it appears in messages; empty: the file's name.
+    pub name: String,
+    /// Ask for the FMU's debug messages.
+    pub logging_on: bool,
+    /// Let the FMU show itself.
+    pub visible: bool,
+    /// Takes messages as they come; they are kept in the instance's log besides.
+    pub listener: Option<Listener>,
+}
+
+impl Options {
+    /// Quiet, with this name.
+    pub fn named(name: impl Into<String>) -> Self {
+        Self { name: name.into(), ..Self::default() }
+    }
+}
+
+/// Times that initialization needs, in s.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Experiment {
+    /// Relative tolerance of an integrator inside the FMU.
+    pub tolerance: Option<f64>,
+    /// Start.
+    pub start: f64,
+    /// End, if the run will never go beyond.
+    pub stop: Option<f64>,
+}
+
+/// Result of a co-simulation step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Step {
+    /// How far the FMU came, in s.
+    pub time: f64,
+    /// It stopped before the end of the step: early return (3.0), or the step was discarded.
+    pub early: bool,
+    /// The step was refused; `time` is the last successful one.
+    pub discarded: bool,
+    /// FMI 3.0: event mode must be entered.
+    pub event: bool,
+    /// The FMU wants to end the run.
+    pub terminate: bool,
+}
+
+/// Result of an event iteration.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct EventInfo {
+    /// Another iteration is needed.
+    pub again: bool,
+    /// The FMU wants to end the run.
+    pub terminate: bool,
+    /// Nominal values of the states have changed.
+    pub nominals_changed: bool,
+    /// States have jumped.
+    pub states_changed: bool,
+    /// Time of the next time event in s.
+    pub next_event: Option<f64>,
+}
+
+/// Result of a completed integrator step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Completed {
+    /// Event mode must be entered.
+    pub event: bool,
+    /// The FMU wants to end the run.
+    pub terminate: bool,
+}
+
+/// A stored state of an instance. It goes with the instance: restoring or freeing it through another one is an
+/// error, and what is not freed is freed when the instance terminates or is dropped.
+#[derive(Debug, PartialEq, Eq, Hash)]
+pub struct StateId {
+    instance: usize,
+    serial: usize,
+}
+
+/// A version's function table.
+pub(crate) trait Table {
+    /// Frees an instance.
+    ///
+    /// # Safety
+    /// The instance is of this library and not freed yet.
+    unsafe fn free(&self, component: *mut c_void);
+    /// Never unload the library.
+    fn leak(&mut self);
+}
+
+/// An instance: what every call needs.
+pub(crate) struct Core<F: Table> {
+    pub(crate) component: *mut c_void,
+    pub(crate) functions: F,
+    pub(crate) live: Arc<Live>,
+    pub(crate) lost: AtomicBool,
+    /// Last, so that the directory outlives the library.
+    pub(crate) fmu: Arc<Fmu>,
+}
+
+impl<F: Table> Core<F> {
+    pub(crate) fn new(fmu: &Arc<Fmu>, functions: F, options: Options) -> Self {
+        let stem =
+            || fmu.file().file_stem().map_or_else(|| "fmu".into(), |s| s.to_string_lossy().into_owned());
+        let name = if options.name.is_empty() { stem() } else { options.name };
+        Self {
+            component: std::ptr::null_mut(),
+            functions,
+            live: Live::register(&name, options.listener),
+            lost: AtomicBool::new(false),
+            fmu: Arc::clone(fmu),
+        }
+    }
+
+    pub(crate) fn ready(&self, function: &'static str) -> Result<(), Error> {
+        if self.lost.load(Ordering::Relaxed) {
+            return Err(Error::Lost { function, instance: self.live.name.clone() });
+        }
+        Ok(())
+    }
+
+    pub(crate) fn missing(&self, function: &'static str) -> Error {
+        Error::NotSupported { function, instance: self.live.name.clone() }
+    }
+
+    pub(crate) fn no_instance(&self, function: &'static str) -> Error {
+        Error::Instantiate { function, instance: self.live.name.clone(), log: self.live.tail() }
+    }
+
+    pub(crate) fn check(&self, function: &'static str, status: c_int) -> Result<(), Error> {
+        let status = Status::from(status);
+        if matches!(status, Status::Ok | Status::Warning) {
+            return Ok(());
+        }
+        if status == Status::Fatal {
+            self.lost.store(true, Ordering::Relaxed);
+        }
+        Err(FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into())
+    }
+
+    pub(crate) fn length(
+        &self,
+        function: &'static str,
+        what: &'static str,
+        expected: usize,
+        got: usize,
+    ) -> Result<(), Error> {
+        if expected == got {
+            return Ok(());
+        }
+        Err(Error::Length { function, instance: self.live.name.clone(), what, expected, got })
+    }
+}
+
+impl<F: Table> Drop for Core<F> {
+    fn drop(&mut self) {
+        if self.lost.load(Ordering::Relaxed) {
+            self.functions.leak(); // the FMU may not be called any more, but its threads may still run
+        } else if !self.component.is_null() {
+            // SAFETY: instantiated by this library, freed here only.
+            unsafe { self.functions.free(self.component) }
+        }
+    }
+}
+
+/// Calls a function of the table and checks its status.
+macro_rules! call {
+    ($core:expr, $function:ident $(, $arg:expr)* $(,)?) => {{
+        let core = &$core;
+        core.ready(stringify!($function)).and_then(|()| {
+            let function = core.functions.$function.ok_or_else(|| core.missing(stringify!($function)))?;
+            // SAFETY: the signature is the standard's, the component is this instance's and not freed,
+            // and every pointer is valid for the length that goes with it.
+            let status = unsafe { function(core.component, $($arg),*) };
+            core.check(stringify!($function), status.0)
+        })
+    }};
+}
+pub(crate) use call;
+
+/// Stored states of one instance, by serial number.
+#[derive(Default)]
+pub(crate) struct States {
+    next: usize,
+    list: Vec<(usize, *mut c_void)>,
+}
+
+impl States {
+    pub(crate) fn add<F: Table>(&mut self, core: &Core<F>, state: *mut c_void) -> StateId {
+        self.next += 1;
+        self.list.push((self.next, state));
+        StateId { instance: core.live.id, serial: self.next }
+    }
+
+    fn position<F: Table>(&self, core: &Core<F>, id: &StateId) -> Result<usize, Error> {
+        let position = self.list.iter().position(|(serial, _)| *serial == id.serial);
+        position
+            .filter(|_| id.instance == core.live.id)
+            .ok_or_else(|| Error::NoSuchState { instance: core.live.name.clone() })
+    }
+
+    /// The FMU's pointer.
+    pub(crate) fn slot<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<&mut *mut c_void, Error> {
+        let position = self.position(core, id)?;
+        Ok(&mut self.list[position].1)
+    }
+
+    /// Forgets a state.
+    pub(crate) fn take<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<*mut c_void, Error> {
+        let position = self.position(core, id)?;
+        Ok(self.list.swap_remove(position).1)
+    }
+
+    /// Forgets all.
+    pub(crate) fn drain(&mut self) -> impl Iterator<Item = *mut c_void> {
+        self.list.drain(..).map(|(_, state)| state)
+    }
+}
+
+/// The six functions on FMU states, the same in both versions but for their names.
+macro_rules! state_functions {
+    ($get:ident, $set:ident, $free:ident, $size:ident, $serialize:ident, $deserialize:ident) => {
+        /// Stores the instance's state.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($get), "` returns.")]
+        pub fn save(&mut self) -> Result<StateId, Error> {
+            let mut state = std::ptr::null_mut();
+            call!(self.core, $get, &raw mut state)?;
+            Ok(self.states.add(&self.core, state))
+        }
+
+        /// Stores the instance's state in place of an earlier one, without allocating.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($get), "` returns; [`Error::NoSuchState`].")]
+        pub fn save_over(&mut self, id: &StateId) -> Result<(), Error> {
+            let slot = self.states.slot(&self.core, id)?;
+            call!(self.core, $get, &raw mut *slot)
+        }
+
+        /// Goes back to a stored state, which stays stored.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($set), "` returns; [`Error::NoSuchState`].")]
+        pub fn restore(&mut self, id: &StateId) -> Result<(), Error> {
+            let state = *self.states.slot(&self.core, id)?;
+            self.forget_sizes();
+            call!(self.core, $set, state)
+        }
+
+        /// Frees a stored state.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($free), "` returns; [`Error::NoSuchState`].")]
+        pub fn free(&mut self, id: StateId) -> Result<(), Error> {
+            let mut state = self.states.take(&self.core, &id)?;
+            call!(self.core, $free, &raw mut state)
+        }
+
+        /// A stored state as bytes, for this FMU in another process.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($serialize), "` returns; [`Error::NoSuchState`].")]
+        pub fn serialize(&mut self, id: &StateId) -> Result<Vec<u8>, Error> {
+            let state = *self.states.slot(&self.core, id)?;
+            let mut size = 0;
+            call!(self.core, $size, state, &raw mut size)?;
+            let mut bytes = vec![0_u8; size];
+            call!(self.core, $serialize, state, bytes.as_mut_ptr().cast(), size)?;
+            Ok(bytes)
+        }
+
+        /// A stored state from bytes.
+        ///
+        /// # Errors
+        #[doc = concat!("Whatever `", stringify!($deserialize), "` returns.")]
+        pub fn deserialize(&mut self, bytes: &[u8]) -> Result<StateId, Error> {
+            let mut state = std::ptr::null_mut();
+            call!(self.core, $deserialize, bytes.as_ptr().cast(), bytes.len(), &raw mut state)?;
+            Ok(self.states.add(&self.core, state))
+        }
+
+        /// States are freed before the instance is terminated: some FMUs refuse it later.
+        fn free_states(&mut self) {
+            for mut state in self.states.drain() {
+                let _ = call!(self.core, $free, &raw mut state); // nothing can be done about it
+            }
+        }
+    };
+}
+pub(crate) use state_functions;
+
+/// A text for C.
+pub(crate) fn c_string(what: &'static str, text: &str) -> Result<CString, Error> {
+    CString::new(text).map_err(|_| Error::Text { what, text: text.into() })
+}
+
+/// Texts for C, with the pointers to them.
+pub(crate) fn c_strings(what: &'static str, texts: &[&str]) -> Result<Vec<CString>, Error> {
+    texts.iter().map(|text| c_string(what, text)).collect()
+}

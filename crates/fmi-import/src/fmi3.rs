@@ -1,0 +1,283 @@
+//! Instances of FMI 3.0.
+
+mod events;
+mod inner;
+mod values;
+
+use std::sync::{Arc, Weak};
+
+use trueup_fmi::abi::fmi3::*;
+
+use self::inner::Inner;
+use crate::core::{Core, Experiment, Options, StateId, States, c_string, c_strings, call, state_functions};
+use crate::error::Error;
+use crate::library::table3::Functions;
+use crate::library::{Fmu, Interface};
+use crate::log::{Hook, Message, fmi3_intermediate_update, fmi3_log};
+
+pub use self::values::DerivativeOf;
+
+/// Called inside a step of Co-Simulation.
+pub type IntermediateUpdate = Box<dyn FnMut(&mut Intermediate) + Send>;
+
+/// What Co-Simulation may use.
+#[derive(Default)]
+pub struct CoSimulation {
+    /// The importer handles events (enters event mode when a step asks for it).
+    pub event_mode_used: bool,
+    /// The FMU may end a step early.
+    pub early_return_allowed: bool,
+    /// Variables that the intermediate update gets or sets.
+    pub intermediate_variables: Vec<u32>,
+    /// Called inside steps.
+    pub intermediate_update: Option<IntermediateUpdate>,
+}
+
+/// An instance. It may move between threads, one thread at a time.
+pub struct Instance {
+    core: Arc<Inner>,
+    states: States,
+    /// Numbers of continuous states and event indicators, once asked.
+    counts: (Option<usize>, Option<usize>),
+}
+
+// SAFETY: FMI asks that one thread at a time calls an instance, not that it is always the same.
+unsafe impl Send for Instance {}
+
+/// The inside of a step, as an intermediate update sees it: values may be got and set through it as the flags say.
+pub struct Intermediate {
+    core: Arc<Inner>,
+    /// Time in s.
+    pub time: f64,
+    /// Inputs may be set.
+    pub set_requested: bool,
+    /// Outputs may be read.
+    pub get_allowed: bool,
+    /// An internal step of the solver is complete.
+    pub step_finished: bool,
+    /// [`Intermediate::return_early`] has an effect.
+    pub can_return_early: bool,
+    early: Option<f64>,
+}
+
+impl Intermediate {
+    /// Asks the FMU to end its step at this time in s.
+    pub fn return_early(&mut self, time: f64) {
+        self.early = Some(time);
+    }
+}
+
+impl Instance {
+    /// Instantiates for Model Exchange.
+    ///
+    /// # Errors
+    /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
+    pub fn model_exchange(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
+        Self::build(
+            fmu,
+            Interface::ModelExchange,
+            options,
+            |core, [name, token, resources], [visible, logging]| {
+                let function = core.functions.fmi3InstantiateModelExchange;
+                let function = function.ok_or_else(|| core.missing("fmi3InstantiateModelExchange"))?;
+                // SAFETY: the standard's signature; the texts live through the call.
+                core.component = unsafe {
+                    function(
+                        name,
+                        token,
+                        resources,
+                        visible,
+                        logging,
+                        core.live.environment(),
+                        Some(fmi3_log),
+                    )
+                };
+                Ok("fmi3InstantiateModelExchange")
+            },
+        )
+    }
+
+    /// Instantiates for Co-Simulation.
+    ///
+    /// # Errors
+    /// As [`Instance::model_exchange`].
+    pub fn co_simulation(fmu: &Arc<Fmu>, options: Options, how: CoSimulation) -> Result<Self, Error> {
+        let CoSimulation {
+            event_mode_used,
+            early_return_allowed,
+            intermediate_variables,
+            intermediate_update,
+        } = how;
+        let callback: fmi3IntermediateUpdateCallback =
+            intermediate_update.is_some().then_some(fmi3_intermediate_update);
+        let fill =
+            |core: &mut Core<Functions>, [name, token, resources]: [_; 3], [visible, logging]: [_; 2]| {
+                let function = core.functions.fmi3InstantiateCoSimulation;
+                let function = function.ok_or_else(|| core.missing("fmi3InstantiateCoSimulation"))?;
+                // SAFETY: the standard's signature; texts and references live through the call.
+                core.component = unsafe {
+                    function(
+                        name,
+                        token,
+                        resources,
+                        visible,
+                        logging,
+                        event_mode_used.into(),
+                        early_return_allowed.into(),
+                        intermediate_variables.as_ptr(),
+                        intermediate_variables.len(),
+                        core.live.environment(),
+                        Some(fmi3_log),
+                        callback,
+                    )
+                };
+                Ok("fmi3InstantiateCoSimulation")
+            };
+        let instance = Self::build(fmu, Interface::CoSimulation, options, fill)?;
+        if let Some(update) = intermediate_update {
+            instance.core.live.set_hook(Some(hook(Arc::downgrade(&instance.core), update)));
+        }
+        Ok(instance)
+    }
+
+    fn build(
+        fmu: &Arc<Fmu>,
+        interface: Interface,
+        options: Options,
+        instantiate: impl FnOnce(
+            &mut Core<Functions>,
+            [fmi3String; 3],
+            [fmi3Boolean; 2],
+        ) -> Result<&'static str, Error>,
+    ) -> Result<Self, Error> {
+        let functions = Functions::of(fmu.library(3, interface)?);
+        let flags = [options.visible.into(), options.logging_on.into()];
+        let mut core = Core::new(fmu, functions, options);
+        let name = c_string("instance name", &core.live.name)?;
+        let token = c_string("instantiation token", &fmu.facts().token)?;
+        let resources = fmu.resource_path().map(|path| c_string("resource path", &path)).transpose()?;
+        let resources = resources.as_ref().map_or(std::ptr::null(), |path| path.as_ptr());
+        let function = instantiate(&mut core, [name.as_ptr(), token.as_ptr(), resources], flags)?;
+        if core.component.is_null() {
+            return Err(core.no_instance(function));
+        }
+        Ok(Self { core: Arc::new(Inner::new(core)), states: States::default(), counts: (None, None) })
+    }
+
+    /// The FMU.
+    pub fn fmu(&self) -> &Arc<Fmu> {
+        &self.core.fmu
+    }
+
+    /// Name of the instance.
+    pub fn name(&self) -> &str {
+        &self.core.live.name
+    }
+
+    /// The last messages of this instance, oldest first.
+    pub fn log(&self) -> Vec<Message> {
+        self.core.live.messages()
+    }
+
+    /// Which debug messages are wanted; no category: all.
+    ///
+    /// # Errors
+    /// Whatever `fmi3SetDebugLogging` returns.
+    pub fn set_debug_logging(&mut self, on: bool, categories: &[&str]) -> Result<(), Error> {
+        let texts = c_strings("log category", categories)?;
+        let pointers: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
+        call!(self.core, fmi3SetDebugLogging, on.into(), pointers.len(), pointers.as_ptr())
+    }
+
+    /// Enters initialization mode.
+    ///
+    /// # Errors
+    /// Whatever `fmi3EnterInitializationMode` returns.
+    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
+        let Experiment { tolerance, start, stop } = experiment;
+        let (with_tolerance, with_stop) = (tolerance.is_some().into(), stop.is_some().into());
+        let (tolerance, stop) = (tolerance.unwrap_or(0.0), stop.unwrap_or(0.0));
+        call!(self.core, fmi3EnterInitializationMode, with_tolerance, tolerance, start, with_stop, stop)
+    }
+
+    /// Leaves it: to event mode in Model Exchange and where events are used, else to step mode.
+    ///
+    /// # Errors
+    /// Whatever `fmi3ExitInitializationMode` returns.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3ExitInitializationMode)
+    }
+
+    /// Enters (re-)configuration mode, where structural parameters may be set.
+    ///
+    /// # Errors
+    /// Whatever `fmi3EnterConfigurationMode` returns.
+    pub fn enter_configuration_mode(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3EnterConfigurationMode)
+    }
+
+    /// Leaves it; sizes may have changed.
+    ///
+    /// # Errors
+    /// Whatever `fmi3ExitConfigurationMode` returns.
+    pub fn exit_configuration_mode(&mut self) -> Result<(), Error> {
+        self.forget_sizes();
+        call!(self.core, fmi3ExitConfigurationMode)
+    }
+
+    /// Ends the run. Stored states are freed before.
+    ///
+    /// # Errors
+    /// Whatever `fmi3Terminate` returns.
+    pub fn terminate(&mut self) -> Result<(), Error> {
+        self.free_states();
+        call!(self.core, fmi3Terminate)
+    }
+
+    /// Back to where it was after instantiation.
+    ///
+    /// # Errors
+    /// Whatever `fmi3Reset` returns.
+    pub fn reset(&mut self) -> Result<(), Error> {
+        self.forget_sizes();
+        call!(self.core, fmi3Reset)
+    }
+
+    state_functions!(
+        fmi3GetFMUState,
+        fmi3SetFMUState,
+        fmi3FreeFMUState,
+        fmi3SerializedFMUStateSize,
+        fmi3SerializeFMUState,
+        fmi3DeserializeFMUState
+    );
+
+    fn forget_sizes(&mut self) {
+        self.counts = (None, None);
+        self.core.forget_sizes();
+    }
+}
+
+/// The closure behind the C callback. Weak: the instance owns the closure, not the other way round.
+fn hook(core: Weak<Inner>, mut update: IntermediateUpdate) -> Hook {
+    Box::new(move |arguments| {
+        let mut intermediate = Intermediate {
+            core: core.upgrade()?,
+            time: arguments.time,
+            set_requested: arguments.set_requested,
+            get_allowed: arguments.get_allowed,
+            step_finished: arguments.step_finished,
+            can_return_early: arguments.can_return_early,
+            early: None,
+        };
+        update(&mut intermediate);
+        intermediate.early.filter(|_| intermediate.can_return_early)
+    })
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        self.core.live.set_hook(None);
+        self.free_states();
+    }
+}

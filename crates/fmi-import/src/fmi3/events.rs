@@ -1,0 +1,233 @@
+//! Event mode, continuous-time mode (Model Exchange), steps (Co-Simulation).
+
+use trueup_fmi::abi::fmi3::*;
+
+use super::Instance;
+use crate::core::{Completed, EventInfo, Step, call};
+use crate::error::{Error, Status};
+
+impl Instance {
+    /// Enters event mode.
+    ///
+    /// # Errors
+    /// Whatever `fmi3EnterEventMode` returns.
+    pub fn enter_event_mode(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3EnterEventMode)
+    }
+
+    /// One event iteration.
+    ///
+    /// # Errors
+    /// Whatever `fmi3UpdateDiscreteStates` returns.
+    pub fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+        let [mut again, mut terminate, mut nominals, mut states, mut defined] = [fmi3False; 5];
+        let mut next = 0.0;
+        call!(
+            self.core,
+            fmi3UpdateDiscreteStates,
+            &raw mut again,
+            &raw mut terminate,
+            &raw mut nominals,
+            &raw mut states,
+            &raw mut defined,
+            &raw mut next
+        )?;
+        Ok(EventInfo {
+            again: again.into(),
+            terminate: terminate.into(),
+            nominals_changed: nominals.into(),
+            states_changed: states.into(),
+            next_event: bool::from(defined).then_some(next),
+        })
+    }
+
+    /// Evaluates discrete states within an event iteration (clocked FMUs).
+    ///
+    /// # Errors
+    /// Whatever `fmi3EvaluateDiscreteStates` returns.
+    pub fn evaluate_discrete_states(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3EvaluateDiscreteStates)
+    }
+
+    /// New intervals of clocks in s; `None`: unchanged or not yet known.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3GetIntervalDecimal` returns.
+    pub fn get_intervals(&mut self, clocks: &[u32], intervals: &mut [Option<f64>]) -> Result<(), Error> {
+        self.core.length("fmi3GetIntervalDecimal", "intervals", clocks.len(), intervals.len())?;
+        let mut values = vec![0.0; clocks.len()];
+        let mut qualifiers = vec![fmi3IntervalNotYetKnown; clocks.len()];
+        let (values_pointer, qualifiers_pointer) = (values.as_mut_ptr(), qualifiers.as_mut_ptr());
+        call!(
+            self.core,
+            fmi3GetIntervalDecimal,
+            clocks.as_ptr(),
+            clocks.len(),
+            values_pointer,
+            qualifiers_pointer
+        )?;
+        for (i, interval) in intervals.iter_mut().enumerate() {
+            *interval = (qualifiers[i] == fmi3IntervalChanged).then_some(values[i]);
+        }
+        Ok(())
+    }
+}
+
+/// Model Exchange.
+impl Instance {
+    /// Number of continuous states.
+    ///
+    /// # Errors
+    /// Whatever `fmi3GetNumberOfContinuousStates` returns.
+    pub fn number_of_states(&mut self) -> Result<usize, Error> {
+        if let Some(count) = self.counts.0 {
+            return Ok(count);
+        }
+        let mut count = 0;
+        call!(self.core, fmi3GetNumberOfContinuousStates, &raw mut count)?;
+        self.counts.0 = Some(count);
+        Ok(count)
+    }
+
+    /// Number of event indicators.
+    ///
+    /// # Errors
+    /// Whatever `fmi3GetNumberOfEventIndicators` returns.
+    pub fn number_of_event_indicators(&mut self) -> Result<usize, Error> {
+        if let Some(count) = self.counts.1 {
+            return Ok(count);
+        }
+        let mut count = 0;
+        call!(self.core, fmi3GetNumberOfEventIndicators, &raw mut count)?;
+        self.counts.1 = Some(count);
+        Ok(count)
+    }
+
+    fn states_length(&mut self, function: &'static str, got: usize) -> Result<(), Error> {
+        let expected = self.number_of_states()?;
+        self.core.length(function, "states", expected, got)
+    }
+
+    /// Enters continuous-time mode.
+    ///
+    /// # Errors
+    /// Whatever `fmi3EnterContinuousTimeMode` returns.
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3EnterContinuousTimeMode)
+    }
+
+    /// Tells that an integrator step is accepted. `no_rollback`: no state before now will be restored.
+    ///
+    /// # Errors
+    /// Whatever `fmi3CompletedIntegratorStep` returns.
+    pub fn completed_integrator_step(&mut self, no_rollback: bool) -> Result<Completed, Error> {
+        let (mut event, mut terminate) = (fmi3False, fmi3False);
+        call!(
+            self.core,
+            fmi3CompletedIntegratorStep,
+            no_rollback.into(),
+            &raw mut event,
+            &raw mut terminate
+        )?;
+        Ok(Completed { event: event.into(), terminate: terminate.into() })
+    }
+
+    /// Sets the time in s.
+    ///
+    /// # Errors
+    /// Whatever `fmi3SetTime` returns.
+    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
+        call!(self.core, fmi3SetTime, time)
+    }
+
+    /// Sets the states.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3SetContinuousStates` returns.
+    pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Error> {
+        self.states_length("fmi3SetContinuousStates", states.len())?;
+        call!(self.core, fmi3SetContinuousStates, states.as_ptr(), states.len())
+    }
+
+    /// The states.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3GetContinuousStates` returns.
+    pub fn get_continuous_states(&mut self, states: &mut [f64]) -> Result<(), Error> {
+        self.states_length("fmi3GetContinuousStates", states.len())?;
+        call!(self.core, fmi3GetContinuousStates, states.as_mut_ptr(), states.len())
+    }
+
+    /// Their derivatives.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3GetContinuousStateDerivatives` returns.
+    pub fn get_derivatives(&mut self, derivatives: &mut [f64]) -> Result<(), Error> {
+        self.states_length("fmi3GetContinuousStateDerivatives", derivatives.len())?;
+        call!(self.core, fmi3GetContinuousStateDerivatives, derivatives.as_mut_ptr(), derivatives.len())
+    }
+
+    /// Their nominal values.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3GetNominalsOfContinuousStates` returns.
+    pub fn get_nominals(&mut self, nominals: &mut [f64]) -> Result<(), Error> {
+        self.states_length("fmi3GetNominalsOfContinuousStates", nominals.len())?;
+        call!(self.core, fmi3GetNominalsOfContinuousStates, nominals.as_mut_ptr(), nominals.len())
+    }
+
+    /// The event indicators.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; whatever `fmi3GetEventIndicators` returns.
+    pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), Error> {
+        let expected = self.number_of_event_indicators()?;
+        self.core.length("fmi3GetEventIndicators", "indicators", expected, indicators.len())?;
+        call!(self.core, fmi3GetEventIndicators, indicators.as_mut_ptr(), indicators.len())
+    }
+}
+
+/// Co-Simulation.
+impl Instance {
+    /// From event mode back to step mode.
+    ///
+    /// # Errors
+    /// Whatever `fmi3EnterStepMode` returns.
+    pub fn enter_step_mode(&mut self) -> Result<(), Error> {
+        call!(self.core, fmi3EnterStepMode)
+    }
+
+    /// Steps from `time` by `step` s. `no_rollback`: no state before `time` will be restored.
+    ///
+    /// A step that the FMU discards is no error: see [`Step::discarded`].
+    ///
+    /// # Errors
+    /// Whatever `fmi3DoStep` returns; [`Error::Panicked`] if the intermediate-update closure did.
+    pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
+        let [mut event, mut terminate, mut early] = [fmi3False; 3];
+        let mut last = time;
+        let result = call!(
+            self.core,
+            fmi3DoStep,
+            time,
+            step,
+            no_rollback.into(),
+            &raw mut event,
+            &raw mut terminate,
+            &raw mut early,
+            &raw mut last
+        );
+        if let Some(message) = self.core.live.take_panic() {
+            return Err(Error::Panicked { instance: self.name().into(), message });
+        }
+        let discarded = match result {
+            Ok(()) => false,
+            Err(error) if error.status() == Some(Status::Discard) => true,
+            Err(error) => return Err(error),
+        };
+        let early = discarded || early.into();
+        // Some FMUs do not write the time of a full step.
+        let time = if early { last } else { time + step };
+        Ok(Step { time, early, discarded, event: event.into(), terminate: terminate.into() })
+    }
+}

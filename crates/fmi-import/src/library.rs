@@ -1,0 +1,223 @@
+//! An FMU on disk, and the functions of its library.
+
+use std::env::consts::{ARCH, DLL_SUFFIX, OS};
+use std::ffi::c_void;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, OnceLock};
+
+use libloading::Library;
+use tempfile::TempDir;
+
+use crate::core::Table;
+use crate::error::Error;
+use crate::facts::Facts;
+
+/// Which interface of an FMU is used.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    /// The FMU gives derivatives, the importer integrates.
+    ModelExchange,
+    /// The FMU integrates.
+    CoSimulation,
+}
+
+/// An unpacked FMU. Its directory lives as long as the last instance.
+#[derive(Debug)]
+pub struct Fmu {
+    file: PathBuf,
+    directory: PathBuf,
+    facts: Facts,
+    _unpacked: Option<TempDir>,
+}
+
+impl Fmu {
+    /// Opens an FMU: a file, unpacked into a temporary directory, or an unpacked directory.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be unpacked or described.
+    pub fn open(file: impl AsRef<Path>) -> Result<Arc<Self>, Error> {
+        let file = file.as_ref();
+        let fail = |reason: String| Error::File { file: file.into(), reason };
+        let (directory, unpacked) = if file.is_dir() {
+            (file.canonicalize().map_err(|e| fail(e.to_string()))?, None)
+        } else {
+            let archive = fs::File::open(file).map_err(|e| fail(e.to_string()))?;
+            let mut archive =
+                zip::ZipArchive::new(archive).map_err(|e| fail(format!("no zip archive: {e}")))?;
+            let unpacked = tempfile::Builder::new().prefix("trueup-fmu-").tempdir();
+            let unpacked = unpacked.map_err(|e| fail(format!("no temporary directory: {e}")))?;
+            archive.extract(unpacked.path()).map_err(|e| fail(format!("cannot be unpacked: {e}")))?;
+            (unpacked.path().canonicalize().map_err(|e| fail(e.to_string()))?, Some(unpacked))
+        };
+        let xml = fs::read_to_string(directory.join("modelDescription.xml"))
+            .map_err(|e| fail(format!("modelDescription.xml: {e}")))?;
+        let facts = Facts::read(file, &xml)?;
+        Ok(Arc::new(Self { file: file.into(), directory, facts, _unpacked: unpacked }))
+    }
+
+    /// Where it came from.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// What its description says.
+    pub fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    /// FMI 2.0: `file:` URI of the resources, given always (some FMUs crash on NULL).
+    pub(crate) fn resource_uri(&self) -> String {
+        let mut uri = String::from("file://");
+        for byte in self.directory.join("resources").to_string_lossy().bytes() {
+            match byte {
+                b'A'..=b'Z' | b'a'..=b'z' | b'0'..=b'9' | b'-' | b'.' | b'_' | b'~' | b'/' => {
+                    uri.push(byte.into())
+                }
+                _ => uri.push_str(&format!("%{byte:02X}")),
+            }
+        }
+        uri
+    }
+
+    /// FMI 3.0: path of the resources with a trailing separator, or `None` if the FMU has no such folder.
+    pub(crate) fn resource_path(&self) -> Option<String> {
+        let path = self.directory.join("resources");
+        path.is_dir().then(|| format!("{}{}", path.display(), std::path::MAIN_SEPARATOR))
+    }
+
+    /// Loads the library of an interface for this platform.
+    pub(crate) fn library(&self, version: u32, interface: Interface) -> Result<Library, Error> {
+        let fail = |reason: String| Error::File { file: self.file.clone(), reason };
+        let (identifier, what) = match interface {
+            Interface::ModelExchange => (&self.facts.model_exchange, "Model Exchange"),
+            Interface::CoSimulation => (&self.facts.co_simulation, "Co-Simulation"),
+        };
+        let Some(identifier) = identifier else {
+            return Err(Error::Interface { file: self.file.clone(), interface: what.into() });
+        };
+        if self.facts.version != version {
+            let interface = format!("FMI {version}.0; it is an FMU of FMI {}.0", self.facts.version);
+            return Err(Error::Interface { file: self.file.clone(), interface });
+        }
+        if identifier.contains(['/', '\\']) {
+            return Err(fail(format!("modelIdentifier \"{identifier}\" is no file name")));
+        }
+        let binaries = self.directory.join("binaries");
+        let platforms = platforms(self.facts.version);
+        let candidates = platforms.iter().map(|p| binaries.join(p).join(format!("{identifier}{DLL_SUFFIX}")));
+        let Some(path) = candidates.into_iter().find(|path| path.is_file()) else {
+            let mut have: Vec<_> = fs::read_dir(&binaries)
+                .into_iter()
+                .flatten()
+                .flatten()
+                .map(|entry| entry.file_name().to_string_lossy().into_owned())
+                .collect();
+            have.sort();
+            return Err(fail(format!(
+                "no binary {identifier}{DLL_SUFFIX} for this platform ({}); there are binaries for: {}. \
+                 Use an FMU that was built for this platform",
+                platforms.join(" or "),
+                if have.is_empty() { "none".into() } else { have.join(", ") }
+            )));
+        };
+        preload_libm();
+        open(&path).map_err(|e| fail(format!("its library cannot be loaded: {e}")))
+    }
+}
+
+/// Names of this platform's folder under `binaries`.
+fn platforms(version: u32) -> Vec<String> {
+    let os = if OS == "macos" { "darwin" } else { OS };
+    let tuple = format!("{ARCH}-{os}");
+    let (short, bits) = (if os == "windows" { "win" } else { os }, usize::BITS);
+    match (version, ARCH) {
+        (2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
+        _ => vec![tuple],
+    }
+}
+
+/// FMUs that use libm without saying so find it in most hosts, but not in a Rust program.
+fn preload_libm() {
+    static LIBM: OnceLock<Option<Library>> = OnceLock::new();
+    LIBM.get_or_init(|| {
+        #[cfg(target_os = "linux")]
+        {
+            use libloading::os::unix::{Library, RTLD_GLOBAL, RTLD_NOW};
+            // SAFETY: the C library's own.
+            unsafe { Library::open(Some("libm.so.6"), RTLD_NOW | RTLD_GLOBAL) }.ok().map(Into::into)
+        }
+        #[cfg(not(target_os = "linux"))]
+        None
+    });
+}
+
+fn open(path: &Path) -> Result<Library, libloading::Error> {
+    #[cfg(unix)]
+    {
+        use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
+        // SAFETY: loading runs the FMU's own initialisers; whoever opens an FMU trusts its code.
+        unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
+    }
+    #[cfg(not(unix))]
+    // SAFETY: as above.
+    unsafe {
+        Library::new(path)
+    }
+}
+
+/// A struct with one optional pointer per function of a version.
+macro_rules! function_table {
+    ($free:ident: $(fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $result:ty)?;)*) => {
+        /// Pointers to the functions that the library exports; they are valid while `library` is loaded.
+        #[allow(non_snake_case, dead_code)] // the list is complete, also where nothing needs it yet
+        pub(crate) struct Functions {
+            $(pub(crate) $name: Option<pointer::$name>,)*
+            /// Taken (never unloaded) when the FMU ended in a fatal error.
+            pub(crate) library: Option<Library>,
+        }
+
+        impl Functions {
+            pub(crate) fn of(library: Library) -> Self {
+                Self {
+                    // SAFETY: the symbol is a function of the standard, with the standard's signature.
+                    $($name: unsafe { library.get::<pointer::$name>(stringify!($name)) }.ok().map(|f| *f),)*
+                    library: Some(library),
+                }
+            }
+        }
+
+        impl Table for Functions {
+            unsafe fn free(&self, component: *mut c_void) {
+                if let Some(free) = self.$free {
+                    // SAFETY: the caller's word.
+                    unsafe { free(component) }
+                }
+            }
+
+            fn leak(&mut self) {
+                std::mem::forget(self.library.take());
+            }
+        }
+    };
+}
+
+/// The table of FMI 2.0.
+pub(crate) mod table2 {
+    use super::*;
+    use trueup_fmi::abi::fmi2::*;
+    macro_rules! table {
+        ($($list:tt)*) => { function_table! { fmi2FreeInstance: $($list)* } };
+    }
+    trueup_fmi::fmi2_functions!(table);
+}
+
+/// The table of FMI 3.0.
+pub(crate) mod table3 {
+    use super::*;
+    use trueup_fmi::abi::fmi3::*;
+    macro_rules! table {
+        ($($list:tt)*) => { function_table! { fmi3FreeInstance: $($list)* } };
+    }
+    trueup_fmi::fmi3_functions!(table);
+}

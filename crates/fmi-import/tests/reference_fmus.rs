@@ -1,0 +1,526 @@
+//! The Modelica Association's Reference FMUs: `TRUEUP_REFERENCE_FMUS` names a folder with `2.0/<Model>.fmu` and
+//! `3.0/<Model>.fmu`, as their releases are laid out. The expected values are the files' own.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
+
+use std::fs::File;
+use std::io::Read;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+
+use trueup_fmi_import::fmi3::{CoSimulation, DerivativeOf};
+use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Status, fmi2, fmi3};
+
+/// The file of a model, or `None`, said aloud.
+fn file(version: u32, model: &str) -> Option<PathBuf> {
+    let Some(folder) = std::env::var_os("TRUEUP_REFERENCE_FMUS") else {
+        eprintln!("SKIPPED: TRUEUP_REFERENCE_FMUS is not set to a folder of Reference FMUs");
+        return None;
+    };
+    Some(PathBuf::from(folder).join(format!("{version}.0")).join(format!("{model}.fmu")))
+}
+
+macro_rules! open {
+    ($version:expr, $model:expr) => {
+        match file($version, $model) {
+            Some(file) => Fmu::open(file).unwrap(),
+            None => return,
+        }
+    };
+}
+
+fn value_reference(fmu: &Fmu, name: &str) -> u32 {
+    fmu.facts().find(name).unwrap().value_reference
+}
+
+/// The reference result inside the FMU: names, rows (time first).
+fn reference(fmu: &Fmu, model: &str) -> (Vec<String>, Vec<Vec<f64>>) {
+    let mut archive = zip::ZipArchive::new(File::open(fmu.file()).unwrap()).unwrap();
+    let name = format!("extra/org.fmi-standard.fmi-ls-ref/{model}_out.csv");
+    let mut text = String::new();
+    archive.by_name(&name).unwrap().read_to_string(&mut text).unwrap();
+    let mut lines = text.lines();
+    let names = lines.next().unwrap().split(',').skip(1).map(str::to_owned).collect();
+    let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect());
+    (names, rows.collect())
+}
+
+fn assert_close(expected: f64, actual: f64, what: &str) {
+    assert!(
+        (expected - actual).abs() <= 1e-12 * expected.abs().max(1.0),
+        "{what}: {actual}, expected {expected}"
+    );
+}
+
+fn experiment(rows: &[Vec<f64>]) -> Experiment {
+    Experiment { tolerance: None, start: rows[0][0], stop: Some(rows[rows.len() - 1][0] + 10.0) }
+}
+
+/// Runs against the reference results, the same for both versions.
+macro_rules! runs {
+    ($version:literal, $me:expr, $cs:expr, $get:ident, $iterate:ident, [$(($model:literal, $solver_step:literal, $integer:literal)),*]) => {
+        #[test]
+        fn co_simulation_gives_the_reference_result() {
+            for (model, _, integer) in [$(($model, $solver_step, $integer)),*] {
+                let fmu = open!($version, model);
+                let (names, rows) = reference(&fmu, model);
+                let mut instance = $cs(&fmu, Options::named(model));
+                instance.enter_initialization_mode(experiment(&rows)).unwrap();
+                instance.exit_initialization_mode().unwrap();
+                for (i, row) in rows.iter().enumerate() {
+                    if i > 0 {
+                        let step = instance.do_step(rows[i - 1][0], row[0] - rows[i - 1][0], true).unwrap();
+                        let end = rows[i - 1][0] + (row[0] - rows[i - 1][0]);
+                        // FMI 2.0 ends a run by a discarded step.
+                        assert_eq!((step.time, step.early), (end, step.terminate && $version == 2));
+                    }
+                    check(&mut instance, &fmu, &names, row, integer, model);
+                }
+                instance.terminate().unwrap();
+            }
+        }
+
+        #[test]
+        fn model_exchange_gives_the_reference_result_under_the_same_solver() {
+            for (model, h, integer) in [$(($model, $solver_step, $integer)),*] {
+                let fmu = open!($version, model);
+                let (names, rows) = reference(&fmu, model);
+                let mut instance = $me(&fmu, Options::named(model));
+                instance.enter_initialization_mode(experiment(&rows)).unwrap();
+                instance.exit_initialization_mode().unwrap();
+                let mut next_event = events(&mut instance);
+                let (nx, nz) = sizes(&mut instance);
+                let (mut x, mut dx) = (vec![0.0; nx], vec![0.0; nx]);
+                let (mut z, mut before) = (vec![0.0; nz], vec![0.0; nz]);
+                instance.get_nominals(&mut dx).unwrap();
+                assert!(dx.iter().all(|nominal| *nominal > 0.0));
+                instance.get_event_indicators(&mut before).unwrap();
+                check(&mut instance, &fmu, &names, &rows[0], integer, model);
+                let (mut steps, mut time) = (0_u32, rows[0][0]);
+                for row in &rows[1..] {
+                    while time + 0.5 * h < row[0] {
+                        instance.get_continuous_states(&mut x).unwrap();
+                        instance.get_derivatives(&mut dx).unwrap();
+                        steps += 1;
+                        time = rows[0][0] + f64::from(steps) * h;
+                        instance.set_time(time).unwrap();
+                        x.iter_mut().zip(&dx).for_each(|(x, dx)| *x += h * dx);
+                        instance.set_continuous_states(&x).unwrap();
+                        instance.get_event_indicators(&mut z).unwrap();
+                        let crossed = z.iter().zip(&before).any(|(z, before)| (*z > 0.0) != (*before > 0.0));
+                        before.copy_from_slice(&z);
+                        let completed = instance.completed_integrator_step(true).unwrap();
+                        if crossed || completed.event || next_event.is_some_and(|event| time >= event) {
+                            instance.enter_event_mode().unwrap();
+                            next_event = events(&mut instance);
+                            instance.get_event_indicators(&mut before).unwrap();
+                        }
+                    }
+                    check(&mut instance, &fmu, &names, row, integer, model);
+                }
+                instance.terminate().unwrap();
+            }
+        }
+
+        /// Event iteration, then continuous-time mode; the next time event.
+        fn events(instance: &mut Instance) -> Option<f64> {
+            let next = loop {
+                let info = instance.$iterate().unwrap();
+                if !info.again {
+                    break info.next_event;
+                }
+            };
+            instance.enter_continuous_time_mode().unwrap();
+            next
+        }
+
+        fn check(instance: &mut Instance, fmu: &Fmu, names: &[String], row: &[f64], integer: bool, model: &str) {
+            for (name, expected) in names.iter().zip(&row[1..]) {
+                let reference = [value_reference(fmu, name)];
+                let mut real = [f64::NAN];
+                if integer {
+                    let mut value = [0];
+                    instance.get_integer(&reference, &mut value).unwrap();
+                    real = value.map(f64::from);
+                } else {
+                    instance.$get(&reference, &mut real).unwrap();
+                }
+                assert_close(*expected, real[0], &format!("{model}.{name} at {} s", row[0]));
+            }
+        }
+    };
+}
+
+mod version2 {
+    use super::*;
+    use fmi2::Instance;
+
+    fn sizes(instance: &mut Instance) -> (usize, usize) {
+        let facts = instance.fmu().facts();
+        (facts.states, facts.event_indicators)
+    }
+
+    runs!(
+        2,
+        |fmu, options| Instance::new(fmu, Interface::ModelExchange, options).unwrap(),
+        |fmu, options| Instance::new(fmu, Interface::CoSimulation, options).unwrap(),
+        get_real,
+        new_discrete_states,
+        [
+            ("BouncingBall", 1e-3, false),
+            ("VanDerPol", 1e-2, false),
+            ("Dahlquist", 0.1, false),
+            ("Stair", 0.2, true)
+        ]
+    );
+
+    #[test]
+    fn every_type_goes_through() {
+        let fmu = open!(2, "Feedthrough");
+        let mut instance = Instance::new(&fmu, Interface::CoSimulation, Options::default()).unwrap();
+        assert_eq!(instance.name(), "Feedthrough");
+        instance.enter_initialization_mode(Experiment::default()).unwrap();
+        instance.exit_initialization_mode().unwrap();
+        let v = |name: &str| [value_reference(&fmu, name)];
+        instance.set_real(&v("Float64_continuous_input"), &[-1.25e-300]).unwrap();
+        instance.set_integer(&v("Int32_input"), &[i32::MIN]).unwrap();
+        instance.set_integer(&v("Enumeration_input"), &[2]).unwrap();
+        instance.set_boolean(&v("Boolean_input"), &[true]).unwrap();
+        instance.set_string(&v("String_input"), &["Gruß %s %n"]).unwrap();
+        instance.do_step(0.0, 0.1, true).unwrap();
+        let (mut real, mut integers, mut boolean) = ([0.0], [0; 2], [false]);
+        instance.get_real(&v("Float64_continuous_output"), &mut real).unwrap();
+        let outputs = [v("Int32_output")[0], v("Enumeration_output")[0]];
+        instance.get_integer(&outputs, &mut integers).unwrap();
+        instance.get_boolean(&v("Boolean_output"), &mut boolean).unwrap();
+        assert_eq!((real, integers, boolean), ([-1.25e-300], [i32::MIN, 2], [true]));
+        assert_eq!(instance.get_string(&v("String_output")).unwrap(), ["Gruß %s %n"]);
+    }
+
+    #[test]
+    fn a_restored_state_continues_bit_equal() {
+        let fmu = open!(2, "BouncingBall");
+        let h = [value_reference(&fmu, "h")];
+        let start = || {
+            let mut instance = Instance::new(&fmu, Interface::CoSimulation, Options::named("ball")).unwrap();
+            instance.enter_initialization_mode(Experiment::default()).unwrap();
+            instance.exit_initialization_mode().unwrap();
+            instance
+        };
+        let run = |instance: &mut Instance| {
+            for i in 40..80 {
+                instance.do_step(f64::from(i) * 0.01, 0.01, false).unwrap();
+            }
+            let mut value = [0.0];
+            instance.get_real(&h, &mut value).unwrap();
+            value[0]
+        };
+        let mut instance = start();
+        for i in 0..40 {
+            instance.do_step(f64::from(i) * 0.01, 0.01, false).unwrap();
+        }
+        let id = instance.save().unwrap();
+        let expected = run(&mut instance);
+        instance.restore(&id).unwrap();
+        assert_eq!(run(&mut instance), expected);
+        let bytes = instance.serialize(&id).unwrap();
+        let mut other = start();
+        assert!(matches!(other.restore(&id), Err(Error::NoSuchState { .. })));
+        let copy = other.deserialize(&bytes).unwrap();
+        other.restore(&copy).unwrap();
+        assert_eq!(run(&mut other), expected);
+        other.save_over(&copy).unwrap();
+        other.free(copy).unwrap();
+        instance.terminate().unwrap();
+        assert!(matches!(instance.restore(&id), Err(Error::NoSuchState { .. })));
+    }
+
+    #[test]
+    fn derivatives_of_the_oscillator() {
+        let fmu = open!(2, "VanDerPol");
+        let mut instance = Instance::new(&fmu, Interface::ModelExchange, Options::default()).unwrap();
+        instance.enter_initialization_mode(Experiment::default()).unwrap();
+        instance.exit_initialization_mode().unwrap();
+        instance.new_discrete_states().unwrap();
+        instance.enter_continuous_time_mode().unwrap();
+        let (x0, x1) = (0.5, -1.5);
+        instance.set_continuous_states(&[x0, x1]).unwrap();
+        let v = |name: &str| value_reference(&fmu, name);
+        let mut result = [0.0];
+        let result_of =
+            instance.directional_derivative(&[v("der(x1)")], &[v("x0"), v("x1")], &[2.0, 3.0], &mut result);
+        result_of.unwrap();
+        assert_eq!(result[0], 2.0 * (-2.0 * x0 * x1 - 1.0) + 3.0 * (1.0 - x0 * x0));
+    }
+}
+
+mod version3 {
+    use super::*;
+    use fmi3::Instance;
+
+    /// The Reference FMU's counter is an Int32.
+    trait GetInteger {
+        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error>;
+    }
+    impl GetInteger for Instance {
+        fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error> {
+            self.get_int32(references, values)
+        }
+    }
+
+    fn sizes(instance: &mut Instance) -> (usize, usize) {
+        (instance.number_of_states().unwrap(), instance.number_of_event_indicators().unwrap())
+    }
+
+    runs!(
+        3,
+        |fmu, options| Instance::model_exchange(fmu, options).unwrap(),
+        |fmu, options| Instance::co_simulation(fmu, options, CoSimulation::default()).unwrap(),
+        get_float64,
+        update_discrete_states,
+        [
+            ("BouncingBall", 1e-3, false),
+            ("VanDerPol", 1e-2, false),
+            ("Dahlquist", 0.1, false),
+            ("Stair", 0.2, true)
+        ]
+    );
+
+    fn started(fmu: &Arc<Fmu>, how: CoSimulation) -> Instance {
+        let mut instance = Instance::co_simulation(fmu, Options::named("it"), how).unwrap();
+        instance.enter_initialization_mode(Experiment::default()).unwrap();
+        instance.exit_initialization_mode().unwrap();
+        instance
+    }
+
+    #[test]
+    fn every_type_goes_through() {
+        let fmu = open!(3, "Feedthrough");
+        let mut it = started(&fmu, CoSimulation::default());
+        macro_rules! through {
+            ($($set:ident $get:ident $input:literal $output:literal $value:expr;)*) => {$({
+                let (input, output) = (value_reference(&fmu, $input), value_reference(&fmu, $output));
+                let mut value = [Default::default()];
+                it.$set(&[input], &[$value]).unwrap();
+                it.$get(&[output], &mut value).unwrap();
+                assert_eq!(value, [$value], $input);
+            })*};
+        }
+        through! {
+            set_float32 get_float32 "Float32_continuous_input" "Float32_continuous_output" -1.5e-30_f32;
+            set_float64 get_float64 "Float64_continuous_input" "Float64_continuous_output" -1.25e-300;
+            set_int8 get_int8 "Int8_input" "Int8_output" i8::MIN;
+            set_uint8 get_uint8 "UInt8_input" "UInt8_output" u8::MAX;
+            set_int16 get_int16 "Int16_input" "Int16_output" i16::MIN;
+            set_uint16 get_uint16 "UInt16_input" "UInt16_output" u16::MAX;
+            set_int32 get_int32 "Int32_input" "Int32_output" i32::MIN;
+            set_uint32 get_uint32 "UInt32_input" "UInt32_output" u32::MAX;
+            set_int64 get_int64 "Int64_input" "Int64_output" i64::MIN;
+            set_uint64 get_uint64 "UInt64_input" "UInt64_output" u64::MAX;
+            set_boolean get_boolean "Boolean_input" "Boolean_output" true;
+            set_int64 get_int64 "Enumeration_input" "Enumeration_output" 2;
+        }
+        let v = |name: &str| [value_reference(&fmu, name)];
+        it.set_string(&v("String_input"), &["Gruß %s"]).unwrap();
+        assert_eq!(it.get_string(&v("String_output")).unwrap(), ["Gruß %s"]);
+        it.set_binary(&v("Binary_input"), &[&[0, 255, 7]]).unwrap();
+        assert_eq!(it.get_binary(&v("Binary_output")).unwrap(), [vec![0, 255, 7]]);
+        assert!(matches!(it.set_string(&v("String_input"), &["a\0b"]), Err(Error::Text { .. })));
+    }
+
+    #[test]
+    fn arrays_are_checked_against_their_present_size() {
+        let fmu = open!(3, "StateSpace");
+        let v = |name: &str| [value_reference(&fmu, name)];
+        let mut it = Instance::co_simulation(&fmu, Options::default(), CoSimulation::default()).unwrap();
+        it.set_float64(&v("A"), &[4.0; 9]).unwrap();
+        let error = it.set_float64(&v("A"), &[0.0; 4]).unwrap_err(); // its dimensions are those of a parameter
+        assert!(matches!(error, Error::Length { expected: 9, got: 4, .. }), "{error}");
+        let mut both = [0.0; 12];
+        it.get_float64(&[v("A")[0], v("u")[0]], &mut both).unwrap();
+        assert_eq!((&both[..9], &both[9..]), (&[4.0; 9][..], &[1.0, 2.0, 3.0][..]));
+    }
+
+    #[test]
+    fn events_end_a_step_early() {
+        let fmu = open!(3, "BouncingBall");
+        let how =
+            || CoSimulation { event_mode_used: true, early_return_allowed: true, ..CoSimulation::default() };
+        let mut it = started(&fmu, how());
+        while it.update_discrete_states().unwrap().again {}
+        it.enter_step_mode().unwrap();
+        let step = it.do_step(0.0, 1.0, true).unwrap();
+        let fall = (2.0_f64 / 9.81).sqrt();
+        assert!(step.event && step.early && !step.terminate, "{step:?}");
+        assert!((step.time - fall).abs() < 2e-3, "{} s, the ball falls {fall} s", step.time);
+        it.enter_event_mode().unwrap();
+        assert!(it.update_discrete_states().unwrap().states_changed);
+        it.enter_step_mode().unwrap();
+        let mut v = [0.0];
+        it.get_float64(&[value_reference(&fmu, "v")], &mut v).unwrap();
+        assert!(v[0] > 0.0);
+    }
+
+    #[test]
+    fn intermediate_updates_see_values_and_can_end_the_step() {
+        let fmu = open!(3, "BouncingBall");
+        let h = value_reference(&fmu, "h");
+        let seen = Arc::new(Mutex::new(Vec::new()));
+        let record = Arc::clone(&seen);
+        let update = Box::new(move |now: &mut fmi3::Intermediate| {
+            let mut value = [0.0];
+            now.get_float64(&[h], &mut value).unwrap();
+            assert!(now.get_float64(&[h], &mut [0.0; 2]).is_err());
+            record.lock().unwrap().push((now.time, value[0]));
+            if now.can_return_early && now.time > 0.1 {
+                now.return_early(now.time);
+            }
+        });
+        let how = CoSimulation {
+            early_return_allowed: true,
+            intermediate_variables: vec![h],
+            intermediate_update: Some(update),
+            ..CoSimulation::default()
+        };
+        let mut it = started(&fmu, how);
+        it.do_step(0.0, 0.4, true).unwrap();
+        let seen = seen.lock().unwrap();
+        assert!(!seen.is_empty());
+        // The FMU's solver is Euler's with 1 ms: h = 1 - g t (t - 1 ms) / 2.
+        for (time, h) in seen.iter() {
+            assert_close(1.0 - 9.81 * time * (time - 1e-3) / 2.0, *h, &format!("h at {time} s"));
+        }
+    }
+
+    #[test]
+    fn a_panic_in_an_intermediate_update_is_an_error_of_the_step() {
+        let fmu = open!(3, "BouncingBall");
+        let how = CoSimulation {
+            intermediate_update: Some(Box::new(|_| panic!("as arranged"))),
+            ..CoSimulation::default()
+        };
+        let mut it = started(&fmu, how);
+        let error = it.do_step(0.0, 0.1, true).unwrap_err();
+        assert!(matches!(&error, Error::Panicked { message, .. } if message == "as arranged"), "{error}");
+    }
+
+    #[test]
+    fn derivatives_of_the_oscillator() {
+        let fmu = open!(3, "VanDerPol");
+        let mut it = Instance::model_exchange(&fmu, Options::default()).unwrap();
+        it.enter_initialization_mode(Experiment::default()).unwrap();
+        it.exit_initialization_mode().unwrap();
+        it.update_discrete_states().unwrap();
+        it.enter_continuous_time_mode().unwrap();
+        let (x0, x1) = (0.5, -1.5);
+        it.set_continuous_states(&[x0, x1]).unwrap();
+        let v = |name: &str| value_reference(&fmu, name);
+        let of = DerivativeOf { unknowns: &[v("der(x1)")], knowns: &[v("x0"), v("x1")] };
+        let gradient = [-2.0 * x0 * x1 - 1.0, 1.0 - x0 * x0];
+        let (mut forward, mut adjoint) = ([0.0], [0.0; 2]);
+        it.directional_derivative(of, &[2.0, 3.0], &mut forward).unwrap();
+        it.adjoint_derivative(of, &[2.0], &mut adjoint).unwrap();
+        assert_eq!(forward[0], 2.0 * gradient[0] + 3.0 * gradient[1]);
+        assert_eq!(adjoint, gradient.map(|g| 2.0 * g));
+        assert!(matches!(it.adjoint_derivative(of, &[2.0], &mut [0.0]), Err(Error::Length { .. })));
+    }
+
+    #[test]
+    fn states_are_saved_restored_and_carried_to_another_instance() {
+        let fmu = open!(3, "VanDerPol");
+        let x = [value_reference(&fmu, "x0"), value_reference(&fmu, "x1")];
+        let run = |it: &mut Instance| {
+            for i in 5..50 {
+                it.do_step(f64::from(i) * 0.1, 0.1, false).unwrap();
+            }
+            let mut value = [0.0; 2];
+            it.get_float64(&x, &mut value).unwrap();
+            value
+        };
+        let mut it = started(&fmu, CoSimulation::default());
+        for i in 0..5 {
+            it.do_step(f64::from(i) * 0.1, 0.1, false).unwrap();
+        }
+        let id = it.save().unwrap();
+        let expected = run(&mut it);
+        it.restore(&id).unwrap();
+        assert_eq!(run(&mut it), expected);
+        let bytes = it.serialize(&id).unwrap();
+        let mut other = started(&fmu, CoSimulation::default());
+        let id = other.deserialize(&bytes).unwrap();
+        other.restore(&id).unwrap();
+        assert_eq!(run(&mut other), expected);
+        it.reset().unwrap(); // two states are still stored: dropping the instances frees them
+    }
+
+    #[test]
+    fn resources_are_found() {
+        let fmu = open!(3, "Resource");
+        let mut it = started(&fmu, CoSimulation::default());
+        let mut y = [0];
+        it.get_int32(&[value_reference(&fmu, "y")], &mut y).unwrap();
+        assert_eq!(y, [97]); // the first character of the file
+    }
+
+    #[test]
+    fn an_error_carries_what_the_fmu_said() {
+        let fmu = open!(3, "BouncingBall");
+        let heard = Arc::new(Mutex::new(Vec::new()));
+        let ear = Arc::clone(&heard);
+        let options = Options {
+            name: "mine".into(),
+            logging_on: true,
+            listener: Some(Box::new(move |message| {
+                ear.lock().unwrap().push(message.clone());
+                panic!("a listener's panic stays on this side");
+            })),
+            ..Options::default()
+        };
+        let mut it = Instance::co_simulation(&fmu, options, CoSimulation::default()).unwrap();
+        let error = it.do_step(0.0, 0.1, true).unwrap_err();
+        assert_eq!(error.status(), Some(Status::Error));
+        let said = error.to_string();
+        assert!(said.starts_with("fmi3DoStep of instance \"mine\" returned Error"), "{said}");
+        assert!(!heard.lock().unwrap().is_empty() && said.contains(&heard.lock().unwrap()[0].text), "{said}");
+    }
+}
+
+#[test]
+fn the_directory_lives_as_long_as_an_instance_which_may_move_between_threads() {
+    let fmu = open!(3, "Dahlquist");
+    let x = [value_reference(&fmu, "x")];
+    let instances: Vec<_> = (0..4)
+        .map(|i| {
+            let name = Options::named(format!("d{i}"));
+            fmi3::Instance::co_simulation(&fmu, name, CoSimulation::default()).unwrap()
+        })
+        .collect();
+    drop(fmu);
+    let threads = instances.into_iter().map(|mut it| {
+        std::thread::spawn(move || {
+            it.enter_initialization_mode(Experiment::default()).unwrap();
+            it.exit_initialization_mode().unwrap();
+            for i in 0..10 {
+                it.do_step(f64::from(i) * 0.1, 0.1, true).unwrap();
+            }
+            let mut value = [0.0];
+            it.get_float64(&x, &mut value).unwrap();
+            value[0]
+        })
+    });
+    let threads: Vec<_> = threads.collect();
+    for thread in threads {
+        assert_close(0.9_f64.powi(10), thread.join().unwrap(), "x at 1 s");
+    }
+}
+
+#[test]
+fn what_an_fmu_does_not_offer_is_an_error() {
+    let fmu = open!(3, "Clocks");
+    let error = fmi3::Instance::model_exchange(&fmu, Options::default()).err().unwrap();
+    assert!(matches!(error, Error::Interface { .. }), "{error}");
+    let fmu = open!(2, "Dahlquist");
+    let error =
+        fmi3::Instance::co_simulation(&fmu, Options::default(), CoSimulation::default()).err().unwrap();
+    assert!(error.to_string().contains("FMI 2.0"), "{error}");
+}

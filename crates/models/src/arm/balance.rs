@@ -1,0 +1,185 @@
+//! Forces and accelerations at one instant: (M + J*) dv/dt = Q - C v (S0 eq. 9).
+
+use super::chain::{Chain, Turned, dot, quarter};
+use super::layout::{input, parameter};
+use super::model::PlanarManipulator;
+use super::rotor;
+use super::solve::{Factors, Symmetric};
+use super::{MAX_BODIES, MAX_DOFS, MAX_LINKS};
+use crate::drive::{Base, Drive, Spring};
+use crate::friction::{self, Levels, SMOOTH, STUCK};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::At;
+
+/// Position and motion of all bodies and drives.
+pub(super) struct Motion<'a, T> {
+    /// Coordinates: x_0, y_0, q_0, q_1 .. q_n, q_m of the flexible joints.
+    pub(super) q: &'a [T],
+    /// Their rates.
+    pub(super) v: &'a [T],
+    pub(super) chain: Chain<T>,
+    pub(super) turned: Turned<T>,
+    pub(super) drives: [Drive<T>; MAX_LINKS],
+}
+
+/// All torques and accelerations.
+pub(super) struct Balance<T> {
+    pub(super) acceleration: [T; MAX_DOFS],
+    pub(super) springs: [Spring<T>; MAX_LINKS],
+    /// Friction torque of each motor, against positive motion.
+    pub(super) friction: [T; MAX_LINKS],
+    /// What friction has to balance for a motor to go on sticking; of the sliding ones it is 0.
+    pub(super) applied: [T; MAX_LINKS],
+}
+
+impl PlanarManipulator {
+    pub(super) fn motion<'a, T: Scalar>(&self, at: &At<'a, T>) -> Motion<'a, T> {
+        let n = self.links();
+        let (q, rest) = at.x.split_at(self.dofs());
+        let v = &rest[..self.dofs()];
+        let chain = Chain::new(n, at.p);
+        let turned = chain.turned(q, v);
+        let mut drives = [Drive::default(); MAX_LINKS];
+        for j in 0..n {
+            let (motor, joint) = (self.motor(j), 3 + j);
+            drives[j] = Drive {
+                t: at.t,
+                command: at.u[input::joint_torque(n) + j],
+                theta: q[motor],
+                omega: v[motor],
+                epsilon: q[motor] - q[joint],
+                epsilon_dot: v[motor] - v[joint],
+                link_angle: turned.angle[j + 1],
+                link_rate: turned.rate[j + 1],
+            };
+        }
+        Motion { q, v, chain, turned, drives }
+    }
+
+    /// M* + J* (ARM-2, ARM-5, ARM-6).
+    pub(super) fn mass<T: Scalar>(&self, p: &[T], motion: &Motion<T>) -> Symmetric<T> {
+        let n = self.links();
+        let mut m = Symmetric::zero();
+        motion.chain.add_mass(&motion.turned, &mut m);
+        for j in 0..n {
+            let share = rotor::share(p[parameter::motor_coupling(n)], p[parameter::gear_ratio(n) + j]);
+            rotor::add_inertia(&mut m, j, self.motor(j), p[parameter::motor_inertia(n) + j], share);
+        }
+        m
+    }
+
+    pub(super) fn spring<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> Spring<T> {
+        let n = self.links();
+        let (k, b) = (at.p[parameter::joint_stiffness(n) + joint], at.p[parameter::joint_damping(n) + joint]);
+        self.effects().spring(at, joint, d, Spring::linear(k, b, d))
+    }
+
+    /// Generalized forces less C v, without friction (ARM-7, ARM-8); the springs on the way.
+    fn forces<T: Scalar>(
+        &self,
+        at: &At<T>,
+        motion: &Motion<T>,
+        mass: &Symmetric<T>,
+        springs: &mut [Spring<T>; MAX_LINKS],
+    ) -> [T; MAX_DOFS] {
+        let (n, u, effects) = (self.links(), at.u, self.effects());
+        let Motion { q, v, turned, drives, .. } = motion;
+        let mut f = [T::zero(); MAX_DOFS];
+        turned.bias(&mut f);
+        f.iter_mut().for_each(|f| *f = -*f);
+
+        let base =
+            Base { t: at.t, position: [q[0], q[1]], attitude: q[2], velocity: [v[0], v[1]], rate: v[2] };
+        let on_base = effects.base(at, &base);
+        let tip_force = [u[input::tip_force(n)], u[input::tip_force(n) + 1]];
+        for i in 0..2 {
+            f[i] += u[input::base_force(n) + i] + on_base.force[i] + tip_force[i];
+        }
+        let mut absolute = [T::zero(); MAX_BODIES];
+        for k in 0..=n {
+            absolute[k] = dot(quarter(turned.arm[k]), tip_force);
+        }
+        absolute[0] += u[input::base_torque(n)] + on_base.torque;
+        absolute[n] += u[input::tip_torque(n)];
+        for j in 0..n {
+            absolute[j + 1] += effects.link_torque(at, j, &drives[j]);
+        }
+        turned.add_absolute(&absolute, &mut f);
+
+        for j in 0..n {
+            let motor = self.motor(j);
+            f[motor] += effects.actuator(at, j, &drives[j]);
+            springs[j] = self.spring(at, j, &drives[j]);
+            if self.flexible()[j] {
+                let torque = springs[j].torque();
+                f[motor] -= torque;
+                f[3 + j] += torque;
+            }
+        }
+        let field = effects.field(at);
+        for i in 0..self.dofs() {
+            f[i] += mass.at(i, 0) * field[0] + mass.at(i, 1) * field[1];
+        }
+        f
+    }
+
+    pub(super) fn friction_mode(&self, modes: &[i32], joint: usize) -> i32 {
+        if self.has_friction() { modes[joint] } else { SMOOTH }
+    }
+    /// The rows that are solved for: all but those of sticking motors; how many.
+    pub(super) fn free(&self, modes: &[i32], rows: &mut [usize; MAX_DOFS]) -> usize {
+        let mut count = 0;
+        for row in 0..self.dofs() {
+            if !(0..self.links()).any(|j| self.motor(j) == row && self.friction_mode(modes, j) == STUCK) {
+                rows[count] = row;
+                count += 1;
+            }
+        }
+        count
+    }
+
+    /// Friction levels of a motor in direction +1 or -1.
+    pub(super) fn levels<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, way: f64) -> Levels<T> {
+        let n = self.links();
+        let own = friction::paper(
+            at.p[parameter::coulomb_friction(n) + joint],
+            at.p[parameter::static_friction(n) + joint],
+            at.p[parameter::viscous_friction(n) + joint],
+            d.omega * way,
+        );
+        self.effects().friction(at, joint, d, way, own)
+    }
+
+    /// Solves for the accelerations; a sticking motor has none, its friction is the reaction (ARM-9).
+    pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>) -> Balance<T> {
+        let n = self.links();
+        let mass = self.mass(at.p, motion);
+        let mut springs = [Spring::default(); MAX_LINKS];
+        let mut f = self.forces(at, motion, &mass, &mut springs);
+        let mut friction_torque = [T::zero(); MAX_LINKS];
+        if self.has_friction() {
+            for j in (0..n).filter(|j| at.modes[*j] != STUCK) {
+                let d = &motion.drives[j];
+                let way = friction::direction(at.modes[j], d.omega);
+                friction_torque[j] = self.levels(at, j, d, way).sliding * way;
+                f[self.motor(j)] -= friction_torque[j];
+            }
+        }
+        let mut rows = [0; MAX_DOFS];
+        let count = self.free(at.modes, &mut rows);
+        let mut acceleration = f;
+        Factors::new(&mass, &rows[..count]).solve(&mut acceleration);
+        let mut applied = [T::zero(); MAX_LINKS];
+        if self.has_friction() {
+            for j in (0..n).filter(|j| at.modes[*j] == STUCK) {
+                acceleration[self.motor(j)] = T::zero();
+            }
+            for j in (0..n).filter(|j| at.modes[*j] == STUCK) {
+                let row = self.motor(j);
+                applied[j] = f[row] - mass.row_times(row, &acceleration[..self.dofs()]);
+                friction_torque[j] = applied[j];
+            }
+        }
+        Balance { acceleration, springs, friction: friction_torque, applied }
+    }
+}

@@ -1,0 +1,309 @@
+//! `PlanarManipulator` in the form that every model takes.
+
+use super::layout::{input, output, parameter};
+use super::solve::{Factors, Symmetric};
+use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
+use crate::effect::{ALL, EffectSet, Plant};
+use crate::friction::STUCK;
+use crate::presets;
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// The structure of a manipulator: its links, which joints are flexible, its effects.
+///
+/// Continuous states: x_0, y_0 \[m\], q_0, q_1 .. q_n, q_m of the flexible joints \[rad\], the velocities of all
+/// these in the same order, then those of the effects.
+#[derive(Clone, Debug)]
+pub struct PlanarManipulator {
+    flexible: Vec<bool>,
+    /// Row of each joint's motor among the coordinates (of a rigid joint: the joint's own).
+    motor: [usize; MAX_LINKS],
+    dofs: usize,
+    friction: bool,
+    effects: EffectSet,
+    sizes: Sizes,
+}
+
+impl PlanarManipulator {
+    /// A manipulator with one link per entry of `flexible`, and with the effects of those ids.
+    ///
+    /// # Errors
+    /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant.
+    pub fn new<S: AsRef<str>>(flexible: &[bool], effects: &[S]) -> Result<Self, ArmError> {
+        let n = flexible.len();
+        if n == 0 || n > MAX_LINKS {
+            return Err(ArmError::Links(n));
+        }
+        let mut motor = [0; MAX_LINKS];
+        let mut dofs = 3 + n;
+        for (j, flexible) in flexible.iter().enumerate() {
+            motor[j] = if *flexible { dofs } else { 3 + j };
+            dofs += usize::from(*flexible);
+        }
+        let friction =
+            ALL.iter().any(|k| k.spec().friction && effects.iter().any(|id| id.as_ref() == k.spec().id));
+        let mut sizes = Sizes {
+            states: 2 * dofs,
+            inputs: input::count(n),
+            parameters: if friction { parameter::count_with_friction(n) } else { parameter::count(n) },
+            outputs: if friction { output::count_with_friction(n) } else { output::count(n) },
+            modes: if friction { n } else { 0 },
+            indicators: if friction { 2 * n } else { 0 },
+        };
+        let effects = EffectSet::place(effects, Plant::Arm, n, &mut sizes)?;
+        if sizes.modes > MAX_MODES {
+            return Err(ArmError::Modes(sizes.modes));
+        }
+        Ok(Self { flexible: flexible.to_vec(), motor, dofs, friction, effects, sizes })
+    }
+    /// Which joints have a spring.
+    pub fn flexible(&self) -> &[bool] {
+        &self.flexible
+    }
+    /// Number of links, n.
+    pub fn links(&self) -> usize {
+        self.flexible.len()
+    }
+    /// Number of coordinates: 3 + n + flexible joints.
+    pub fn dofs(&self) -> usize {
+        self.dofs
+    }
+    /// Row of the motor of joint `joint` (from 0) among the coordinates.
+    pub fn motor(&self, joint: usize) -> usize {
+        self.motor[joint]
+    }
+    /// An effect brings motor friction with it: friction parameters, `frictionTorque`, `sticking`.
+    pub fn has_friction(&self) -> bool {
+        self.friction
+    }
+    /// Its effects.
+    pub fn effects(&self) -> &EffectSet {
+        &self.effects
+    }
+
+    /// Start values of all parameters: the test-bed's ([`presets::cbk_pan`]), those of friction and effects
+    /// small but visible.
+    pub fn defaults(&self) -> Vec<f64> {
+        let n = self.links();
+        let mut p = presets::cbk_pan(&self.flexible);
+        if self.friction {
+            for start in [0.005, 0.008, 0.01] {
+                p.resize(p.len() + n, start); // tau_c, tau_s, D_m
+            }
+        }
+        for e in self.effects.iter() {
+            for spec in e.spec().parameters {
+                p.resize(p.len() + e.sites, spec.arm_start);
+            }
+        }
+        p
+    }
+
+    /// Conditions on parameters that no single bound can say.
+    ///
+    /// # Errors
+    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
+        let n = self.links();
+        for j in 0..n {
+            let positive = |name: &str, at: usize, why: &str| {
+                if p[at] > 0.0 {
+                    return Ok(());
+                }
+                let (i, value) = (j + 1, p[at]);
+                Err((
+                    at,
+                    format!("{name}[{i}] = {value} is refused: {why}; give {name}[{i}] a value above 0"),
+                ))
+            };
+            if self.flexible[j] {
+                let or = "or pack the model with a rigid joint there";
+                positive(
+                    "jointStiffness",
+                    parameter::joint_stiffness(n) + j,
+                    &format!("the joint is flexible and its spring must hold the link ({or})"),
+                )?;
+                positive(
+                    "motorInertia",
+                    parameter::motor_inertia(n) + j,
+                    &format!("the joint is flexible and its motor moves by itself ({or})"),
+                )?;
+            }
+            if p[parameter::motor_coupling(n)] == rotor::GEARED {
+                positive("gearRatio", parameter::gear_ratio(n) + j, "motorCoupling geared divides by it")?;
+            }
+        }
+        let mut x = vec![0.0; self.sizes.states];
+        self.start(p, &mut x);
+        let mass = self.mass_matrix(&x, p);
+        let rows: Vec<usize> = (0..self.dofs).collect();
+        let Some(row) = Factors::new(&mass, &rows).not_definite_at() else { return Ok(()) };
+        let (name, at) = match row {
+            0 | 1 => ("baseMass".to_owned(), parameter::base_mass(n)),
+            2 => ("baseInertia".to_owned(), parameter::base_inertia(n)),
+            row if row < 3 + n => (format!("linkInertia[{}]", row - 2), parameter::link_inertia(n) + row - 3),
+            row => {
+                let j = (0..n).find(|j| self.motor[*j] == row).unwrap_or(0);
+                (format!("motorInertia[{}]", j + 1), parameter::motor_inertia(n) + j)
+            }
+        };
+        let value = p[at];
+        Err((
+            at,
+            format!(
+                "{name} = {value} leaves the mass matrix at the initial state not positive definite; give masses and inertias values above 0"
+            ),
+        ))
+    }
+
+    /// M* + J* at states `x` (S0 eq. 10, 11); rows x_0, y_0, q_0, q_1 .. q_n, q_m of the flexible joints.
+    pub fn mass_matrix<T: Scalar>(&self, x: &[T], p: &[T]) -> Symmetric<T> {
+        let none = [T::zero(); input::count(MAX_LINKS)];
+        let motion = self.motion(&At { t: T::zero(), x, u: &none, p, modes: &[] });
+        self.mass(p, &motion)
+    }
+
+    /// The effects' modes that fit this instant; true where one changed.
+    fn update_effects(&self, at: &At<f64>, modes: &mut [i32]) -> bool {
+        let drives = self.motion(at).drives;
+        let mut changed = false;
+        for j in 0..self.links() {
+            changed |= self.effects.update(at, j, &drives[j], modes);
+        }
+        changed
+    }
+}
+
+impl Hybrid for PlanarManipulator {
+    fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        let n = self.links();
+        let mut put = |row: usize, angle: T, velocity: T| {
+            x[row] = angle;
+            x[self.dofs + row] = velocity;
+        };
+        for i in 0..2 {
+            put(i, p[parameter::initial_base_position(n) + i], p[parameter::initial_base_velocity(n) + i]);
+        }
+        put(2, p[parameter::initial_base_attitude(n)], p[parameter::initial_base_rate(n)]);
+        for j in 0..n {
+            if self.flexible[j] {
+                let (angle, velocity) =
+                    (parameter::initial_motor_angle(n), parameter::initial_motor_velocity(n));
+                put(self.motor[j], p[angle + j], p[velocity + j]);
+            }
+            let (angle, velocity) = (parameter::initial_joint_angle(n), parameter::initial_joint_velocity(n));
+            put(3 + j, p[angle + j], p[velocity + j]);
+        }
+        let none = [T::zero(); input::count(MAX_LINKS)];
+        let drives = self.motion(&At { t: T::zero(), x, u: &none, p, modes: &[] }).drives;
+        for j in 0..n {
+            self.effects.start(p, j, &drives[j], x);
+        }
+    }
+
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        self.update_effects(&at, modes);
+        if self.friction {
+            self.start_friction(&at, modes);
+        }
+    }
+
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let motion = self.motion(&at);
+        let b = self.balance(&at, &motion);
+        dx[..self.dofs].copy_from_slice(motion.v);
+        dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
+        for j in 0..self.links() {
+            self.effects.rates(&at, j, &motion.drives[j], &b.springs[j], dx);
+        }
+    }
+
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        let n = self.links();
+        let motion = self.motion(&at);
+        let (q, v, t) = (motion.q, motion.v, &motion.turned);
+        for i in 0..2 {
+            y[output::base_position(n) + i] = q[i];
+            y[output::base_velocity(n) + i] = v[i];
+        }
+        y[output::base_attitude(n)] = q[2];
+        y[output::base_rate(n)] = v[2];
+
+        let mut own = [T::zero(); 3]; // kinetic and potential energy, angular momentum of springs and effects
+        for j in 0..n {
+            let d = &motion.drives[j];
+            let sensor = |channel, reading| self.effects.sensor(&at, j, channel, d, reading);
+            y[output::joint_angle(n) + j] = sensor("jointAngle", q[3 + j]);
+            y[output::joint_velocity(n) + j] = sensor("jointVelocity", v[3 + j]);
+            y[output::motor_angle(n) + j] = sensor("motorAngle", d.theta);
+            y[output::motor_velocity(n) + j] = sensor("motorVelocity", d.omega);
+            if self.flexible[j] {
+                own[1] += self.spring(&at, j, d).energy(); // (eq. 7)
+            }
+            let energy = self.effects.energy(&at, j, d);
+            own[0] += energy[0];
+            own[1] += energy[1];
+            own[2] += self.effects.angular_momentum(&at, j, d);
+            self.effects.outputs(&at, j, d, y);
+        }
+        let tip = kinematics::tip(t, q, v);
+        y[output::tip_position(n)..][..2].copy_from_slice(&tip.position);
+        y[output::tip_attitude(n)] = tip.attitude;
+        y[output::tip_velocity(n)..][..2].copy_from_slice(&tip.velocity);
+
+        // Generalized momenta; that of q_0 is the angular momentum about the satellite's centre of mass (ARM-12).
+        let mass = self.mass(at.p, &motion);
+        let mut momentum = [T::zero(); MAX_DOFS];
+        let mut twice = T::zero();
+        for i in 0..self.dofs {
+            momentum[i] = mass.row_times(i, v);
+            twice += momentum[i] * v[i];
+        }
+        y[output::linear_momentum(n)] = momentum[0];
+        y[output::linear_momentum(n) + 1] = momentum[1];
+        y[output::angular_momentum(n)] = q[0] * momentum[1] - q[1] * momentum[0] + momentum[2] + own[2];
+        y[output::kinetic_energy(n)] = twice * 0.5 + own[0];
+        // The field pulls at the centre of mass of the whole.
+        let field = self.effects.field(&at);
+        for i in 0..2 {
+            let first_moment = (0..=n).fold(motion.chain.mass * q[i], |sum, k| sum + t.gamma[k][i]);
+            own[1] -= first_moment * field[i];
+        }
+        y[output::potential_energy(n)] = own[1];
+
+        if self.friction {
+            let b = self.balance(&at, &motion);
+            for j in 0..n {
+                y[output::friction_torque(n) + j] = b.friction[j];
+                y[output::sticking(n) + j] = T::constant(if at.modes[j] == STUCK { 1.0 } else { 0.0 });
+            }
+        }
+    }
+
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        if self.friction {
+            self.friction_indicators(&at, z);
+        }
+        if self.sizes.indicators > 0 {
+            let drives = self.motion(&at).drives;
+            for j in 0..self.links() {
+                self.effects.indicators(&at, j, &drives[j], z);
+            }
+        }
+    }
+
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        let mut frozen = [0; MAX_MODES];
+        let frozen = &mut frozen[..modes.len()];
+        frozen.copy_from_slice(modes);
+        let changed = !modes.is_empty() && self.update_effects(&At { t, x, u, p, modes: frozen }, modes);
+        if changed || !self.friction {
+            return Update { modes: changed, states: false };
+        }
+        self.update_friction(t, x, u, p, modes)
+    }
+}
