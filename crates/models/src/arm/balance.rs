@@ -4,7 +4,7 @@ use super::chain::{Chain, Turned, dot, quarter};
 use super::layout::{input, parameter};
 use super::model::PlanarManipulator;
 use super::rotor;
-use super::solve::{Factors, Symmetric};
+use super::solve::Symmetric;
 use super::{MAX_BODIES, MAX_DOFS, MAX_LINKS};
 use crate::drive::{Base, Drive, Spring};
 use crate::friction::{self, Levels, SMOOTH, STUCK};
@@ -168,7 +168,8 @@ impl PlanarManipulator {
         let mut rows = [0; MAX_DOFS];
         let count = self.free(at.modes, &mut rows);
         let mut acceleration = f;
-        Factors::new(&mass, &rows[..count]).solve(&mut acceleration);
+        // Not positive definite: the accelerations are NaN, which whoever steps the model refuses.
+        let _ = mass.solve(&rows[..count], &mut acceleration);
         let mut applied = [T::zero(); MAX_LINKS];
         if self.has_friction() {
             for j in (0..n).filter(|j| at.modes[*j] == STUCK) {

@@ -1,7 +1,7 @@
 //! `PlanarManipulator` in the form that every model takes.
 
 use super::layout::{input, output, parameter};
-use super::solve::{Factors, Symmetric};
+use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
 use crate::effect::{ALL, EffectSet, Plant};
 use crate::friction::STUCK;
@@ -137,7 +137,7 @@ impl PlanarManipulator {
         self.start(p, &mut x);
         let mass = self.mass_matrix(&x, p);
         let rows: Vec<usize> = (0..self.dofs).collect();
-        let Some(row) = Factors::new(&mass, &rows).not_definite_at() else { return Ok(()) };
+        let Err(row) = mass.solve(&rows, &mut [0.0; MAX_DOFS]) else { return Ok(()) };
         let (name, at) = match row {
             0 | 1 => ("baseMass".to_owned(), parameter::base_mass(n)),
             2 => ("baseInertia".to_owned(), parameter::base_inertia(n)),

@@ -1,100 +1,60 @@
-//! Symmetric matrices of fixed capacity and the solution of M a = b by L D L^T.
+//! Symmetric matrices of fixed capacity and the solution of M a = b in some of its rows.
 
 use super::MAX_DOFS;
 use trueup_numerics::Scalar;
-
-const PACKED: usize = MAX_DOFS * (MAX_DOFS + 1) / 2;
+use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
 /// A symmetric matrix; the lower triangle, row by row.
 #[derive(Clone, Copy, Debug)]
 pub struct Symmetric<T> {
-    lower: [T; PACKED],
+    lower: [T; MAX_DOFS * (MAX_DOFS + 1) / 2],
 }
 
-/// The element (i, j), j <= i.
 fn place(i: usize, j: usize) -> usize {
+    let (i, j) = (i.max(j), i.min(j));
     i * (i + 1) / 2 + j
 }
 
 impl<T: Scalar> Symmetric<T> {
     /// All 0.
     pub fn zero() -> Self {
-        Self { lower: [T::zero(); PACKED] }
+        Self { lower: [T::zero(); MAX_DOFS * (MAX_DOFS + 1) / 2] }
     }
     /// Element (i, j).
     pub fn at(&self, i: usize, j: usize) -> T {
-        self.lower[place(i.max(j), i.min(j))]
+        self.lower[place(i, j)]
     }
     /// Adds to element (i, j) and (j, i).
     pub fn add(&mut self, i: usize, j: usize, value: T) {
-        self.lower[place(i.max(j), i.min(j))] += value;
+        self.lower[place(i, j)] += value;
     }
     /// (M v)_i over the elements of `v`.
     pub fn row_times(&self, i: usize, v: &[T]) -> T {
         v.iter().enumerate().fold(T::zero(), |sum, (j, v)| sum + self.at(i, j) * *v)
     }
-}
 
-/// The factors of the rows and columns `free` of a matrix.
-#[derive(Clone, Copy, Debug)]
-pub struct Factors<'a, T> {
-    free: &'a [usize],
-    lower: [T; PACKED],
-    pivot: [T; MAX_DOFS],
-    first_bad: Option<usize>,
-}
-
-impl<'a, T: Scalar> Factors<'a, T> {
-    /// Factors M\[free, free\]; `free` ascending, at most [`MAX_DOFS`] entries.
-    pub fn new(m: &Symmetric<T>, free: &'a [usize]) -> Self {
-        let mut f = Self { free, lower: [T::zero(); PACKED], pivot: [T::zero(); MAX_DOFS], first_bad: None };
+    /// Solves M\[free, free\] a = b in the rows `free` (at most [`MAX_DOFS`]); `b` becomes a there and stays as
+    /// it is elsewhere.
+    ///
+    /// # Errors
+    /// The first row that shows M not to be positive definite; the solution is NaN then.
+    pub fn solve(&self, free: &[usize], b: &mut [T]) -> Result<(), usize> {
+        let n = free.len();
+        let (mut factors, mut rhs) = ([T::zero(); MAX_DOFS * MAX_DOFS], [T::zero(); MAX_DOFS]);
         for (i, row) in free.iter().enumerate() {
-            let begin = place(i, 0);
-            let mut pivot = m.at(*row, *row);
-            let least = pivot.value() * 1e-13;
-            // w_ij = l_ij d_j first, then l_ij.
-            for (j, column) in free[..i].iter().enumerate() {
-                let other = place(j, 0);
-                let mut w = m.at(*row, *column);
-                for k in 0..j {
-                    w -= f.lower[begin + k] * f.lower[other + k];
-                }
-                f.lower[begin + j] = w;
+            rhs[i] = b[*row];
+            for (j, column) in free[..=i].iter().enumerate() {
+                factors[i * n + j] = self.at(*row, *column);
             }
-            for j in 0..i {
-                let w = f.lower[begin + j];
-                let l = w / f.pivot[j];
-                pivot -= w * l;
-                f.lower[begin + j] = l;
-            }
-            if pivot.value().is_nan() || pivot.value() <= least.max(0.0) {
-                f.first_bad = f.first_bad.or(Some(*row));
-            }
-            f.pivot[i] = pivot;
         }
-        f
-    }
-    /// The first row whose pivot is not positive beyond rounding; none: the matrix is positive definite.
-    pub fn not_definite_at(&self) -> Option<usize> {
-        self.first_bad
-    }
-    /// b becomes the solution in the free rows; the others are left alone.
-    pub fn solve(&self, b: &mut [T]) {
-        let free = self.free;
-        for i in 0..free.len() {
-            let mut s = b[free[i]];
-            for j in 0..i {
-                s -= self.lower[place(i, j)] * b[free[j]];
-            }
-            b[free[i]] = s;
+        let definite = ldl_factor(&mut factors[..n * n], n);
+        if definite.is_ok() {
+            ldl_solve(&factors[..n * n], n, &mut rhs[..n]);
+        } else {
+            rhs = [T::constant(f64::NAN); MAX_DOFS];
         }
-        for i in (0..free.len()).rev() {
-            let mut s = b[free[i]] / self.pivot[i];
-            for k in i + 1..free.len() {
-                s -= self.lower[place(k, i)] * b[free[k]];
-            }
-            b[free[i]] = s;
-        }
+        free.iter().zip(rhs).for_each(|(row, a)| b[*row] = a);
+        definite.map_err(|e| free[e.index])
     }
 }
 
@@ -110,9 +70,7 @@ mod tests {
         for free in [&[0, 1, 2][..], &[0, 2], &[1]] {
             let mut x = [1.0, -2.0, 3.0];
             let b = x;
-            let f = Factors::new(&m, free);
-            assert_eq!(f.not_definite_at(), None);
-            f.solve(&mut x);
+            m.solve(free, &mut x).unwrap();
             for i in 0..3 {
                 if free.contains(&i) {
                     let product: f64 = free.iter().map(|j| a[i][*j] * x[*j]).sum();
@@ -125,9 +83,11 @@ mod tests {
     }
 
     #[test]
-    fn a_singular_matrix_is_not_called_definite() {
+    fn a_singular_matrix_names_its_row() {
         let mut m = Symmetric::zero();
-        (0..2).for_each(|i| (0..=i).for_each(|j| m.add(i, j, 1.0)));
-        assert_eq!(Factors::new(&m, &[0, 1]).not_definite_at(), Some(1));
+        (1..3).for_each(|i| (1..=i).for_each(|j| m.add(i, j, 1.0)));
+        let mut b = [1.0; 3];
+        assert_eq!(m.solve(&[1, 2], &mut b), Err(2));
+        assert!(b[1].is_nan() && b[0] == 1.0);
     }
 }

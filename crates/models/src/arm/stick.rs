@@ -2,7 +2,6 @@
 
 use super::layout::parameter;
 use super::model::PlanarManipulator;
-use super::solve::Factors;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
 use crate::friction::{self, Levels, STUCK, TURNED};
 use trueup_numerics::Scalar;
@@ -103,7 +102,8 @@ impl PlanarManipulator {
             for row in free {
                 change[*row] = -mass.row_times(*row, &given[..self.dofs()]);
             }
-            Factors::new(&mass, free).solve(&mut change);
+            // Not positive definite: the states become NaN, which whoever steps the model refuses.
+            let _ = mass.solve(free, &mut change);
         }
         for (v, change) in x[self.dofs()..].iter_mut().zip(&change[..self.dofs()]) {
             *v += change;

@@ -1,5 +1,5 @@
 //! What the tests of the manipulator share: a high-order integrator with event location, and a generator.
-#![allow(dead_code)]
+#![allow(dead_code, clippy::panic, clippy::type_complexity)]
 
 use trueup_models::arm::PlanarManipulator;
 use trueup_numerics::hybrid::{At, Hybrid};
