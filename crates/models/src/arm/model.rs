@@ -138,14 +138,28 @@ impl PlanarManipulator {
         let mass = self.mass_matrix(&x, p);
         let rows: Vec<usize> = (0..self.dofs).collect();
         let Err(row) = mass.solve(&rows, &mut [0.0; MAX_DOFS]) else { return Ok(()) };
-        let (name, at) = match row {
-            0 | 1 => ("baseMass".to_owned(), parameter::base_mass(n)),
-            2 => ("baseInertia".to_owned(), parameter::base_inertia(n)),
-            row if row < 3 + n => (format!("linkInertia[{}]", row - 2), parameter::link_inertia(n) + row - 3),
-            row => {
-                let j = (0..n).find(|j| self.motor[*j] == row).unwrap_or(0);
-                (format!("motorInertia[{}]", j + 1), parameter::motor_inertia(n) + j)
-            }
+        // The one to blame: a value that is not positive, else the one in the row that shows it.
+        let shown = match row {
+            0 | 1 => (parameter::base_mass(n), "baseMass", None),
+            2 => (parameter::base_inertia(n), "baseInertia", None),
+            row if row < 3 + n => (parameter::link_inertia(n), "linkInertia", Some(row - 3)),
+            row => (parameter::motor_inertia(n), "motorInertia", (0..n).find(|j| self.motor[*j] == row)),
+        };
+        let one =
+            [(parameter::base_mass(n), "baseMass", None), (parameter::base_inertia(n), "baseInertia", None)];
+        let each = (0..n).flat_map(|j| {
+            [
+                (parameter::link_mass(n), "linkMass", Some(j)),
+                (parameter::link_inertia(n), "linkInertia", Some(j)),
+            ]
+        });
+        let place = |(begin, _, joint): &(usize, &str, Option<usize>)| begin + joint.unwrap_or(0);
+        let wrong = one.into_iter().chain(each).find(|v| p[place(v)].is_nan() || p[place(v)] <= 0.0);
+        let blamed = wrong.unwrap_or(shown);
+        let at = place(&blamed);
+        let name = match blamed.2 {
+            Some(j) => format!("{}[{}]", blamed.1, j + 1),
+            None => blamed.1.to_owned(),
         };
         let value = p[at];
         Err((
@@ -285,14 +299,15 @@ impl Hybrid for PlanarManipulator {
     }
 
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
-        if self.friction {
-            self.friction_indicators(&at, z);
+        if self.sizes.indicators == 0 {
+            return;
         }
-        if self.sizes.indicators > 0 {
-            let drives = self.motion(&at).drives;
-            for j in 0..self.links() {
-                self.effects.indicators(&at, j, &drives[j], z);
-            }
+        let motion = self.motion(&at);
+        if self.friction {
+            self.friction_indicators(&at, &motion, z);
+        }
+        for j in 0..self.links() {
+            self.effects.indicators(&at, j, &motion.drives[j], z);
         }
     }
 

@@ -1,5 +1,6 @@
 //! Stick-slip of several motors at once: a sticking motor is a constraint (ARM-9).
 
+use super::balance::Motion;
 use super::layout::parameter;
 use super::model::PlanarManipulator;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
@@ -111,10 +112,9 @@ impl PlanarManipulator {
     }
 
     /// The indicators of friction, two per joint.
-    pub(super) fn friction_indicators<T: Scalar>(&self, at: &At<T>, z: &mut [T]) {
-        let motion = self.motion(at);
+    pub(super) fn friction_indicators<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>, z: &mut [T]) {
         let applied = if at.modes[..self.links()].contains(&STUCK) {
-            self.balance(at, &motion).applied
+            self.balance(at, motion).applied
         } else {
             [T::zero(); MAX_LINKS]
         };
