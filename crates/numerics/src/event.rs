@@ -195,7 +195,8 @@ fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) 
 /// returns the end of the bracket that lies in b's domain. Illinois variant of regula falsi, kept from
 /// stalling by bisection.
 fn cross(a: Point, b: Point, mut z: impl FnMut(f64) -> f64) -> f64 {
-    let old = a.1 > 0.0;
+    // On the way down to negative values 0 is passed too, for updates that ask for z < 0.
+    let crossed = |z: f64| if b.1 < 0.0 { z < 0.0 } else { (z > 0.0) == (b.1 > 0.0) };
     let ((mut ta, mut za), (mut tb, mut zb)) = (a, b);
     let tol = 2.0 * f64::EPSILON * ta.abs().max(tb.abs()).max(tb - ta);
     let mut side = 0;
@@ -211,7 +212,7 @@ fn cross(a: Point, b: Point, mut z: impl FnMut(f64) -> f64) -> f64 {
             break;
         }
         let zt = z(t);
-        if (zt > 0.0) == old {
+        if !crossed(zt) {
             (ta, za) = (t, zt);
             if side == -1 {
                 zb *= 0.5;

@@ -54,6 +54,15 @@ fn returns_to_zero_soon_after_a_restart_is_found() {
 }
 
 #[test]
+fn a_slow_indicator_is_left_below_zero() {
+    // 0 exactly from 0.3 - 1e-6 to 0.3 + 1e-6, as rounding makes it of a small change of a large number.
+    let z = |t: f64| ((0.3 - t) * 1e6).trunc();
+    let (found, _) = find(0.0, 1.0, 1, Direction::Both, |t, out| out[0] = z(t));
+    let t = found.unwrap().t;
+    assert!(z(t) < 0.0 && (t - 0.3 - 1e-6).abs() < 1e-15);
+}
+
+#[test]
 fn touching_from_afar_costs_little() {
     let (found, calls) = find(0.0, 1.0, 1, Direction::Both, |t, z| z[0] = (t - 0.4).powi(2) + 0.2);
     assert_eq!(found, None);
