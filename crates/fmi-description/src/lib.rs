@@ -2,8 +2,11 @@
 //! open the [`archive`], [`read`] its description, [`check`] it against the standards.
 //! Loads no library.
 
+pub mod archive;
+pub mod description;
 pub mod documentation;
 pub mod pack;
+pub mod read;
 pub mod write;
 
 /// Version of the standard.

@@ -1,0 +1,140 @@
+//! Reads modelDescription.xml of any tool.
+//!
+//! Tolerant where tools differ: unknown elements and attributes are skipped, a byte order mark, ISO-8859-1 and
+//! UTF-16 are understood. Strict where a value cannot be understood: an error with line and column.
+
+mod encoding;
+mod fmi2;
+mod fmi3;
+mod node;
+
+use std::collections::HashMap;
+
+use roxmltree::Document;
+
+use crate::Version;
+use crate::description::{Description, Experiment, Interface, Unknown, Variable};
+use node::{Lines, Node};
+
+/// A description that cannot be read, with the place (counted from 1).
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("modelDescription.xml, line {line}, column {column}: {message}")]
+pub struct ReadError {
+    /// Line.
+    pub line: u32,
+    /// Column.
+    pub column: u32,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Reads the bytes of a modelDescription.xml.
+///
+/// # Errors
+/// [`ReadError`] where it is not XML, not FMI 2.0 or 3.0, or an attribute is missing or not understood.
+pub fn read(bytes: &[u8]) -> Result<Description, ReadError> {
+    let text = encoding::decode(bytes)?;
+    let document = Document::parse(&text).map_err(|e| ReadError {
+        line: e.pos().row,
+        column: e.pos().col,
+        message: format!("not well-formed XML: {e}"),
+    })?;
+    let lines = Lines::of(&text);
+    let root = Node::new(document.root_element(), &lines);
+    if root.name() != "fmiModelDescription" {
+        return Err(root.error(format!("the root element is `{}`, not `fmiModelDescription`", root.name())));
+    }
+    let fmi_version = root.required("fmiVersion")?;
+    let version = match fmi_version.split('.').next() {
+        Some("2") => Version::V2,
+        Some("3") => Version::V3,
+        _ => {
+            return Err(
+                root.error(format!("fmiVersion \"{fmi_version}\": only FMI 2.0 and 3.0 are understood"))
+            );
+        }
+    };
+    let interface = |name: &str| {
+        root.child(name)
+            .map(|n| if version == Version::V2 { fmi2::interface(&n) } else { fmi3::interface(&n) })
+    };
+    let (variables, structure, units, types) = match version {
+        Version::V2 => {
+            (fmi2::variables(&root)?, fmi2::structure(&root)?, node::units(&root)?, fmi2::types(&root)?)
+        }
+        Version::V3 => {
+            (fmi3::variables(&root)?, fmi3::structure(&root)?, node::units(&root)?, fmi3::types(&root)?)
+        }
+    };
+    let categories = root.children_of("LogCategories").map(|n| (n.text("name"), n.text("description")));
+    let mut description = Description {
+        version,
+        fmi_version,
+        model_name: root.text("modelName"),
+        token: root.text(if version == Version::V2 { "guid" } else { "instantiationToken" }),
+        description: root.text("description"),
+        author: root.text("author"),
+        model_version: root.text("version"),
+        copyright: root.text("copyright"),
+        license: root.text("license"),
+        generation_tool: root.text("generationTool"),
+        generation_date_and_time: root.text("generationDateAndTime"),
+        structured_names: root.text("variableNamingConvention") == "structured",
+        number_of_event_indicators: root.value("numberOfEventIndicators")?,
+        model_exchange: interface("ModelExchange").transpose()?,
+        co_simulation: interface("CoSimulation").transpose()?,
+        scheduled_execution: interface("ScheduledExecution").transpose()?.filter(|_| version == Version::V3),
+        units,
+        types,
+        log_categories: categories.collect(),
+        experiment: experiment(&root)?,
+        by_name: names(&variables),
+        by_reference: variables.iter().enumerate().rev().map(|(at, v)| (v.value_reference, at)).collect(),
+        variables,
+        structure,
+    };
+    if version == Version::V3 {
+        description.number_of_event_indicators = None;
+    }
+    Ok(description)
+}
+
+fn names(variables: &[Variable]) -> HashMap<String, usize> {
+    let own = variables.iter().enumerate().map(|(at, v)| (v.name.clone(), at));
+    let aliases =
+        variables.iter().enumerate().flat_map(|(at, v)| v.aliases.iter().map(move |a| (a.name.clone(), at)));
+    aliases.chain(own).collect()
+}
+
+fn experiment(root: &Node) -> Result<Experiment, ReadError> {
+    let Some(n) = root.child("DefaultExperiment") else { return Ok(Experiment::default()) };
+    Ok(Experiment {
+        start_time: n.value("startTime")?,
+        stop_time: n.value("stopTime")?,
+        tolerance: n.value("tolerance")?,
+        step_size: n.value("stepSize")?,
+    })
+}
+
+/// Attributes of an interface that both versions spell alike.
+fn interface(n: &Node) -> Result<Interface, ReadError> {
+    Ok(Interface {
+        model_identifier: n.text("modelIdentifier"),
+        needs_execution_tool: n.flag("needsExecutionTool")?,
+        can_be_instantiated_only_once_per_process: n.flag("canBeInstantiatedOnlyOncePerProcess")?,
+        can_handle_variable_communication_step_size: n.flag("canHandleVariableCommunicationStepSize")?,
+        max_output_derivative_order: n.value("maxOutputDerivativeOrder")?.unwrap_or(0),
+        line: n.line(),
+        ..Interface::default()
+    })
+}
+
+fn unknown(n: &Node, reference: &str) -> Result<Unknown, ReadError> {
+    let kinds = n.attribute("dependenciesKind").map(|k| k.split_whitespace().map(str::to_owned).collect());
+    Ok(Unknown {
+        reference: n.required_value(reference)?,
+        dependencies: n.list("dependencies")?,
+        kinds,
+        line: n.line(),
+    })
+}

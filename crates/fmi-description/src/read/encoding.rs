@@ -1,0 +1,61 @@
+//! Bytes to text: UTF-8 with or without byte order mark, UTF-16, ISO-8859-1.
+
+use std::borrow::Cow;
+
+use super::ReadError;
+
+pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
+    if let Some(rest) = bytes.strip_prefix(b"\xef\xbb\xbf") {
+        return utf8(rest);
+    }
+    if let Some(rest) = bytes.strip_prefix(b"\xff\xfe") {
+        return utf16(rest, u16::from_le_bytes);
+    }
+    if let Some(rest) = bytes.strip_prefix(b"\xfe\xff") {
+        return utf16(rest, u16::from_be_bytes);
+    }
+    match declared(bytes).as_deref() {
+        None | Some("utf-8" | "utf8" | "us-ascii" | "ascii") => utf8(bytes),
+        // Windows-1252 differs in 27 signs (typographic quotes) that no name may contain.
+        Some(
+            "iso-8859-1" | "iso_8859-1" | "iso-8859-15" | "latin1" | "latin-1" | "windows-1252" | "cp1252",
+        ) => Ok(Cow::Owned(bytes.iter().map(|b| char::from(*b)).collect())),
+        Some(other) => {
+            Err(error(1, 1, format!("the encoding \"{other}\" is not understood: save it as UTF-8")))
+        }
+    }
+}
+
+/// The encoding in the XML declaration.
+fn declared(bytes: &[u8]) -> Option<String> {
+    let head: String = bytes.iter().take(200).map(|b| char::from(*b)).collect();
+    let declaration = head.strip_prefix("<?xml")?.split("?>").next()?;
+    let value = declaration.split("encoding").nth(1)?.trim_start().strip_prefix('=')?.trim_start();
+    let quote = value.chars().next().filter(|c| matches!(c, '"' | '\''))?;
+    Some(value[1..].split(quote).next()?.to_ascii_lowercase())
+}
+
+fn utf8(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
+    std::str::from_utf8(bytes).map(Cow::Borrowed).map_err(|e| {
+        let before = &bytes[..e.valid_up_to()];
+        let line = before.iter().filter(|b| **b == b'\n').count() + 1;
+        let column = before.iter().rev().take_while(|b| **b != b'\n').count() + 1;
+        error(
+            line as u32,
+            column as u32,
+            "a byte that is not UTF-8: declare the encoding or save as UTF-8".to_owned(),
+        )
+    })
+}
+
+fn utf16(bytes: &[u8], unit: fn([u8; 2]) -> u16) -> Result<Cow<'_, str>, ReadError> {
+    let units = bytes.chunks_exact(2).map(|c| unit([c[0], c[1]]));
+    char::decode_utf16(units)
+        .collect::<Result<String, _>>()
+        .map(Cow::Owned)
+        .map_err(|_| error(1, 1, "not valid UTF-16: save it as UTF-8".to_owned()))
+}
+
+fn error(line: u32, column: u32, message: String) -> ReadError {
+    ReadError { line, column, message }
+}
