@@ -3,6 +3,7 @@
 //! Loads no library.
 
 pub mod archive;
+pub mod check;
 pub mod description;
 pub mod documentation;
 pub mod pack;

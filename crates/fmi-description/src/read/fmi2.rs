@@ -14,7 +14,8 @@ pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
         can_get_and_set_fmu_state: n.flag("canGetAndSetFMUstate")?,
         can_serialize_fmu_state: n.flag("canSerializeFMUstate")?,
         provides_directional_derivatives: n.flag("providesDirectionalDerivative")?,
-        needs_completed_integrator_step: !n.flag("completedIntegratorStepNotNeeded")?,
+        needs_completed_integrator_step: n.name() == "ModelExchange"
+            && !n.flag("completedIntegratorStepNotNeeded")?,
         can_interpolate_inputs: n.flag("canInterpolateInputs")?,
         can_run_asynchronously: n.flag("canRunAsynchronuously")?,
         source_files: files.collect(),

@@ -115,7 +115,7 @@ fn start(n: &Node, kind: Type) -> Result<Option<Values>, ReadError> {
 fn hexadecimal(text: &str) -> Option<Vec<u8>> {
     let digits: Vec<u8> =
         text.trim().chars().map(|c| c.to_digit(16).map(|d| d as u8)).collect::<Option<_>>()?;
-    (digits.len() % 2 == 0).then(|| digits.chunks(2).map(|c| c[0] << 4 | c[1]).collect())
+    (digits.len().is_multiple_of(2)).then(|| digits.chunks(2).map(|c| c[0] << 4 | c[1]).collect())
 }
 
 fn dimension(n: &Node) -> Result<Dimension, ReadError> {
