@@ -12,6 +12,8 @@
 use std::error::Error;
 use std::sync::Arc;
 
+use trueup_fmi_description::Version;
+use trueup_fmi_description::description::{Causality, Type};
 use trueup_fmi_import::{Experiment, Fmu, Interface, Options, fmi2, fmi3};
 
 /// Start, stop and step in s.
@@ -132,33 +134,36 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [file] = &files[..] else { return Err("usage: run FILE.fmu [--me]".into()) };
     let model_exchange = flags.iter().any(|flag| flag == "--me");
     let fmu: Arc<Fmu> = Fmu::open(file)?;
-    let facts = fmu.facts();
-    let outputs: Vec<_> = facts
-        .of("output")
-        .filter(|v| v.dimensions.is_empty() && matches!(v.kind.as_str(), "Real" | "Float64"))
-        .collect();
-    let (start, stop, step) = facts.experiment;
-    let (start, stop) = (start.unwrap_or(0.0), stop.unwrap_or(1.0));
+    let description = fmu.description();
+    let outputs = description.variables.iter().filter(|variable| {
+        variable.causality == Causality::Output
+            && variable.kind == Type::Float64
+            && variable.dimensions.is_empty()
+    });
+    let outputs: Vec<_> = outputs.collect();
+    let experiment = description.experiment;
+    let (start, stop) = (experiment.start_time.unwrap_or(0.0), experiment.stop_time.unwrap_or(1.0));
     let mut run = Run {
         start,
         stop,
-        step: step.unwrap_or((stop - start) / 500.0),
+        step: experiment.step_size.unwrap_or((stop - start) / 500.0),
         values: vec![0.0; outputs.len()],
         outputs: outputs.iter().map(|v| v.value_reference).collect(),
     };
     println!("time,{}", outputs.iter().map(|v| v.name.as_str()).collect::<Vec<_>>().join(","));
-    match (facts.version, model_exchange) {
-        (2, false) => {
+    match (description.version, model_exchange) {
+        (Version::V2, false) => {
             co_simulation2(fmi2::Instance::new(&fmu, Interface::CoSimulation, options())?, &mut run)
         }
-        (2, true) => {
+        (Version::V2, true) => {
             let instance = fmi2::Instance::new(&fmu, Interface::ModelExchange, options())?;
-            model_exchange2(instance, facts.states, facts.event_indicators, &mut run)
+            let (nx, nz) = (description.structure.derivatives.len(), description.event_indicators());
+            model_exchange2(instance, nx, nz, &mut run)
         }
-        (_, false) => {
+        (Version::V3, false) => {
             co_simulation3(fmi3::Instance::co_simulation(&fmu, options(), Default::default())?, &mut run)
         }
-        (_, true) => {
+        (Version::V3, true) => {
             let mut instance = fmi3::Instance::model_exchange(&fmu, options())?;
             let (nx, nz) = (instance.number_of_states()?, instance.number_of_event_indicators()?);
             model_exchange3(instance, nx, nz, &mut run)

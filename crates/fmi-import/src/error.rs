@@ -4,6 +4,8 @@ use std::ffi::c_int;
 use std::fmt;
 use std::path::PathBuf;
 
+use trueup_fmi_description::archive::ArchiveError;
+
 /// What an FMI function returned; FMI 2.0 and 3.0 number it alike.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -145,7 +147,10 @@ pub enum Error {
         /// The panic's message.
         message: String,
     },
-    /// The file is no readable FMU.
+    /// The file cannot be unpacked.
+    #[error(transparent)]
+    Archive(#[from] ArchiveError),
+    /// The file is no FMU that can be used here.
     #[error("{file}: {reason}")]
     File {
         /// The FMU.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trueup_fmi::abi::fmi2::*;
+use trueup_fmi_description::Version;
 
 use crate::core::{
     Completed, Core, EventInfo, Experiment, Options, StateId, States, Step, c_string, c_strings, call,
@@ -37,7 +38,7 @@ impl Instance {
     /// # Errors
     /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
     pub fn new(fmu: &Arc<Fmu>, interface: Interface, options: Options) -> Result<Self, Error> {
-        let functions = Functions::of(fmu.library(2, interface)?);
+        let functions = Functions::of(fmu.library(Version::V2, interface)?);
         let (visible, logging_on) = (options.visible.into(), options.logging_on.into());
         let mut core = Core::new(fmu, functions, options);
         let callbacks = Box::new(fmi2CallbackFunctions {
@@ -48,7 +49,7 @@ impl Instance {
             componentEnvironment: core.live.environment(),
         });
         let name = c_string("instance name", &core.live.name)?;
-        let guid = c_string("guid", &fmu.facts().token)?;
+        let guid = c_string("guid", &fmu.description().token)?;
         let resources = c_string("resource location", &fmu.resource_uri())?;
         let kind = match interface {
             Interface::ModelExchange => fmi2ModelExchange,
@@ -256,7 +257,7 @@ impl Instance {
 /// Model Exchange.
 impl Instance {
     fn states_length(&self, function: &'static str, got: usize) -> Result<(), Error> {
-        self.core.length(function, "states", self.core.fmu.facts().states, got)
+        self.core.length(function, "states", self.core.fmu.description().structure.derivatives.len(), got)
     }
 
     /// Enters event mode.
@@ -356,7 +357,7 @@ impl Instance {
     /// # Errors
     /// [`Error::Length`]; whatever `fmi2GetEventIndicators` returns.
     pub fn get_event_indicators(&mut self, indicators: &mut [f64]) -> Result<(), Error> {
-        let expected = self.core.fmu.facts().event_indicators;
+        let expected = self.core.fmu.description().event_indicators();
         self.core.length("fmi2GetEventIndicators", "indicators", expected, indicators.len())?;
         call!(self.core, fmi2GetEventIndicators, indicators.as_mut_ptr(), indicators.len())
     }

@@ -7,6 +7,7 @@ mod values;
 use std::sync::{Arc, Weak};
 
 use trueup_fmi::abi::fmi3::*;
+use trueup_fmi_description::Version;
 
 use self::inner::Inner;
 use crate::core::{Core, Experiment, Options, StateId, States, c_string, c_strings, call, state_functions};
@@ -150,11 +151,11 @@ impl Instance {
             [fmi3Boolean; 2],
         ) -> Result<&'static str, Error>,
     ) -> Result<Self, Error> {
-        let functions = Functions::of(fmu.library(3, interface)?);
+        let functions = Functions::of(fmu.library(Version::V3, interface)?);
         let flags = [options.visible.into(), options.logging_on.into()];
         let mut core = Core::new(fmu, functions, options);
         let name = c_string("instance name", &core.live.name)?;
-        let token = c_string("instantiation token", &fmu.facts().token)?;
+        let token = c_string("instantiation token", &fmu.description().token)?;
         let resources = fmu.resource_path().map(|path| c_string("resource path", &path)).transpose()?;
         let resources = resources.as_ref().map_or(std::ptr::null(), |path| path.as_ptr());
         let function = instantiate(&mut core, [name.as_ptr(), token.as_ptr(), resources], flags)?;

@@ -18,7 +18,6 @@
 
 mod core;
 mod error;
-mod facts;
 pub mod fmi2;
 pub mod fmi3;
 mod library;
@@ -26,6 +25,5 @@ mod log;
 
 pub use crate::core::{Completed, EventInfo, Experiment, Options, StateId, Step};
 pub use crate::error::{Error, FmiError, Status};
-pub use crate::facts::{Dimension, Facts, Variable};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};

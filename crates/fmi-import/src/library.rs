@@ -8,10 +8,12 @@ use std::sync::{Arc, OnceLock};
 
 use libloading::Library;
 use tempfile::TempDir;
+use trueup_fmi_description::archive::Archive;
+use trueup_fmi_description::description::Description;
+use trueup_fmi_description::{Version, read};
 
 use crate::core::Table;
 use crate::error::Error;
-use crate::facts::Facts;
 
 /// Which interface of an FMU is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,7 +29,7 @@ pub enum Interface {
 pub struct Fmu {
     file: PathBuf,
     directory: PathBuf,
-    facts: Facts,
+    description: Description,
     _unpacked: Option<TempDir>,
 }
 
@@ -35,25 +37,24 @@ impl Fmu {
     /// Opens an FMU: a file, unpacked into a temporary directory, or an unpacked directory.
     ///
     /// # Errors
-    /// [`Error::File`] if it cannot be unpacked or described.
+    /// [`Error::Archive`] if it cannot be unpacked, [`Error::File`] if its description cannot be read.
     pub fn open(file: impl AsRef<Path>) -> Result<Arc<Self>, Error> {
         let file = file.as_ref();
         let fail = |reason: String| Error::File { file: file.into(), reason };
-        let (directory, unpacked) = if file.is_dir() {
-            (file.canonicalize().map_err(|e| fail(e.to_string()))?, None)
+        let mut archive = Archive::open(file)?;
+        let xml = archive.description()?;
+        let description = read::read(&xml).map_err(|e| fail(e.to_string()))?;
+        let unpacked = if file.is_dir() {
+            None
         } else {
-            let archive = fs::File::open(file).map_err(|e| fail(e.to_string()))?;
-            let mut archive =
-                zip::ZipArchive::new(archive).map_err(|e| fail(format!("no zip archive: {e}")))?;
             let unpacked = tempfile::Builder::new().prefix("trueup-fmu-").tempdir();
             let unpacked = unpacked.map_err(|e| fail(format!("no temporary directory: {e}")))?;
-            archive.extract(unpacked.path()).map_err(|e| fail(format!("cannot be unpacked: {e}")))?;
-            (unpacked.path().canonicalize().map_err(|e| fail(e.to_string()))?, Some(unpacked))
+            archive.extract(unpacked.path())?;
+            Some(unpacked)
         };
-        let xml = fs::read_to_string(directory.join("modelDescription.xml"))
-            .map_err(|e| fail(format!("modelDescription.xml: {e}")))?;
-        let facts = Facts::read(file, &xml)?;
-        Ok(Arc::new(Self { file: file.into(), directory, facts, _unpacked: unpacked }))
+        let directory = unpacked.as_ref().map_or(file, TempDir::path);
+        let directory = directory.canonicalize().map_err(|e| fail(e.to_string()))?;
+        Ok(Arc::new(Self { file: file.into(), directory, description, _unpacked: unpacked }))
     }
 
     /// Where it came from.
@@ -61,9 +62,9 @@ impl Fmu {
         &self.file
     }
 
-    /// What its description says.
-    pub fn facts(&self) -> &Facts {
-        &self.facts
+    /// Its description.
+    pub fn description(&self) -> &Description {
+        &self.description
     }
 
     /// FMI 2.0: `file:` URI of the resources, given always (some FMUs crash on NULL).
@@ -87,24 +88,26 @@ impl Fmu {
     }
 
     /// Loads the library of an interface for this platform.
-    pub(crate) fn library(&self, version: u32, interface: Interface) -> Result<Library, Error> {
+    pub(crate) fn library(&self, version: Version, interface: Interface) -> Result<Library, Error> {
         let fail = |reason: String| Error::File { file: self.file.clone(), reason };
-        let (identifier, what) = match interface {
-            Interface::ModelExchange => (&self.facts.model_exchange, "Model Exchange"),
-            Interface::CoSimulation => (&self.facts.co_simulation, "Co-Simulation"),
+        let (offered, what) = match interface {
+            Interface::ModelExchange => (&self.description.model_exchange, "Model Exchange"),
+            Interface::CoSimulation => (&self.description.co_simulation, "Co-Simulation"),
         };
-        let Some(identifier) = identifier else {
+        let Some(offered) = offered else {
             return Err(Error::Interface { file: self.file.clone(), interface: what.into() });
         };
-        if self.facts.version != version {
-            let interface = format!("FMI {version}.0; it is an FMU of FMI {}.0", self.facts.version);
+        let identifier = &offered.model_identifier;
+        let own = self.description.version;
+        if own != version {
+            let interface = format!("FMI {}; it is an FMU of FMI {}", version.as_str(), own.as_str());
             return Err(Error::Interface { file: self.file.clone(), interface });
         }
         if identifier.contains(['/', '\\']) {
             return Err(fail(format!("modelIdentifier \"{identifier}\" is no file name")));
         }
         let binaries = self.directory.join("binaries");
-        let platforms = platforms(self.facts.version);
+        let platforms = platforms(version);
         let candidates = platforms.iter().map(|p| binaries.join(p).join(format!("{identifier}{DLL_SUFFIX}")));
         let Some(path) = candidates.into_iter().find(|path| path.is_file()) else {
             let mut have: Vec<_> = fs::read_dir(&binaries)
@@ -127,12 +130,12 @@ impl Fmu {
 }
 
 /// Names of this platform's folder under `binaries`.
-fn platforms(version: u32) -> Vec<String> {
+fn platforms(version: Version) -> Vec<String> {
     let os = if OS == "macos" { "darwin" } else { OS };
     let tuple = format!("{ARCH}-{os}");
     let (short, bits) = (if os == "windows" { "win" } else { os }, usize::BITS);
     match (version, ARCH) {
-        (2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
+        (Version::V2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
         _ => vec![tuple],
     }
 }

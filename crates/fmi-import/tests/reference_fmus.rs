@@ -3,11 +3,10 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
-use std::fs::File;
-use std::io::Read;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 
+use trueup_fmi_description::archive::Archive;
 use trueup_fmi_import::fmi3::{CoSimulation, DerivativeOf};
 use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Status, fmi2, fmi3};
 
@@ -30,15 +29,14 @@ macro_rules! open {
 }
 
 fn value_reference(fmu: &Fmu, name: &str) -> u32 {
-    fmu.facts().find(name).unwrap().value_reference
+    fmu.description().find(name).unwrap().value_reference
 }
 
 /// The reference result inside the FMU: names, rows (time first).
 fn reference(fmu: &Fmu, model: &str) -> (Vec<String>, Vec<Vec<f64>>) {
-    let mut archive = zip::ZipArchive::new(File::open(fmu.file()).unwrap()).unwrap();
     let name = format!("extra/org.fmi-standard.fmi-ls-ref/{model}_out.csv");
-    let mut text = String::new();
-    archive.by_name(&name).unwrap().read_to_string(&mut text).unwrap();
+    let bytes = Archive::open(fmu.file()).unwrap().read(&name, 1 << 20).unwrap();
+    let text = String::from_utf8(bytes).unwrap();
     let mut lines = text.lines();
     let names = lines.next().unwrap().split(',').skip(1).map(str::to_owned).collect();
     let rows = lines.map(|line| line.split(',').map(|cell| cell.parse().unwrap()).collect());
@@ -156,8 +154,8 @@ mod version2 {
     use fmi2::Instance;
 
     fn sizes(instance: &mut Instance) -> (usize, usize) {
-        let facts = instance.fmu().facts();
-        (facts.states, facts.event_indicators)
+        let description = instance.fmu().description();
+        (description.structure.derivatives.len(), description.event_indicators())
     }
 
     runs!(

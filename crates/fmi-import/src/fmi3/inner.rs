@@ -4,9 +4,10 @@ use std::collections::HashMap;
 use std::ops::Deref;
 use std::sync::{Mutex, PoisonError};
 
+use trueup_fmi_description::description::Dimension;
+
 use crate::core::{Core, call};
 use crate::error::Error;
-use crate::facts::Dimension;
 use crate::library::table3::Functions;
 
 pub(super) struct Inner {
@@ -33,7 +34,10 @@ impl Deref for Inner {
 
 impl Inner {
     pub(super) fn new(core: Core<Functions>) -> Self {
-        Self { arrays: core.fmu.facts().arrays(), core, sizes: Mutex::default() }
+        let arrays =
+            core.fmu.description().variables.iter().filter(|variable| !variable.dimensions.is_empty());
+        let arrays = arrays.map(|variable| (variable.value_reference, variable.dimensions.clone())).collect();
+        Self { arrays, core, sizes: Mutex::default() }
     }
 
     /// Number of values of these variables: one per scalar, all elements of an array.
@@ -56,7 +60,7 @@ impl Inner {
             for dimension in dimensions {
                 let length = match *dimension {
                     Dimension::Fixed(length) => length,
-                    Dimension::Parameter(parameter) => {
+                    Dimension::Variable(parameter) => {
                         let mut length = 0_u64;
                         call!(self.core, fmi3GetUInt64, &raw const parameter, 1, &raw mut length, 1)?;
                         length
