@@ -1,4 +1,4 @@
-//! Forces and accelerations at one instant: (M + J*) dv/dt = Q - C v (S0 eq. 9).
+//! Forces and accelerations at one instant: (M + J*) dv/dt = Q - C v (S0 eq. 9, ARM-7).
 
 use super::chain::{Chain, Turned, dot, quarter};
 use super::layout::{input, parameter};

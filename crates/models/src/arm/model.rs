@@ -281,7 +281,7 @@ impl Hybrid for PlanarManipulator {
         y[output::linear_momentum(n) + 1] = momentum[1];
         y[output::angular_momentum(n)] = q[0] * momentum[1] - q[1] * momentum[0] + momentum[2] + own[2];
         y[output::kinetic_energy(n)] = twice * 0.5 + own[0];
-        // The field pulls at the centre of mass of the whole.
+        // The field pulls at the centre of mass of the whole (ARM-13).
         let field = self.effects.field(&at);
         for i in 0..2 {
             let first_moment = (0..=n).fold(motion.chain.mass * q[i], |sum, k| sum + t.gamma[k][i]);
