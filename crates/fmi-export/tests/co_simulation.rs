@@ -1,4 +1,5 @@
 //! Co-Simulation through the C functions: results, events, event mode, early return, intermediate update.
+#![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 mod common;
 use common::*;
 use core::ffi::c_void;
