@@ -1,6 +1,8 @@
 //! docs/effects.md says of every effect what the library says: its table is written from the specifications and
 //! from the equation at the head of each effect's file. `TRUEUP_BLESS=1` writes it anew.
 
+#![allow(clippy::expect_used, clippy::panic)]
+
 use std::fmt::Write as _;
 use std::path::Path;
 use trueup_models::effect::{ALL, Plant, Scope, Spec};

@@ -116,7 +116,8 @@ fn our_own_descriptions_have_no_finding() {
 fn every_break_is_found() {
     let silent = |b: &&Break| !findings(&broken(b)).iter().any(|f| f.contains(b.said));
     let missed = BREAKS.iter().filter(silent);
-    let missed: Vec<_> = missed.map(|b| format!("{} -> {}: {:#?}", b.from, b.to, findings(&broken(b)))).collect();
+    let missed: Vec<_> =
+        missed.map(|b| format!("{} -> {}: {:#?}", b.from, b.to, findings(&broken(b)))).collect();
     assert!(missed.is_empty(), "{}", missed.join("\n"));
 }
 

@@ -180,22 +180,16 @@ impl Variable {
         }
         let unit =
             if self.unit.is_empty() || self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
-        if let Some(min) = self.min {
-            if value < min || (self.exclusive && value == min) {
-                let must = if self.exclusive { "above" } else { "at least" };
-                return Err(format!(
-                    "{} = {value}{unit} is not allowed: it must be {must} {min}{unit}",
-                    name()
-                ));
-            }
+        if let Some(min) = self.min
+            && (value < min || (self.exclusive && value == min))
+        {
+            let must = if self.exclusive { "above" } else { "at least" };
+            return Err(format!("{} = {value}{unit} is not allowed: it must be {must} {min}{unit}", name()));
         }
-        if let Some(max) = self.max {
-            if value > max {
-                return Err(format!(
-                    "{} = {value}{unit} is not allowed: it must be at most {max}{unit}",
-                    name()
-                ));
-            }
+        if let Some(max) = self.max
+            && value > max
+        {
+            return Err(format!("{} = {value}{unit} is not allowed: it must be at most {max}{unit}", name()));
         }
         Ok(())
     }

@@ -3,6 +3,8 @@
 //!
 //! Every rule is a function from facts to complaints, so that the tests beside it can show it a bad example.
 
+#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+
 mod documents;
 mod graph;
 mod rust;
