@@ -1,7 +1,9 @@
 //! The commands, one file each.
 
+mod info;
 mod list;
 mod pack;
+mod validate;
 
 use crate::args::{Command, Fmu};
 use crate::error::Error;
@@ -10,6 +12,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),
-        Command::Fmu(Fmu::Info(_) | Fmu::Validate(_)) => Err(Error::Failed("not there yet".to_owned())),
+        Command::Fmu(Fmu::Info(a)) => info::run(&a),
+        Command::Fmu(Fmu::Validate(a)) => validate::run(&a),
     }
 }

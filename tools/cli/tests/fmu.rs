@@ -1,0 +1,99 @@
+//! `trueup fmu info` and `validate` on broken and foreign FMUs; exit codes.
+#![allow(missing_docs, clippy::unwrap_used)]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn trueup(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueup")).args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn folder(description: &str) -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("modelDescription.xml"), description).unwrap();
+    dir
+}
+
+fn path(dir: &Path) -> &str {
+    dir.to_str().unwrap()
+}
+
+const MINIMAL: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="m" guid="{g}">
+  <CoSimulation modelIdentifier="m"/>
+  <ModelVariables><ScalarVariable name="u" valueReference="0" causality="input"><Real/></ScalarVariable></ModelVariables>
+  <ModelStructure/>
+</fmiModelDescription>"#;
+
+#[test]
+fn validate_names_variable_line_and_mend_and_exits_with_1() {
+    let dir = folder(MINIMAL);
+    let out = trueup(&["fmu", "validate", path(dir.path())]);
+    assert_eq!(out.status.code(), Some(1));
+    let said = text(&out.stdout);
+    assert!(
+        said.contains(
+            "modelDescription.xml, line 4: variable `u` has no start value but needs one: add `start`"
+        ),
+        "{said}"
+    );
+    assert!(said.contains("neither binaries nor sources"), "{said}");
+    assert!(text(&out.stderr).is_empty());
+}
+
+#[test]
+fn a_library_without_the_functions_is_found() {
+    let dir = folder(&MINIMAL.replace("<Real/>", "<Real start=\"0\"/>"));
+    let platform = trueup_fmi_description::Version::V2.platform();
+    let binaries = dir.path().join("binaries").join(platform);
+    std::fs::create_dir_all(&binaries).unwrap();
+    let library = binaries.join(format!("m{}", std::env::consts::DLL_SUFFIX));
+    std::fs::write(&library, "no library").unwrap();
+    let said = text(&trueup(&["fmu", "validate", path(dir.path())]).stdout);
+    assert!(said.contains("no shared library"), "{said}");
+    // A real program that is no FMU: this one.
+    std::fs::copy(env!("CARGO_BIN_EXE_trueup"), &library).unwrap();
+    let said = text(&trueup(&["fmu", "validate", path(dir.path())]).stdout);
+    assert!(said.contains("fmi2DoStep") && !said.contains("fmi2GetDerivatives"), "{said}");
+    // For another machine only: a warning.
+    std::fs::rename(&binaries, dir.path().join("binaries/elsewhere")).unwrap();
+    let out = trueup(&["fmu", "validate", path(dir.path())]);
+    assert_eq!(out.status.code(), Some(0), "{}", text(&out.stdout));
+    assert!(text(&out.stdout).contains("1 warning"));
+}
+
+#[test]
+fn info_of_a_foreign_fmu() {
+    let dir = folder(MINIMAL);
+    let out = trueup(&["fmu", "info", path(dir.path()), "--json"]);
+    assert_eq!(out.status.code(), Some(0));
+    let value: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    assert_eq!(value["variables"][0]["type"], "Real");
+    assert_eq!(value["interfaces"]["CoSimulation"]["modelIdentifier"], "m");
+}
+
+#[test]
+fn one_message_and_the_right_exit_code() {
+    let dir = folder("<fmiModelDescription");
+    let broken = path(dir.path());
+    for (arguments, code) in [
+        (&["fmu", "info", "/nowhere.fmu"][..], 1),
+        (&["fmu", "info", broken], 1),
+        (&["fmu", "validate", "/nowhere.fmu"], 1),
+        (&["fmu", "pack", "Nothing"], 2),
+        (&["fmu", "pack", "--effect", "nothing"], 2),
+        (&["fmu", "pack", "--preset", "nothing"], 2),
+        (&["fmu", "pack", "TwoMassJoint", "--effect", "table-tilt"], 2),
+        (&["fmu", "pack", "--fmi", "4"], 2),
+        (&["fmu", "pack", "TwoMassJoint", "--library", "/nowhere"], 1),
+        (&["fmu"], 2),
+    ] {
+        let out = trueup(arguments);
+        assert_eq!(out.status.code(), Some(code), "{arguments:?}: {}", text(&out.stderr));
+        assert!(!text(&out.stderr).is_empty() && !text(&out.stderr).contains("panicked"), "{arguments:?}");
+    }
+}
