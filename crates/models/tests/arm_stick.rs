@@ -6,6 +6,7 @@ mod arm_common;
 use arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::{PlanarManipulator, output, parameter};
 use trueup_models::friction::STUCK;
+use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const FRICTION: &[&str] = &["motor-friction"];
@@ -112,6 +113,23 @@ fn two_at_once_break_away_together() {
     run.t = 0.5;
     run.iterate();
     assert_eq!(run.modes[..3], [1, -1, 0]);
+}
+
+#[test]
+fn the_projects_own_driver_finds_the_same_run() {
+    let model = PlanarManipulator::new(&[true, false, false], &["stribeck-friction", "backlash"]).unwrap();
+    let p = model.defaults();
+    let torque = |t: f64| inputs(&[0.3 * t.sin(), -0.1 * (2.0 * t).cos(), 0.05 * (3.0 * t).sin()]);
+    let mut run = Run::new(&model, &p, torque);
+    run.to(6.0, 0.02);
+    let options = Options { tolerance: 1e-11, ..Options::default() };
+    let nominal = vec![1.0; model.sizes().states];
+    let other =
+        simulate(&model, &p, &nominal, options, &|t, u| u.copy_from_slice(&torque(t)), &[0.0, 6.0]).unwrap();
+    let last = other.x.last().unwrap();
+    let worst = run.x.iter().zip(last).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    println!("{} events; driver against extrapolation {worst:e}", run.events.len());
+    assert!(run.events.len() > 10 && worst < 1e-8);
 }
 
 #[test]

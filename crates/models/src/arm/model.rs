@@ -220,6 +220,9 @@ impl Hybrid for PlanarManipulator {
     }
 
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        // The caller need not have modes yet.
+        let none = [0; MAX_MODES];
+        let at = At { modes: &none[..modes.len()], ..at };
         self.update_effects(&at, modes);
         if self.friction {
             self.start_friction(&at, modes);

@@ -10,6 +10,7 @@ pub struct Symmetric<T> {
     lower: [T; MAX_DOFS * (MAX_DOFS + 1) / 2],
 }
 
+#[inline]
 fn place(i: usize, j: usize) -> usize {
     let (i, j) = (i.max(j), i.min(j));
     i * (i + 1) / 2 + j
@@ -21,10 +22,12 @@ impl<T: Scalar> Symmetric<T> {
         Self { lower: [T::zero(); MAX_DOFS * (MAX_DOFS + 1) / 2] }
     }
     /// Element (i, j).
+    #[inline]
     pub fn at(&self, i: usize, j: usize) -> T {
         self.lower[place(i, j)]
     }
     /// Adds to element (i, j) and (j, i).
+    #[inline]
     pub fn add(&mut self, i: usize, j: usize, value: T) {
         self.lower[place(i, j)] += value;
     }

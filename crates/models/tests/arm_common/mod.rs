@@ -23,7 +23,7 @@ impl<'a> Run<'a> {
         let s = model.sizes();
         let (mut x, mut modes) = (vec![0.0; s.states], vec![0; s.modes]);
         model.start(p, &mut x);
-        model.start_modes(At { t: 0.0, x: &x, u: &input(0.0), p, modes: &vec![0; s.modes] }, &mut modes);
+        model.start_modes(At { t: 0.0, x: &x, u: &input(0.0), p, modes: &[] }, &mut modes);
         let mut run = Self {
             model,
             p: p.to_vec(),
