@@ -139,6 +139,7 @@ fn base_drag_takes_out_energy_and_momentum() {
     }
 }
 
+/// Checks ARM-8.
 #[test]
 fn wrenches_do_work_and_change_momenta() {
     let model = PlanarManipulator::new(&[true, false, true], NO_EFFECTS).unwrap();

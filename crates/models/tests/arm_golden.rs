@@ -88,6 +88,7 @@ fn bias(p: &[f64], q: &[f64], v: &[f64]) -> [f64; 6] {
     out
 }
 
+/// Checks ARM-1, ARM-2, ARM-3 and ARM-4.
 #[test]
 fn a01_a02_mass_matrix_and_bias() {
     let (model, p) = rigid();
@@ -128,6 +129,7 @@ fn a03_a05_mass_rate_less_twice_c_is_skew_and_m_positive_definite() {
     }
 }
 
+/// Checks ARM-10.
 #[test]
 fn a06_end_effector() {
     let (_, p) = rigid();
@@ -137,6 +139,7 @@ fn a06_end_effector() {
     near(tip.attitude, -30f64.to_radians(), 1e-15);
 }
 
+/// Checks ARM-5.
 #[test]
 fn a07_a09_rotors_of_the_paper() {
     let mut j = Symmetric::zero();
@@ -175,6 +178,7 @@ fn forced_torque(t: f64) -> Vec<f64> {
     u
 }
 
+/// Checks ARM-7, ARM-12 and ARM-13.
 #[test]
 fn a10_a12_forced_run() {
     let (model, p) = forced();
@@ -296,6 +300,7 @@ fn a17_a18_table_2_averages() {
     }
 }
 
+/// Checks ARM-11.
 #[test]
 fn a19_joint_angle_from_the_tip() {
     let (_, p) = rigid();
@@ -317,6 +322,7 @@ fn a19_joint_angle_from_the_tip() {
     near(mismatch, 0.0, 1e-12);
 }
 
+/// Checks ARM-5 and ARM-6.
 #[test]
 fn a20_a21_paper_and_geared_coupling() {
     let j = |coupling| {

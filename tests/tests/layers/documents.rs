@@ -1,7 +1,7 @@
 //! From the documents to the code and to the tests: effects by file, equations by id.
 
 use super::rust::is_test_file;
-use super::{Complaints, File, files, none};
+use super::{Complaints, File, files, none, root};
 use std::collections::BTreeSet;
 
 /// Files of crates/models/src/effect that are no effect.
@@ -91,6 +91,36 @@ fn unknown_equations(chapters: &[File], sources: &[File]) -> Complaints {
         }
     }
     complaints
+}
+
+/// Relative links whose target `exists` denies.
+fn dead_links(document: &File, exists: impl Fn(&str) -> bool) -> Complaints {
+    let folder: Vec<_> =
+        document.path.split('/').rev().skip(1).collect::<Vec<_>>().into_iter().rev().collect();
+    let mut complaints = Vec::new();
+    for link in document.text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next()) {
+        if link.is_empty() || link.contains("://") {
+            continue;
+        }
+        let mut path = folder.clone();
+        for part in link.split('/') {
+            match part {
+                ".." => drop(path.pop()),
+                "." => {}
+                part => path.push(part),
+            }
+        }
+        if !exists(&path.join("/")) {
+            complaints.push(format!("{}: the link {link} leads nowhere; mend or strike it", document.path));
+        }
+    }
+    complaints
+}
+
+#[test]
+fn every_link_leads_somewhere() {
+    let exists = |path: &str| root().join(path).exists();
+    none(files(&[".md"]).iter().flat_map(|document| dead_links(document, exists)).collect());
 }
 
 #[test]
