@@ -8,6 +8,7 @@ use crate::description::{Causality, Description, Initial, Unknown, Variability};
 
 pub(super) fn check(d: &Description, f: &mut Findings) {
     let s = &d.structure;
+    let states = states(d);
     let lists = [
         ("Outputs", &s.outputs),
         ("Derivatives", &s.derivatives),
@@ -28,7 +29,7 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
                     format!("ModelStructure, {name}: `{}` is listed twice: remove one", d.variables[at].name),
                 );
             }
-            dependencies(d, f, u, name, &d.variables[at].name);
+            dependencies(d, f, u, name, &d.variables[at].name, &states);
         }
     }
     outputs(d, f);
@@ -43,7 +44,14 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
     }
 }
 
-fn dependencies(d: &Description, f: &mut Findings, u: &Unknown, list: &str, name: &str) {
+fn dependencies(
+    d: &Description,
+    f: &mut Findings,
+    u: &Unknown,
+    list: &str,
+    name: &str,
+    states: &BTreeSet<usize>,
+) {
     let place = format!("ModelStructure, {list}, `{name}`");
     match (&u.dependencies, &u.kinds) {
         (None, Some(_)) => {
@@ -77,8 +85,9 @@ fn dependencies(d: &Description, f: &mut Findings, u: &Unknown, list: &str, name
             continue;
         };
         let v = &d.variables[at];
-        let unknown =
-            matches!(v.causality, Causality::Output) && v.initial != Some(Initial::Exact) && !is_state(d, at);
+        let unknown = matches!(v.causality, Causality::Output)
+            && v.initial != Some(Initial::Exact)
+            && !states.contains(&at);
         if unknown {
             f.warning(
                 u.line,
@@ -88,11 +97,13 @@ fn dependencies(d: &Description, f: &mut Findings, u: &Unknown, list: &str, name
     }
 }
 
-fn is_state(d: &Description, at: usize) -> bool {
-    d.structure.derivatives.iter().chain(&d.structure.clocked_states).any(|u| {
-        let Some(rate) = d.resolve(u.reference) else { return false };
-        rate == at || d.variables[rate].derivative.and_then(|s| d.resolve(s)) == Some(at)
-    }) || d.variables[at].previous.is_some()
+/// Continuous states, their rates, clocked states and discrete states.
+fn states(d: &Description) -> BTreeSet<usize> {
+    let rates = listed(d, &d.structure.derivatives);
+    let continuous = rates.iter().filter_map(|at| d.resolve(d.variables[*at].derivative?));
+    let discrete = d.variables.iter().enumerate().filter(|(_, v)| v.previous.is_some()).map(|(at, _)| at);
+    let clocked = listed(d, &d.structure.clocked_states);
+    continuous.chain(discrete).chain(clocked).chain(rates.iter().copied()).collect()
 }
 
 fn listed(d: &Description, list: &[Unknown]) -> BTreeSet<usize> {

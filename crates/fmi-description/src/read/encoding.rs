@@ -14,6 +14,10 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
     if let Some(rest) = bytes.strip_prefix(b"\xfe\xff") {
         return utf16(rest, u16::from_be_bytes);
     }
+    // The XML parser does not look at it, others do.
+    if let Some(version) = declaration(bytes, "version").filter(|v| !v.starts_with("1.")) {
+        return Err(error(1, 1, format!("the XML version \"{version}\" is not understood: write \"1.0\"")));
+    }
     match declared(bytes).as_deref() {
         None | Some("utf-8" | "utf8" | "us-ascii" | "ascii") => utf8(bytes),
         // Windows-1252 differs in 27 signs (typographic quotes) that no name may contain.
@@ -28,11 +32,16 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
 
 /// The encoding in the XML declaration.
 fn declared(bytes: &[u8]) -> Option<String> {
+    declaration(bytes, "encoding").map(|e| e.to_ascii_lowercase())
+}
+
+/// A pseudo-attribute of the XML declaration.
+fn declaration(bytes: &[u8], name: &str) -> Option<String> {
     let head: String = bytes.iter().take(200).map(|b| char::from(*b)).collect();
     let declaration = head.strip_prefix("<?xml")?.split("?>").next()?;
-    let value = declaration.split("encoding").nth(1)?.trim_start().strip_prefix('=')?.trim_start();
+    let value = declaration.split(name).nth(1)?.trim_start().strip_prefix('=')?.trim_start();
     let quote = value.chars().next().filter(|c| matches!(c, '"' | '\''))?;
-    Some(value[1..].split(quote).next()?.to_ascii_lowercase())
+    Some(value[1..].split(quote).next()?.to_owned())
 }
 
 fn utf8(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
