@@ -20,9 +20,7 @@ pub fn table(configuration: &Configuration) -> Result<ModelTable, String> {
     let gear_ratio =
         configuration.start.iter().find(|(name, _)| name == "gearRatio").map(|(_, value)| *value);
     let mut table = joint::table(&model, gear_ratio);
-    for (name, value) in &configuration.start {
-        table.set_start(name, *value)?;
-    }
+    table.apply(&configuration.start)?;
     Ok(table)
 }
 

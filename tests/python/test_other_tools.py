@@ -65,7 +65,7 @@ def test_ecos(model, drive, watched, version):
     structure.add_parameter_set("start", {f"it::{name}": float(value) for name, value in drive.items()})
     with EcosSimulation(structure=structure, step_size=STEP) as simulation:
         simulation.init(parameter_set="start")
-        simulation.step(num_iterations=int(round(STOP / STEP)))
+        simulation.step(num_steps=int(round(STOP / STEP)))
         have = simulation.get_real(f"it::{watched}")
         simulation.terminate()
     want = with_fmpy(model, drive, watched)

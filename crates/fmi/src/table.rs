@@ -370,6 +370,29 @@ impl ModelTable {
         }
         Err(format!("{} has no parameter or input {element:?}; see `trueup fmu info`", self.name))
     }
+    /// Gives start values other than the model's own; a parameter that follows another one and is not named
+    /// itself takes the other's.
+    ///
+    /// # Errors
+    /// See [`ModelTable::set_start`].
+    pub fn apply(&mut self, start: &[(String, f64)]) -> Result<(), String> {
+        for (element, value) in start {
+            self.set_start(element, *value)?;
+        }
+        for k in 0..self.variables.len() {
+            let Some(leader) = self.variables[k].follows.as_deref().and_then(|name| self.find(name)) else {
+                continue;
+            };
+            let values = leader.start.clone();
+            let follower = &mut self.variables[k];
+            for (i, value) in values.into_iter().enumerate().take(follower.start.len()) {
+                if start.iter().all(|(element, _)| *element != follower.element_name(i)) {
+                    follower.start[i] = value;
+                }
+            }
+        }
+        Ok(())
+    }
     /// Start values of the storage class that `pick` selects, in storage order.
     pub fn starts(&self, pick: impl Fn(Storage) -> Option<usize>) -> Vec<f64> {
         let mut out = Vec::new();

@@ -1,0 +1,30 @@
+//! The default experiments: what the reference results in the FMUs are made with.
+
+use trueup_fmi_export::reference::Schedule;
+
+/// Inputs of the reference experiment of a model.
+pub(crate) fn schedule(model: &str) -> Schedule<'static> {
+    match model {
+        // Break-away forward, coasting to a stop, break-away backward, a push on the load while it sticks.
+        "TwoMassJoint" => &[
+            (0.1, "motorCurrent", 0.018),
+            (0.25, "motorCurrent", 0.0),
+            (0.9, "motorCurrent", -0.017),
+            (1.0, "motorCurrent", 0.0),
+            (1.6, "externalTorque", 2.0),
+        ],
+        // Joint torques out and back, a push at the tip, a push on the base.
+        _ => &[
+            (0.5, "jointTorque[1]", 0.2),
+            (0.5, "jointTorque[2]", -0.02),
+            (2.0, "jointTorque[1]", -0.2),
+            (2.0, "jointTorque[2]", 0.02),
+            (3.5, "jointTorque[1]", 0.0),
+            (3.5, "jointTorque[2]", 0.0),
+            (5.0, "tipForce[2]", 0.1),
+            (5.5, "tipForce[2]", 0.0),
+            (7.0, "baseForce[1]", 1.0),
+            (7.5, "baseForce[1]", 0.0),
+        ],
+    }
+}
