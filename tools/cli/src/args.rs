@@ -17,6 +17,8 @@ pub(crate) enum Command {
     /// Pack, show and check FMUs
     #[command(subcommand)]
     Fmu(Fmu),
+    /// Pack the FMUs, run one of each, draw what they did
+    Demo(Demo),
 }
 
 #[derive(Debug, Subcommand)]
@@ -32,6 +34,13 @@ pub(crate) enum Fmu {
 }
 
 #[derive(Debug, clap::Args)]
+pub(crate) struct Demo {
+    /// Folder for the FMUs and the page; made if it is not there
+    #[arg(short, long, value_name = "DIR", default_value = "out/demo")]
+    pub(crate) output: PathBuf,
+}
+
+#[derive(Debug, Default, clap::Args)]
 pub(crate) struct Pack {
     /// Models to pack; all that fit the other options when none is named
     pub(crate) model: Vec<String>,
