@@ -5,6 +5,7 @@ pub mod variables;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
+use trueup_fmi_export::reference::Schedule;
 use trueup_models::controller::{JointController, ManipulatorController};
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
@@ -90,4 +91,24 @@ impl FmuModel for Controller {
     }
 }
 
-trueup_fmi_export::export_fmu!(Controller);
+/// Inputs of the reference experiment of a controller: a step of the reference, a motor that follows late.
+pub fn schedule(model: &str) -> Option<Schedule<'static>> {
+    match model {
+        "JointController" => Some(&[
+            (0.1, "positionReference", 1e-4),
+            (0.2, "motorAngle", 2.0),
+            (0.2, "motorVelocity", 0.5),
+            (0.4, "loadAngle", 5e-5),
+            (0.6, "positionReference", -2e-4),
+            (0.8, "velocityFeedforward", 1e-4),
+        ]),
+        "ManipulatorController" => Some(&[
+            (1.0, "positionReference[1]", 0.1),
+            (2.0, "motorAngle[1]", 0.05),
+            (3.0, "jointAngle[1]", 0.04),
+            (4.0, "motorVelocity[1]", 0.01),
+            (6.0, "positionReference[1]", -0.1),
+        ]),
+        _ => None,
+    }
+}

@@ -3,8 +3,8 @@
 use trueup_fmi_export::reference::Schedule;
 
 /// Inputs of the reference experiment of a model.
-pub(crate) fn schedule(model: &str) -> Schedule<'static> {
-    match model {
+pub fn schedule(model: &str) -> Option<Schedule<'static>> {
+    Some(match model {
         // Break-away forward, coasting to a stop, break-away backward, a push on the load while it sticks.
         "TwoMassJoint" => &[
             (0.1, "motorCurrent", 0.018),
@@ -14,7 +14,7 @@ pub(crate) fn schedule(model: &str) -> Schedule<'static> {
             (1.6, "externalTorque", 2.0),
         ],
         // Joint torques out and back, a push at the tip, a push on the base.
-        _ => &[
+        "PlanarManipulator" => &[
             (0.5, "jointTorque[1]", 0.2),
             (0.5, "jointTorque[2]", -0.02),
             (2.0, "jointTorque[1]", -0.2),
@@ -26,5 +26,6 @@ pub(crate) fn schedule(model: &str) -> Schedule<'static> {
             (7.0, "baseForce[1]", 1.0),
             (7.5, "baseForce[1]", 0.0),
         ],
-    }
+        _ => return None,
+    })
 }

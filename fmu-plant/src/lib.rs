@@ -1,28 +1,16 @@
 //! TwoMassJoint and PlanarManipulator as FMUs: binding only.
 
+mod arm;
 mod builder;
+mod experiment;
 mod joint;
+mod model;
 
-use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::ModelTable;
-use trueup_models::joint::TwoMassJoint;
+pub use experiment::schedule;
+pub use model::{Plant, TEST_BED};
 
 /// The models of this library.
 pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator"];
-
-/// The variable table of a configuration, its start values applied.
-///
-/// # Errors
-/// The model, an effect or a structure that cannot be had, with the mend.
-pub fn table(configuration: &Configuration) -> Result<ModelTable, String> {
-    let flexible = configuration.joint_flexible.first().copied().unwrap_or(true);
-    let model = TwoMassJoint::new(flexible, &configuration.effects).map_err(|e| e.to_string())?;
-    let gear_ratio =
-        configuration.start.iter().find(|(name, _)| name == "gearRatio").map(|(_, value)| *value);
-    let mut table = joint::table(&model, gear_ratio);
-    table.apply(&configuration.start)?;
-    Ok(table)
-}
 
 #[cfg(test)]
 mod tests {

@@ -15,6 +15,7 @@ pub mod instance;
 pub mod layout;
 pub mod log;
 pub mod model;
+pub mod reference;
 pub mod snapshot;
 pub mod state_machine;
 pub mod values;

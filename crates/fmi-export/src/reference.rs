@@ -1,0 +1,114 @@
+//! The reference result that an FMU carries: its model run natively, without the C boundary.
+
+use crate::FmuModel;
+use std::fmt::Write as _;
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi::table::{Causality, ModelTable, Storage, Variable};
+use trueup_numerics::driver::{Options, simulate};
+
+/// An input gets a value at a time and keeps it; times in s, in order.
+pub type Schedule<'a> = &'a [(f64, &'a str, f64)];
+
+/// Inputs and outputs as CSV: one column per element, every double so that it reads back bit-equal. A jump of
+/// an input stands as two rows of one time.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Reference {
+    /// `time` and the inputs.
+    pub inputs: String,
+    /// `time` and the outputs.
+    pub outputs: String,
+}
+
+/// Relative tolerance of the native run.
+const TOLERANCE: f64 = 1e-13;
+
+/// Runs the model of a configuration over its default experiment under `schedule`.
+///
+/// # Errors
+/// The configuration or the run failed: why.
+pub fn reference<M: FmuModel>(configuration: &Configuration, schedule: Schedule) -> Result<Reference, String> {
+    let model = M::build(configuration)?;
+    let mut table = model.table();
+    table.apply(&configuration.start)?;
+    let p = table.parameter_starts();
+    model.check(&p).map_err(|(_, message)| message)?;
+    let steps = (table.experiment.stop_time / table.experiment.step_size).round() as usize;
+    let times: Vec<f64> = (0..=steps).map(|k| k as f64 * table.experiment.step_size).collect();
+    let start = table.input_starts();
+    let elements = elements(&table, Causality::Input);
+    let inputs_at = |t: f64, u: &mut [f64]| {
+        u.copy_from_slice(&start);
+        for (_, name, value) in schedule.iter().filter(|(time, _, _)| *time <= t) {
+            if let Some((i, _)) = elements.iter().find(|(_, element)| element == name) {
+                u[*i] = *value;
+            }
+        }
+    };
+    let nominal = nominals(&table);
+    let options = Options { tolerance: TOLERANCE, ..Options::default() };
+    let run = simulate(&model, &p, &nominal, options, &inputs_at, &times).map_err(|e| e.to_string())?;
+
+    let outputs = self::elements(&table, Causality::Output);
+    let mut csv = header(&outputs);
+    for (t, y) in run.t.iter().zip(&run.y) {
+        row(&mut csv, *t, outputs.iter().map(|(i, _)| y[*i]));
+    }
+    Ok(Reference { inputs: stairs(schedule, &elements, &start, &inputs_at, table.experiment.stop_time), outputs: csv })
+}
+
+/// Storage index and name of every element of that causality.
+fn elements(table: &ModelTable, causality: Causality) -> Vec<(usize, String)> {
+    let base = |v: &Variable| match v.storage {
+        Storage::Input(i) | Storage::Output(i) => Some(i),
+        _ => None,
+    };
+    let of = |v: &Variable| base(v).map(|b| (0..v.len()).map(|i| (b + i, v.element_name(i))).collect::<Vec<_>>());
+    table.variables.iter().filter(|v| v.causality == causality).filter_map(of).flatten().collect()
+}
+
+/// Typical magnitude of each state.
+pub fn nominals(table: &ModelTable) -> Vec<f64> {
+    let states = table.variables.iter().filter(|v| matches!(v.storage, Storage::State(_)));
+    let mut placed: Vec<(usize, f64)> = states
+        .flat_map(|v| {
+            let Storage::State(first) = v.storage else { return Vec::new() };
+            (0..v.len()).map(|i| (first + i, v.nominal.unwrap_or(1.0))).collect()
+        })
+        .collect();
+    placed.sort_by_key(|(i, _)| *i);
+    placed.into_iter().map(|(_, nominal)| nominal).collect()
+}
+
+fn header(elements: &[(usize, String)]) -> String {
+    let mut csv = String::from("time");
+    for (_, name) in elements {
+        // Names with a comma (two indices) are quoted.
+        let _ = if name.contains(',') { write!(csv, ",\"{name}\"") } else { write!(csv, ",{name}") };
+    }
+    csv.push('\n');
+    csv
+}
+
+fn row(csv: &mut String, t: f64, values: impl Iterator<Item = f64>) {
+    let _ = write!(csv, "{t:?}");
+    values.for_each(|v| {
+        let _ = write!(csv, ",{v:?}");
+    });
+    csv.push('\n');
+}
+
+fn stairs(schedule: Schedule, elements: &[(usize, String)], start: &[f64], inputs_at: &dyn Fn(f64, &mut [f64]), stop: f64) -> String {
+    let mut csv = header(elements);
+    let mut now = start.to_vec();
+    inputs_at(0.0, &mut now);
+    row(&mut csv, 0.0, elements.iter().map(|(i, _)| now[*i]));
+    let mut changes: Vec<f64> = schedule.iter().map(|(t, _, _)| *t).filter(|t| *t > 0.0 && *t < stop).collect();
+    changes.dedup();
+    for t in changes {
+        row(&mut csv, t, elements.iter().map(|(i, _)| now[*i]));
+        inputs_at(t, &mut now);
+        row(&mut csv, t, elements.iter().map(|(i, _)| now[*i]));
+    }
+    row(&mut csv, stop, elements.iter().map(|(i, _)| now[*i]));
+    csv
+}
