@@ -29,7 +29,13 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
     });
 
     b.constant("numberOfLinks", Kind::Integer, one, &[n as f64], "Number of links, n (fixed when packed)");
-    b.constant("jointFlexible", Kind::Boolean, joints, &flexible, "The joint has its spring (fixed when packed)");
+    b.constant(
+        "jointFlexible",
+        Kind::Boolean,
+        joints,
+        &flexible,
+        "The joint has its spring (fixed when packed)",
+    );
 
     let mut rest = start;
     let mut next = |len: usize| {
@@ -38,81 +44,175 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
         head
     };
     b.tunable("baseMass", "kg", one, next(1), "Satellite, m_0 (ARM-1)").bounded_above(0.0);
-    b.tunable("baseInertia", "kg.m2", one, next(1), "Satellite about its centre of mass, I_0 (ARM-1)").bounded_above(0.0);
-    b.tunable("mountPosition", "m", xy, next(2), "Joint 1 from the satellite's centre of mass, in the satellite's axes, p_m (eq. 21)");
+    b.tunable("baseInertia", "kg.m2", one, next(1), "Satellite about its centre of mass, I_0 (ARM-1)")
+        .bounded_above(0.0);
+    b.tunable(
+        "mountPosition",
+        "m",
+        xy,
+        next(2),
+        "Joint 1 from the satellite's centre of mass, in the satellite's axes, p_m (eq. 21)",
+    );
     b.tunable("linkMass", "kg", joints, next(n), "m_i (eq. 5)").bounded_above(0.0);
-    b.tunable("linkInertia", "kg.m2", joints, next(n), "About the link's centre of mass, I_i (eq. 5)").bounded_above(0.0);
+    b.tunable("linkInertia", "kg.m2", joints, next(n), "About the link's centre of mass, I_i (eq. 5)")
+        .bounded_above(0.0);
     b.tunable("linkLength", "m", joints, next(n), "From joint to joint, l_i (eq. 21)").bounded(0.0);
     b.tunable("linkCenterOfMass", "m", coms, next(2 * n), "From the link's joint, in the link's axes");
-    b.tunable("motorInertia", "kg.m2", joints, next(n), "Gear ratio squared included, I_mi (eq. 6); of a rigid joint: turns with it").bounded(0.0);
-    b.fixed("gearRatio", "1", joints, next(n), "Motor turns per joint turn, N; used by the geared coupling").bounded(1.0);
-    b.tunable("jointStiffness", "N.m/rad", joints, next(n), "k_i (eq. 7); unused for a rigid joint").bounded(0.0);
-    b.tunable("jointDamping", "N.m.s/rad", joints, next(n), "b_i (eq. 8); unused for a rigid joint").bounded(0.0);
+    b.tunable(
+        "motorInertia",
+        "kg.m2",
+        joints,
+        next(n),
+        "Gear ratio squared included, I_mi (eq. 6); of a rigid joint: turns with it",
+    )
+    .bounded(0.0);
+    b.fixed("gearRatio", "1", joints, next(n), "Motor turns per joint turn, N; used by the geared coupling")
+        .bounded(1.0);
+    b.tunable("jointStiffness", "N.m/rad", joints, next(n), "k_i (eq. 7); unused for a rigid joint")
+        .bounded(0.0);
+    b.tunable("jointDamping", "N.m.s/rad", joints, next(n), "b_i (eq. 8); unused for a rigid joint")
+        .bounded(0.0);
     b.fixed("initialBasePosition", "m", xy, next(2), "x_0, y_0 at the start");
     b.fixed("initialBaseAttitude", "rad", one, next(1), "q_0 at the start");
     b.fixed("initialBaseVelocity", "m/s", xy, next(2), "d(x_0), d(y_0) at the start");
     b.fixed("initialBaseRate", "rad/s", one, next(1), "d(q_0) at the start");
     b.fixed("initialJointAngle", "rad", joints, next(n), "q_i at the start");
     b.fixed("initialJointVelocity", "rad/s", joints, next(n), "d(q_i) at the start");
-    b.fixed("initialMotorAngle", "rad", joints, next(n), "q_mi at the start; unset: the joint's angle, so that the spring is unstrained")
-        .follows = Some("initialJointAngle".into());
-    b.fixed("initialMotorVelocity", "rad/s", joints, next(n), "d(q_mi) at the start; unset: the joint's velocity")
-        .follows = Some("initialJointVelocity".into());
-    b.fixed("motorCoupling", "", one, next(1), "How the rotors are coupled to the bodies that carry them").kind = coupling;
+    b.fixed(
+        "initialMotorAngle",
+        "rad",
+        joints,
+        next(n),
+        "q_mi at the start; unset: the joint's angle, so that the spring is unstrained",
+    )
+    .follows = Some("initialJointAngle".into());
+    b.fixed(
+        "initialMotorVelocity",
+        "rad/s",
+        joints,
+        next(n),
+        "d(q_mi) at the start; unset: the joint's velocity",
+    )
+    .follows = Some("initialJointVelocity".into());
+    b.fixed("motorCoupling", "", one, next(1), "How the rotors are coupled to the bodies that carry them")
+        .kind = coupling;
     if model.has_friction() {
-        b.tunable("coulombFriction", "N.m", joints, next(n), "At the motor, joint side, tau_c (EF-1)").bounded(0.0);
-        b.tunable("staticFriction", "N.m", joints, next(n), "Break-away level, tau_s (EF-1); taken as tau_c where it is below").bounded(0.0);
-        b.tunable("viscousFriction", "N.m.s/rad", joints, next(n), "At the motor, joint side, D_m (EF-1)").bounded(0.0);
+        b.tunable("coulombFriction", "N.m", joints, next(n), "At the motor, joint side, tau_c (EF-1)")
+            .bounded(0.0);
+        b.tunable(
+            "staticFriction",
+            "N.m",
+            joints,
+            next(n),
+            "Break-away level, tau_s (EF-1); taken as tau_c where it is below",
+        )
+        .bounded(0.0);
+        b.tunable("viscousFriction", "N.m.s/rad", joints, next(n), "At the motor, joint side, D_m (EF-1)")
+            .bounded(0.0);
     }
 
-    b.input("jointTorque", "N.m", joints, "Motor torques, tau (eq. 2), joint side; positive turns the joint forward");
+    b.input(
+        "jointTorque",
+        "N.m",
+        joints,
+        "Motor torques, tau (eq. 2), joint side; positive turns the joint forward",
+    );
     b.input("baseForce", "N", xy, "Force on the satellite at its centre of mass, inertial frame");
     b.input("baseTorque", "N.m", one, "Torque on the satellite");
     b.input("tipForce", "N", xy, "Force on the last link at its tip, inertial frame");
     b.input("tipTorque", "N.m", one, "Torque on the last link");
 
-    let motors: Vec<usize> = model.flexible().iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i).collect();
+    let motors: Vec<usize> =
+        model.flexible().iter().enumerate().filter(|(_, f)| **f).map(|(i, _)| i).collect();
     let motor_angle = if motors.len() == n { on(&["state.motorAngle"]) } else { from_states() };
     let motor_velocity = if motors.len() == n { on(&["state.motorVelocity"]) } else { from_states() };
-    b.output("basePosition", "m", xy, on(&["state.basePosition"]), "Satellite's centre of mass, x_0, y_0, inertial frame");
+    b.output(
+        "basePosition",
+        "m",
+        xy,
+        on(&["state.basePosition"]),
+        "Satellite's centre of mass, x_0, y_0, inertial frame",
+    );
     b.output("baseAttitude", "rad", one, on(&["state.baseAttitude"]), "Satellite's attitude, q_0");
     b.output("baseVelocity", "m/s", xy, on(&["state.baseVelocity"]), "d(x_0)/dt, d(y_0)/dt");
     b.output("baseRate", "rad/s", one, on(&["state.baseRate"]), "d(q_0)/dt");
     b.output("jointAngle", "rad", joints, on(&["state.jointAngle"]), "Link against the link before, q_i");
     b.output("jointVelocity", "rad/s", joints, on(&["state.jointVelocity"]), "d(q_i)/dt");
-    b.output("motorAngle", "rad", joints, motor_angle, "Motor, joint side, against the link before, q_mi; of a rigid joint: the joint's");
+    b.output(
+        "motorAngle",
+        "rad",
+        joints,
+        motor_angle,
+        "Motor, joint side, against the link before, q_mi; of a rigid joint: the joint's",
+    );
     b.output("motorVelocity", "rad/s", joints, motor_velocity, "d(q_mi)/dt");
     b.output("tipPosition", "m", xy, from_states(), "End-effector, x_e, y_e, inertial frame (eq. 21)");
     b.output("tipAttitude", "rad", one, from_states(), "Attitude of the last link");
     b.output("tipVelocity", "m/s", xy, from_states(), "d(x_e)/dt, d(y_e)/dt");
     b.output("linearMomentum", "kg.m/s", xy, from_states(), "Of the whole system, inertial frame");
-    b.output("angularMomentum", "kg.m2/s", one, from_states(), "Of the whole system about the inertial origin, rotors included");
+    b.output(
+        "angularMomentum",
+        "kg.m2/s",
+        one,
+        from_states(),
+        "Of the whole system about the inertial origin, rotors included",
+    );
     b.output("kineticEnergy", "J", one, from_states(), "T (eq. 4-6), rotors included");
     b.output("potentialEnergy", "J", one, from_states(), "V (eq. 7)");
     if model.has_friction() {
-        b.output("frictionTorque", "N.m", joints, Depends::All, "At the motors, joint side; positive against forward motion (EF-1)");
+        b.output(
+            "frictionTorque",
+            "N.m",
+            joints,
+            Depends::All,
+            "At the motors, joint side; positive against forward motion (EF-1)",
+        );
         b.flag("sticking", joints, "The motor sticks (EF-1)");
     }
 
     let flexible_joints = [motors.len()];
     let mut states = vec![
-        ("basePosition", "m", "m/s", xy, 1.0, on(&["state.baseVelocity"]), "satellite's position, x_0, y_0"),
-        ("baseAttitude", "rad", "rad/s", one, 1.0, on(&["state.baseRate"]), "satellite's attitude, q_0"),
-        ("jointAngle", "rad", "rad/s", joints, 1.0, on(&["state.jointVelocity"]), "joint angles, q_i"),
+        ("basePosition", "m", "m/s", xy, 0.1, on(&["state.baseVelocity"]), "satellite's position, x_0, y_0"),
+        ("baseAttitude", "rad", "rad/s", one, 0.1, on(&["state.baseRate"]), "satellite's attitude, q_0"),
+        ("jointAngle", "rad", "rad/s", joints, 0.1, on(&["state.jointVelocity"]), "joint angles, q_i"),
     ];
     let spring: &[usize] = &flexible_joints;
     if !motors.is_empty() {
-        states.push(("motorAngle", "rad", "rad/s", spring, 1.0, on(&["state.motorVelocity"]), "motor angles of the flexible joints, q_mi"));
+        states.push((
+            "motorAngle",
+            "rad",
+            "rad/s",
+            spring,
+            0.1,
+            on(&["state.motorVelocity"]),
+            "motor angles of the flexible joints, q_mi",
+        ));
     }
-    states.push(("baseVelocity", "m/s", "m/s2", xy, 0.1, Depends::All, "satellite's velocity (eq. 9)"));
-    states.push(("baseRate", "rad/s", "rad/s2", one, 0.1, Depends::All, "satellite's rate (eq. 9)"));
-    states.push(("jointVelocity", "rad/s", "rad/s2", joints, 0.1, Depends::All, "joint velocities (eq. 9)"));
+    states.push(("baseVelocity", "m/s", "m/s2", xy, 0.01, Depends::All, "satellite's velocity (eq. 9)"));
+    states.push(("baseRate", "rad/s", "rad/s2", one, 0.01, Depends::All, "satellite's rate (eq. 9)"));
+    states.push(("jointVelocity", "rad/s", "rad/s2", joints, 0.01, Depends::All, "joint velocities (eq. 9)"));
     if !motors.is_empty() {
-        states.push(("motorVelocity", "rad/s", "rad/s2", spring, 0.1, Depends::All, "motor velocities of the flexible joints (eq. 9)"));
+        states.push((
+            "motorVelocity",
+            "rad/s",
+            "rad/s2",
+            spring,
+            0.01,
+            Depends::All,
+            "motor velocities of the flexible joints (eq. 9)",
+        ));
     }
     b.states(&states);
     b.effects(model.effects(), Plant::Arm);
-    b.terminal("drive", "What a manipulator controller is wired to", &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"]);
-    b.terminal("tip", "What is held at the tip", &["tipForce", "tipTorque", "tipPosition", "tipAttitude", "tipVelocity"]);
+    b.terminal(
+        "drive",
+        "What a manipulator controller is wired to",
+        &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"],
+    );
+    b.terminal(
+        "tip",
+        "What is held at the tip",
+        &["tipForce", "tipTorque", "tipPosition", "tipAttitude", "tipVelocity"],
+    );
     b.finish(model.sizes().indicators)
 }

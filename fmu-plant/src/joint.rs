@@ -99,7 +99,7 @@ pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable
     );
 
     let (load_angle, load_velocity) = if flexible {
-        (on(&["state.loadAngle"]), on(&["state.loadVelocity"]))
+        (on(&["state.motorAngle", "state.twist"]), on(&["state.loadVelocity"]))
     } else {
         (on(&["state.motorAngle"]), on(&["state.motorVelocity"]))
     };
@@ -141,15 +141,8 @@ pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable
     ];
     if flexible {
         let pushed = Depends::StatesAnd(vec!["externalTorque".into()]);
-        states.push((
-            "loadAngle",
-            "rad",
-            "rad/s",
-            no,
-            1.0 / n,
-            on(&["state.loadVelocity"]),
-            "load angle, q_l",
-        ));
+        let turning = on(&["state.motorVelocity", "state.loadVelocity"]);
+        states.push(("twist", "rad", "rad/s", no, 1.0, turning, "twist, motor side, epsilon = q_m - n q_l"));
         states.push((
             "loadVelocity",
             "rad/s",

@@ -14,31 +14,43 @@ pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator"];
 
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use crate::Plant;
+    use trueup_fmi::configuration::Configuration;
+    use trueup_fmi::table::Storage as S;
+    use trueup_fmi_export::FmuModel;
+    use trueup_models::effect::ALL;
     use trueup_numerics::hybrid::Hybrid;
+
     #[test]
-    fn the_table_covers_every_value_of_the_model() {
-        let all = [
-            "motor-friction",
-            "stribeck-friction",
-            "backlash",
-            "transmission-hysteresis",
-            "flexible-link",
-            "gravity-torque",
+    fn the_tables_cover_every_value_of_the_models() {
+        let all = |plant| {
+            let here = ALL.iter().map(|k| k.spec()).filter(move |s| s.plants.contains(&plant));
+            here.map(|s| s.id.to_owned()).collect::<Vec<_>>()
+        };
+        let (joint, arm) = (all(trueup_models::effect::Plant::Joint), all(trueup_models::effect::Plant::Arm));
+        let cases = [
+            ("TwoMassJoint", vec![], vec![]),
+            ("TwoMassJoint", vec![false], joint.clone()),
+            ("TwoMassJoint", vec![true], joint),
+            ("PlanarManipulator", vec![], vec![]),
+            ("PlanarManipulator", vec![false], arm.clone()),
+            ("PlanarManipulator", vec![true, false, true, true, false], arm),
         ];
-        for (flexible, effects) in [(true, &[][..]), (false, &[][..]), (true, &all[..])] {
-            let model = TwoMassJoint::new(flexible, effects).unwrap();
-            let t = joint::table(&model, None);
-            use trueup_fmi::table::Storage as S;
-            let count = |pick: fn(S) -> Option<usize>| {
-                t.variables.iter().filter(|v| pick(v.storage).is_some()).map(|v| v.len()).sum::<usize>()
+        for (model, joint_flexible, effects) in cases {
+            let c = Configuration { joint_flexible, effects, ..Configuration::of(model) };
+            let m = Plant::build(&c).unwrap();
+            let t = m.table();
+            let count = |pick: fn(S) -> bool| {
+                t.variables.iter().filter(|v| pick(v.storage)).map(|v| v.len()).sum::<usize>()
             };
-            let s = model.sizes();
-            assert_eq!(count(|s| if let S::Parameter(i) = s { Some(i) } else { None }), s.parameters);
-            assert_eq!(count(|s| if let S::State(i) = s { Some(i) } else { None }), s.states);
-            assert_eq!(count(|s| if let S::Rate(i) = s { Some(i) } else { None }), s.states);
-            assert_eq!(count(|s| if let S::Output(i) = s { Some(i) } else { None }), s.outputs);
-            assert_eq!(count(|s| if let S::Input(i) = s { Some(i) } else { None }), s.inputs);
+            let s = m.sizes();
+            assert_eq!(count(|s| matches!(s, S::Parameter(_))), s.parameters, "{c:?}");
+            assert_eq!(count(|s| matches!(s, S::State(_))), s.states, "{c:?}");
+            assert_eq!(count(|s| matches!(s, S::Rate(_))), s.states, "{c:?}");
+            assert_eq!(count(|s| matches!(s, S::Output(_))), s.outputs, "{c:?}");
+            assert_eq!(count(|s| matches!(s, S::Input(_))), s.inputs, "{c:?}");
+            assert_eq!(t.parameter_starts().len(), s.parameters, "{c:?}");
+            m.check(&t.parameter_starts()).unwrap();
         }
     }
 }

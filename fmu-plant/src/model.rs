@@ -63,14 +63,19 @@ impl FmuModel for Plant {
                     return Err(format!("TwoMassJoint has one joint, not {}", c.joint_flexible.len()));
                 }
                 let flexible = c.joint_flexible.first().copied().unwrap_or(true);
-                let gear_ratio = c.start.iter().find(|(name, _)| name == "gearRatio").map(|(_, value)| *value);
-                TwoMassJoint::new(flexible, &c.effects).map(|m| Self::Joint(m, gear_ratio)).map_err(|e| e.to_string())
+                let gear_ratio =
+                    c.start.iter().find(|(name, _)| name == "gearRatio").map(|(_, value)| *value);
+                TwoMassJoint::new(flexible, &c.effects)
+                    .map(|m| Self::Joint(m, gear_ratio))
+                    .map_err(|e| e.to_string())
             }
             "PlanarManipulator" => {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
                 PlanarManipulator::new(flexible, &c.effects).map(Self::Arm).map_err(|e| e.to_string())
             }
-            other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(" and "))),
+            other => {
+                Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(" and ")))
+            }
         }
     }
     fn table(&self) -> ModelTable {
@@ -81,9 +86,10 @@ impl FmuModel for Plant {
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         match self {
-            Self::Joint(..) if p[parameter::TORQUE_CONSTANT] == 0.0 => {
-                Err((parameter::TORQUE_CONSTANT, "torqueConstant is 0: no current moves the motor; give K_t".into()))
-            }
+            Self::Joint(..) if p[parameter::TORQUE_CONSTANT] == 0.0 => Err((
+                parameter::TORQUE_CONSTANT,
+                "torqueConstant is 0: no current moves the motor; give K_t".into(),
+            )),
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
         }

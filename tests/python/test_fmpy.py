@@ -83,9 +83,9 @@ def run(model, version, kind, tolerance, **more):
     result = simulate_fmu(
         fmu,
         fmi_type=kind,
-        stop_time=description.defaultExperiment.stopTime,
-        step_size=description.defaultExperiment.stepSize,
-        output_interval=description.defaultExperiment.stepSize,
+        stop_time=float(description.defaultExperiment.stopTime),
+        step_size=float(description.defaultExperiment.stepSize),
+        output_interval=float(description.defaultExperiment.stepSize),
         relative_tolerance=tolerance,
         input=signals(model, version),
         output=outputs,
@@ -99,9 +99,12 @@ def test_validate_finds_no_problem(fmu):
     assert validate_fmu(str(fmu)) == []
 
 
-def error_against(result, reference):
-    """Largest error of each output relative to its largest magnitude, over the times both have."""
+def error_against(result, reference, jumps):
+    """Error of each output relative to its largest magnitude, over the times both have but those at which an
+    input jumps: there a sample may show either side."""
     worst = {}
+    keep = np.array([min(abs(t - j) for j in jumps) > 1e-9 for t in reference["time"]])
+    reference = {name: column[keep] for name, column in reference.items()}
     t_ref = reference["time"]
     # Events give several rows at one time; the last one is the value from there on.
     t, last = np.unique(result["time"][::-1], return_index=True)
@@ -128,24 +131,28 @@ def error_against(result, reference):
 @pytest.mark.parametrize("model", MODELS)
 def test_matches_the_native_run(model, version, kind, record_property):
     reference = table(member(path(model, version), f"documentation/{model}_ref.csv"))
+    times = table(member(path(model, version), f"documentation/{model}_in.csv"))["time"]
+    jumps = times[:-1][np.diff(times) == 0.0]
+    assert len(jumps) > 0
     for tolerance, bound in [(1e-12, 1e-9), (1e-8, 1e-6)]:
-        worst = error_against(run(model, version, kind, tolerance), reference)
+        worst = error_against(run(model, version, kind, tolerance), reference, jumps)
         assert len(worst) >= 1
         for name, error in worst.items():
             quantiles = np.quantile(error, [0.5, 0.99, 1.0])
             record_property(f"{model} fmi{version} {kind} tol {tolerance} {name}", str(quantiles))
-            jumps = name.startswith(("motorAcc", "loadAcc", "frictionT", "sticking", "motorTorque", "motorCurrent", "transmissionTorque"))
-            assert (quantiles[1] if jumps else quantiles[2]) < bound, f"{name}: {quantiles} at {tolerance}"
+            assert quantiles[2] < bound, f"{name}: {quantiles} at {tolerance}"
 
 
 def test_momentum_does_not_drift():
     n = 3
-    t = np.linspace(0, 10, 1001)
+    # Steps of the torques, each an input event for FMPy; it holds inputs between its output points.
+    edges = np.arange(0.0, 10.5, 0.5)
+    t = np.repeat(edges, 2)[1:-1]
     signal = np.zeros(len(t), dtype=[("time", float)] + [(f"jointTorque[{i + 1}]", float) for i in range(n)])
     signal["time"] = t
-    signal["jointTorque[1]"] = 0.3 * np.sin(t)
-    signal["jointTorque[2]"] = -0.2 * np.cos(2 * t)
-    signal["jointTorque[3]"] = 0.1 * np.sin(3 * t)
+    signal["jointTorque[1]"] = np.repeat(0.3 * np.sin(edges[:-1]), 2)
+    signal["jointTorque[2]"] = np.repeat(-0.2 * np.cos(2 * edges[:-1]), 2)
+    signal["jointTorque[3]"] = np.repeat(0.1 * np.sin(3 * edges[:-1]), 2)
     for tolerance, bound in [(1e-12, 1e-9), (None, 1e-6)]:
         r = simulate_fmu(
             path("PlanarManipulator", 2),

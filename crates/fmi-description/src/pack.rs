@@ -35,6 +35,8 @@ pub struct Parts<'a> {
     pub licences: &'a [(&'a str, &'a str)],
     /// CSV: the result of the default experiment.
     pub reference: &'a str,
+    /// The inputs that it was made with, as CSV.
+    pub reference_inputs: &'a str,
 }
 
 /// An FMU that cannot be packed.
@@ -79,6 +81,7 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
             documentation::html(table, &configuration, parts.equations, parts.picture).into_bytes(),
         ),
         (format!("documentation/{}_ref.csv", table.name), parts.reference.as_bytes().to_vec()),
+        (format!("documentation/{}_in.csv", table.name), parts.reference_inputs.as_bytes().to_vec()),
         ("resources/configuration.txt".to_owned(), configuration.to_text().into_bytes()),
     ];
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();

@@ -26,7 +26,10 @@ const TOLERANCE: f64 = 1e-13;
 ///
 /// # Errors
 /// The configuration or the run failed: why.
-pub fn reference<M: FmuModel>(configuration: &Configuration, schedule: Schedule) -> Result<Reference, String> {
+pub fn reference<M: FmuModel>(
+    configuration: &Configuration,
+    schedule: Schedule,
+) -> Result<Reference, String> {
     let model = M::build(configuration)?;
     let mut table = model.table();
     table.apply(&configuration.start)?;
@@ -53,7 +56,10 @@ pub fn reference<M: FmuModel>(configuration: &Configuration, schedule: Schedule)
     for (t, y) in run.t.iter().zip(&run.y) {
         row(&mut csv, *t, outputs.iter().map(|(i, _)| y[*i]));
     }
-    Ok(Reference { inputs: stairs(schedule, &elements, &start, &inputs_at, table.experiment.stop_time), outputs: csv })
+    Ok(Reference {
+        inputs: stairs(schedule, &elements, &start, &inputs_at, table.experiment.stop_time),
+        outputs: csv,
+    })
 }
 
 /// Storage index and name of every element of that causality.
@@ -62,7 +68,8 @@ fn elements(table: &ModelTable, causality: Causality) -> Vec<(usize, String)> {
         Storage::Input(i) | Storage::Output(i) => Some(i),
         _ => None,
     };
-    let of = |v: &Variable| base(v).map(|b| (0..v.len()).map(|i| (b + i, v.element_name(i))).collect::<Vec<_>>());
+    let of =
+        |v: &Variable| base(v).map(|b| (0..v.len()).map(|i| (b + i, v.element_name(i))).collect::<Vec<_>>());
     table.variables.iter().filter(|v| v.causality == causality).filter_map(of).flatten().collect()
 }
 
@@ -97,12 +104,19 @@ fn row(csv: &mut String, t: f64, values: impl Iterator<Item = f64>) {
     csv.push('\n');
 }
 
-fn stairs(schedule: Schedule, elements: &[(usize, String)], start: &[f64], inputs_at: &dyn Fn(f64, &mut [f64]), stop: f64) -> String {
+fn stairs(
+    schedule: Schedule,
+    elements: &[(usize, String)],
+    start: &[f64],
+    inputs_at: &dyn Fn(f64, &mut [f64]),
+    stop: f64,
+) -> String {
     let mut csv = header(elements);
     let mut now = start.to_vec();
     inputs_at(0.0, &mut now);
     row(&mut csv, 0.0, elements.iter().map(|(i, _)| now[*i]));
-    let mut changes: Vec<f64> = schedule.iter().map(|(t, _, _)| *t).filter(|t| *t > 0.0 && *t < stop).collect();
+    let mut changes: Vec<f64> =
+        schedule.iter().map(|(t, _, _)| *t).filter(|t| *t > 0.0 && *t < stop).collect();
     changes.dedup();
     for t in changes {
         row(&mut csv, t, elements.iter().map(|(i, _)| now[*i]));

@@ -62,14 +62,15 @@ pub fn indicators<T: Scalar>(mode: i32, omega: T, applied: T, levels: &[Levels<T
     }
 }
 
-/// The mode that follows at an event. `rest(applied)` decides as if the joint stood still.
+/// The mode that follows at an event.
 ///
 /// `dry`: whether there is any dry friction. Returns the new mode and whether the velocity is to be set to 0.
 pub fn next_mode(mode: i32, omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool) -> (i32, bool) {
     let from_rest = || {
-        if applied > levels[0].breakaway {
+        // Exactly at the level counts as beyond, as it does for the indicator: the event may be located there.
+        if applied >= levels[0].breakaway {
             1
-        } else if applied < -levels[1].breakaway {
+        } else if applied <= -levels[1].breakaway {
             -1
         } else {
             STUCK

@@ -8,6 +8,9 @@
 //! | TMJ-4 | tau_fr = D_m d(q_m) + tau_c sign(d(q_m)) while sliding; while sticking it balances, up to tau_s |
 //! | TMJ-5 | rigid: (J_motor + J_load/n^2) dd(q_m) = K_t I + tau_ext/n - tau_fr, q_l = q_m/n |
 //!
+//! The states are q_m, d(q_m), the twist epsilon = q_m - n q_l and d(q_l): with n q_l and q_m both of thousands
+//! of rad, a twist formed from a load angle that an integrator carries would have lost its digits.
+//!
 //! Positive directions: motor and load turn the same way for the same sign; the current drives the motor
 //! forward; tau_ext drives the load forward; tau_lm drives the load forward and brakes the motor.
 //! What it gets wrong: one linear spring for the whole gear, friction at the motor alone, a current that is
@@ -110,15 +113,15 @@ impl TwoMassJoint {
     fn drive<T: Scalar>(&self, at: &At<T>) -> Drive<T> {
         let n = at.p[parameter::GEAR_RATIO];
         let (q_m, w_m) = (at.x[0], at.x[1]);
-        let (q_l, w_l) = if self.flexible { (at.x[2], at.x[3]) } else { (q_m / n, w_m / n) };
+        let (epsilon, w_l) = if self.flexible { (at.x[2], at.x[3]) } else { (T::zero(), w_m / n) };
         Drive {
             t: at.t,
             command: at.p[parameter::TORQUE_CONSTANT] * at.u[input::MOTOR_CURRENT],
             theta: q_m,
             omega: w_m,
-            epsilon: q_m - n * q_l,
+            epsilon,
             epsilon_dot: w_m - n * w_l,
-            link_angle: q_l,
+            link_angle: (q_m - epsilon) / n,
             link_rate: w_l,
         }
     }
@@ -199,7 +202,7 @@ impl Hybrid for TwoMassJoint {
         x[0] = p[parameter::INITIAL_MOTOR_ANGLE];
         x[1] = p[parameter::INITIAL_MOTOR_VELOCITY];
         if self.flexible {
-            x[2] = p[parameter::INITIAL_LOAD_ANGLE];
+            x[2] = x[0] - p[parameter::GEAR_RATIO] * p[parameter::INITIAL_LOAD_ANGLE];
             x[3] = p[parameter::INITIAL_LOAD_VELOCITY];
         }
         let none = [T::zero(); input::COUNT];
@@ -224,7 +227,7 @@ impl Hybrid for TwoMassJoint {
         dx[0] = d.omega;
         dx[1] = b.motor_acceleration;
         if self.flexible {
-            dx[2] = d.link_rate;
+            dx[2] = d.epsilon_dot;
             dx[3] = b.load_acceleration;
         }
         self.effects.rates(&at, 0, &d, &b.spring, dx);

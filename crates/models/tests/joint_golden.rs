@@ -19,7 +19,7 @@ fn run(model: &impl Hybrid, q: &[f64], current: impl Fn(f64) -> f64, times: &[f6
     // The load turns n times slower than the motor.
     let n = q[p::GEAR_RATIO];
     let options = Options { tolerance: 1e-11, ..Options::default() };
-    simulate(model, q, &[1.0, 100.0, 1.0 / n, 100.0 / n], options, &|t, u| u[0] = current(t), times).unwrap()
+    simulate(model, q, &[1.0, 100.0, 1.0, 100.0 / n], options, &|t, u| u[0] = current(t), times).unwrap()
 }
 
 fn grid(stop: f64, n: usize) -> Vec<f64> {
@@ -187,7 +187,7 @@ fn d11_energy_balance_of_a_stick_slip_run() {
     let r = run(&model, &q, current, &grid(3.2, 64));
     assert!(r.events.len() >= 8, "{} events", r.events.len());
     let energy = |x: &[f64]| {
-        let twist = x[0] - q[p::GEAR_RATIO] * x[2];
+        let twist = x[2];
         0.5 * (q[p::MOTOR_INERTIA] * x[1] * x[1]
             + q[p::LOAD_INERTIA] * x[3] * x[3]
             + q[p::STIFFNESS] * twist * twist)

@@ -1,21 +1,13 @@
-//! What can be packed: the models of the two libraries with their presets and effects.
+//! What can be packed: the models with their presets and effects.
 
-use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::ModelTable;
 use trueup_models::effect::{self, Plant};
 use trueup_models::presets::{PRESETS, Preset};
 
-/// A model and the library that holds it.
+/// A model.
 #[derive(Clone, Copy)]
 pub(crate) struct Model {
     pub(crate) name: &'static str,
     pub(crate) description: &'static str,
-    /// Name of the library's crate.
-    pub(crate) library: &'static str,
-    /// The variable table of a configuration.
-    pub(crate) table: fn(&Configuration) -> Result<ModelTable, String>,
-    /// The result of its default experiment as CSV.
-    pub(crate) reference: fn(&Configuration) -> Result<String, String>,
 }
 
 /// An effect and the models in which it can act.
@@ -26,25 +18,12 @@ pub(crate) struct Effect {
 }
 
 pub(crate) fn models() -> impl Iterator<Item = Model> {
-    let plant = |name, description| Model {
-        name,
-        description,
-        library: "fmu_plant",
-        table: stub::table,
-        reference: stub::reference,
-    };
-    let controller = |name, description| Model {
-        name,
-        description,
-        library: "fmu_controller",
-        table: stub::table,
-        reference: stub::reference,
-    };
+    let model = |name, description| Model { name, description };
     [
-        plant("TwoMassJoint", "flexible geared joint with true stick-slip"),
-        plant("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
-        controller("JointController", "P/PI and wave-based control of one joint"),
-        controller("ManipulatorController", "the same control law for every joint of an arm"),
+        model("TwoMassJoint", "flexible geared joint with true stick-slip"),
+        model("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
+        model("JointController", "P/PI and wave-based control of one joint"),
+        model("ManipulatorController", "the same control law for every joint of an arm"),
     ]
     .into_iter()
 }
@@ -63,16 +42,4 @@ pub(crate) fn effects(model: &str) -> Vec<Effect> {
     };
     let specs = effect::ALL.iter().map(|e| e.spec()).filter(|s| s.plants.contains(&plant));
     specs.map(|s| Effect { id: s.id, description: s.summary, models: vec![model] }).collect()
-}
-
-/// Stands for the model libraries until they are there.
-mod stub {
-    use super::{Configuration, ModelTable};
-
-    pub(super) fn table(c: &Configuration) -> Result<ModelTable, String> {
-        Err(format!("{} is not built into this program yet", c.model))
-    }
-    pub(super) fn reference(c: &Configuration) -> Result<String, String> {
-        Err(format!("{} is not built into this program yet", c.model))
-    }
 }

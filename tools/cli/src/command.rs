@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod demo;
 mod info;
 mod list;
 mod pack;
@@ -10,6 +11,7 @@ use crate::error::Error;
 
 pub(crate) fn run(command: Command) -> Result<(), Error> {
     match command {
+        Command::Demo(a) => demo::demo(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),
         Command::Fmu(Fmu::Info(a)) => info::run(&a),

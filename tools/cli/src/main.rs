@@ -7,6 +7,7 @@ mod assets;
 mod catalog;
 mod command;
 mod error;
+mod plot;
 
 use std::process::ExitCode;
 

@@ -11,8 +11,13 @@ pub(crate) struct Line<'a> {
 }
 
 const SIZE: (u32, u32) = (860, 300);
-const COLOURS: [RGBColor; 5] =
-    [RGBColor(0, 90, 160), RGBColor(208, 80, 20), RGBColor(40, 130, 60), RGBColor(130, 60, 150), RGBColor(90, 90, 90)];
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(0, 90, 160),
+    RGBColor(208, 80, 20),
+    RGBColor(40, 130, 60),
+    RGBColor(130, 60, 150),
+    RGBColor(90, 90, 90),
+];
 
 /// Most points drawn per line: beyond it a line is thinned by the extremes of each stretch.
 const POINTS: usize = 1500;
@@ -20,12 +25,20 @@ const POINTS: usize = 1500;
 /// A plot over time in s.
 pub(crate) fn svg(title: &str, y_label: &str, lines: &[Line]) -> Result<String, String> {
     let mut out = String::new();
-    draw(&mut out, title, y_label, lines).map_err(|e| format!("the plot {title:?} could not be drawn: {e}"))?;
+    draw(&mut out, title, y_label, lines)
+        .map_err(|e| format!("the plot {title:?} could not be drawn: {e}"))?;
     Ok(out)
 }
 
-fn draw(out: &mut String, title: &str, y_label: &str, lines: &[Line]) -> Result<(), Box<dyn std::error::Error>> {
-    let all = |pick: fn(&Line<'_>) -> Vec<f64>| lines.iter().flat_map(pick).filter(|v| v.is_finite()).collect::<Vec<_>>();
+fn draw(
+    out: &mut String,
+    title: &str,
+    y_label: &str,
+    lines: &[Line],
+) -> Result<(), Box<dyn std::error::Error>> {
+    let all = |pick: fn(&Line<'_>) -> Vec<f64>| {
+        lines.iter().flat_map(pick).filter(|v| v.is_finite()).collect::<Vec<_>>()
+    };
     let (t, y) = (range(&all(|l| l.t.to_vec()), 0.0), range(&all(|l| l.y.to_vec()), 0.06));
     let root = SVGBackend::with_string(out, SIZE).into_drawing_area();
     let mut chart = ChartBuilder::on(&root)
@@ -49,7 +62,11 @@ fn draw(out: &mut String, title: &str, y_label: &str, lines: &[Line]) -> Result<
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
     }
     if lines.len() > 1 {
-        chart.configure_series_labels().background_style(WHITE.mix(0.85)).border_style(BLACK.mix(0.3)).draw()?;
+        chart
+            .configure_series_labels()
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.3))
+            .draw()?;
     }
     root.present()?;
     Ok(())
@@ -68,7 +85,11 @@ fn range(values: &[f64], margin: f64) -> std::ops::Range<f64> {
 /// Few digits, powers of ten where they are shorter.
 fn number(v: f64) -> String {
     let a = v.abs();
-    if a != 0.0 && !(1e-3..1e5).contains(&a) { format!("{v:.1e}") } else { format!("{:.4}", v).trim_end_matches('0').trim_end_matches('.').to_owned() }
+    if a != 0.0 && !(1e-3..1e5).contains(&a) {
+        format!("{v:.1e}")
+    } else {
+        format!("{:.4}", v).trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
 }
 
 fn thin(line: &Line) -> Vec<(f64, f64)> {
@@ -111,7 +132,8 @@ impl Page {
     }
     pub(crate) fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         let row = |cells: &[String], tag: &str| {
-            cells.iter().fold(String::from("<tr>"), |s, c| s + &format!("<{tag}>{}</{tag}>", escape(c))) + "</tr>\n"
+            cells.iter().fold(String::from("<tr>"), |s, c| s + &format!("<{tag}>{}</{tag}>", escape(c)))
+                + "</tr>\n"
         };
         self.0.push_str("<table>\n");
         self.0.push_str(&row(&head.iter().map(|h| (*h).to_owned()).collect::<Vec<_>>(), "th"));

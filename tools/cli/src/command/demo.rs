@@ -39,7 +39,8 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     arm_control(folder, &mut page)?;
 
     let path = folder.join("index.html");
-    trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes()).map_err(|e| Error::at(&path, e))?;
+    trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes())
+        .map_err(|e| Error::at(&path, e))?;
     println!("{}", path.display());
     Ok(())
 }
@@ -48,7 +49,13 @@ fn fmu(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.fmi2.fmu"))
 }
 
-fn picture(page: &mut Page, r: &Recording, title: &str, unit: &str, names: &[(&str, &str)]) -> Result<(), Error> {
+fn picture(
+    page: &mut Page,
+    r: &Recording,
+    title: &str,
+    unit: &str,
+    names: &[(&str, &str)],
+) -> Result<(), Error> {
     let columns: Vec<_> = names.iter().map(|(name, label)| (r.column(name), *label)).collect();
     let lines: Vec<_> = columns.iter().map(|(y, label)| Line { label, t: &r.t, y }).collect();
     page.picture(&svg(title, unit, &lines).map_err(Error::Failed)?);
@@ -73,7 +80,13 @@ fn joint(folder: &Path, page: &mut Page) -> Result<(), Error> {
          breaks away, and turns with the motion; the joint coasts to a stop and sticks again.",
     );
     picture(page, &r, "Motor velocity", "rad/s", &[("motorVelocity", "motor")])?;
-    picture(page, &r, "Torques at the motor", "N.m", &[("motorTorque", "motor"), ("frictionTorque", "friction"), ("transmissionTorque", "transmission")])?;
+    picture(
+        page,
+        &r,
+        "Torques at the motor",
+        "N.m",
+        &[("motorTorque", "motor"), ("frictionTorque", "friction"), ("transmissionTorque", "transmission")],
+    )?;
     picture(page, &r, "Load angle", "rad", &[("loadAngle", "load")])
 }
 
@@ -84,7 +97,14 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
         t if t < 3.5 => -0.2,
         _ => 0.0,
     };
-    let watched = ["jointAngle[1]", "motorAngle[1]", "baseAttitude", "angularMomentum", "kineticEnergy", "potentialEnergy"];
+    let watched = [
+        "jointAngle[1]",
+        "motorAngle[1]",
+        "baseAttitude",
+        "angularMomentum",
+        "kineticEnergy",
+        "potentialEnergy",
+    ];
     let r = run(&[&fmu(folder, "PlanarManipulator")], &[], 10.0, 1e-2, &watched, |t, set| {
         set(0, "jointTorque[1]", torque(t));
     })?;
@@ -93,8 +113,20 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
         "The CBK PAN test-bed, joint 1 flexible. Its motor is driven out and back; the satellite turns against it, \
          and the angular momentum of the whole stays where it was.",
     );
-    picture(page, &r, "Angles", "rad", &[("jointAngle[1]", "joint 1"), ("motorAngle[1]", "its motor"), ("baseAttitude", "satellite")])?;
-    picture(page, &r, "Energies", "J", &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")])?;
+    picture(
+        page,
+        &r,
+        "Angles",
+        "rad",
+        &[("jointAngle[1]", "joint 1"), ("motorAngle[1]", "its motor"), ("baseAttitude", "satellite")],
+    )?;
+    picture(
+        page,
+        &r,
+        "Energies",
+        "J",
+        &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")],
+    )?;
     let drift = r.column("angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
     page.section("", &format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
     Ok(())
@@ -152,13 +184,20 @@ fn wave_based(folder: &Path, page: &mut Page) -> Result<(), Error> {
          its moving average over one period of the first mode.",
     );
     let columns: Vec<_> = runs.iter().map(|(name, r)| (*name, r.column("tipAngle"))).collect();
-    let lines: Vec<_> = columns.iter().zip(&runs).map(|((name, y), (_, r))| Line { label: name, t: &r.t, y }).collect();
+    let lines: Vec<_> =
+        columns.iter().zip(&runs).map(|((name, y), (_, r))| Line { label: name, t: &r.t, y }).collect();
     page.picture(&svg("Tip angle", "rad", &lines).map_err(Error::Failed)?);
     let vibration: Vec<f64> = columns.iter().map(|(_, y)| metric::vibration(y, 5e-4, 2.388_158_46)).collect();
     let rows: Vec<_> = columns
         .iter()
         .zip(&vibration)
-        .map(|((name, _), v)| vec![(*name).to_owned(), format!("{v:.4} rad"), format!("{:.1} %", 100.0 * (1.0 - v / vibration[0]))])
+        .map(|((name, _), v)| {
+            vec![
+                (*name).to_owned(),
+                format!("{v:.4} rad"),
+                format!("{:.1} %", 100.0 * (1.0 - v / vibration[0])),
+            ]
+        })
         .collect();
     page.table(&["control", "vibration", "less than P/PI by"], &rows);
     Ok(())
@@ -166,7 +205,10 @@ fn wave_based(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
 fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let names: Vec<[String; 5]> = (1..=3)
-        .map(|i| ["motorAngle", "motorVelocity", "jointAngle", "jointVelocity", "jointTorque"].map(|n| format!("{n}[{i}]")))
+        .map(|i| {
+            ["motorAngle", "motorVelocity", "jointAngle", "jointVelocity", "jointTorque"]
+                .map(|n| format!("{n}[{i}]"))
+        })
         .collect();
     let wires: Vec<Wire> = names
         .iter()
@@ -181,11 +223,25 @@ fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
         if t == 0.0 {
             set(1, "strategy", 3.0);
         }
-        [0.4, -0.3, 0.2].iter().enumerate().for_each(|(i, q)| set(1, &format!("positionReference[{}]", i + 1), *q));
+        [0.4, -0.3, 0.2]
+            .iter()
+            .enumerate()
+            .for_each(|(i, q)| set(1, &format!("positionReference[{}]", i + 1), *q));
     })?;
     page.section(
         "ManipulatorController: three joints at once",
         "Velocity waves on the free-floating arm: the joints go to 0.4, -0.3 and 0.2 rad while the satellite drifts.",
     );
-    picture(page, &r, "Angles", "rad", &[("jointAngle[1]", "joint 1"), ("jointAngle[2]", "joint 2"), ("jointAngle[3]", "joint 3"), ("baseAttitude", "satellite")])
+    picture(
+        page,
+        &r,
+        "Angles",
+        "rad",
+        &[
+            ("jointAngle[1]", "joint 1"),
+            ("jointAngle[2]", "joint 2"),
+            ("jointAngle[3]", "joint 3"),
+            ("baseAttitude", "satellite"),
+        ],
+    )
 }

@@ -26,9 +26,9 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     }
     let models = models(args)?;
     std::fs::create_dir_all(&args.output).map_err(|e| Error::at(&args.output, e))?;
+    let path = library(args.library.as_deref())?;
+    let library = std::fs::read(&path).map_err(|e| Error::at(&path, e))?;
     for model in models {
-        let path = library(model, args.library.as_deref())?;
-        let library = std::fs::read(&path).map_err(|e| Error::at(&path, e))?;
         let configuration = configuration(model, args)?;
         for version in Version::ALL {
             if args.fmi.is_none_or(|v| v == version.major()) {
@@ -96,7 +96,7 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
         ..Configuration::of(model.name)
     };
     // Start values are read against the variables that this structure has.
-    let table = (model.table)(&configuration).map_err(refused)?;
+    let table = fmu_library::table(&configuration).map_err(refused)?;
     let preset =
         args.preset.iter().flat_map(|name| catalog::presets(model.name).filter(move |p| p.name == name));
     for (name, value) in preset.flat_map(|p| p.values) {
@@ -118,8 +118,8 @@ fn pack(
     folder: &Path,
 ) -> Result<PathBuf, Error> {
     let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
-    let table = (model.table)(configuration).map_err(failed)?;
-    let reference = (model.reference)(configuration).map_err(failed)?;
+    let table = fmu_library::table(configuration).map_err(failed)?;
+    let reference = fmu_library::reference_result(configuration).map_err(failed)?;
     let assets = assets::of(model.name).ok_or_else(|| failed("has no documentation".to_owned()))?;
     let bytes = archive(&Parts {
         table: &table,
@@ -131,7 +131,8 @@ fn pack(
         icon_svg: assets.icon_svg,
         icon_png: assets.icon_png,
         licences: assets::LICENCES,
-        reference: &reference,
+        reference_inputs: &reference.inputs,
+        reference: &reference.outputs,
     })
     .map_err(|e| failed(e.to_string()))?;
     let mut name = model.name.to_owned();
@@ -143,10 +144,13 @@ fn pack(
     Ok(path)
 }
 
+/// Name of the crate whose shared library every FMU carries.
+const LIBRARY: &str = "fmu_library";
+
 /// The template library: in the folder named, or beside the program, or where cargo puts the library of a
 /// dependency; the newest.
-fn library(model: Model, named: Option<&Path>) -> Result<PathBuf, Error> {
-    let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, model.library, std::env::consts::DLL_SUFFIX);
+fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
+    let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);
     let folders = match named {
         Some(folder) => vec![folder.to_owned()],
         None => {
@@ -160,11 +164,9 @@ fn library(model: Model, named: Option<&Path>) -> Result<PathBuf, Error> {
     found.ok_or_else(|| {
         let places: Vec<_> = folders.iter().map(|f| f.display().to_string()).collect();
         Error::Failed(format!(
-            "{file}, the template of {}, is not in {}: build it with `cargo build --release -p {}`, \
+            "{file}, the template of every FMU, is not in {}: build it with `cargo build --release`, \
              or name its folder with --library",
-            model.name,
-            places.join(" nor in "),
-            model.library.replace('_', "-")
+            places.join(" nor in ")
         ))
     })
 }

@@ -42,12 +42,19 @@ impl Unit {
     }
     fn reference(&self, name: &str) -> Result<(u32, bool), Error> {
         let fmu = self.instance.fmu().clone();
-        let v = fmu.facts().find(name).ok_or_else(|| Error::Failed(format!("{} has no variable {name}", self.name)))?;
+        let v = fmu
+            .facts()
+            .find(name)
+            .ok_or_else(|| Error::Failed(format!("{} has no variable {name}", self.name)))?;
         Ok((v.value_reference, v.kind == "Real"))
     }
     fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let (vr, real) = self.reference(name)?;
-        let done = if real { self.instance.set_real(&[vr], &[value]) } else { self.instance.set_integer(&[vr], &[value as i32]) };
+        let done = if real {
+            self.instance.set_real(&[vr], &[value])
+        } else {
+            self.instance.set_integer(&[vr], &[value as i32])
+        };
         done.map_err(|e| Error::Failed(e.to_string()))
     }
     fn get(&mut self, name: &str) -> Result<f64, Error> {
@@ -70,7 +77,11 @@ pub(crate) fn run(
     drive: impl Fn(f64, &mut dyn FnMut(usize, &str, f64)),
 ) -> Result<Recording, Error> {
     let mut units = fmus.iter().map(|p| Unit::open(p)).collect::<Result<Vec<_>, _>>()?;
-    let mut r = Recording { t: Vec::new(), names: watched.iter().map(|w| (*w).to_owned()).collect(), rows: Vec::new() };
+    let mut r = Recording {
+        t: Vec::new(),
+        names: watched.iter().map(|w| (*w).to_owned()).collect(),
+        rows: Vec::new(),
+    };
     let steps = (stop / h).round() as usize;
     for k in 0..=steps {
         let t = k as f64 * h;
@@ -83,7 +94,9 @@ pub(crate) fn run(
         outcome?;
         if k == 0 {
             for u in &mut units {
-                u.instance.enter_initialization_mode(Experiment::default()).map_err(|e| Error::Failed(e.to_string()))?;
+                u.instance
+                    .enter_initialization_mode(Experiment::default())
+                    .map_err(|e| Error::Failed(e.to_string()))?;
                 u.instance.exit_initialization_mode().map_err(|e| Error::Failed(e.to_string()))?;
             }
         }
@@ -92,7 +105,12 @@ pub(crate) fn run(
             units[wire.to.0].set(wire.to.1, value)?;
         }
         r.t.push(t);
-        r.rows.push(watched.iter().map(|name| units[0].get(name).or_else(|_| units[fmus.len() - 1].get(name))).collect::<Result<_, _>>()?);
+        r.rows.push(
+            watched
+                .iter()
+                .map(|name| units[0].get(name).or_else(|_| units[fmus.len() - 1].get(name)))
+                .collect::<Result<_, _>>()?,
+        );
         if k < steps {
             for u in &mut units {
                 u.instance.do_step(t, h, true).map_err(|e| Error::Failed(e.to_string()))?;

@@ -1,7 +1,5 @@
 //! The measure of vibration.
 
-
-
 /// Root mean square of a signal (samples `h` s apart) less its centred moving average over one period of the
 /// mode of `frequency_hz`; the ends are filled up with the end values.
 pub(super) fn vibration(signal: &[f64], h: f64, frequency_hz: f64) -> f64 {
