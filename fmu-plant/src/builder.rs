@@ -165,17 +165,18 @@ impl Builder {
                 let v = self.tunable(p.name, p.unit, &dims, &vec![start; sites], p.description);
                 bounds(v, p);
             }
-            let states: Vec<_> = e.spec().states.iter().map(|s| state(s, &dims)).collect();
+            let states: Vec<_> = e.spec().states.iter().map(|s| state(s, plant, &dims)).collect();
             self.states(&states);
             for y in e.spec().outputs {
+                let name = y.name_in(plant);
                 if y.boolean {
-                    self.flag(y.name, &dims, y.description);
+                    self.flag(name, &dims, y.description);
                 } else {
                     self.output(
-                        y.name,
+                        name,
                         y.unit,
                         &dims,
-                        Depends::On(vec![format!("state.{}", y.name)]),
+                        Depends::On(vec![format!("state.{name}")]),
                         y.description,
                     );
                 }
@@ -208,7 +209,8 @@ fn bounds(v: &mut Variable, p: &ParameterSpec) {
 
 fn state<'a>(
     s: &'a SignalSpec,
+    plant: Plant,
     dims: &'a [usize],
 ) -> (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str) {
-    (s.name, s.unit, s.rate_unit, dims, 1.0, Depends::All, s.description)
+    (s.name_in(plant), s.unit, s.rate_unit, dims, 1.0, Depends::All, s.description)
 }

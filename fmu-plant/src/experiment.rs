@@ -13,7 +13,7 @@ pub fn schedule(model: &str) -> Option<Schedule<'static>> {
             (1.0, "motorCurrent", 0.0),
             (1.6, "externalTorque", 2.0),
         ],
-        // Joint torques out and back, a push at the tip, a push on the base.
+        // Joint torques out and back, of one array only: FMPy replays inputs of one shape.
         "PlanarManipulator" => &[
             (0.5, "jointTorque[1]", 0.2),
             (0.5, "jointTorque[2]", -0.02),
@@ -21,10 +21,9 @@ pub fn schedule(model: &str) -> Option<Schedule<'static>> {
             (2.0, "jointTorque[2]", 0.02),
             (3.5, "jointTorque[1]", 0.0),
             (3.5, "jointTorque[2]", 0.0),
-            (5.0, "tipForce[2]", 0.1),
-            (5.5, "tipForce[2]", 0.0),
-            (7.0, "baseForce[1]", 1.0),
-            (7.5, "baseForce[1]", 0.0),
+            (5.0, "jointTorque[3]", 0.01),
+            (6.0, "jointTorque[3]", -0.02),
+            (7.0, "jointTorque[3]", 0.0),
         ],
         _ => return None,
     })

@@ -13,7 +13,7 @@ FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
 CASES = [
     ("TwoMassJoint", {"motorCurrent": 0.017}),
     ("PlanarManipulator", {"jointTorque": 0.1}),
-    ("JointController", {"positionReference": 0.01}),
+    ("JointController", {"positionReference": 1e-4}),
     ("ManipulatorController", {"positionReference": 0.1}),
 ]
 STEP = 1e-3
@@ -74,7 +74,7 @@ def test_continues_bit_equal_in_a_fresh_process(model, drive, version, tmp_path)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, "TRUEUP_FMUS": str(FMUS)})
     assert done.returncode == 0, done.stderr
     have = done.stdout.split()
-    assert len(want) > 60 and have == want
+    assert len(set(want)) > 50 and have == want
 
 
 if not list(FMUS.glob("*.fmu")):

@@ -40,6 +40,8 @@ pub struct Spring<T> {
     pub extra: T,
     /// Energy stored beyond the linear law, J.
     pub extra_energy: T,
+    /// Not engaged (within the play), it carries nothing.
+    pub engaged: bool,
 }
 
 impl<T: Scalar> Spring<T> {
@@ -52,6 +54,7 @@ impl<T: Scalar> Spring<T> {
             rate: drive.epsilon_dot,
             extra: T::zero(),
             extra_energy: T::zero(),
+            engaged: true,
         }
     }
     /// Torque on the link, and against the motor, N.m.

@@ -19,7 +19,7 @@ pub const SMOOTH: i32 = 2;
 /// A sliding motor is taken to have turned when it runs backwards by this much, rad/s: far below anything
 /// that can be measured, yet enough that a motor that has just broken away does not count as turning.
 /// The event comes late by this over the deceleration, 1e-9 s and less on DELIAN's joints.
-pub const TURNED: f64 = 1e-9;
+pub const TURNED: f64 = 1e-11;
 
 /// Magnitudes of the friction torque in one direction of motion, N.m, all >= 0.
 #[derive(Clone, Copy, Debug, Default)]

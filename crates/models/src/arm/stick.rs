@@ -21,7 +21,8 @@ impl PlanarManipulator {
         if mode == STUCK && omega.abs() > TURNED {
             return self.by_velocity(at, joint, friction::SMOOTH); // its velocity was set from outside
         }
-        friction::next_mode(mode, omega, 0.0, &[Levels::default(); 2], self.dry(at.p, joint))
+        let held = Levels { breakaway: f64::INFINITY, ..Levels::default() };
+        friction::next_mode(mode, omega, 0.0, &[held; 2], self.dry(at.p, joint))
     }
 
     /// The sticking motor that exceeds its break-away level most, and the direction in which it will slide.

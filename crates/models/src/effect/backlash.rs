@@ -37,7 +37,7 @@ impl Effect for Backlash {
             return;
         }
         match l.mode(0) {
-            0 => (s.deflection, s.rate) = (T::zero(), T::zero()),
+            0 => (s.deflection, s.rate, s.engaged) = (T::zero(), T::zero(), false),
             side => s.deflection -= half_gap * f64::from(side),
         }
     }

@@ -55,6 +55,7 @@ impl Effect for FlexibleLink {
         states: &[
             SignalSpec {
                 name: "tipAngle",
+                arm_name: "linkTipAngle",
                 unit: "rad",
                 description: "Angle of the tip, q_2 (EF-6)",
                 rate_unit: "rad/s",
@@ -62,6 +63,7 @@ impl Effect for FlexibleLink {
             },
             SignalSpec {
                 name: "tipVelocity",
+                arm_name: "linkTipVelocity",
                 unit: "rad/s",
                 description: "Velocity of the tip (EF-6)",
                 rate_unit: "rad/s2",
@@ -71,6 +73,7 @@ impl Effect for FlexibleLink {
         outputs: &[
             SignalSpec {
                 name: "tipAngle",
+                arm_name: "linkTipAngle",
                 unit: "rad",
                 description: "Angle of the tip, q_2 (EF-6)",
                 rate_unit: "",
@@ -78,6 +81,7 @@ impl Effect for FlexibleLink {
             },
             SignalSpec {
                 name: "tipVelocity",
+                arm_name: "linkTipVelocity",
                 unit: "rad/s",
                 description: "Velocity of the tip (EF-6)",
                 rate_unit: "",

@@ -72,12 +72,21 @@ pub struct SignalSpec {
     pub name: &'static str,
     /// Unit.
     pub unit: &'static str,
+    /// FMU variable on the arm, where `name` means something else there; else empty.
+    pub arm_name: &'static str,
     /// With symbol.
     pub description: &'static str,
     /// Unit of the derivative, for a state.
     pub rate_unit: &'static str,
     /// A Boolean (outputs only).
     pub boolean: bool,
+}
+
+impl SignalSpec {
+    /// Its name in that plant.
+    pub fn name_in(&self, plant: Plant) -> &'static str {
+        if plant == Plant::Arm && !self.arm_name.is_empty() { self.arm_name } else { self.name }
+    }
 }
 
 /// What an effect tells of itself.

@@ -26,7 +26,7 @@ impl Placed {
         Local::new(
             &at.p[self.begin.parameters..],
             &at.x[self.begin.states..],
-            &at.modes[self.begin.modes..],
+            at.modes.get(self.begin.modes..).unwrap_or_default(),
             site,
             self.sites,
         )

@@ -39,6 +39,7 @@ impl Effect for TransmissionHysteresis {
         ],
         states: &[SignalSpec {
             name: "hysteresis",
+            arm_name: "",
             unit: "1",
             description: "Share of the hysteresis torque, z (EF-5)",
             rate_unit: "1/s",
@@ -48,7 +49,9 @@ impl Effect for TransmissionHysteresis {
     };
 
     fn spring<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &mut Spring<T>) {
-        s.extra += l.p(0) * l.x(0);
+        if s.engaged {
+            s.extra += l.p(0) * l.x(0);
+        }
     }
     fn rates<T: Scalar>(l: &Local<T>, _d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) {
         dx[0] = (s.rate - s.rate.abs() * l.x(0)) / l.p(1);

@@ -43,10 +43,10 @@ impl Unit {
     fn reference(&self, name: &str) -> Result<(u32, bool), Error> {
         let fmu = self.instance.fmu().clone();
         let v = fmu
-            .facts()
+            .description()
             .find(name)
             .ok_or_else(|| Error::Failed(format!("{} has no variable {name}", self.name)))?;
-        Ok((v.value_reference, v.kind == "Real"))
+        Ok((v.value_reference, v.kind.is_float()))
     }
     fn set(&mut self, name: &str, value: f64) -> Result<(), Error> {
         let (vr, real) = self.reference(name)?;
