@@ -172,8 +172,8 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
 
     let flexible_joints = [motors.len()];
     let mut states = vec![
-        ("basePosition", "m", "m/s", xy, 0.1, on(&["state.baseVelocity"]), "satellite's position, x_0, y_0"),
-        ("baseAttitude", "rad", "rad/s", one, 0.1, on(&["state.baseRate"]), "satellite's attitude, q_0"),
+        ("basePosition", "m", "m/s", xy, 0.01, on(&["state.baseVelocity"]), "satellite's position, x_0, y_0"),
+        ("baseAttitude", "rad", "rad/s", one, 0.01, on(&["state.baseRate"]), "satellite's attitude, q_0"),
         ("jointAngle", "rad", "rad/s", joints, 0.1, on(&["state.jointVelocity"]), "joint angles, q_i"),
     ];
     let spring: &[usize] = &flexible_joints;
