@@ -1,4 +1,4 @@
-//! modelDescription.xml: [`write`] it from a model's variable table, [`pack`] an FMU, and for anybody's FMU:
+//! modelDescription.xml: [`mod@write`] it from a model's variable table, [`pack`] an FMU, and for anybody's FMU:
 //! open the [`archive`], [`read`] its description, [`check`] it against the standards.
 //! Loads no library.
 
