@@ -1,6 +1,6 @@
 //! modelDescription.xml of both FMI versions from a model's variable table.
 //!
-//! The output is deterministic: it is committed and compared. [`fmi2`] flattens the arrays, [`fmi3`] keeps
+//! The output is deterministic: it is committed and compared. FMI 2.0 flattens the arrays, FMI 3.0 keeps
 //! them; what is common to both stands here.
 
 mod fmi2;
@@ -8,6 +8,8 @@ mod fmi3;
 mod structure;
 pub mod terminals;
 mod xml;
+
+use std::collections::HashSet;
 
 use sha2::{Digest, Sha256};
 use trueup_fmi::configuration::Configuration;
@@ -30,6 +32,9 @@ pub enum WriteError {
         /// Unit.
         unit: String,
     },
+    /// Two variables of one name.
+    #[error("the table has two variables `{0}`: rename one")]
+    Twice(String),
     /// A name that leads nowhere.
     #[error("variable `{variable}` names `{other}` ({role}), but the table has no such variable")]
     Name {
@@ -103,8 +108,12 @@ pub fn model_description(table: &ModelTable, version: Version, token: &str) -> R
 }
 
 fn verify(table: &ModelTable) -> Result<(), WriteError> {
+    let mut names = HashSet::new();
     for v in &table.variables {
         let variable = v.name.clone();
+        if !names.insert(&v.name) {
+            return Err(WriteError::Twice(variable));
+        }
         if !v.unit.is_empty() && units::find(v.unit).is_none() {
             return Err(WriteError::Unit { variable, unit: v.unit.to_owned() });
         }

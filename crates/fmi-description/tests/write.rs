@@ -97,6 +97,9 @@ fn a_defect_of_the_table_is_named() {
     let error = model_description(&table, Version::V2, "").unwrap_err();
     assert!(matches!(error, WriteError::Unit { .. }) && error.to_string().contains("`force`"), "{error}");
     let mut table = common::table();
+    table.variables[2].name = "force".to_owned();
+    assert!(matches!(model_description(&table, Version::V2, ""), Err(WriteError::Twice(_))));
+    let mut table = common::table();
     table.variables[1].start.pop();
     assert!(matches!(model_description(&table, Version::V3, ""), Err(WriteError::Start { given: 1, .. })));
     let mut table = common::table();
