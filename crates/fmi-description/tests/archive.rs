@@ -26,6 +26,7 @@ fn packed(version: Version) -> Vec<u8> {
         icon_png: b"png",
         licences: &[("LICENSE-MIT.txt", "text")],
         reference: "time,y\n0,1\n",
+        reference_inputs: "time,u\n0,1\n",
     })
     .unwrap()
 }

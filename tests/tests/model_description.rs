@@ -1,0 +1,76 @@
+//! `modelDescription/` holds what the packer writes for every model as it is by default; it is committed so that
+//! a change of the interface shows in a review. `TRUEUP_BLESS=1` writes it anew.
+
+#![allow(clippy::expect_used, clippy::panic)]
+
+use std::path::{Path, PathBuf};
+
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi_description::write::with_token;
+use trueup_fmi_description::{Version, check, read};
+use trueup_models::effect::{ALL, Plant};
+
+const MODELS: [&str; 4] = ["TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController"];
+
+fn written(configuration: &Configuration, version: Version) -> String {
+    let table = fmu_library::table(configuration).expect("the default configuration is valid");
+    with_token(&table, configuration, version).expect("the table is consistent").0
+}
+
+fn file(model: &str, version: Version) -> PathBuf {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../modelDescription");
+    root.join(model).join(format!("fmi{}.xml", version.major()))
+}
+
+#[test]
+fn committed_descriptions_are_what_the_packer_writes() {
+    let bless = std::env::var_os("TRUEUP_BLESS").is_some();
+    let mut stale = Vec::new();
+    for model in MODELS {
+        for version in Version::ALL {
+            let (path, xml) = (file(model, version), written(&Configuration::of(model), version));
+            if std::fs::read_to_string(&path).ok().as_ref() == Some(&xml) {
+                continue;
+            }
+            if bless {
+                std::fs::create_dir_all(path.parent().expect("it has a folder")).expect("folder can be made");
+                std::fs::write(&path, xml).expect("file can be written");
+            } else {
+                stale.push(format!("modelDescription/{model}/fmi{}.xml", version.major()));
+            }
+        }
+    }
+    assert!(
+        stale.is_empty(),
+        "{} differ from what the packer writes. If the change is meant: \
+         TRUEUP_BLESS=1 cargo test -p trueup-acceptance --test model_description",
+        stale.join(", ")
+    );
+}
+
+#[test]
+fn no_description_has_a_finding_with_any_effect_or_structure() {
+    let plain = MODELS.map(Configuration::of);
+    let with_effect = ALL.iter().map(|e| e.spec()).flat_map(|spec| {
+        spec.plants.iter().map(|plant| {
+            let model = if *plant == Plant::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
+            Configuration { effects: vec![spec.id.to_owned()], ..Configuration::of(model) }
+        })
+    });
+    let structures = [
+        ("TwoMassJoint", vec![false]),
+        ("PlanarManipulator", vec![false, true]),
+        ("PlanarManipulator", vec![false; 4]),
+        ("ManipulatorController", vec![true; 5]),
+    ]
+    .map(|(model, joint_flexible)| Configuration { joint_flexible, ..Configuration::of(model) });
+    for configuration in plain.into_iter().chain(with_effect).chain(structures) {
+        for version in Version::ALL {
+            let xml = written(&configuration, version);
+            let description = read::read(xml.as_bytes()).expect("what is written can be read");
+            let findings: Vec<String> =
+                check::description(&description).iter().map(ToString::to_string).collect();
+            assert!(findings.is_empty(), "{configuration:?}, FMI {}: {findings:#?}", version.as_str());
+        }
+    }
+}
