@@ -2,7 +2,7 @@
 //!
 //! [`export_fmu!`] turns an [`FmuModel`] into the C functions of both standards. They lead through [`abi`]
 //! (pointers, panics) to an [`Instance`](instance::Instance), which knows no pointers: its
-//! [state machine](state_machine), [values](values), [events](events), [derivatives](derivatives),
+//! [state machine](state_machine), [values], [events], [derivatives],
 //! [Co-Simulation](co_simulation) and [FMU states](snapshot).
 
 pub mod abi;
