@@ -5,6 +5,9 @@ use trueup_fmi::table::{
 };
 use trueup_models::effect::{EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
 
+/// A state and its rate: name, unit, unit of the rate, dimensions, nominal value, what the rate depends on, text.
+pub(crate) type State<'a> = (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str);
+
 /// A table in the making.
 pub(crate) struct Builder {
     table: ModelTable,
@@ -125,11 +128,8 @@ impl Builder {
                 .start(value),
         );
     }
-    /// States and their rates: (name, unit, unit of the rate, nominal, what the rate depends on, text).
-    pub(crate) fn states(
-        &mut self,
-        list: &[(&str, &'static str, &'static str, &[usize], f64, Depends, &str)],
-    ) {
+    /// States and their rates.
+    pub(crate) fn states(&mut self, list: &[State]) {
         for (name, unit, _, dims, nominal, _, text) in list {
             let at = Storage::State(self.take(STATE, dims));
             let name = format!("state.{name}");

@@ -2,6 +2,8 @@
 //!
 //! Figures of the fact list; the joint is DELIAN's joint 1 unless stated.
 
+#![allow(clippy::unwrap_used)]
+
 use trueup_models::gearbox::{Stage, series};
 use trueup_models::joint::{TwoMassJoint, output, parameter as p};
 use trueup_models::presets::delian;
