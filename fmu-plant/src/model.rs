@@ -7,6 +7,7 @@ use trueup_fmi_export::FmuModel;
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::{TwoMassJoint, parameter};
 use trueup_numerics::Scalar;
+use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
 /// A plant and its variable table.
@@ -50,8 +51,14 @@ impl Hybrid for Plant {
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         each!(self, m => m.indicators(at, z));
     }
+    fn direction(&self, indicator: usize) -> Direction {
+        each!(self, m => m.direction(indicator))
+    }
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
         each!(self, m => m.update(t, x, u, p, modes))
+    }
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        each!(self, m => m.next_event(p, modes))
     }
 }
 

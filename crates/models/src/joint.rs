@@ -138,8 +138,7 @@ impl TwoMassJoint {
 
     fn balance<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Balance<T> {
         let p = at.p;
-        let (n, j_m, j_l) =
-            (p[parameter::GEAR_RATIO], p[parameter::MOTOR_INERTIA], p[parameter::LOAD_INERTIA]);
+        let (n, j_l) = (p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let motor_torque = self.effects.actuator(at, 0, d);
         let tau_load = at.u[input::EXTERNAL_TORQUE] + self.effects.link_torque(at, 0, d);
         let linear = Spring::linear(p[parameter::STIFFNESS], p[parameter::DAMPING], d);
@@ -157,7 +156,7 @@ impl TwoMassJoint {
         if self.flexible {
             let tau_lm = spring.torque(); // (TMJ-2)
             let applied = motor_torque - tau_lm;
-            let (friction_torque, motor_acceleration) = slide(applied, j_m); // (TMJ-1)
+            let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-1)
             let load_acceleration = (n * tau_lm + tau_load) / j_l; // (TMJ-3)
             Balance {
                 spring,
@@ -170,7 +169,7 @@ impl TwoMassJoint {
             }
         } else {
             let applied = motor_torque + tau_load / n;
-            let (friction_torque, motor_acceleration) = slide(applied, j_m + j_l / (n * n)); // (TMJ-5)
+            let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-5)
             let load_acceleration = motor_acceleration / n;
             let transmission_torque = (j_l * load_acceleration - tau_load) / n;
             Balance {
@@ -185,6 +184,11 @@ impl TwoMassJoint {
         }
     }
 
+    /// What friction brakes, motor side, kg.m2.
+    fn inertia<T: Scalar>(&self, p: &[T]) -> T {
+        let (j_m, n) = (p[parameter::MOTOR_INERTIA], p[parameter::GEAR_RATIO]);
+        if self.flexible { j_m } else { j_m + p[parameter::LOAD_INERTIA] / (n * n) }
+    }
     fn dry(&self, at: &At<f64>) -> bool {
         at.p[parameter::COULOMB_FRICTION] > 0.0 || at.p[parameter::STATIC_FRICTION] > 0.0
     }
@@ -268,7 +272,8 @@ impl Hybrid for TwoMassJoint {
         frozen.copy_from_slice(modes);
         let at = At { t, x, u, p, modes: frozen };
         let (applied, levels) = (self.balance(&at, &d).applied, self.both_levels(&at, &d));
-        let (mode, stopped) = friction::next_mode(before, d.omega, applied, &levels, self.dry(&at));
+        let (mode, stopped) =
+            friction::next_mode(before, d.omega, applied, &levels, self.dry(&at), self.inertia(p));
         modes[0] = mode;
         if stopped {
             x[1] = 0.0;

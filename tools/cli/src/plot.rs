@@ -85,6 +85,9 @@ fn range(values: &[f64], margin: f64) -> std::ops::Range<f64> {
 /// Few digits, powers of ten where they are shorter.
 fn number(v: f64) -> String {
     let a = v.abs();
+    if a < 1e-15 {
+        return "0".to_owned(); // what rounding leaves of 0
+    }
     if a != 0.0 && !(1e-3..1e5).contains(&a) {
         format!("{v:.1e}")
     } else {
@@ -125,6 +128,9 @@ impl Page {
     }
     pub(crate) fn section(&mut self, heading: &str, text: &str) {
         let _ = writeln!(self.0, "<h2>{}</h2>\n<p>{}</p>", escape(heading), escape(text));
+    }
+    pub(crate) fn text(&mut self, text: &str) {
+        let _ = writeln!(self.0, "<p>{}</p>", escape(text));
     }
     pub(crate) fn picture(&mut self, svg: &str) {
         self.0.push_str(svg);

@@ -4,7 +4,7 @@ use super::balance::Motion;
 use super::layout::parameter;
 use super::model::PlanarManipulator;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
-use crate::friction::{self, Levels, STUCK, TURNED};
+use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Update};
 
@@ -18,11 +18,8 @@ impl PlanarManipulator {
     /// sticking; which one breaks away is decided by [`Self::breakaway`].
     fn by_velocity(&self, at: &At<f64>, joint: usize, mode: i32) -> (i32, bool) {
         let omega = at.x[self.dofs() + self.motor(joint)];
-        if mode == STUCK && omega.abs() > TURNED {
-            return self.by_velocity(at, joint, friction::SMOOTH); // its velocity was set from outside
-        }
         let held = Levels { breakaway: f64::INFINITY, ..Levels::default() };
-        friction::next_mode(mode, omega, 0.0, &[held; 2], self.dry(at.p, joint))
+        friction::next_mode(mode, omega, 0.0, &[held; 2], self.dry(at.p, joint), 1.0)
     }
 
     /// The sticking motor that exceeds its break-away level most, and the direction in which it will slide.

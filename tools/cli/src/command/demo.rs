@@ -128,7 +128,7 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
         &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")],
     )?;
     let drift = r.column("angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
-    page.section("", &format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
+    page.text(&format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
     Ok(())
 }
 
