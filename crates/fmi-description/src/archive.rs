@@ -25,7 +25,7 @@ pub enum ArchiveError {
         source: std::io::Error,
     },
     /// Not a zip archive, or a broken one.
-    #[error("{path} is not a zip archive that can be read: {reason}")]
+    #[error("{path} is no FMU or not all of one (zip archive: {reason}); fetch or pack it again")]
     Zip {
         /// File.
         path: String,

@@ -50,7 +50,7 @@ pub enum PackError {
     Configuration(#[from] ConfigurationError),
     /// Not exactly one configuration block.
     #[error(
-        "the template library has {0} configuration blocks instead of one: build it anew from fmu-plant or fmu-controller"
+        "the template library has {0} configuration blocks instead of one: build it anew with `cargo build --release`"
     )]
     Blocks(usize),
     /// The archive or file cannot be written.

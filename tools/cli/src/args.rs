@@ -6,7 +6,7 @@ use clap::{Parser, Subcommand};
 
 /// Digital twins of flexible manipulators as FMUs, and what separates them from the real ones.
 #[derive(Debug, Parser)]
-#[command(version, about)]
+#[command(name = "trueup", version, about)]
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -60,8 +60,8 @@ pub(crate) struct Pack {
     /// or all of them (`linkMass=4,3,1`)
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
-    /// Which joints are flexible, one entry per joint
-    #[arg(long, value_name = "true,false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
+    /// Structure of an arm: which of its joints are flexible; as many entries as the arm has joints (1 to 8)
+    #[arg(long, value_name = "true|false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
     pub(crate) flexible: Vec<bool>,
     /// Folder with the template libraries; found beside the program when not given
     #[arg(long, value_name = "DIR")]

@@ -33,13 +33,18 @@ pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static Preset> {
     PRESETS.iter().filter(move |p| p.model == model)
 }
 
-/// Effects that can act in this model.
-pub(crate) fn effects(model: &str) -> Vec<Effect> {
-    let (plant, model) = match model {
-        "TwoMassJoint" => (Plant::Joint, "TwoMassJoint"),
-        "PlanarManipulator" => (Plant::Arm, "PlanarManipulator"),
-        _ => return Vec::new(),
-    };
-    let specs = effect::ALL.iter().map(|e| e.spec()).filter(|s| s.plants.contains(&plant));
-    specs.map(|s| Effect { id: s.id, description: s.summary, models: vec![model] }).collect()
+/// Every effect, in the order in which they act.
+pub(crate) fn effects() -> impl Iterator<Item = Effect> {
+    effect::ALL.iter().map(|e| e.spec()).map(|s| Effect {
+        id: s.id,
+        description: s.summary,
+        models: s.plants.iter().map(|p| model_of(*p)).collect(),
+    })
+}
+
+fn model_of(plant: Plant) -> &'static str {
+    match plant {
+        Plant::Joint => "TwoMassJoint",
+        Plant::Arm => "PlanarManipulator",
+    }
 }

@@ -1,12 +1,13 @@
 //! The program `trueup`.
 // Printing is what a program does; the libraries do not.
-#![allow(clippy::print_stdout, clippy::print_stderr)]
+#![allow(clippy::print_stderr)]
 
 mod args;
 mod assets;
 mod catalog;
 mod command;
 mod error;
+mod output;
 mod plot;
 
 use std::process::ExitCode;

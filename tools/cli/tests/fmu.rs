@@ -90,10 +90,49 @@ fn one_message_and_the_right_exit_code() {
         (&["fmu", "pack", "TwoMassJoint", "--effect", "table-tilt"], 2),
         (&["fmu", "pack", "--fmi", "4"], 2),
         (&["fmu", "pack", "TwoMassJoint", "--library", "/nowhere"], 1),
+        (&["fmu", "pack", "TwoMassJoint", "--set", "nothing=1"], 2),
         (&["fmu"], 2),
     ] {
         let out = trueup(arguments);
         assert_eq!(out.status.code(), Some(code), "{arguments:?}: {}", text(&out.stderr));
         assert!(!text(&out.stderr).is_empty() && !text(&out.stderr).contains("panicked"), "{arguments:?}");
+    }
+}
+
+/// The program does not mind a reader that has gone.
+#[cfg(unix)]
+#[test]
+fn a_closed_pipe_is_no_error() {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_trueup"))
+        .args(["fmu", "list"])
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(child.stdout.take());
+    let out = child.wait_with_output().unwrap();
+    assert_eq!((out.status.code(), text(&out.stderr).as_str()), (Some(0), ""));
+}
+
+#[test]
+fn nothing_is_written_unless_all_of_it_can_be() {
+    let dir = tempfile::tempdir().unwrap();
+    let (inside, file) = (dir.path().join("out"), dir.path().join("file"));
+    std::fs::write(&file, "").unwrap();
+    for (arguments, code, said) in [
+        // Within its bounds, but not of a flexible joint.
+        (
+            &["PlanarManipulator", "--set", "jointStiffness[1]=0", "-o", path(&inside)][..],
+            2,
+            "jointStiffness[1] = 0",
+        ),
+        (&["PlanarManipulator", "--set", "linkMass[1]=-1", "-o", path(&inside)], 2, "it must be above 0 kg"),
+        (&["TwoMassJoint", "-o", path(&file)], 1, "name another one with --output"),
+    ] {
+        let out = trueup(&[&["fmu", "pack"], arguments].concat());
+        let message = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{message}");
+        assert!(message.contains(said) && message.lines().count() == 1, "{message}");
+        assert!(!inside.exists());
     }
 }

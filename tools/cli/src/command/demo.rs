@@ -12,7 +12,7 @@ use loops::{Recording, Wire, run};
 
 pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     let folder = &args.output;
-    std::fs::create_dir_all(folder).map_err(|e| Error::at(folder, e))?;
+    crate::output::folder(folder)?;
     eprintln!("[1/5] packing the four models for FMI 2.0 and 3.0");
     let pack = |models: &[&str], effects: &[&str]| {
         super::pack::run(&Pack {
@@ -40,9 +40,8 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
 
     let path = folder.join("index.html");
     trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes())
-        .map_err(|e| Error::at(&path, e))?;
-    println!("{}", path.display());
-    Ok(())
+        .map_err(|e| Error::Failed(e.to_string()))?;
+    crate::output::say(&format!("{}\n", path.display()))
 }
 
 fn fmu(folder: &Path, name: &str) -> PathBuf {

@@ -9,6 +9,7 @@ use trueup_fmi_description::read;
 
 use crate::args::Info;
 use crate::error::Error;
+use crate::output::say;
 
 pub(crate) fn run(args: &Info) -> Result<(), Error> {
     let mut archive = Archive::open(&args.file).map_err(|e| Error::Failed(e.to_string()))?;
@@ -16,12 +17,7 @@ pub(crate) fn run(args: &Info) -> Result<(), Error> {
     let d = read::read(&bytes).map_err(|e| Error::at(&args.file, e))?;
     let names = archive.entries().iter().filter_map(|e| e.name.strip_prefix("binaries/")?.split_once('/'));
     let platforms: BTreeSet<&str> = names.map(|(platform, _)| platform).collect();
-    if args.json {
-        println!("{:#}", json(&d, &platforms));
-    } else {
-        print!("{}", text(&d, &platforms));
-    }
-    Ok(())
+    say(&if args.json { format!("{:#}\n", json(&d, &platforms)) } else { text(&d, &platforms) })
 }
 
 const GROUPS: [(&str, Causality); 7] = [
@@ -91,9 +87,9 @@ fn text(d: &Description, platforms: &BTreeSet<&str>) -> String {
         }
         for v in group {
             let a = d.attributes(v);
-            let start = v.start.as_ref().map_or_else(String::new, |s| format!(" = {}", start(s)));
+            let start = v.start.as_ref().map_or_else(String::new, |s| format!(" = {}", start(d, v, s)));
             let unit = a.unit.map_or_else(String::new, |u| format!(" {u}"));
-            out += &format!("  {:<36}{}\n", format!("{}{}{start}{unit}", v.name, size(v)), v.description);
+            out += &format!("  {:<36}  {}\n", format!("{}{}{start}{unit}", v.name, size(v)), v.description);
         }
     }
     out
@@ -113,10 +109,15 @@ fn size(v: &Variable) -> String {
     dimensions.collect()
 }
 
-fn start(values: &Values) -> String {
+fn start(d: &Description, v: &Variable, values: &Values) -> String {
+    let items = v.declared_type.as_deref().and_then(|t| d.declared_type(t)).map_or(&[][..], |t| &t.items);
+    let whole = |x: &i64| {
+        let item = items.iter().find(|item| item.value == *x);
+        item.map_or_else(|| x.to_string(), |item| item.name.clone())
+    };
     let texts: Vec<String> = match values {
         Values::Real(v) => v.iter().map(|x| format!("{x:?}")).collect(),
-        Values::Signed(v) => v.iter().map(ToString::to_string).collect(),
+        Values::Signed(v) => v.iter().map(whole).collect(),
         Values::Unsigned(v) => v.iter().map(ToString::to_string).collect(),
         Values::Boolean(v) => v.iter().map(ToString::to_string).collect(),
         Values::Text(v) => v.iter().map(|s| format!("{s:?}")).collect(),

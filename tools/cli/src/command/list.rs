@@ -2,27 +2,21 @@
 
 use crate::catalog;
 use crate::error::Error;
+use crate::output::say;
 
 pub(crate) fn run() -> Result<(), Error> {
     let models: Vec<_> = catalog::models().collect();
-    println!("Models");
+    let mut out = String::from("Models\n");
     for m in &models {
-        println!("  {:<30}{}", m.name, m.description);
+        out += &format!("  {:<30}{}\n", m.name, m.description);
     }
-    println!("\nPresets (--preset)");
+    out += "\nPresets (--preset)\n";
     for p in models.iter().flat_map(|m| catalog::presets(m.name)) {
-        println!("  {:<30}{}: {}", p.name, p.model, p.source);
+        out += &format!("  {:<30}{}: {}\n", p.name, p.model, p.source);
     }
-    println!("\nEffects (--effect)");
-    let mut listed: Vec<catalog::Effect> = Vec::new();
-    for e in models.iter().flat_map(|m| catalog::effects(m.name)) {
-        match listed.iter_mut().find(|l| l.id == e.id) {
-            Some(l) => l.models.extend(e.models),
-            None => listed.push(e),
-        }
+    out += "\nEffects (--effect)\n";
+    for e in catalog::effects() {
+        out += &format!("  {:<30}{} [{}]\n", e.id, e.description, e.models.join(", "));
     }
-    for e in &listed {
-        println!("  {:<30}{} [{}]", e.id, e.description, e.models.join(", "));
-    }
-    Ok(())
+    say(&out)
 }

@@ -9,13 +9,14 @@ use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::{Parts, archive, write_file};
 
 use crate::args::Pack;
+use crate::assets;
 use crate::catalog::{self, Model};
 use crate::error::Error;
-use crate::{assets, catalog::Effect};
+use crate::output::{folder, say};
 
 pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     for e in &args.effect {
-        if !catalog::models().any(|m| acts(m, e)) {
+        if !catalog::effects().any(|known| known.id == e) {
             return Err(Error::Usage(format!("there is no effect `{e}`: `trueup fmu list` shows them")));
         }
     }
@@ -25,22 +26,28 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
         return Err(Error::Usage(format!("there is no preset `{p}`: `trueup fmu list` shows them")));
     }
     let models = models(args)?;
-    std::fs::create_dir_all(&args.output).map_err(|e| Error::at(&args.output, e))?;
     let path = library(args.library.as_deref())?;
     let library = std::fs::read(&path).map_err(|e| Error::at(&path, e))?;
+    // All or nothing: files are written when every FMU is ready.
+    let mut ready = Vec::new();
     for model in models {
         let configuration = configuration(model, args)?;
-        for version in Version::ALL {
-            if args.fmi.is_none_or(|v| v == version.major()) {
-                println!("{}", pack(model, &configuration, version, &library, &args.output)?.display());
-            }
+        for version in Version::ALL.into_iter().filter(|v| args.fmi.is_none_or(|wanted| wanted == v.major()))
+        {
+            ready.push(pack(model, &configuration, version, &library)?);
         }
+    }
+    folder(&args.output)?;
+    for (name, bytes) in ready {
+        let path = args.output.join(name);
+        write_file(&path, &bytes).map_err(|e| Error::Failed(e.to_string()))?;
+        say(&format!("{}\n", path.display()))?;
     }
     Ok(())
 }
 
 fn acts(model: Model, effect: &str) -> bool {
-    catalog::effects(model.name).iter().any(|e: &Effect| e.id == effect)
+    catalog::effects().any(|e| e.id == effect && e.models.contains(&model.name))
 }
 
 fn has_preset(model: Model, preset: &str) -> bool {
@@ -88,7 +95,7 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
 
 fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
-    let ids = catalog::effects(model.name).into_iter().map(|e| e.id);
+    let ids = catalog::effects().map(|e| e.id);
     let mut configuration = Configuration {
         joint_flexible: args.flexible.clone(),
         // In the order in which they act; given twice, an effect is packed once.
@@ -107,16 +114,17 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
             start::assign(&mut configuration.start, &name, value);
         }
     }
+    fmu_library::table(&configuration).map_err(refused)?;
     Ok(configuration)
 }
 
+/// File name and content of an FMU.
 fn pack(
     model: Model,
     configuration: &Configuration,
     version: Version,
     library: &[u8],
-    folder: &Path,
-) -> Result<PathBuf, Error> {
+) -> Result<(String, Vec<u8>), Error> {
     let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
     let table = fmu_library::table(configuration).map_err(failed)?;
     let reference = fmu_library::reference_result(configuration).map_err(failed)?;
@@ -139,9 +147,7 @@ fn pack(
     for e in &configuration.effects {
         name += &format!("+{e}");
     }
-    let path = folder.join(format!("{name}.fmi{}.fmu", version.major()));
-    write_file(&path, &bytes).map_err(|e| Error::Failed(e.to_string()))?;
-    Ok(path)
+    Ok((format!("{name}.fmi{}.fmu", version.major()), bytes))
 }
 
 /// Name of the crate whose shared library every FMU carries.

@@ -1,0 +1,26 @@
+//! Standard output and the folder for results.
+
+use std::io::{ErrorKind, Write};
+use std::path::Path;
+
+use crate::error::Error;
+
+/// Writes a text to standard output. A reader that has seen enough (`trueup fmu list | head`) is no error.
+pub(crate) fn say(text: &str) -> Result<(), Error> {
+    let mut out = std::io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Failed(format!("standard output: {e}"))),
+        _ => Ok(()),
+    }
+}
+
+/// Makes the folder that `--output` names, if it is not there.
+pub(crate) fn folder(path: &Path) -> Result<(), Error> {
+    std::fs::create_dir_all(path).map_err(|e| {
+        let why = if path.exists() { "it is a file".to_owned() } else { e.to_string() };
+        Error::Failed(format!(
+            "the folder {} cannot be made: {why}; name another one with --output",
+            path.display()
+        ))
+    })
+}
