@@ -8,7 +8,7 @@ use trueup_numerics::hybrid::Hybrid;
 
 /// The table of a manipulator of that structure with those start values (in the model's order).
 pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: 1e-8, step_size: 1e-2 };
+    let experiment = Experiment { stop_time: 10.0, tolerance: 1e-9, step_size: 1e-2 };
     let mut b = Builder::new(
         "PlanarManipulator",
         "Planar free-floating manipulator with flexible joints (CBK PAN test-bed, eq. 1-23)",
@@ -172,9 +172,17 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
 
     let flexible_joints = [motors.len()];
     let mut states = vec![
-        ("basePosition", "m", "m/s", xy, 0.01, on(&["state.baseVelocity"]), "satellite's position, x_0, y_0"),
-        ("baseAttitude", "rad", "rad/s", one, 0.01, on(&["state.baseRate"]), "satellite's attitude, q_0"),
-        ("jointAngle", "rad", "rad/s", joints, 0.1, on(&["state.jointVelocity"]), "joint angles, q_i"),
+        (
+            "basePosition",
+            "m",
+            "m/s",
+            xy,
+            0.001,
+            on(&["state.baseVelocity"]),
+            "satellite's position, x_0, y_0",
+        ),
+        ("baseAttitude", "rad", "rad/s", one, 0.001, on(&["state.baseRate"]), "satellite's attitude, q_0"),
+        ("jointAngle", "rad", "rad/s", joints, 0.01, on(&["state.jointVelocity"]), "joint angles, q_i"),
     ];
     let spring: &[usize] = &flexible_joints;
     if !motors.is_empty() {
@@ -183,21 +191,29 @@ pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
             "rad",
             "rad/s",
             spring,
-            0.1,
+            0.01,
             on(&["state.motorVelocity"]),
             "motor angles of the flexible joints, q_mi",
         ));
     }
-    states.push(("baseVelocity", "m/s", "m/s2", xy, 0.01, Depends::All, "satellite's velocity (eq. 9)"));
-    states.push(("baseRate", "rad/s", "rad/s2", one, 0.01, Depends::All, "satellite's rate (eq. 9)"));
-    states.push(("jointVelocity", "rad/s", "rad/s2", joints, 0.01, Depends::All, "joint velocities (eq. 9)"));
+    states.push(("baseVelocity", "m/s", "m/s2", xy, 0.001, Depends::All, "satellite's velocity (eq. 9)"));
+    states.push(("baseRate", "rad/s", "rad/s2", one, 0.001, Depends::All, "satellite's rate (eq. 9)"));
+    states.push((
+        "jointVelocity",
+        "rad/s",
+        "rad/s2",
+        joints,
+        0.001,
+        Depends::All,
+        "joint velocities (eq. 9)",
+    ));
     if !motors.is_empty() {
         states.push((
             "motorVelocity",
             "rad/s",
             "rad/s2",
             spring,
-            0.01,
+            0.001,
             Depends::All,
             "motor velocities of the flexible joints (eq. 9)",
         ));

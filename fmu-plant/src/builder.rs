@@ -212,5 +212,5 @@ fn state<'a>(
     plant: Plant,
     dims: &'a [usize],
 ) -> (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str) {
-    (s.name_in(plant), s.unit, s.rate_unit, dims, 1.0, Depends::All, s.description)
+    (s.name_in(plant), s.unit, s.rate_unit, dims, s.nominal, Depends::All, s.description)
 }

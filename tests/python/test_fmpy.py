@@ -12,8 +12,7 @@ from fmpy import read_model_description, simulate_fmu
 from fmpy.validation import validate_fmu
 
 FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
-ALL = sorted(FMUS.glob("*.fmu"))
-MODELS = ["TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController"]
+ALL = sorted(FMUS.rglob("*.fmu"))  # with effects in a folder below
 
 if not ALL:
     pytest.skip(f"no packed FMUs in {FMUS}: run ./test, which packs them", allow_module_level=True)
@@ -52,11 +51,10 @@ def elements(result, description):
     return columns
 
 
-def signals(model, version):
+def signals(fmu, description):
     """The reference experiment's inputs as FMPy takes them."""
-    fmu = path(model, version)
-    inputs = table(member(fmu, f"documentation/{model}_in.csv"))
-    description = read_model_description(fmu)
+    inputs = table(member(fmu, f"documentation/{description.modelName}_in.csv"))
+    version = int(description.fmiVersion[0])
     columns = [("time", float)]
     values = {"time": inputs["time"]}
     for v in description.modelVariables:
@@ -76,8 +74,7 @@ def signals(model, version):
     return out
 
 
-def run(model, version, kind, tolerance, **more):
-    fmu = path(model, version)
+def run(fmu, kind, tolerance, **more):
     description = read_model_description(fmu)
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     result = simulate_fmu(
@@ -87,7 +84,7 @@ def run(model, version, kind, tolerance, **more):
         step_size=float(description.defaultExperiment.stepSize),
         output_interval=float(description.defaultExperiment.stepSize),
         relative_tolerance=tolerance,
-        input=signals(model, version),
+        input=signals(fmu, description),
         output=outputs,
         **more,
     )
@@ -127,21 +124,24 @@ def error_against(result, reference, jumps):
     return worst
 
 
-@pytest.mark.parametrize("version", [2, 3])
 @pytest.mark.parametrize("kind", ["ModelExchange", "CoSimulation"])
-@pytest.mark.parametrize("model", MODELS)
-def test_matches_the_native_run(model, version, kind, record_property):
-    reference = table(member(path(model, version), f"documentation/{model}_ref.csv"))
-    times = table(member(path(model, version), f"documentation/{model}_in.csv"))["time"]
+@pytest.mark.parametrize("fmu", ALL, ids=lambda p: p.name)
+def test_matches_the_native_run(fmu, kind):
+    model = fmu.name.split(".")[0].split("+")[0]
+    reference = table(member(fmu, f"documentation/{model}_ref.csv"))
+    times = table(member(fmu, f"documentation/{model}_in.csv"))["time"]
     jumps = times[:-1][np.diff(times) == 0.0]
     assert len(jumps) > 0
-    for tolerance, bound in [(1e-12, 1e-9), (1e-8, 1e-6)]:
-        worst = error_against(run(model, version, kind, tolerance), reference, jumps)
+    # Every bounce in the play, falling friction and a mode of little damping amplify the error of the solver.
+    amplified = kind == "ModelExchange" and "+" in fmu.name
+    for tolerance, bound in [(1e-12, 1e-7), (1e-8, 1e-3)] if amplified else [(1e-12, 1e-9), (1e-8, 1e-6)]:
+        worst = error_against(run(str(fmu), kind, tolerance), reference, jumps)
         assert len(worst) >= 1
-        for name, error in worst.items():
-            quantiles = np.quantile(error, [0.5, 0.99, 1.0])
-            record_property(f"{model} fmi{version} {kind} tol {tolerance} {name}", str(quantiles))
-            assert quantiles[2] < bound, f"{name}: {quantiles} at {tolerance}"
+        largest = {name: error.max() for name, error in worst.items()}
+        name = max(largest, key=largest.get)
+        print(f"{fmu.name} {kind} at {tolerance:.0e}: largest error {largest[name]:.1e} of {name}")
+        assert largest[name] < bound, name
+
 
 
 def test_momentum_does_not_drift():

@@ -4,7 +4,8 @@ use crate::FmuModel;
 use std::fmt::Write as _;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Causality, ModelTable, Storage, Variable};
-use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, State};
+use trueup_numerics::hybrid::At;
 
 /// An input gets a value at a time and keeps it; times in s, in order.
 pub type Schedule<'a> = &'a [(f64, &'a str, f64)];
@@ -47,14 +48,31 @@ pub fn reference<M: FmuModel>(
             }
         }
     };
-    let nominal = nominals(&table);
+    let n = model.sizes();
     let options = Options { tolerance: TOLERANCE, ..Options::default() };
-    let run = simulate(&model, &p, &nominal, options, &inputs_at, &times).map_err(|e| e.to_string())?;
+    let mut driver = Driver::new(n, &nominals(&table), options);
+    let (mut t, mut memory) = (0.0, Memory::default());
+    let (mut x, mut u, mut modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
+    let mut y = vec![0.0; n.outputs];
+    let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut modes, memory: &mut memory };
+    let failed = |e: DriveError| e.to_string();
 
     let outputs = self::elements(&table, Causality::Output);
     let mut csv = header(&outputs);
-    for (t, y) in run.t.iter().zip(&run.y) {
-        row(&mut csv, *t, outputs.iter().map(|(i, _)| y[*i]));
+    for (k, time) in times.iter().enumerate() {
+        // Inputs are held from one row to the next: they jump between steps, never within one.
+        if k == 0 {
+            inputs_at(0.0, s.u);
+            driver.initialise(&model, &mut s).map_err(failed)?;
+        } else {
+            driver
+                .advance_to(&model, &mut s, *time, Inputs::Hold, &mut |_| Flow::Continue)
+                .map_err(failed)?;
+            inputs_at(*time, s.u);
+            driver.handle_event(&model, &mut s).map_err(failed)?;
+        }
+        model.outputs(At { t: *s.t, x: s.x, u: s.u, p: s.p, modes: s.modes }, &mut y);
+        row(&mut csv, *time, outputs.iter().map(|(i, _)| y[*i]));
     }
     Ok(Reference {
         inputs: stairs(schedule, &elements, &start, &inputs_at, table.experiment.stop_time),

@@ -63,12 +63,18 @@ pub fn indicators<T: Scalar>(mode: i32, omega: T, applied: T, levels: &[Levels<T
 }
 
 /// An importer that steps over the event may find the motor running backwards by what friction and load do to
-/// it in this time, s. A motor that runs backwards faster was given that velocity: it is not brought to rest.
-pub const OVERSTEP: f64 = 2e-3;
+/// it in this time, s.
+const OVERSTEP: f64 = 2e-3;
+
+/// Speed in rad/s up to which a motor that runs backwards at an event is held to have been stepped over; one that
+/// runs faster was given its velocity and is not brought to rest. Torque in N.m, inertia in kg.m2.
+pub fn overstep(torque: f64, inertia: f64) -> f64 {
+    OVERSTEP * torque.abs() / inertia + TURNED
+}
 
 /// The mode that follows at an event.
 ///
-/// `dry`: whether there is any dry friction; `inertia` at the motor, kg.m2. Returns the new mode and whether the
+/// `dry`: whether there is any dry friction; `oversteps`: see [`overstep`]. Returns the new mode and whether the
 /// velocity is to be set to 0.
 pub fn next_mode(
     mode: i32,
@@ -76,7 +82,7 @@ pub fn next_mode(
     applied: f64,
     levels: &[Levels<f64>; 2],
     dry: bool,
-    inertia: f64,
+    oversteps: f64,
 ) -> (i32, bool) {
     let from_rest = || {
         // Exactly at the level counts as beyond, as it does for the indicator: the event may be located there.
@@ -89,13 +95,12 @@ pub fn next_mode(
         }
     };
     let with_motion = if omega < 0.0 { -1 } else { 1 };
-    let braking = levels[0].breakaway.max(levels[1].breakaway) + applied.abs();
     match mode {
         _ if !dry => (SMOOTH, false),
         STUCK | SMOOTH if omega.abs() > TURNED => (with_motion, false),
         STUCK | SMOOTH => (from_rest(), false),
         d if omega * f64::from(d) + TURNED > 0.0 => (d, false),
-        _ if omega.abs() > OVERSTEP * braking / inertia + TURNED => (with_motion, false),
+        _ if omega.abs() > oversteps => (with_motion, false),
         _ => (from_rest(), true),
     }
 }
@@ -113,7 +118,7 @@ mod tests {
 
     #[test]
     fn tmj4_modes_follow_velocity_and_applied_torque() {
-        let next = |mode, omega, applied| next_mode(mode, omega, applied, &LEVELS, true, 1.0);
+        let next = |mode, omega, applied| next_mode(mode, omega, applied, &LEVELS, true, overstep(5.0, 1.0));
         assert_eq!(next(STUCK, 0.0, 2.9), (STUCK, false));
         assert_eq!(next(STUCK, 0.0, -3.0), (-1, false));
         assert_eq!(next(1, 5.0, -9.0), (1, false));

@@ -272,8 +272,10 @@ impl Hybrid for TwoMassJoint {
         frozen.copy_from_slice(modes);
         let at = At { t, x, u, p, modes: frozen };
         let (applied, levels) = (self.balance(&at, &d).applied, self.both_levels(&at, &d));
+        let braking = levels[0].breakaway.max(levels[1].breakaway) + applied.abs();
+        let oversteps = friction::overstep(braking, self.inertia(p));
         let (mode, stopped) =
-            friction::next_mode(before, d.omega, applied, &levels, self.dry(&at), self.inertia(p));
+            friction::next_mode(before, d.omega, applied, &levels, self.dry(&at), oversteps);
         modes[0] = mode;
         if stopped {
             x[1] = 0.0;

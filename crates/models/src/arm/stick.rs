@@ -18,8 +18,13 @@ impl PlanarManipulator {
     /// sticking; which one breaks away is decided by [`Self::breakaway`].
     fn by_velocity(&self, at: &At<f64>, joint: usize, mode: i32) -> (i32, bool) {
         let omega = at.x[self.dofs() + self.motor(joint)];
+        let motion = self.motion(at);
+        let d = &motion.drives[joint];
+        let (row, level) = (self.motor(joint), self.levels(at, joint, d, 1.0).breakaway);
+        let inertia = self.mass(at.p, &motion).at(row, row);
+        let oversteps = friction::overstep(level + d.command.abs(), inertia);
         let held = Levels { breakaway: f64::INFINITY, ..Levels::default() };
-        friction::next_mode(mode, omega, 0.0, &[held; 2], self.dry(at.p, joint), 1.0)
+        friction::next_mode(mode, omega, 0.0, &[held; 2], self.dry(at.p, joint), oversteps)
     }
 
     /// The sticking motor that exceeds its break-away level most, and the direction in which it will slide.

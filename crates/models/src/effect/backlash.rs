@@ -10,6 +10,17 @@ use super::*;
 
 pub(crate) struct Backlash;
 
+/// Which faces touch: +1, -1, or 0 for none. An event is located on the edge of the gap, to either side of it or
+/// exactly there, as the solver has it: within a hair of the edge the direction of motion decides.
+fn side(epsilon: f64, epsilon_dot: f64, half_gap: f64, present: i32) -> i32 {
+    let beyond = |outward: f64, velocity: f64| match outward - half_gap {
+        d if d.abs() > 1e-9 * half_gap => d > 0.0,
+        _ if velocity != 0.0 => velocity > 0.0,
+        _ => present != 0,
+    };
+    i32::from(beyond(epsilon, epsilon_dot)) - i32::from(beyond(-epsilon, -epsilon_dot))
+}
+
 impl Effect for Backlash {
     const SPEC: Spec = Spec {
         id: "backlash",
@@ -50,20 +61,24 @@ impl Effect for Backlash {
         }
     }
     fn update(l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
-        let half_gap = 0.5 * l.p(0);
-        modes[0] = if d.epsilon > half_gap {
-            1
-        } else if d.epsilon < -half_gap {
-            -1
-        } else {
-            0
-        };
+        modes[0] = side(d.epsilon, d.epsilon_dot, 0.5 * l.p(0), modes[0]);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn ef3_on_the_edge_the_direction_of_motion_decides() {
+        for (epsilon, velocity, present, expected) in
+            [(0.1, 1.0, 0, 1), (0.1, -1.0, 1, 0), (0.1, 0.0, 1, 1), (-0.1, -1.0, 0, -1), (-0.1, 1.0, -1, 0)]
+        {
+            for off in [-1e-15, 0.0, 1e-15] {
+                assert_eq!(side(epsilon + off, velocity, 0.1, present), expected, "{epsilon} {velocity}");
+            }
+        }
+    }
 
     #[test]
     fn ef3_is_free_in_the_gap_and_linear_beyond() {

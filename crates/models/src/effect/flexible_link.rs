@@ -39,7 +39,7 @@ impl Effect for FlexibleLink {
                 description: "Stiffness between hub and tip, K_2 (EF-6)",
                 min: 0.0,
                 joint_start: 1555.0,
-                arm_start: 50.0,
+                arm_start: 5.0,
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -56,6 +56,7 @@ impl Effect for FlexibleLink {
             SignalSpec {
                 name: "tipAngle",
                 arm_name: "linkTipAngle",
+                nominal: 1e-5,
                 unit: "rad",
                 description: "Angle of the tip, q_2 (EF-6)",
                 rate_unit: "rad/s",
@@ -64,6 +65,7 @@ impl Effect for FlexibleLink {
             SignalSpec {
                 name: "tipVelocity",
                 arm_name: "linkTipVelocity",
+                nominal: 1e-4,
                 unit: "rad/s",
                 description: "Velocity of the tip (EF-6)",
                 rate_unit: "rad/s2",
@@ -74,6 +76,7 @@ impl Effect for FlexibleLink {
             SignalSpec {
                 name: "tipAngle",
                 arm_name: "linkTipAngle",
+                nominal: 1e-5,
                 unit: "rad",
                 description: "Angle of the tip, q_2 (EF-6)",
                 rate_unit: "",
@@ -82,6 +85,7 @@ impl Effect for FlexibleLink {
             SignalSpec {
                 name: "tipVelocity",
                 arm_name: "linkTipVelocity",
+                nominal: 1e-4,
                 unit: "rad/s",
                 description: "Velocity of the tip (EF-6)",
                 rate_unit: "",

@@ -76,6 +76,8 @@ pub struct SignalSpec {
     pub arm_name: &'static str,
     /// With symbol.
     pub description: &'static str,
+    /// Magnitude that a solver should resolve, for a state.
+    pub nominal: f64,
     /// Unit of the derivative, for a state.
     pub rate_unit: &'static str,
     /// A Boolean (outputs only).

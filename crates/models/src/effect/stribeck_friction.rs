@@ -25,7 +25,7 @@ impl Effect for StribeckFriction {
             min: 0.0,
             above_min: true,
             joint_start: 20.0,
-            arm_start: 0.01,
+            arm_start: 0.05,
             ..ParameterSpec::NONE
         }],
         ..Spec::NONE

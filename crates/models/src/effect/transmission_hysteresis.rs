@@ -40,6 +40,7 @@ impl Effect for TransmissionHysteresis {
         states: &[SignalSpec {
             name: "hysteresis",
             arm_name: "",
+            nominal: 0.01,
             unit: "1",
             description: "Share of the hysteresis torque, z (EF-5)",
             rate_unit: "1/s",
