@@ -54,6 +54,18 @@ fn values_of_fmi2() {
     }
 }
 
+/// The format of FMI 2.0 is the message itself; what formats and "#r12#" are made of is doubled in it.
+#[test]
+fn messages_of_fmi2_can_be_read_without_formatting() {
+    let journal = Journal::default();
+    let c = new2(&journal, fmi2CoSimulation);
+    unsafe {
+        let category = c"50 %s #r1#".as_ptr();
+        refused(&journal, fmi2SetDebugLogging(c, 1, 1, &category).0, &["50 %%s ##r1##", "logEvents"]);
+        fmi2FreeInstance(c);
+    }
+}
+
 #[test]
 fn values_of_fmi3() {
     let journal = Journal::default();

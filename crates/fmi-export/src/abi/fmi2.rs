@@ -34,20 +34,28 @@ struct Environment(*mut c_void);
 // SAFETY: never dereferenced here.
 unsafe impl Send for Environment {}
 
+/// The message as a format without arguments. Many importers take the format for the text, as their language
+/// has no variadic functions: they shall see the message and not "%s".
+fn as_format(message: &CStr) -> CString {
+    let escape = |b: &u8| [*b, *b].into_iter().take(1 + usize::from(matches!(b, b'%' | b'#')));
+    // Nothing is lost: there are no inner zeros.
+    CString::new(message.to_bytes().iter().flat_map(escape).collect::<Vec<_>>()).unwrap_or_default()
+}
+
 unsafe fn sink(functions: &fmi2CallbackFunctions, name: CString) -> Option<Sink> {
     let logger = functions.logger?;
     let environment = Environment(functions.componentEnvironment);
     Some(Box::new(move |status: Status, category: &CStr, message: &CStr| {
         let environment = &environment;
-        // SAFETY: the importer's function, with null-terminated strings; "%s" consumes the message.
+        let format = as_format(message);
+        // SAFETY: the importer's function, with null-terminated strings; the format consumes no argument.
         unsafe {
             logger(
                 environment.0,
                 name.as_ptr(),
                 fmi2Status(status as c_int),
                 category.as_ptr(),
-                c"%s".as_ptr(),
-                message.as_ptr(),
+                format.as_ptr(),
             );
         }
     }))

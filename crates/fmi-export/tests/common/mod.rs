@@ -199,17 +199,16 @@ pub unsafe extern "C" fn log3(
 ) {
     unsafe { note(e, s.0, category, message) }
 }
-/// The format is "%s" with one argument, as on this platform a variadic call passes like a fixed one.
+/// An importer that takes the format for the message, as those do whose language has no variadic functions. On
+/// this platform a variadic call without arguments passes like a fixed one.
 unsafe extern "C" fn log2(
     e: *mut c_void,
     name: *const c_char,
     s: fmi2Status,
     category: *const c_char,
-    format: *const c_char,
     message: *const c_char,
 ) {
     assert_eq!(unsafe { CStr::from_ptr(name) }, c"probe");
-    assert_eq!(unsafe { CStr::from_ptr(format) }, c"%s");
     unsafe { note(e, s.0, category, message) }
 }
 type Logger2 = unsafe extern "C" fn(*mut c_void, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
