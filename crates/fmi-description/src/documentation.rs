@@ -2,16 +2,15 @@
 
 use std::fmt::Write as _;
 
-use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
 
 const STYLE: &str = "body{font:15px/1.5 sans-serif;max-width:62em;margin:2em auto;padding:0 1em;color:#222}\
 table{border-collapse:collapse;margin:1em 0}td,th{padding:.2em .7em;border-bottom:1px solid #ddd;text-align:left;\
 vertical-align:top}th{background:#f4f4f4}td.number{text-align:right;font-variant-numeric:tabular-nums}\
-code{font-size:95%}svg{max-width:100%;height:auto}";
+td:first-child{white-space:nowrap}sub,sup{line-height:0}code{font-size:95%}svg{max-width:100%;height:auto}";
 
-/// The page: description, picture of the mechanism (SVG), equations (HTML fragment), effects, variables.
-pub fn html(table: &ModelTable, configuration: &Configuration, equations: &str, picture: &str) -> String {
+/// The page: description, picture of the mechanism (SVG), equations (HTML fragment), variables.
+pub fn html(table: &ModelTable, equations: &str, picture: &str) -> String {
     let mut s = String::new();
     let (name, description) = (escape(&table.name), escape(&table.description));
     let _ = write!(
@@ -27,27 +26,25 @@ pub fn html(table: &ModelTable, configuration: &Configuration, equations: &str, 
         picture.trim_end(),
         equations.trim_end()
     );
-    if !configuration.effects.is_empty() {
-        let _ = writeln!(s, "<h2>Effects packed in</h2>\n<ul>");
-        for e in &configuration.effects {
-            let _ = writeln!(s, "<li><code>{}</code></li>", escape(e));
-        }
-        let _ = writeln!(s, "</ul>");
-    }
     let _ = writeln!(
         s,
         "<h2>Default experiment</h2>\n<p>0 to {:?} s, tolerance {:?}, step {:?} s; its result lies beside this page: \
          <a href=\"{name}_ref.csv\">{name}_ref.csv</a>.</p>",
         table.experiment.stop_time, table.experiment.tolerance, table.experiment.step_size
     );
+    // Title, causality, tunable: only these, only the others, all.
     let sections = [
-        ("Inputs", Causality::Input),
-        ("Outputs", Causality::Output),
-        ("Parameters", Causality::Parameter),
-        ("Internal variables", Causality::Local),
+        ("Inputs", Causality::Input, None),
+        ("Outputs", Causality::Output, None),
+        ("Parameters that may change between steps", Causality::Parameter, Some(true)),
+        ("Parameters that are fixed", Causality::Parameter, Some(false)),
+        ("Internal variables", Causality::Local, None),
     ];
-    for (title, causality) in sections {
-        let variables: Vec<_> = table.variables.iter().filter(|v| v.causality == causality).collect();
+    for (title, causality, tunable) in sections {
+        let belongs = |v: &&Variable| {
+            v.causality == causality && tunable.is_none_or(|t| t == (v.variability == Variability::Tunable))
+        };
+        let variables: Vec<_> = table.variables.iter().filter(belongs).collect();
         if variables.is_empty() {
             continue;
         }
@@ -60,6 +57,18 @@ pub fn html(table: &ModelTable, configuration: &Configuration, equations: &str, 
         }
         let _ = writeln!(s, "</table>");
     }
+    for e in &table.enumerations {
+        let _ = writeln!(s, "<h2>{}</h2>\n<p>{}</p>\n<table>", escape(e.name), escape(e.description));
+        for (item, (name, meaning)) in (1..).zip(&e.items) {
+            let _ = writeln!(
+                s,
+                "<tr><td>{item}</td><td><code>{}</code></td><td>{}</td></tr>",
+                escape(name),
+                escape(meaning)
+            );
+        }
+        let _ = writeln!(s, "</table>");
+    }
     s.push_str("</body>\n</html>\n");
     s
 }
@@ -67,14 +76,13 @@ pub fn html(table: &ModelTable, configuration: &Configuration, equations: &str, 
 fn row(s: &mut String, table: &ModelTable, v: &Variable) {
     let size: String = v.dimensions.iter().map(|n| format!("[{n}]")).collect();
     let start: Vec<String> = v.start.iter().map(|x| start_text(table, v, *x)).collect();
-    let kind = if v.variability == Variability::Tunable { " (may be changed between steps)" } else { "" };
     let _ = writeln!(
         s,
-        "<tr><td><code>{}{size}</code></td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td>{}{kind}</td></tr>",
+        "<tr><td><code>{}{size}</code></td><td>{}</td><td class=\"number\">{}</td><td>{}</td><td>{}</td></tr>",
         escape(&v.name),
         escape(v.unit),
         escape(&start.join(", ")),
-        escape(&range(v)),
+        escape(&range(table, v)),
         escape(&v.description),
     );
 }
@@ -91,7 +99,10 @@ fn start_text(table: &ModelTable, v: &Variable, x: f64) -> String {
     }
 }
 
-fn range(v: &Variable) -> String {
+fn range(table: &ModelTable, v: &Variable) -> String {
+    if let Kind::Enumeration(index) = v.kind {
+        return table.enumerations.get(index).map(|e| e.name.to_owned()).unwrap_or_default();
+    }
     let lower = v.min.map(|x| format!("{} {x:?}", if v.exclusive { ">" } else { "\u{2265}" }));
     let upper = v.max.map(|x| format!("\u{2264} {x:?}"));
     [lower, upper].into_iter().flatten().collect::<Vec<_>>().join(", ")

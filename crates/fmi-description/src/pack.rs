@@ -23,7 +23,7 @@ pub struct Parts<'a> {
     pub version: Version,
     /// The template library.
     pub library: &'a [u8],
-    /// HTML fragment: the equations.
+    /// HTML fragment: the equations, of the effects packed in too.
     pub equations: &'a str,
     /// SVG: the mechanism or block diagram.
     pub picture: &'a str,
@@ -78,7 +78,7 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
         (format!("binaries/{}/{}{}", version.platform(), table.name, std::env::consts::DLL_SUFFIX), library),
         (
             "documentation/index.html".to_owned(),
-            documentation::html(table, &configuration, parts.equations, parts.picture).into_bytes(),
+            documentation::html(table, parts.equations, parts.picture).into_bytes(),
         ),
         (format!("documentation/{}_ref.csv", table.name), parts.reference.as_bytes().to_vec()),
         (format!("documentation/{}_in.csv", table.name), parts.reference_inputs.as_bytes().to_vec()),

@@ -30,8 +30,37 @@ pub(crate) fn of(model: &str) -> Option<Assets> {
     })
 }
 
+const EFFECTS: &str = include_str!("../../../docs/effects.md");
+
+/// What the effect is and its equation, as HTML, from the document on effects.
+pub(crate) fn effect(id: &str) -> Option<String> {
+    let section = EFFECTS.split("\n### ").find_map(|s| s.strip_prefix(&format!("`{id}`\n")))?;
+    let mut paragraphs = section.split("\n\n").map(str::trim).filter(|p| !p.is_empty());
+    let summary = html(paragraphs.next()?);
+    let equation = html(paragraphs.next()?.strip_prefix("> ")?);
+    Some(format!("<p><code>{id}</code>: {summary}</p>\n<blockquote>{equation}</blockquote>\n"))
+}
+
+/// Text of a Markdown paragraph: its escaped bars and code.
+fn html(markdown: &str) -> String {
+    let text = markdown.replace("\\|", "|").replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;");
+    let parts = text.split('`').enumerate();
+    parts.map(|(i, s)| if i % 2 == 1 { format!("<code>{s}</code>") } else { s.to_owned() }).collect()
+}
+
 /// Names and texts.
 pub(crate) const LICENCES: &[(&str, &str)] = &[
     ("LICENSE-MIT.txt", include_str!("../../../LICENSE-MIT")),
     ("LICENSE-APACHE.txt", include_str!("../../../LICENSE-APACHE")),
 ];
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_effect_has_its_equation() {
+        for e in crate::catalog::effects() {
+            let text = super::effect(e.id).unwrap_or_default();
+            assert!(text.contains("<blockquote>(EF-") && !text.contains("\\|"), "{}: {text}", e.id);
+        }
+    }
+}

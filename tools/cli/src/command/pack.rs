@@ -129,12 +129,17 @@ fn pack(
     let table = fmu_library::table(configuration).map_err(failed)?;
     let reference = fmu_library::reference_result(configuration).map_err(failed)?;
     let assets = assets::of(model.name).ok_or_else(|| failed("has no documentation".to_owned()))?;
+    let mut equations = assets.equations.to_owned();
+    if !configuration.effects.is_empty() {
+        equations += "<h2>Effects packed in</h2>\n";
+        equations.extend(configuration.effects.iter().filter_map(|id| assets::effect(id)));
+    }
     let bytes = archive(&Parts {
         table: &table,
         configuration,
         version,
         library,
-        equations: assets.equations,
+        equations: &equations,
         picture: assets.picture,
         icon_svg: assets.icon_svg,
         icon_png: assets.icon_png,
