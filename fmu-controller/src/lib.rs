@@ -7,9 +7,6 @@ use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_fmi_export::reference::Schedule;
 use trueup_models::controller::{JointController, ManipulatorController};
-use trueup_numerics::Scalar;
-use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
 /// The models of this library.
 pub const MODELS: &[&str] = &["JointController", "ManipulatorController"];
@@ -23,44 +20,7 @@ pub enum Controller {
     Manipulator(ManipulatorController),
 }
 
-macro_rules! each {
-    ($controller:expr, $model:ident => $body:expr) => {
-        match $controller {
-            Controller::Joint($model) => $body,
-            Controller::Manipulator($model) => $body,
-        }
-    };
-}
-
-impl Hybrid for Controller {
-    fn sizes(&self) -> Sizes {
-        each!(self, m => m.sizes())
-    }
-    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        each!(self, m => m.start(p, x));
-    }
-    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
-        each!(self, m => m.start_modes(at, modes));
-    }
-    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        each!(self, m => m.rates(at, dx));
-    }
-    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        each!(self, m => m.outputs(at, y));
-    }
-    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
-        each!(self, m => m.indicators(at, z));
-    }
-    fn direction(&self, indicator: usize) -> Direction {
-        each!(self, m => m.direction(indicator))
-    }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        each!(self, m => m.update(t, x, u, p, modes))
-    }
-    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
-        each!(self, m => m.next_event(p, modes))
-    }
-}
+trueup_numerics::delegate_hybrid!(Controller { Controller::Joint(m) => m, Controller::Manipulator(m) => m });
 
 impl FmuModel for Controller {
     fn build(c: &Configuration) -> Result<Self, String> {
@@ -87,7 +47,10 @@ impl FmuModel for Controller {
         }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
-        each!(self, m => m.check(p))
+        match self {
+            Self::Joint(m) => m.check(p),
+            Self::Manipulator(m) => m.check(p),
+        }
     }
 }
 

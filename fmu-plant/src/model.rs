@@ -6,9 +6,6 @@ use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::{TwoMassJoint, parameter};
-use trueup_numerics::Scalar;
-use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
 /// A plant and its variable table.
 #[derive(Clone, Debug)]
@@ -23,44 +20,7 @@ pub enum Plant {
 /// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
 pub const TEST_BED: [bool; 3] = [true, false, false];
 
-macro_rules! each {
-    ($plant:expr, $model:ident => $body:expr) => {
-        match $plant {
-            Plant::Joint($model, _) => $body,
-            Plant::Arm($model) => $body,
-        }
-    };
-}
-
-impl Hybrid for Plant {
-    fn sizes(&self) -> Sizes {
-        each!(self, m => m.sizes())
-    }
-    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        each!(self, m => m.start(p, x));
-    }
-    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
-        each!(self, m => m.start_modes(at, modes));
-    }
-    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        each!(self, m => m.rates(at, dx));
-    }
-    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        each!(self, m => m.outputs(at, y));
-    }
-    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
-        each!(self, m => m.indicators(at, z));
-    }
-    fn direction(&self, indicator: usize) -> Direction {
-        each!(self, m => m.direction(indicator))
-    }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        each!(self, m => m.update(t, x, u, p, modes))
-    }
-    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
-        each!(self, m => m.next_event(p, modes))
-    }
-}
+trueup_numerics::delegate_hybrid!(Plant { Plant::Joint(m, _) => m, Plant::Arm(m) => m });
 
 impl FmuModel for Plant {
     fn build(c: &Configuration) -> Result<Self, String> {

@@ -9,9 +9,6 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_fmi_export::reference::{Reference, reference};
-use trueup_numerics::Scalar;
-use trueup_numerics::event::Direction;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
 /// Any model of the project.
 #[derive(Clone, Debug)]
@@ -23,44 +20,7 @@ pub enum Model {
     Controller(Controller),
 }
 
-macro_rules! each {
-    ($model:expr, $m:ident => $body:expr) => {
-        match $model {
-            Model::Plant($m) => $body,
-            Model::Controller($m) => $body,
-        }
-    };
-}
-
-impl Hybrid for Model {
-    fn sizes(&self) -> Sizes {
-        each!(self, m => m.sizes())
-    }
-    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        each!(self, m => m.start(p, x));
-    }
-    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
-        each!(self, m => m.start_modes(at, modes));
-    }
-    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        each!(self, m => m.rates(at, dx));
-    }
-    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        each!(self, m => m.outputs(at, y));
-    }
-    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
-        each!(self, m => m.indicators(at, z));
-    }
-    fn direction(&self, indicator: usize) -> Direction {
-        each!(self, m => m.direction(indicator))
-    }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        each!(self, m => m.update(t, x, u, p, modes))
-    }
-    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
-        each!(self, m => m.next_event(p, modes))
-    }
-}
+trueup_numerics::delegate_hybrid!(Model { Model::Plant(m) => m, Model::Controller(m) => m });
 
 impl FmuModel for Model {
     fn build(c: &Configuration) -> Result<Self, String> {
@@ -71,10 +31,16 @@ impl FmuModel for Model {
         }
     }
     fn table(&self) -> ModelTable {
-        each!(self, m => m.table())
+        match self {
+            Self::Plant(m) => m.table(),
+            Self::Controller(m) => m.table(),
+        }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
-        each!(self, m => m.check(p))
+        match self {
+            Self::Plant(m) => m.check(p),
+            Self::Controller(m) => m.check(p),
+        }
     }
 }
 

@@ -83,3 +83,46 @@ pub trait Hybrid {
         None
     }
 }
+
+/// Implements [`Hybrid`] by handing every call on: `delegate_hybrid!(Either { Either::A(m) => m, Either::B(m) => m })`.
+#[macro_export]
+macro_rules! delegate_hybrid {
+    ($type:ty { $($variant:pat => $model:expr),+ $(,)? }) => {
+        impl $crate::hybrid::Hybrid for $type {
+            fn sizes(&self) -> $crate::hybrid::Sizes {
+                match self { $($variant => $model.sizes()),+ }
+            }
+            fn start<T: $crate::Scalar>(&self, p: &[T], x: &mut [T]) {
+                match self { $($variant => $model.start(p, x)),+ }
+            }
+            fn start_modes(&self, at: $crate::hybrid::At<f64>, modes: &mut [i32]) {
+                match self { $($variant => $model.start_modes(at, modes)),+ }
+            }
+            fn rates<T: $crate::Scalar>(&self, at: $crate::hybrid::At<T>, dx: &mut [T]) {
+                match self { $($variant => $model.rates(at, dx)),+ }
+            }
+            fn outputs<T: $crate::Scalar>(&self, at: $crate::hybrid::At<T>, y: &mut [T]) {
+                match self { $($variant => $model.outputs(at, y)),+ }
+            }
+            fn indicators<T: $crate::Scalar>(&self, at: $crate::hybrid::At<T>, z: &mut [T]) {
+                match self { $($variant => $model.indicators(at, z)),+ }
+            }
+            fn direction(&self, indicator: usize) -> $crate::event::Direction {
+                match self { $($variant => $model.direction(indicator)),+ }
+            }
+            fn update(
+                &self,
+                t: f64,
+                x: &mut [f64],
+                u: &[f64],
+                p: &[f64],
+                modes: &mut [i32],
+            ) -> $crate::hybrid::Update {
+                match self { $($variant => $model.update(t, x, u, p, modes)),+ }
+            }
+            fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+                match self { $($variant => $model.next_event(p, modes)),+ }
+            }
+        }
+    };
+}

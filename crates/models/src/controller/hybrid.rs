@@ -228,29 +228,4 @@ impl JointController {
     }
 }
 
-impl Hybrid for JointController {
-    fn sizes(&self) -> Sizes {
-        ONE.sizes()
-    }
-    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        ONE.start(p, x);
-    }
-    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
-        ONE.start_modes(at, modes);
-    }
-    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        ONE.rates(at, dx);
-    }
-    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        ONE.outputs(at, y);
-    }
-    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
-        ONE.indicators(at, z);
-    }
-    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        ONE.update(t, x, u, p, modes)
-    }
-    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
-        ONE.next_event(p, modes)
-    }
-}
+trueup_numerics::delegate_hybrid!(JointController { _ => ONE });
