@@ -12,6 +12,8 @@ use trueup_fmi::table::{Kind, Storage};
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Sizes};
 
+const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
+
 /// Work space; grows at first use.
 #[derive(Debug, Default)]
 pub(crate) struct Duals {
@@ -96,6 +98,20 @@ impl<const N: usize> Work<N> {
         if any(|k| matches!(k, Unknown::Indicator(_))) {
             i.model.indicators(at, &mut self.z);
         }
+    }
+}
+
+impl Duals {
+    /// The derivatives that a sweep with one direction gave.
+    fn results(&self, out: &mut [f64]) -> Outcome {
+        for (out, k) in out.iter_mut().zip(&self.unknowns) {
+            let derivative = self.one.unknown(*k).eps[0];
+            if !derivative.is_finite() {
+                return discard(NOT_FINITE);
+            }
+            *out = derivative;
+        }
+        Ok(())
     }
 }
 
@@ -187,13 +203,7 @@ impl<M: FmuModel> Instance<M> {
             initial: m.state == State::Initialization,
         };
         d.one.sweep(&parts, &d.unknowns);
-        if d.unknowns.iter().any(|k| !d.one.unknown(*k).eps[0].is_finite()) {
-            return discard("a derivative is not finite with these states and inputs");
-        }
-        for (out, k) in sensitivity.iter_mut().zip(&d.unknowns) {
-            *out = d.one.unknown(*k).eps[0];
-        }
-        Ok(())
+        d.results(sensitivity)
     }
 
     /// sensitivity = (d unknowns / d knowns)^T seed, by forward sweeps over four knowns each.
@@ -226,7 +236,7 @@ impl<M: FmuModel> Instance<M> {
             }
         }
         if sensitivity.iter().any(|s| !s.is_finite()) {
-            return discard("a derivative is not finite with these states and inputs");
+            return discard(NOT_FINITE);
         }
         Ok(())
     }
@@ -277,10 +287,7 @@ impl<M: FmuModel> Instance<M> {
             initial: false,
         };
         d.one.sweep(&parts, &d.unknowns);
-        for (out, k) in values.iter_mut().zip(&d.unknowns) {
-            *out = d.one.unknown(*k).eps[0];
-        }
-        Ok(())
+        d.results(values)
     }
 
     /// What a variable depends on, element by element: (element of the dependent, value reference of the

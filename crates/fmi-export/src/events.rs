@@ -140,6 +140,7 @@ impl<M: FmuModel> Instance<M> {
         self.permit(Call::Evaluate)?;
         self.expect_count("states", self.memory.x.len(), x.len())?;
         self.ready()?;
+        self.finite_states()?;
         x.copy_from_slice(&self.memory.x);
         Ok(())
     }

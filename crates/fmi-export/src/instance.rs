@@ -222,9 +222,9 @@ impl<M: FmuModel> Instance<M> {
             self.model.start(&m.p, &mut m.x);
             let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &[] };
             self.model.start_modes(at, &mut m.modes);
-            m.start_stale = false;
             self.touch();
             self.finite_states()?;
+            self.memory.start_stale = false;
         }
         Ok(())
     }

@@ -78,7 +78,7 @@ impl<M: FmuModel> Instance<M> {
                     match self.layout.variable(r.variable).storage {
                         Storage::Output(_) => self.evaluate_outputs()?,
                         Storage::Rate(_) => self.evaluate_rates()?,
-                        Storage::State(_) => self.ready()?,
+                        Storage::State(_) => self.ready().and_then(|()| self.finite_states())?,
                         _ => {}
                     }
                 }
