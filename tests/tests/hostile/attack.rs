@@ -44,9 +44,35 @@ enum Act {
 use Act::*;
 
 const ALL: &[Act] = &[
-    Initialize, ExitInitialization, Configuration, EnterEvent, EnterContinuous, EnterStep, Update, SetTime,
-    SetStates, ReadStates, Rates, Indicators, Nominals, Completed, DoStep, Get, Set, Tune, Terminate, Reset,
-    States, Bytes, Derivatives, OutputDerivatives, InputDerivatives, StepStatus, Logging, Clocks, OtherTypes,
+    Initialize,
+    ExitInitialization,
+    Configuration,
+    EnterEvent,
+    EnterContinuous,
+    EnterStep,
+    Update,
+    SetTime,
+    SetStates,
+    ReadStates,
+    Rates,
+    Indicators,
+    Nominals,
+    Completed,
+    DoStep,
+    Get,
+    Set,
+    Tune,
+    Terminate,
+    Reset,
+    States,
+    Bytes,
+    Derivatives,
+    OutputDerivatives,
+    InputDerivatives,
+    StepStatus,
+    Logging,
+    Clocks,
+    OtherTypes,
     Structure,
 ];
 /// Legal in every phase.
@@ -60,11 +86,28 @@ fn fitting(s: &Subject) -> &'static [Act] {
         (Phase::Event, true) => &[Update, EnterContinuous, Set, Tune, Derivatives, Rates],
         (Phase::Event, false) => &[Update, EnterStep, EnterStep, Set, Tune, Derivatives],
         (Phase::Continuous, _) => &[
-            SetTime, SetStates, ReadStates, Rates, Rates, Indicators, Completed, EnterEvent, Set, Derivatives,
+            SetTime,
+            SetStates,
+            ReadStates,
+            Rates,
+            Rates,
+            Indicators,
+            Completed,
+            EnterEvent,
+            Set,
+            Derivatives,
             Nominals,
         ],
         (Phase::Step, _) => &[
-            DoStep, DoStep, DoStep, Set, Tune, Derivatives, OutputDerivatives, InputDerivatives, EnterEvent,
+            DoStep,
+            DoStep,
+            DoStep,
+            Set,
+            Tune,
+            Derivatives,
+            OutputDerivatives,
+            InputDerivatives,
+            EnterEvent,
             StepStatus,
         ],
         (Phase::Terminated, _) => &[Reset, Reset, Get],
@@ -80,10 +123,11 @@ pub fn attack(s: &mut Subject, r: &mut Random, pool: &mut Pool) {
     };
     match act {
         Initialize => {
-            let tolerance = r.pick(&[1e-6, 1e-6, 1e-4, 1e-9, 1e-300, 0.0, -1.0, f64::NAN, f64::INFINITY, 1e3]);
+            let tolerance =
+                r.pick(&[1e-6, 1e-6, 1e-4, 1e-9, 1e-300, 0.0, -1.0, f64::NAN, f64::INFINITY, 1e3]);
             let start = if r.once_in(8) { r.odd() } else { 0.0 };
             let stop = if r.once_in(4) { Some(r.number()) } else { None };
-            s.wrong = !(tolerance.is_finite() && tolerance > 0.0) || !start.is_finite();
+            s.wrong = !(tolerance.is_finite() && tolerance > 0.0 && start.is_finite());
             let status = s.initialize(tolerance, start, stop);
             s.wrong = false;
             if status == 0 && !start.is_finite() {
@@ -213,7 +257,8 @@ fn do_step(s: &mut Subject, r: &mut Random) {
         2 => 0.02,
         _ => 1e-3 * (0.1 + r.unit()),
     };
-    s.wrong = s.is_me() || !(h.is_finite() && h > 0.0) || !t.is_finite() || (t - s.t).abs() > 1e-8 * h.max(t.abs());
+    s.wrong =
+        s.is_me() || !(h.is_finite() && h > 0.0) || !t.is_finite() || (t - s.t).abs() > 1e-8 * h.max(t.abs());
     s.environment.hostile.set(true);
     let (status, _, event) = s.do_step(t, h);
     s.environment.hostile.set(false);

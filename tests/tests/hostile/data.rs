@@ -110,7 +110,8 @@ impl Subject<'_> {
             values.resize(len, 0.1);
         }
         let settable = |v: &Variable| {
-            matches!(v.causality, Causality::Input | Causality::Parameter) && v.variability != Variability::Constant
+            matches!(v.causality, Causality::Input | Causality::Parameter)
+                && v.variability != Variability::Constant
         };
         wrong |= !chosen.iter().all(|v| settable(v));
         wrong |= values.iter().any(|v| !v.is_finite());
@@ -256,7 +257,9 @@ impl Subject<'_> {
         let mut handle = null_mut();
         self.wrong = wrong;
         let status = match &self.fmu.library {
-            Library::Two(f) => ask!(self, f.fmi2DeSerializeFMUstate(p.cast::<c_char>(), bytes.len(), &mut handle)),
+            Library::Two(f) => {
+                ask!(self, f.fmi2DeSerializeFMUstate(p.cast::<c_char>(), bytes.len(), &mut handle))
+            }
             Library::Three(f) => ask!(self, f.fmi3DeserializeFMUState(p, bytes.len(), &mut handle)),
         };
         if status == 0 {
@@ -306,7 +309,8 @@ impl Subject<'_> {
         let (references, chosen, mut wrong) =
             self.choose(r, |v| v.kind == Kind::Real && v.causality == causality);
         let len = chosen.iter().map(|v| v.len).sum::<usize>() + references.len() - chosen.len();
-        let orders: Vec<i32> = references.iter().map(|_| r.pick(&[1, 1, 1, 1, 1, 0, 2, -1, i32::MAX])).collect();
+        let orders: Vec<i32> =
+            references.iter().map(|_| r.pick(&[1, 1, 1, 1, 1, 0, 2, -1, i32::MAX])).collect();
         let n = references.len();
         let p = maybe_null(references.as_ptr(), n, r, &mut wrong);
         let o = maybe_null(orders.as_ptr(), n, r, &mut wrong);

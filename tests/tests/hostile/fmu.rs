@@ -39,6 +39,7 @@ pub mod three {
     trueup_fmi::fmi3_functions!(functions);
 }
 
+#[allow(clippy::large_enum_variant)]
 pub enum Library {
     Two(two::Functions),
     Three(three::Functions),
@@ -140,7 +141,9 @@ pub fn files(folder: &Path) -> Vec<PathBuf> {
 
 /// Packs with the program (`TRUEUP_BIN`), if there is one.
 pub fn pack(arguments: &[&str], folder: &Path) -> bool {
-    let Some(program) = std::env::var_os("TRUEUP_BIN").filter(|p| Path::new(p).exists()) else { return false };
+    let Some(program) = std::env::var_os("TRUEUP_BIN").filter(|p| Path::new(p).exists()) else {
+        return false;
+    };
     let done = Command::new(program).args(["fmu", "pack"]).args(arguments).arg("-o").arg(folder).output();
     let done = done.unwrap();
     assert!(done.status.success(), "fmu pack: {}", String::from_utf8_lossy(&done.stderr));

@@ -13,6 +13,7 @@
 #![allow(unreachable_pub, clippy::missing_safety_doc)]
 
 mod attack;
+mod by_hand;
 mod callback;
 mod data;
 mod fmu;

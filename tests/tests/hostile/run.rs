@@ -54,7 +54,8 @@ impl Subject<'_> {
             Library::Three(f) => {
                 let (mut b, mut t) = ([fmi3False; 5], 0.0);
                 let [needed, end, nominals, values, timed] = &mut b;
-                let status = ask!(self, f.fmi3UpdateDiscreteStates(needed, end, nominals, values, timed, &mut t));
+                let status =
+                    ask!(self, f.fmi3UpdateDiscreteStates(needed, end, nominals, values, timed, &mut t));
                 self.finite(status, "nextEventTime", &[t]);
                 (status, b[0].0 != 0)
             }

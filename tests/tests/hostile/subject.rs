@@ -150,29 +150,27 @@ impl<'a> Subject<'a> {
         let c = unsafe {
             match (&fmu.library, way) {
                 (Library::Two(f), _) => {
-                    let kind =
-                        if way == Way::ModelExchange { fmi2ModelExchange } else { fmi2CoSimulation };
+                    let kind = if way == Way::ModelExchange { fmi2ModelExchange } else { fmi2CoSimulation };
                     (f.fmi2Instantiate)(name, kind, token, null(), &*callbacks, 0, i32::from(logs))
                 }
-                (Library::Three(f), Way::ModelExchange) => (f.fmi3InstantiateModelExchange)(
-                    name, token, null(), fmi3False, on, pointer, Some(log3),
-                ),
-                (Library::Three(f), Way::CoSimulation { event_mode, early_return }) => {
-                    (f.fmi3InstantiateCoSimulation)(
-                        name,
-                        token,
-                        null(),
-                        fmi3False,
-                        on,
-                        event_mode.into(),
-                        early_return.into(),
-                        required.as_ptr(),
-                        required.len(),
-                        pointer,
-                        Some(log3),
-                        Some(super::callback::intermediate_update),
-                    )
+                (Library::Three(f), Way::ModelExchange) => {
+                    (f.fmi3InstantiateModelExchange)(name, token, null(), fmi3False, on, pointer, Some(log3))
                 }
+                (Library::Three(f), Way::CoSimulation { event_mode, early_return }) => (f
+                    .fmi3InstantiateCoSimulation)(
+                    name,
+                    token,
+                    null(),
+                    fmi3False,
+                    on,
+                    event_mode.into(),
+                    early_return.into(),
+                    required.as_ptr(),
+                    required.len(),
+                    pointer,
+                    Some(log3),
+                    Some(super::callback::intermediate_update),
+                ),
             }
         };
         assert!(!c.is_null(), "{}: {context}: {:?}", fmu.name, environment.journal);
@@ -201,13 +199,22 @@ impl<'a> Subject<'a> {
     }
     pub fn fail(&self, why: &str) -> ! {
         let from = self.trail.len().saturating_sub(40);
-        panic!("{} {:?}, {}: {why}\ncalls: {}", self.fmu.name, self.way, self.context, self.trail[from..].join(" "))
+        panic!(
+            "{} {:?}, {}: {why}\ncalls: {}",
+            self.fmu.name,
+            self.way,
+            self.context,
+            self.trail[from..].join(" ")
+        )
     }
     pub fn before(&mut self, name: &'static str) {
         CALLS.fetch_add(1, Relaxed);
         self.environment.journal.borrow_mut().clear();
         if TRACE.load(Relaxed) {
-            eprintln!("{} {} {:?} {name} t={:?} {:?}", self.context, self.fmu.name, self.way, self.t, self.phase);
+            eprintln!(
+                "{} {} {:?} {name} t={:?} {:?}",
+                self.context, self.fmu.name, self.way, self.t, self.phase
+            );
         }
     }
     /// The invariants of every call.
@@ -226,7 +233,8 @@ impl<'a> Subject<'a> {
         let journal = self.environment.journal.borrow();
         if status >= REFUSALS {
             REFUSED.fetch_add(1, Relaxed);
-            let told = |m: &(i32, String)| m.0 == status && m.1.starts_with(name) && m.1.len() > name.len() + 12;
+            let told =
+                |m: &(i32, String)| m.0 == status && m.1.starts_with(name) && m.1.len() > name.len() + 12;
             if self.live && self.logs && !journal.iter().any(told) {
                 self.fail(&format!("{name} refuses in silence: {journal:?}"));
             }
