@@ -16,7 +16,7 @@ pub fn joint_controller() -> ModelTable {
         torque_constant: "N.m/A",
         torque_constant_text: "torque constant K_t of the motor",
     };
-    let defaults = [[2.5], [n * n * 1.2e-7 * 60.0], [0.1], [n], [0.02], [0.25], [41.648], [1.0]];
+    let defaults = [[2.5], [7.2e-6 * n * n], [0.1], [n], [0.02], [0.25], [41.648], [1.0]];
     let mut table = Builder { names, joints: None }.table(&defaults.each_ref().map(|d| d.as_slice()));
     table.name = "JointController".into();
     table.description = "P/PI and wave-based control of one flexible joint, with current limit".into();
