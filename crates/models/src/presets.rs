@@ -18,7 +18,7 @@ pub struct Preset {
 
 const SOURCE: &str = "K_eq, D_eq, tau_c, D_m, tau_s: Comi et al. (DELIAN), tables 1 and 2; gear ratio, inertias, torque constant: assumed (docs/parameters.md)";
 
-const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: CBK PAN paper, table 1 and section 3.1; k: its CAD value; I_m, b: its table 2, test 3";
+const CBK_SOURCE: &str = "masses, inertias, lengths, centres of mass: CBK PAN paper, table 1 and section 3.1; k: its CAD value; I_m, b: averages of its table 2";
 
 /// All presets.
 pub const PRESETS: &[Preset] = &[
