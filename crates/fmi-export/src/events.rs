@@ -24,7 +24,8 @@ pub struct EventInfo {
 
 impl<M: FmuModel> Instance<M> {
     pub(crate) fn next_event(&self) -> Option<f64> {
-        self.model.next_event(&self.memory.p, &self.memory.modes)
+        // One at infinity never comes.
+        self.model.next_event(&self.memory.p, &self.memory.modes).filter(|t| t.is_finite())
     }
     fn pass(&mut self) -> Outcome<Update> {
         self.ready()?;

@@ -1,6 +1,6 @@
 //! Reading and setting variables by value reference, with the rules of both standards.
 //!
-//! A call takes all of its values or none: everything is checked before anything is written.
+//! A call sets all of its values or none: everything is checked before anything is set.
 
 use crate::fault::{Outcome, error};
 use crate::instance::Instance;
@@ -57,7 +57,8 @@ impl<M: FmuModel> Instance<M> {
         error(format!("`{name}` has another data type: use fmi{major}{verb}{}", setter(version, actual)))
     }
 
-    /// Reads the values of `references` in order; `values` must have exactly as many places.
+    /// Reads the values of `references` in order into exactly `len` places. What was put before a refusal
+    /// counts for nothing.
     pub fn get(
         &mut self,
         kind: Type,
@@ -66,42 +67,32 @@ impl<M: FmuModel> Instance<M> {
         mut put: impl FnMut(usize, f64),
     ) -> Outcome {
         self.permit(Call::Get)?;
-        let mut needed = 0;
+        let mut k = 0;
+        let mut next = |value| {
+            if k < len {
+                put(k, value);
+            }
+            k += 1;
+        };
         for reference in references {
             match self.typed(kind, false, *reference)? {
-                Target::Indicator(_) => {
+                Target::Indicator(i) => {
                     self.evaluate_indicators()?;
-                    needed += 1;
+                    next(self.cache.z[i]);
                 }
                 Target::Variable(r) => {
-                    needed += r.len;
                     match self.layout.variable(r.variable).storage {
                         Storage::Output(_) => self.evaluate_outputs()?,
                         Storage::Rate(_) => self.evaluate_rates()?,
                         Storage::State(_) => self.ready().and_then(|()| self.finite_states())?,
                         _ => {}
                     }
-                }
-            }
-        }
-        self.expect_len(needed, len)?;
-        let mut k = 0;
-        for reference in references {
-            match self.layout.find(self.settings.version, *reference)? {
-                Target::Indicator(i) => {
-                    put(k, self.cache.z[i]);
-                    k += 1;
-                }
-                Target::Variable(r) => {
                     let v = self.layout.variable(r.variable);
-                    for i in r.first..r.first + r.len {
-                        put(k, self.element(v, i));
-                        k += 1;
-                    }
+                    (r.first..r.first + r.len).for_each(|i| next(self.element(v, i)));
                 }
             }
         }
-        Ok(())
+        self.expect_len(k, len)
     }
 
     fn element(&self, v: &Variable, i: usize) -> f64 {

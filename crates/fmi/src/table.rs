@@ -178,18 +178,25 @@ impl Variable {
         if !value.is_finite() {
             return Err(format!("{} cannot be {value}; give a finite number", name()));
         }
-        let unit =
-            if self.unit.is_empty() || self.unit == "1" { String::new() } else { format!(" {}", self.unit) };
+        // A good value costs no allocation.
+        let (space, unit) =
+            if self.unit.is_empty() || self.unit == "1" { ("", "") } else { (" ", self.unit) };
         if let Some(min) = self.min
             && (value < min || (self.exclusive && value == min))
         {
             let must = if self.exclusive { "above" } else { "at least" };
-            return Err(format!("{} = {value}{unit} is not allowed: it must be {must} {min}{unit}", name()));
+            return Err(format!(
+                "{} = {value}{space}{unit} is not allowed: it must be {must} {min}{space}{unit}",
+                name()
+            ));
         }
         if let Some(max) = self.max
             && value > max
         {
-            return Err(format!("{} = {value}{unit} is not allowed: it must be at most {max}{unit}", name()));
+            return Err(format!(
+                "{} = {value}{space}{unit} is not allowed: it must be at most {max}{space}{unit}",
+                name()
+            ));
         }
         Ok(())
     }
