@@ -27,14 +27,7 @@ fn running(fmu: &Fmu, way: Way) -> Subject<'_> {
 
 #[test]
 fn instances_that_cannot_be_made() {
-    unsafe extern "C" fn note(
-        e: *mut c_void,
-        _: fmi2String,
-        s: fmi2Status,
-        _: fmi2String,
-        _: fmi2String,
-        _: fmi2String,
-    ) {
+    unsafe extern "C" fn note(e: *mut c_void, _: fmi2String, s: fmi2Status, _: fmi2String, _: fmi2String) {
         // SAFETY: the environment is this.
         unsafe { (*e.cast::<RefCell<Vec<i32>>>()).borrow_mut().push(s.0) };
     }

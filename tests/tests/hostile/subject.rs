@@ -43,17 +43,21 @@ unsafe fn note(e: *mut c_void, status: i32, category: *const c_char, message: *c
     e.journal.borrow_mut().push((status, text));
 }
 /// Takes the place of the variadic logger, which stable Rust cannot define: on x86-64 and AArch64 (Linux) its
-/// named and first further arguments arrive alike.
+/// named arguments arrive alike. The format must be one that consumes no argument.
 pub unsafe extern "C" fn log2(
     e: *mut c_void,
     _: fmi2String,
     status: fmi2Status,
     category: fmi2String,
-    _: fmi2String,
-    message: fmi2String,
+    format: fmi2String,
 ) {
     // SAFETY: as `note`.
-    unsafe { note(e, status.0, category, message) }
+    unsafe {
+        if CStr::from_ptr(format).to_string_lossy().replace("%%", "").contains('%') {
+            (*e.cast::<Environment>()).failures.borrow_mut().push("a format with arguments".to_owned());
+        }
+        note(e, status.0, category, format)
+    }
 }
 pub type Logger2 = unsafe extern "C" fn(*mut c_void, fmi2String, fmi2Status, fmi2String, fmi2String, ...);
 pub unsafe extern "C" fn log3(e: *mut c_void, status: fmi3Status, category: fmi3String, message: fmi3String) {
