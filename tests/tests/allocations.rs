@@ -2,7 +2,14 @@
 //!
 //! This program's `malloc` counts: the dynamic linker binds the FMU's allocations to it.
 
-#![allow(missing_docs, unreachable_pub, clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+#![allow(
+    missing_docs,
+    unreachable_pub,
+    clippy::missing_safety_doc,
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unwrap_used
+)]
 
 #[path = "hostile/fmu.rs"]
 mod fmu;
@@ -41,10 +48,7 @@ counted! {
     memalign(alignment: usize, size: usize) => __libc_memalign;
     aligned_alloc(alignment: usize, size: usize) => __libc_memalign;
 }
-/// As `posix_memalign` of the C library.
-///
-/// # Safety
-/// As there.
+/// As the C library's.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn posix_memalign(p: *mut *mut c_void, alignment: usize, size: usize) -> i32 {
     ALLOCATIONS.fetch_add(1, Relaxed);
