@@ -23,6 +23,11 @@ const RULES: &[Rule] = &[
     Rule { name: "trueup-fmi-export", ours: &["trueup-fmi", "trueup-numerics"], never: ARCHIVES },
     Rule { name: "trueup-fmi-description", ours: &["trueup-fmi"], never: &["libloading", "clap"] },
     Rule { name: "trueup-fmi-import", ours: &["trueup-fmi", "trueup-fmi-description"], never: &["clap"] },
+    Rule {
+        name: "trueup-cosim",
+        ours: &["trueup-fmi-description", "trueup-fmi-import"],
+        never: &["clap", "zip", "libloading"],
+    },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
     Rule { name: "fmu-controller", ours: BINDING, never: ARCHIVES },
     Rule {
@@ -39,6 +44,7 @@ const RULES: &[Rule] = &[
             "trueup-fmi-export",
             "trueup-fmi-description",
             "trueup-fmi-import",
+            "trueup-cosim",
             "fmu-plant",
             "fmu-controller",
             "fmu-library",
@@ -139,6 +145,7 @@ fn forbidden_edges_are_found() {
     says(&edge("trueup-fmi-export", "zip", false, false), &["zip"]);
     says(&edge("trueup-fmi-description", "libloading", false, false), &["libloading"]);
     says(&edge("trueup-fmi-import", "trueup-models", true, false), &["trueup-models"]);
+    says(&edge("trueup-cosim", "trueup-models", true, false), &["trueup-cosim", "trueup-models"]);
     says(&edge("fmu-plant", "trueup-fmi-import", true, false), &["trueup-fmi-import"]);
     says(&edge("trueup-new", "trueup-fmi", true, false), &["no rule"]);
     // Tests are free, but not to break these two.

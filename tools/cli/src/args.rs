@@ -17,6 +17,8 @@ pub(crate) enum Command {
     /// Pack, show and check FMUs
     #[command(subcommand)]
     Fmu(Fmu),
+    /// Run an FMU in Co-Simulation and write its outputs as CSV
+    Simulate(Simulate),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
 }
@@ -81,4 +83,32 @@ pub(crate) struct Info {
 pub(crate) struct Validate {
     /// The FMU: a file or an unpacked folder
     pub(crate) file: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Simulate {
+    /// The FMU: a file or an unpacked folder
+    pub(crate) file: PathBuf,
+    /// Results; if the run fails, what was computed is kept as `<name>.incomplete.csv`
+    #[arg(short, long, value_name = "FILE.csv", default_value = "results.csv")]
+    pub(crate) output: PathBuf,
+    /// Stop time in s; else that of the FMU's default experiment, else the end of the inputs
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) stop: Option<f64>,
+    /// Communication step in s; else that of the default experiment, else a 500th of the run
+    #[arg(long, value_name = "S")]
+    pub(crate) step: Option<f64>,
+    /// Relative tolerance of the integrator inside the FMU
+    #[arg(long, value_name = "X")]
+    pub(crate) tolerance: Option<f64>,
+    /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
+    /// or all of them (`linkMass=4,3,1`)
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) set: Vec<String>,
+    /// Inputs over time: a CSV with the columns `time` (s) and names of inputs
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) input: Option<PathBuf>,
+    /// Variables to record instead of all outputs
+    #[arg(long, value_name = "NAME,..", value_delimiter = ',', action = clap::ArgAction::Append)]
+    pub(crate) outputs: Vec<String>,
 }

@@ -4,6 +4,7 @@ mod demo;
 mod info;
 mod list;
 mod pack;
+mod simulate;
 mod validate;
 
 use crate::args::{Command, Fmu};
@@ -12,6 +13,7 @@ use crate::error::Error;
 pub(crate) fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Demo(a) => demo::demo(&a),
+        Command::Simulate(a) => simulate::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),
         Command::Fmu(Fmu::Info(a)) => info::run(&a),

@@ -1,0 +1,33 @@
+//! The master: runs an FMU of FMI 2.0 or 3.0 in Co-Simulation, whoever built it.
+//!
+//! ```no_run
+//! use trueup_cosim::{Options, Table, simulate};
+//! use trueup_fmi_import::Fmu;
+//!
+//! let fmu = Fmu::open("BouncingBall.fmu")?;
+//! let options = Options { stop: Some(3.0), set: vec![("e".into(), "0.8".into())], ..Options::default() };
+//! let mut table = Table::create("results.csv".as_ref())?;
+//! match simulate(&fmu, &options, &mut table) {
+//!     Ok(_) => table.finish()?,
+//!     Err(error) => eprintln!("{error}; kept: {:?}", table.keep_incomplete()?),
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A wrong run never looks like a good one: every status is checked, a value that is not finite ends the run, and
+//! what was computed until then is kept under another name.
+
+mod error;
+mod grid;
+mod inputs;
+mod results;
+mod simulate;
+mod slave;
+mod value;
+
+pub use error::Error;
+pub use grid::Grid;
+pub use inputs::Inputs;
+pub use results::Table;
+pub use simulate::{Options, Summary, simulate};
+pub use slave::{Block, Buffer, Slave};

@@ -1,0 +1,257 @@
+//! One FMU in Co-Simulation, of either version of the standard.
+
+use std::sync::Arc;
+
+use trueup_fmi_description::Version;
+use trueup_fmi_description::description::Type;
+use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Step, fmi2, fmi3};
+
+/// An instance of either version.
+pub enum Slave {
+    /// FMI 2.0.
+    V2(Box<fmi2::Instance>),
+    /// FMI 3.0.
+    V3(fmi3::Instance),
+}
+
+/// Variables of one type that are read or set by one call.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Block {
+    /// Value references.
+    pub references: Vec<u32>,
+    /// All their elements.
+    pub values: Buffer,
+}
+
+/// Calls the same method of whichever version.
+macro_rules! either {
+    ($slave:expr, $instance:ident => $call:expr) => {
+        match $slave {
+            Slave::V2($instance) => $call,
+            Slave::V3($instance) => $call,
+        }
+    };
+}
+
+impl Slave {
+    /// Instantiates for Co-Simulation, without event mode and early return.
+    ///
+    /// # Errors
+    /// The FMU does not offer it, or gives no instance.
+    pub fn new(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
+        Ok(match fmu.description().version {
+            Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::CoSimulation, options)?)),
+            Version::V3 => Self::V3(fmi3::Instance::co_simulation(fmu, options, Default::default())?),
+        })
+    }
+
+    /// Name of the instance.
+    pub fn name(&self) -> &str {
+        either!(self, i => i.name())
+    }
+
+    /// The instance's last messages.
+    pub fn log(&self) -> Vec<String> {
+        let messages = either!(self, i => i.log());
+        messages.iter().rev().take(10).rev().map(ToString::to_string).collect()
+    }
+
+    /// Enters initialization mode.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
+        either!(self, i => i.enter_initialization_mode(experiment))
+    }
+
+    /// Leaves it.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+        either!(self, i => i.exit_initialization_mode())
+    }
+
+    /// Steps from `time` by `step` s, never to go back.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns, but for Discard.
+    pub fn do_step(&mut self, time: f64, step: f64) -> Result<Step, Error> {
+        either!(self, i => i.do_step(time, step, true))
+    }
+
+    /// Ends the run.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn terminate(&mut self) -> Result<(), Error> {
+        either!(self, i => i.terminate())
+    }
+}
+
+macro_rules! buffers {
+    ($($kind:ident $type:ty, $get:ident $set:ident;)*) => {
+        /// Values of one type.
+        #[derive(Clone, Debug, PartialEq)]
+        #[allow(missing_docs)]
+        pub enum Buffer {
+            $($kind(Vec<$type>),)*
+            Boolean(Vec<bool>),
+            String(Vec<String>),
+        }
+
+        impl Buffer {
+            /// Of this length; `None` for binaries and clocks. FMI 2.0 has its enumerations among the `Int32`.
+            pub fn new(kind: Type, version: Version, length: usize) -> Option<Self> {
+                Some(match kind {
+                    $(Type::$kind => Self::$kind(vec![Default::default(); length]),)*
+                    Type::Enumeration if version == Version::V2 => Self::Int32(vec![0; length]),
+                    Type::Enumeration => Self::Int64(vec![0; length]),
+                    Type::Boolean => Self::Boolean(vec![false; length]),
+                    Type::String => Self::String(vec![String::new(); length]),
+                    Type::Binary | Type::Clock => return None,
+                })
+            }
+
+            /// Appends what reads back as the same value: of a double its shortest digits, Booleans as 0 or 1.
+            pub(crate) fn texts(&self, out: &mut Vec<String>) {
+                match self {
+                    $(Self::$kind(v) => out.extend(v.iter().map(|x| format!("{x:?}"))),)*
+                    Self::Boolean(v) => out.extend(v.iter().map(|x| u8::from(*x).to_string())),
+                    Self::String(v) => out.extend(v.iter().cloned()),
+                }
+            }
+
+            /// Appends values of the same type; returns where they begin.
+            pub(crate) fn append(&mut self, other: Self) -> usize {
+                match (self, other) {
+                    $((Self::$kind(v), Self::$kind(w)) => { v.extend(w.iter()); v.len() - w.len() })*
+                    (Self::Boolean(v), Self::Boolean(w)) => { v.extend(w.iter()); v.len() - w.len() }
+                    (Self::String(v), Self::String(w)) => { let at = v.len(); v.extend(w); at }
+                    _ => 0, // never asked for: blocks are of one type
+                }
+            }
+
+            /// Sets an element from a text; `false` if it is no value of this type.
+            pub(crate) fn parse(&mut self, at: usize, text: &str) -> bool {
+                match self {
+                    $(Self::$kind(v) => text.parse().map(|x| v[at] = x).is_ok(),)*
+                    Self::Boolean(v) => match text {
+                        "true" | "True" | "1" => { v[at] = true; true }
+                        "false" | "False" | "0" => { v[at] = false; true }
+                        _ => false,
+                    },
+                    Self::String(v) => { text.clone_into(&mut v[at]); true }
+                }
+            }
+        }
+
+        impl Blocks for fmi3::Instance {
+            fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+                match &mut block.values {
+                    $(Buffer::$kind(v) => self.$get(&block.references, v),)*
+                    Buffer::Boolean(v) => self.get_boolean(&block.references, v),
+                    Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
+                }
+            }
+            fn set(&mut self, block: &Block) -> Result<(), Error> {
+                match &block.values {
+                    $(Buffer::$kind(v) => self.$set(&block.references, v),)*
+                    Buffer::Boolean(v) => self.set_boolean(&block.references, v),
+                    Buffer::String(v) => self.set_string(&block.references, &texts(v)),
+                }
+            }
+        }
+    };
+}
+buffers! {
+    Float32 f32, get_float32 set_float32;
+    Float64 f64, get_float64 set_float64;
+    Int8 i8, get_int8 set_int8;
+    UInt8 u8, get_uint8 set_uint8;
+    Int16 i16, get_int16 set_int16;
+    UInt16 u16, get_uint16 set_uint16;
+    Int32 i32, get_int32 set_int32;
+    UInt32 u32, get_uint32 set_uint32;
+    Int64 i64, get_int64 set_int64;
+    UInt64 u64, get_uint64 set_uint64;
+}
+
+/// Reading and setting blocks.
+trait Blocks {
+    fn get(&mut self, block: &mut Block) -> Result<(), Error>;
+    fn set(&mut self, block: &Block) -> Result<(), Error>;
+}
+
+fn texts(values: &[String]) -> Vec<&str> {
+    values.iter().map(String::as_str).collect()
+}
+
+/// Types that FMI 2.0 does not have cannot come from its descriptions.
+impl Blocks for fmi2::Instance {
+    fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+        match &mut block.values {
+            Buffer::Float64(v) => self.get_real(&block.references, v),
+            Buffer::Int32(v) => self.get_integer(&block.references, v),
+            Buffer::Boolean(v) => self.get_boolean(&block.references, v),
+            Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
+            _ => Ok(()),
+        }
+    }
+    fn set(&mut self, block: &Block) -> Result<(), Error> {
+        match &block.values {
+            Buffer::Float64(v) => self.set_real(&block.references, v),
+            Buffer::Int32(v) => self.set_integer(&block.references, v),
+            Buffer::Boolean(v) => self.set_boolean(&block.references, v),
+            Buffer::String(v) => self.set_string(&block.references, &texts(v)),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl Slave {
+    /// Reads a block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.as_mut().get(block),
+            Self::V3(i) => i.get(block),
+        }
+    }
+
+    /// Sets a block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn set(&mut self, block: &Block) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.as_mut().set(block),
+            Self::V3(i) => i.set(block),
+        }
+    }
+}
+
+impl Buffer {
+    /// The first value that is not finite.
+    pub fn first_not_finite(&self) -> Option<(usize, f64)> {
+        match self {
+            Self::Float64(v) => v.iter().copied().enumerate().find(|(_, x)| !x.is_finite()),
+            Self::Float32(v) => v.iter().map(|x| f64::from(*x)).enumerate().find(|(_, x)| !x.is_finite()),
+            _ => None,
+        }
+    }
+
+    /// Sets an element from a number, rounded where the type is whole.
+    pub(crate) fn set_number(&mut self, at: usize, x: f64) {
+        match self {
+            Self::Float64(v) => v[at] = x,
+            Self::Float32(v) => v[at] = x as f32,
+            Self::Boolean(v) => v[at] = x != 0.0,
+            other => {
+                let _ = other.parse(at, &format!("{:.0}", x.round())); // out of range: checked when read
+            }
+        }
+    }
+}

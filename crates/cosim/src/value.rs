@@ -1,0 +1,88 @@
+//! Variables by the names that a user writes.
+
+use trueup_fmi_description::description::{Description, Dimension, Type, Values, Variable};
+
+use crate::slave::Buffer;
+
+/// The variable of that name and, of an array of FMI 3.0, the position of the element in `name[1,2]`.
+pub(crate) fn find<'a>(d: &'a Description, name: &str) -> Result<(&'a Variable, Option<usize>), String> {
+    let unknown = || format!("the FMU has no variable `{name}`; `trueup fmu info` lists them");
+    if let Some(v) = d.find(name) {
+        return Ok((v, None));
+    }
+    let (array, indices) = name.strip_suffix(']').and_then(|n| n.rsplit_once('[')).ok_or_else(unknown)?;
+    let v = d.find(array).ok_or_else(unknown)?;
+    let lengths = lengths(d, v).ok_or_else(|| format!("the size of `{array}` is not known"))?;
+    let outside = || format!("`{name}` is outside of `{array}`, whose size is {lengths:?} (indices from 1)");
+    let indices: Vec<usize> =
+        indices.split(',').map(|i| i.trim().parse().map_err(|_| outside())).collect::<Result<_, _>>()?;
+    if indices.len() != lengths.len() || indices.iter().zip(&lengths).any(|(i, n)| *i < 1 || i > n) {
+        return Err(outside());
+    }
+    Ok((v, Some(indices.iter().zip(&lengths).fold(0, |at, (i, n)| at * n + i - 1))))
+}
+
+/// Lengths of the dimensions.
+fn lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
+    let one = |dimension: &Dimension| {
+        let single = Variable { dimensions: vec![*dimension], ..v.clone() };
+        d.elements(&single)
+    };
+    v.dimensions.iter().map(one).collect()
+}
+
+/// Names of a variable's elements: `a[1,2]`, row by row; its own if it is a scalar.
+pub(crate) fn elements(d: &Description, v: &Variable) -> Option<Vec<String>> {
+    if v.dimensions.is_empty() {
+        return Some(vec![v.name.clone()]);
+    }
+    let mut names = vec![String::new()];
+    for length in lengths(d, v)? {
+        let with = |name: &String| {
+            (1..=length)
+                .map(|i| format!("{name}{}{i}", if name.is_empty() { "" } else { "," }))
+                .collect::<Vec<_>>()
+        };
+        names = names.iter().flat_map(with).collect();
+    }
+    Some(names.into_iter().map(|indices| format!("{}[{indices}]", v.name)).collect())
+}
+
+/// The start values as the description gives them.
+pub(crate) fn start(d: &Description, v: &Variable) -> Option<Buffer> {
+    let mut buffer = Buffer::new(v.kind, d.version, d.elements(v)?)?;
+    let texts: Vec<String> = match v.start.as_ref()? {
+        Values::Real(x) => x.iter().map(|x| format!("{x:?}")).collect(),
+        Values::Signed(x) => x.iter().map(ToString::to_string).collect(),
+        Values::Unsigned(x) => x.iter().map(ToString::to_string).collect(),
+        Values::Boolean(x) => x.iter().map(ToString::to_string).collect(),
+        Values::Text(x) => x.clone(),
+        Values::Binary(_) => return None,
+    };
+    (texts.len() == d.elements(v)?).then_some(())?;
+    texts.iter().enumerate().all(|(i, text)| buffer.parse(i, text)).then_some(buffer)
+}
+
+/// Sets one element from what a user writes; items of an enumeration by name or number.
+pub(crate) fn assign(
+    d: &Description,
+    v: &Variable,
+    buffer: &mut Buffer,
+    at: usize,
+    text: &str,
+) -> Result<(), String> {
+    let items = v.declared_type.as_deref().and_then(|t| d.declared_type(t)).map_or(&[][..], |t| &t.items);
+    let text = text.trim();
+    let item = items.iter().find(|item| item.name == text).map(|item| item.value.to_string());
+    let known = item.is_some() || items.is_empty() || items.iter().any(|i| i.value.to_string() == text);
+    let finite = !v.kind.is_float() || text.parse::<f64>().is_ok_and(f64::is_finite);
+    if known && finite && buffer.parse(at, item.as_deref().unwrap_or(text)) {
+        return Ok(());
+    }
+    let wanted = if v.kind == Type::Enumeration && !items.is_empty() {
+        items.iter().map(|i| i.name.as_str()).collect::<Vec<_>>().join(", ")
+    } else {
+        format!("{:?}", v.kind)
+    };
+    Err(format!("`{}` cannot be {text:?}; wanted: {wanted}", v.name))
+}
