@@ -296,7 +296,12 @@ fn inputs(d: &Description, columns: Option<&Inputs>, wrong: &mut Vec<String>) ->
             }
         };
         let linear = v.kind.is_float() && v.variability == Variability::Continuous;
-        driven.push(Driven { block, element: first + element.unwrap_or(0), column, linear });
+        let samples = columns.iter().flat_map(|c| &c.columns[column].2);
+        let at = first + element.unwrap_or(0);
+        if let Some(x) = samples.copied().find(|x| !blocks[block].values.set_number(at, *x)) {
+            wrong.push(format!("input column `{name}`: {x:?} is no {:?}", v.kind));
+        }
+        driven.push(Driven { block, element: at, column, linear });
     }
     (driven, blocks)
 }

@@ -243,15 +243,34 @@ impl Buffer {
         }
     }
 
-    /// Sets an element from a number, rounded where the type is whole.
-    pub(crate) fn set_number(&mut self, at: usize, x: f64) {
+    /// Sets an element from a number; `false` if the type cannot hold it.
+    pub(crate) fn set_number(&mut self, at: usize, x: f64) -> bool {
         match self {
             Self::Float64(v) => v[at] = x,
             Self::Float32(v) => v[at] = x as f32,
-            Self::Boolean(v) => v[at] = x != 0.0,
-            other => {
-                let _ = other.parse(at, &format!("{:.0}", x.round())); // out of range: checked when read
-            }
+            Self::Boolean(v) if x == 0.0 || x == 1.0 => v[at] = x == 1.0,
+            Self::Boolean(_) => return false,
+            whole => return x.fract() == 0.0 && whole.parse(at, &format!("{x:.0}")),
+        }
+        self.first_not_finite().is_none()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_number_that_a_type_cannot_hold_is_refused() {
+        for (kind, good, bad) in [
+            (Type::Int8, [-128.0, 127.0], [128.0, 0.5]),
+            (Type::UInt64, [0.0, 1e15], [-1.0, 1e20]),
+            (Type::Boolean, [0.0, 1.0], [2.0, -1.0]),
+            (Type::Float32, [0.1, -1e38], [1e39, f64::INFINITY]),
+        ] {
+            let mut buffer = Buffer::new(kind, Version::V3, 1).unwrap();
+            assert!(good.iter().all(|x| buffer.set_number(0, *x)), "{kind:?}");
+            assert!(bad.iter().all(|x| !buffer.set_number(0, *x)), "{kind:?}");
         }
     }
 }
