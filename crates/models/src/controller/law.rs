@@ -101,17 +101,18 @@ impl<T: Scalar> Joint<T> {
         let half = p[parameter::POSITION_GAIN] * (reference - u[input::LOAD_ANGLE]) * 0.5;
         let (position_wave, velocity_wave) = (x[state::POSITION_WAVES], x[state::VELOCITY_WAVES]);
         let v = match self.strategy {
-            Strategy::PPi => half * 2.0,
+            Strategy::PPi => half * 2.0, // (CTL-1)
+            // (CTL-4)
             Strategy::Wbc => p[parameter::POSITION_GAIN] * (reference * 0.5 + position_wave - angle),
-            Strategy::Vwbc => half + velocity_wave,
-            // K_p e (1 + LP)/2 + (1 − LP) b0v with one low pass for both.
+            Strategy::Vwbc => half + velocity_wave, // (CTL-5)
+            // (CTL-6) with one low pass for both.
             Strategy::VwbcWashout => half + velocity_wave + x[state::WASHOUT],
         };
         let error = v + u[input::VELOCITY_FEEDFORWARD] - velocity;
         let per_output = p[parameter::GEAR_RATIO] * p[parameter::TORQUE_CONSTANT];
         Command {
-            torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE],
-            limit: p[parameter::LIMIT] * per_output,
+            torque: p[parameter::VELOCITY_GAIN] * error + x[state::INTEGRAL_TORQUE], // (CTL-7)
+            limit: p[parameter::LIMIT] * per_output,                                 // (CTL-8)
             per_output,
             washout: half - velocity_wave,
         }

@@ -4,7 +4,8 @@
 //! launch wave through the wave transfer function G, and the return wave reaches the actuator through G:
 //!
 //! ```text
-//! a0 = θ0 − b0,   b0 = G (θ1 − G a0),   G = ω²/(s² + ω s + ω²)
+//! a0 = θ0 − b0,   b0 = G (θ1 − G a0)     (CTL-3)
+//! G = ω²/(s² + ω s + ω²)                  (CTL-2)
 //! ```
 //!
 //! Both filters are strictly proper: there is no algebraic loop.

@@ -56,7 +56,7 @@ fn d20_exact_wave_transfer_of_a_chain() {
 }
 
 /// Value, slope and curvature at s = 0 of one G of the split (the path from θ1 to b0 without the other filter),
-/// in units of 1/ω: −C A⁻¹B, −C A⁻²B, −2 C A⁻³B.
+/// in units of 1/ω: −C A⁻¹B, −C A⁻²B, −2 C A⁻³B. Checks CTL-2.
 #[test]
 fn d21_moments_of_the_wave_filter() {
     let omega = 7.0;
@@ -78,7 +78,7 @@ fn d21_moments_of_the_wave_filter() {
     close("D21 exact G''(0)", (slope(1e-4) - slope(0.0)) / 1e-4, 1.0, 1e-4);
 }
 
-/// The split is b0 = (Gθ1 − G²θ0)/(1 − G²), at a few complex frequencies.
+/// The split is b0 = (Gθ1 − G²θ0)/(1 − G²), at a few complex frequencies. Checks CTL-3.
 #[test]
 fn the_split_is_the_one_derived_from_the_waves() {
     let omega = 7.0;
@@ -105,6 +105,7 @@ fn d22_modes_with_the_motor_locked() {
     close("D22", modes()[1], 24.63498457, 1e-7);
 }
 
+/// Checks CTL-1.
 #[test]
 fn d23_largest_position_gain_of_p_pi() {
     let stable = |kp| poles(&parameters(Strategy::PPi, kp, OMEGA)).iter().all(|l| l.re < 1e-9);
@@ -117,6 +118,7 @@ fn d23_largest_position_gain_of_p_pi() {
     close("D23", low, 3.132, 2e-3);
 }
 
+/// Checks CTL-4 and CTL-5.
 #[test]
 fn d24_d25_reduction_of_vibration() {
     let [wbc, vwbc] = [Strategy::Wbc, Strategy::Vwbc].map(|s| reduction(s, 2.5, OMEGA));
@@ -162,6 +164,7 @@ fn d27_vwbc_keeps_an_error_under_a_load_torque() {
     close("D27 from δ", error, -30.0 * twist() / 1.5, 1e-9);
 }
 
+/// Checks CTL-1 and CTL-6.
 #[test]
 fn d28_p_pi_and_the_washout_leave_no_error_under_a_load_torque() {
     for strategy in [Strategy::PPi, Strategy::VwbcWashout] {

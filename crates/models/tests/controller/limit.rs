@@ -55,7 +55,7 @@ fn step(p: &[f64], reference: f64, time: f64) -> Step {
     Step { overshoot, end: x[CONTROLLER_STATES + 1] / reference, events }
 }
 
-/// In deep saturation the integral, left alone, would grow with the step; limited it recovers without more
+/// Checks CTL-7 and CTL-8. In deep saturation the integral, left alone, would grow with the step; limited it recovers without more
 /// overshoot than the linear loop has.
 #[test]
 fn recovers_without_winding_up() {
