@@ -20,9 +20,11 @@
 mod error;
 mod grid;
 mod inputs;
+pub mod plan;
 mod results;
 mod simulate;
 mod slave;
+pub mod system;
 mod value;
 
 pub use error::Error;

@@ -25,9 +25,24 @@ const RULES: &[Rule] = &[
     Rule { name: "trueup-fmi-import", ours: &["trueup-fmi", "trueup-fmi-description"], never: &["clap"] },
     Rule {
         name: "trueup-cosim",
-        ours: &["trueup-fmi-description", "trueup-fmi-import"],
-        never: &["clap", "zip", "libloading"],
+        ours: &["trueup-numerics", "trueup-signals", "trueup-fmi-description", "trueup-fmi-import"],
+        never: &["clap", "libloading"],
     },
+    Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
+    // What is fitted may be a model of ours or anybody's FMU.
+    Rule {
+        name: "trueup-identification",
+        ours: &[
+            "trueup-numerics",
+            "trueup-models",
+            "trueup-signals",
+            "trueup-fmi-description",
+            "trueup-fmi-import",
+        ],
+        never: ARCHIVES,
+    },
+    // Finished results in, a page out: it never simulates or fits.
+    Rule { name: "trueup-report", ours: &[], never: ARCHIVES },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
     Rule { name: "fmu-controller", ours: BINDING, never: ARCHIVES },
     Rule {
@@ -45,6 +60,9 @@ const RULES: &[Rule] = &[
             "trueup-fmi-description",
             "trueup-fmi-import",
             "trueup-cosim",
+            "trueup-signals",
+            "trueup-identification",
+            "trueup-report",
             "fmu-plant",
             "fmu-controller",
             "fmu-library",

@@ -1,0 +1,90 @@
+//! A system whose every name has been found in its FMUs and whose every value fits: numbers instead of names.
+
+use std::sync::Arc;
+
+use trueup_fmi_import::Fmu;
+
+use crate::grid::Grid;
+use crate::inputs::Inputs;
+use crate::slave::Block;
+use crate::system::{Algorithm, Interface};
+
+/// What the master runs.
+pub struct Plan {
+    /// The components in their order.
+    pub components: Vec<Planned>,
+    /// Connections, element by element.
+    pub links: Vec<Link>,
+    /// Inputs from a file, element by element.
+    pub driven: Vec<Driven>,
+    /// That file.
+    pub inputs: Option<Inputs>,
+    /// What is recorded, element by element, in the order of the table's columns.
+    pub recorded: Vec<Recorded>,
+    /// Communication points.
+    pub grid: Grid,
+    /// Relative tolerance; `None`: each FMU's own.
+    pub tolerance: Option<f64>,
+    /// `None`: the master chooses.
+    pub algorithm: Option<Algorithm>,
+}
+
+/// A component ready to be instantiated.
+pub struct Planned {
+    /// Its name, also that of the instance.
+    pub name: String,
+    /// The FMU.
+    pub fmu: Arc<Fmu>,
+    /// How it is run.
+    pub interface: Interface,
+    /// Start values, set before initialization.
+    pub start: Vec<Block>,
+    /// Steps of the grid that it takes at once.
+    pub every: u32,
+}
+
+/// One element of one variable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct Element {
+    /// Index of the component.
+    pub component: usize,
+    /// Index of the variable in its description.
+    pub variable: usize,
+    /// Index of the element, row-major from 0.
+    pub element: usize,
+}
+
+/// `to = factor * from + offset`, units already converted; of what is not a number a plain copy.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Link {
+    /// Output.
+    pub from: Element,
+    /// Input.
+    pub to: Element,
+    /// Factor; 1 for a plain copy.
+    pub factor: f64,
+    /// Offset; 0 for a plain copy.
+    pub offset: f64,
+}
+
+/// An input that a column of the inputs' file drives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Driven {
+    /// Input.
+    pub to: Element,
+    /// Column of the file.
+    pub column: usize,
+    /// On the line between samples, else held.
+    pub linear: bool,
+}
+
+/// An element to record.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recorded {
+    /// What.
+    pub from: Element,
+    /// Name of its column.
+    pub name: String,
+    /// Every this many communication points (at least 1).
+    pub every: u32,
+}

@@ -1,0 +1,133 @@
+//! A system as its author wrote it: names only, nothing looked up yet. TOML and SSP both become this.
+
+use std::path::PathBuf;
+
+/// Components, connections and how to run them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct System {
+    /// The file that it was read from, for messages; empty if it was built in code.
+    pub file: PathBuf,
+    /// What is run.
+    pub components: Vec<Component>,
+    /// What is handed on.
+    pub connections: Vec<Connection>,
+    /// When and how.
+    pub run: Run,
+    /// What is recorded; empty: all outputs.
+    pub record: Vec<Record>,
+}
+
+/// Where something was said.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// The file (an archive's entry as `system.ssp/SystemStructure.ssd`).
+    pub file: PathBuf,
+    /// Line, from 1; 0: built in code.
+    pub line: u32,
+}
+
+/// One FMU with its name in the system.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Component {
+    /// Unique name; of a component of a nested system `inner.name`.
+    pub name: String,
+    /// The archive.
+    pub fmu: PathBuf,
+    /// `None`: Co-Simulation where the FMU offers it, else Model Exchange.
+    pub interface: Option<Interface>,
+    /// Start values: variable or element (`gain`, `mass[2]`), text of the value (of an array separated by commas).
+    pub start: Vec<Start>,
+    /// Own communication step in s, a whole multiple of the master's; `None`: the master's.
+    pub step: Option<f64>,
+    /// Where it was said.
+    pub place: Place,
+}
+
+/// How an FMU is run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interface {
+    /// The FMU steps itself.
+    CoSimulation,
+    /// The master integrates.
+    ModelExchange,
+}
+
+/// A start value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Start {
+    /// Variable or element.
+    pub variable: String,
+    /// Its value as text.
+    pub value: String,
+    /// Unit of the value where it was said; `None`: that of the variable.
+    pub unit: Option<String>,
+    /// Where it was said.
+    pub place: Place,
+}
+
+/// Hands an output (or an array, or an element of one) to an input: `input = factor * output + offset`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Connection {
+    /// Output.
+    pub from: Port,
+    /// Input.
+    pub to: Port,
+    /// Linear transformation, in addition to a conversion of units.
+    pub factor: f64,
+    /// Linear transformation, in the unit of the input.
+    pub offset: f64,
+    /// Convert units where they differ but measure the same.
+    pub convert_units: bool,
+    /// Where it was said.
+    pub place: Place,
+}
+
+/// A variable of a component.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Port {
+    /// Component.
+    pub component: String,
+    /// Variable or element.
+    pub variable: String,
+}
+
+/// How to run; what is `None` comes from the FMUs' default experiments or is chosen by the master, which says why.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Run {
+    /// Start in s.
+    pub start: Option<f64>,
+    /// Stop in s.
+    pub stop: Option<f64>,
+    /// Communication step in s (adaptive: the first one).
+    pub step: Option<f64>,
+    /// Relative tolerance of the coupling (adaptive, iterative) and of integrators.
+    pub tolerance: Option<f64>,
+    /// How the components are coupled.
+    pub algorithm: Option<Algorithm>,
+}
+
+/// How components are coupled over a communication step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Algorithm {
+    /// All step with inputs held; then feedthrough in the order of dependency.
+    Jacobi,
+    /// One after the other, each with the newest values.
+    GaussSeidel,
+    /// All step with inputs extrapolated on a line; nothing is rolled back.
+    Extrapolate,
+    /// Steps repeated with inputs on the line between old and new values until these settle; rolls back.
+    Iterative,
+    /// As [`Algorithm::Iterative`], with the step chosen by an error estimate.
+    Adaptive,
+}
+
+/// Something to record.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Record {
+    /// `component.variable`, an element `component.variable[1]`.
+    pub name: String,
+    /// Every this many communication points; 0 and 1: all.
+    pub every: u32,
+    /// Where it was said.
+    pub place: Place,
+}

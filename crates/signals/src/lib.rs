@@ -1,0 +1,1 @@
+//! Time series with units: recordings, cases, files, filters, metrics.
