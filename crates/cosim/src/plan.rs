@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use trueup_fmi_description::description::Description;
 use trueup_fmi_import::Fmu;
 
 use crate::grid::Grid;
@@ -27,6 +28,10 @@ pub struct Plan {
     pub tolerance: Option<f64>,
     /// `None`: the master chooses.
     pub algorithm: Option<Algorithm>,
+    /// Tables of [`Link::map`]: value of the output, value of the input; what is not listed stays as it is.
+    pub maps: Vec<Vec<(i64, i64)>>,
+    /// What was chosen or converted on the way, to be told to the user.
+    pub notes: Vec<String>,
 }
 
 /// A component ready to be instantiated.
@@ -37,10 +42,21 @@ pub struct Planned {
     pub fmu: Arc<Fmu>,
     /// How it is run.
     pub interface: Interface,
+    /// Structural parameters (FMI 3.0), set in configuration mode before all others.
+    pub structural: Vec<Block>,
+    /// The FMU's description with those values, where they change the size of arrays.
+    pub resized: Option<Arc<Description>>,
     /// Start values, set before initialization.
     pub start: Vec<Block>,
     /// Steps of the grid that it takes at once.
     pub every: u32,
+}
+
+impl Planned {
+    /// The description with arrays as they are sized in this system.
+    pub fn description(&self) -> &Description {
+        self.resized.as_deref().unwrap_or_else(|| self.fmu.description())
+    }
 }
 
 /// One element of one variable.
@@ -65,6 +81,8 @@ pub struct Link {
     pub factor: f64,
     /// Offset; 0 for a plain copy.
     pub offset: f64,
+    /// Index in [`Plan::maps`]: integers, items of an enumeration (their numbers) and Booleans (0, 1) are replaced.
+    pub map: Option<usize>,
 }
 
 /// An input that a column of the inputs' file drives.

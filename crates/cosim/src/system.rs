@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use trueup_fmi_description::description::Unit;
+
 /// Components, connections and how to run them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct System {
@@ -15,6 +17,19 @@ pub struct System {
     pub run: Run,
     /// What is recorded; empty: all outputs.
     pub record: Vec<Record>,
+    /// Inputs over time from a file.
+    pub inputs: Option<InputFile>,
+}
+
+/// A table that drives inputs.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct InputFile {
+    /// CSV with a column `time`.
+    pub file: PathBuf,
+    /// Column and the input that it drives; empty: columns bear the inputs' names, `component.variable`.
+    pub columns: Vec<(String, Port)>,
+    /// Where it was said.
+    pub place: Place,
 }
 
 /// Where something was said.
@@ -29,13 +44,14 @@ pub struct Place {
 /// One FMU with its name in the system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Component {
-    /// Unique name; of a component of a nested system `inner.name`.
+    /// Unique name; of a component of a nested system `inner.name`. Empty (a system of one FMU alone): its variables
+    /// are named without a component.
     pub name: String,
     /// The archive.
     pub fmu: PathBuf,
     /// `None`: Co-Simulation where the FMU offers it, else Model Exchange.
     pub interface: Option<Interface>,
-    /// Start values: variable or element (`gain`, `mass[2]`), text of the value (of an array separated by commas).
+    /// Start values; of several for the same element the last one counts.
     pub start: Vec<Start>,
     /// Own communication step in s, a whole multiple of the master's; `None`: the master's.
     pub step: Option<f64>,
@@ -55,12 +71,16 @@ pub enum Interface {
 /// A start value.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Start {
-    /// Variable or element.
+    /// Variable or element (`gain`, `mass[2]`).
     pub variable: String,
-    /// Its value as text.
-    pub value: String,
-    /// Unit of the value where it was said; `None`: that of the variable.
-    pub unit: Option<String>,
+    /// Its values as text, of an array row by row; of numbers one text may hold several, separated by commas.
+    pub values: Vec<String>,
+    /// Unit of the value where it was said, to be converted; `None`: that of the variable.
+    pub unit: Option<Unit>,
+    /// Factor and offset, after the conversion of units.
+    pub linear: Option<(f64, f64)>,
+    /// It comes from a set of values that may hold more than the FMU has: skipped if there is no such variable.
+    pub optional: bool,
     /// Where it was said.
     pub place: Place,
 }
@@ -76,6 +96,8 @@ pub struct Connection {
     pub factor: f64,
     /// Linear transformation, in the unit of the input.
     pub offset: f64,
+    /// Values that are replaced, as text (Booleans, integers, names of items): of the output, of the input.
+    pub map: Vec<(String, String)>,
     /// Convert units where they differ but measure the same.
     pub convert_units: bool,
     /// Where it was said.
@@ -124,8 +146,10 @@ pub enum Algorithm {
 /// Something to record.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Record {
-    /// `component.variable`, an element `component.variable[1]`.
+    /// `component.variable`, an element `component.variable[1]`, all outputs of a component `component.*`.
     pub name: String,
+    /// Name of the column; `None`: the same.
+    pub column: Option<String>,
     /// Every this many communication points; 0 and 1: all.
     pub every: u32,
     /// Where it was said.
