@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use crate::mistake::Mistake;
+
 /// Any failure of this crate.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -43,6 +45,9 @@ pub enum Error {
     /// What was asked for does not fit the FMU; one line per mistake.
     #[error("{}", .0.join("\n  "))]
     Setting(Vec<String>),
+    /// What is wrong in a description of a system; one line per mistake.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    System(Vec<Mistake>),
     /// A file of inputs that cannot be used.
     #[error("{file}: {reason}")]
     Inputs {

@@ -17,19 +17,24 @@
 //! A wrong run never looks like a good one: every status is checked, a value that is not finite ends the run, and
 //! what was computed until then is kept under another name.
 
+mod check;
 mod error;
 mod grid;
 mod inputs;
+mod mistake;
 pub mod plan;
 mod results;
 mod simulate;
 mod slave;
 pub mod system;
+mod toml;
 mod value;
 
+pub use check::check;
 pub use error::Error;
 pub use grid::Grid;
 pub use inputs::Inputs;
+pub use mistake::Mistake;
 pub use results::Table;
 pub use simulate::{Options, Summary, simulate};
 pub use slave::{Block, Buffer, Slave};

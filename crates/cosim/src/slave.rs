@@ -122,6 +122,15 @@ macro_rules! buffers {
                 }
             }
 
+            /// An element as a number; Booleans as 0 or 1.
+            pub(crate) fn number(&self, at: usize) -> Option<f64> {
+                match self {
+                    $(Self::$kind(v) => v.get(at).map(|x| *x as f64),)*
+                    Self::Boolean(v) => v.get(at).map(|x| f64::from(u8::from(*x))),
+                    Self::String(_) => None,
+                }
+            }
+
             /// Appends values of the same type; returns where they begin.
             pub(crate) fn append(&mut self, other: Self) -> usize {
                 match (self, other) {

@@ -1,8 +1,10 @@
 //! A system as its author wrote it: names only, nothing looked up yet. TOML and SSP both become this.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use trueup_fmi_description::description::Unit;
+
+use crate::error::Error;
 
 /// Components, connections and how to run them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,6 +59,27 @@ pub struct Component {
     pub step: Option<f64>,
     /// Where it was said.
     pub place: Place,
+}
+
+impl Default for Connection {
+    fn default() -> Self {
+        Self {
+            from: Port::default(),
+            to: Port::default(),
+            factor: 1.0,
+            offset: 0.0,
+            map: Vec::new(),
+            convert_units: true,
+            place: Place::default(),
+        }
+    }
+}
+
+impl std::fmt::Display for Port {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let dot = if self.component.is_empty() { "" } else { "." };
+        write!(f, "{}{dot}{}", self.component, self.variable)
+    }
 }
 
 /// How an FMU is run.
@@ -126,6 +149,8 @@ pub struct Run {
     pub tolerance: Option<f64>,
     /// How the components are coupled.
     pub algorithm: Option<Algorithm>,
+    /// Where it was said.
+    pub place: Place,
 }
 
 /// How components are coupled over a communication step.
@@ -154,4 +179,60 @@ pub struct Record {
     pub every: u32,
     /// Where it was said.
     pub place: Place,
+}
+
+/// Words for the items of an enumeration: the first of each is the one that is written.
+macro_rules! words {
+    ($type:ident, $what:literal: $($item:ident $first:literal $(| $other:literal)*;)*) => {
+        impl std::str::FromStr for $type {
+            type Err = String;
+            fn from_str(text: &str) -> Result<Self, String> {
+                let plain = text.to_lowercase().replace(['-', '_', ' '], "");
+                match plain.as_str() {
+                    $(x if [$first, $($other),*].iter().any(|word| word.replace('-', "") == x) => Ok(Self::$item),)*
+                    _ => {
+                        let words = [$($first),*];
+                        Err(format!("there is no {} {text:?}{}", $what, crate::mistake::suggestion(text, words)))
+                    }
+                }
+            }
+        }
+        impl std::fmt::Display for $type {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                f.write_str(match self { $(Self::$item => $first,)* })
+            }
+        }
+    };
+}
+words! { Interface, "interface":
+    CoSimulation "co-simulation" | "cs";
+    ModelExchange "model-exchange" | "me";
+}
+words! { Algorithm, "algorithm":
+    Jacobi "jacobi";
+    GaussSeidel "gauss-seidel";
+    Extrapolate "extrapolate";
+    Iterative "iterative";
+    Adaptive "adaptive";
+}
+
+impl System {
+    /// Reads a system: TOML (`.toml`), or a single FMU (a file or an unpacked folder), which is the component without
+    /// a name.
+    ///
+    /// # Errors
+    /// [`Error::System`] with every mistake and its line.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        match file.extension().and_then(|e| e.to_str()).map(str::to_lowercase).as_deref() {
+            Some("toml") => crate::toml::read(file),
+            _ => Ok(Self::of_fmu(file)),
+        }
+    }
+
+    /// A single FMU: its variables are named without a component.
+    pub fn of_fmu(file: &Path) -> Self {
+        let place = Place { file: file.into(), line: 0 };
+        let component = Component { fmu: file.into(), place, ..Component::default() };
+        Self { file: file.into(), components: vec![component], ..Self::default() }
+    }
 }

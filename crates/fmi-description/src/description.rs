@@ -67,6 +67,10 @@ impl Description {
     pub fn find(&self, name: &str) -> Option<&Variable> {
         self.by_name.get(name).and_then(|at| self.variables.get(*at))
     }
+    /// Position in [`Self::variables`] of the variable of that name, alias names included.
+    pub fn position(&self, name: &str) -> Option<usize> {
+        self.by_name.get(name).copied()
+    }
     /// Position in [`Self::variables`] of what the structure names.
     pub fn resolve(&self, reference: Reference) -> Option<usize> {
         match self.version {

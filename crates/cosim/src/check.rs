@@ -1,0 +1,212 @@
+//! From names to numbers: a [`System`] and its FMUs become a [`Plan`], or a list of all mistakes.
+
+mod experiment;
+mod links;
+pub(crate) mod names;
+mod record;
+mod start;
+mod types;
+mod units;
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use trueup_fmi_description::description::Description;
+use trueup_fmi_import::Fmu;
+
+use crate::error::Error;
+use crate::mistake::{Mistake, suggestion};
+use crate::plan::{Plan, Planned};
+use crate::system::{Component, Interface, Place, Port, System};
+
+/// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
+///
+/// # Errors
+/// [`Error::System`] with every mistake: what it is, where it was written, and the mend.
+pub fn check(system: &System) -> Result<Plan, Error> {
+    let mut report = Report::default();
+    let parts = Parts::of(system, &mut report);
+    let (grid, every) = experiment::grid(system, &parts, &mut report);
+    let mut components = Vec::new();
+    for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
+        let Some(part) = part else { continue };
+        components.push(Planned {
+            name: if component.name.is_empty() {
+                part.d().model_name.clone()
+            } else {
+                component.name.clone()
+            },
+            fmu: Arc::clone(&part.fmu),
+            interface: part.interface,
+            structural: part.starts.structural.clone(),
+            resized: part.starts.resized.clone(),
+            start: part.starts.start.clone(),
+            every,
+        });
+    }
+    let mut driver = links::Drivers::default();
+    let (links, maps) = links::links(system, &parts, &mut driver, &mut report);
+    let (inputs, driven) = links::driven(system, &parts, &mut driver, &mut report);
+    let recorded = record::recorded(system, &parts, &mut report);
+    let Report { mut mistakes, notes } = report;
+    let (Some(grid), []) = (grid, &mistakes[..]) else {
+        mistakes.sort_by(|a, b| (&a.place.file, a.place.line).cmp(&(&b.place.file, b.place.line)));
+        mistakes.dedup();
+        return Err(Error::System(mistakes));
+    };
+    let (tolerance, algorithm) = (system.run.tolerance, system.run.algorithm);
+    Ok(Plan { components, links, driven, inputs, recorded, grid, tolerance, algorithm, maps, notes })
+}
+
+/// What is to be told.
+#[derive(Default)]
+struct Report {
+    mistakes: Vec<Mistake>,
+    notes: Vec<String>,
+}
+
+impl Report {
+    fn wrong(&mut self, place: &Place, message: impl Into<String>) {
+        self.mistakes.push(Mistake { place: place.clone(), message: message.into() });
+    }
+    fn note(&mut self, message: impl Into<String>) {
+        self.notes.push(message.into());
+    }
+}
+
+/// A component with its FMU.
+struct Part {
+    fmu: Arc<Fmu>,
+    interface: Interface,
+    starts: start::Starts,
+}
+
+impl Part {
+    fn d(&self) -> &Description {
+        self.starts.resized.as_deref().unwrap_or_else(|| self.fmu.description())
+    }
+    /// It steps itself, and every step must be of the same length.
+    fn takes_equal_steps(&self) -> bool {
+        let offered = self.d().co_simulation.as_ref();
+        self.interface == Interface::CoSimulation
+            && offered.is_some_and(|i| !i.can_handle_variable_communication_step_size)
+    }
+}
+
+/// The components; what could not be loaded is said once and left out.
+struct Parts<'a> {
+    list: Vec<Option<Part>>,
+    by_name: HashMap<&'a str, usize>,
+}
+
+impl<'a> Parts<'a> {
+    fn of(system: &'a System, report: &mut Report) -> Self {
+        let (mut library, mut by_name) = (Library::default(), HashMap::new());
+        let mut list = Vec::with_capacity(system.components.len());
+        for (i, component) in system.components.iter().enumerate() {
+            if let Some(first) = by_name.insert(component.name.as_str(), i) {
+                let first = &system.components[first].place;
+                report.wrong(
+                    &component.place,
+                    format!("the name `{}` is taken, see {first}; choose another one", component.name),
+                );
+            }
+            list.push(part(component, &mut library, report));
+        }
+        library.only_once(system, &list, report);
+        Self { list, by_name }
+    }
+
+    /// The component of a port; `None` if it is not known (which is said here) or not loaded (which was said before).
+    fn find(&self, port: &Port, place: &Place, report: &mut Report) -> Option<(usize, &Part)> {
+        let Some(i) = self.by_name.get(port.component.as_str()) else {
+            let near = suggestion(&port.component, self.by_name.keys().copied());
+            report.wrong(place, format!("`{port}`: there is no component `{}`{near}", port.component));
+            return None;
+        };
+        self.list[*i].as_ref().map(|part| (*i, part))
+    }
+}
+
+fn part(component: &Component, library: &mut Library, report: &mut Report) -> Option<Part> {
+    let fmu = library.open(&component.fmu).map_err(|why| report.wrong(&component.place, why)).ok()?;
+    let d = fmu.description();
+    let offered = |interface| match interface {
+        Interface::CoSimulation => d.co_simulation.is_some(),
+        Interface::ModelExchange => d.model_exchange.is_some(),
+    };
+    let both = [Interface::CoSimulation, Interface::ModelExchange];
+    let file = component.fmu.display();
+    let interface = match component.interface {
+        Some(wanted) if !offered(wanted) => {
+            let others: Vec<_> = both.into_iter().filter(|i| offered(*i)).map(|i| i.to_string()).collect();
+            let others = if others.is_empty() {
+                "neither that nor another one that can be run".into()
+            } else {
+                others.join(", ")
+            };
+            report.wrong(&component.place, format!("{file} does not offer {wanted}; it offers {others}"));
+            return None;
+        }
+        wanted => wanted.or_else(|| both.into_iter().find(|i| offered(*i))),
+    };
+    let Some(interface) = interface else {
+        report.wrong(&component.place, format!("{file} offers neither Co-Simulation nor Model Exchange"));
+        return None;
+    };
+    let starts = start::starts(component, d, report);
+    Some(Part { fmu, interface, starts })
+}
+
+/// FMUs by file, each opened once.
+#[derive(Default)]
+struct Library(HashMap<PathBuf, Result<Arc<Fmu>, String>>);
+
+impl Library {
+    fn open(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
+        if let Some(known) = self.0.get(file) {
+            return known.clone();
+        }
+        let opened = if file.exists() {
+            Fmu::open(file).map_err(|e| e.to_string())
+        } else {
+            Err(format!("there is no file {}{}", file.display(), beside(file)))
+        };
+        self.0.insert(file.to_owned(), opened.clone());
+        opened
+    }
+
+    /// Some FMUs allow one instance per process.
+    fn only_once(&self, system: &System, list: &[Option<Part>], report: &mut Report) {
+        let mut used: HashMap<*const Fmu, usize> = HashMap::new();
+        for (part, component) in list.iter().zip(&system.components) {
+            let Some(part) = part else { continue };
+            let offered = match part.interface {
+                Interface::CoSimulation => &part.d().co_simulation,
+                Interface::ModelExchange => &part.d().model_exchange,
+            };
+            let count = used.entry(Arc::as_ptr(&part.fmu)).or_default();
+            *count += 1;
+            if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
+                report.wrong(
+                    &component.place,
+                    format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
+                );
+            }
+        }
+    }
+}
+
+/// The nearest file name in the same folder.
+fn beside(file: &Path) -> String {
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names: Vec<String> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .filter(|n| n.ends_with(".fmu"))
+        .collect();
+    suggestion(&file.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
+}

@@ -1,0 +1,117 @@
+//! When: from where to where, in which steps.
+
+use super::{Parts, Report};
+use crate::grid::Grid;
+use crate::inputs::Inputs;
+use crate::system::{Interface, Place, System};
+
+/// Two times are the same within this part of a step.
+const ROUNDING: f64 = 1e-9;
+
+/// The communication points, and how many of their steps each component takes at once.
+pub(super) fn grid(system: &System, parts: &Parts, report: &mut Report) -> (Option<Grid>, Vec<u32>) {
+    let loaded = || parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
+    let said = || loaded().map(|(p, c)| (p.d().experiment, c));
+    let run = &system.run;
+    let whole = Place { file: system.file.clone(), line: 0 };
+    let place = if run.place.file.as_os_str().is_empty() { &whole } else { &run.place };
+    let default = |what: &str, name: &str, value: f64, report: &mut Report| {
+        let of = if name.is_empty() { String::new() } else { format!(" of `{name}`") };
+        report.note(format!("{what} {value:?} s: from the default experiment{of}"));
+        value
+    };
+    let start = run.start.unwrap_or_else(|| {
+        match said().find_map(|(e, c)| e.start_time.filter(|t| *t != 0.0).map(|t| (t, c))) {
+            Some((t, c)) => default("start", &c.name, t, report),
+            None => 0.0,
+        }
+    });
+    let latest = said().filter_map(|(e, c)| e.stop_time.map(|t| (t, c))).max_by(|a, b| a.0.total_cmp(&b.0));
+    let end = || system.inputs.as_ref().and_then(|i| Inputs::read(&i.file).ok()).map(|i| i.end);
+    let stop = run.stop.unwrap_or_else(|| match (latest, end()) {
+        (Some((t, c)), _) => default("stop", &c.name, t, report),
+        (None, Some(t)) => {
+            report.note(format!("stop {t:?} s: the end of the inputs"));
+            t
+        }
+        (None, None) => {
+            report.note(format!("stop {:?} s: nothing says when to stop", start + 1.0));
+            start + 1.0
+        }
+    });
+    let step = run.step.unwrap_or_else(|| step(system, parts, start, stop, report));
+    let mut every = vec![1; parts.list.len()];
+    let Some(grid) = Grid::new(start, stop, step).filter(|_| stop > start || run.stop == Some(start)) else {
+        report.wrong(place, format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step"));
+        return (None, every);
+    };
+    for (i, (part, component)) in parts.list.iter().zip(&system.components).enumerate() {
+        let Some(part) = part else { continue };
+        if let Some(own) = component.step {
+            let n = (own / step).round();
+            if !(n >= 1.0 && n <= f64::from(u32::MAX) && (own / step - n).abs() <= ROUNDING * n) {
+                report.wrong(&component.place, format!(
+                    "the step {own:?} s of `{}` is no whole multiple of the communication step {step:?} s",
+                    component.name
+                ));
+                continue;
+            }
+            every[i] = n as u32;
+        }
+        let whole = grid.is_even() && grid.steps % u64::from(every[i]) == 0;
+        if part.takes_equal_steps() && !whole {
+            let own = step * f64::from(every[i]);
+            let name = if component.name.is_empty() {
+                "the FMU".to_owned()
+            } else {
+                format!("the FMU of `{}`", component.name)
+            };
+            report.wrong(&component.place, format!(
+                "{name} takes steps of equal length only, and {own:?} s does not divide {:?} s; choose another step or stop",
+                stop - start
+            ));
+        }
+        let fixed =
+            part.d().co_simulation.as_ref().and_then(|i| i.fixed_internal_step_size).filter(|h| *h > 0.0);
+        if let (Some(h), Interface::CoSimulation) = (fixed, part.interface) {
+            let n = step * f64::from(every[i]) / h;
+            if (n - n.round()).abs() > 1e-6 * n.max(1.0) || n < 0.5 {
+                report.note(format!(
+                    "the step {:?} s is no whole multiple of the internal step {h:?} s of {}",
+                    step * f64::from(every[i]),
+                    part.d().model_name
+                ));
+            }
+        }
+    }
+    (Some(grid), every)
+}
+
+/// The smallest that anybody names; else a 500th of the run.
+fn step(system: &System, parts: &Parts, start: f64, stop: f64, report: &mut Report) -> f64 {
+    let loaded = parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
+    let wanted = loaded.filter_map(|(part, c)| {
+        let fixed =
+            part.d().co_simulation.as_ref().and_then(|i| i.fixed_internal_step_size).filter(|h| *h > 0.0);
+        let default = part.d().experiment.step_size.filter(|h| *h > 0.0);
+        let h = c.step.or(match (default, fixed) {
+            (Some(d), Some(h)) => Some(h * (d / h).round().max(1.0)),
+            (default, fixed) => {
+                default.or_else(|| fixed.map(|h| h * ((stop - start) / 500.0 / h).round().max(1.0)))
+            }
+        })?;
+        Some((h, c))
+    });
+    match wanted.min_by(|a, b| a.0.total_cmp(&b.0)) {
+        Some((h, c)) => {
+            let of = if c.name.is_empty() { "of the FMU".to_owned() } else { format!("of `{}`", c.name) };
+            report.note(format!("communication step {h:?} s: that {of}, the smallest"));
+            h
+        }
+        None => {
+            let h = (stop - start).max(f64::MIN_POSITIVE) / 500.0;
+            report.note(format!("communication step {h:?} s: a 500th of the run, since no FMU names one"));
+            h
+        }
+    }
+}

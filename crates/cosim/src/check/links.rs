@@ -1,0 +1,267 @@
+//! Connections and files that drive inputs, element by element.
+
+use std::collections::HashMap;
+
+use trueup_fmi_description::description::{Causality, Variability};
+
+use super::types::{Hand, Typed, hand_on};
+use super::units::Conversion;
+use super::{Part, Parts, Report, names, units};
+use crate::inputs::Inputs;
+use crate::mistake::suggestion;
+use crate::plan::{Driven, Element, Link};
+use crate::slave::Buffer;
+use crate::system::{Connection, Place, Port, System};
+use crate::toml::Names;
+
+/// Which element is driven from where: nothing has two sources.
+#[derive(Default)]
+pub(super) struct Drivers<'a>(HashMap<Element, &'a Place>);
+
+impl<'a> Drivers<'a> {
+    /// Claims an input; says where it was claimed before.
+    fn claim(&mut self, to: Element, place: &'a Place) -> Result<(), &'a Place> {
+        match self.0.insert(to, place) {
+            Some(before) => Err(before),
+            None => Ok(()),
+        }
+    }
+}
+
+type Maps = Vec<Vec<(i64, i64)>>;
+
+pub(super) fn links<'a>(
+    system: &'a System,
+    parts: &Parts,
+    drivers: &mut Drivers<'a>,
+    report: &mut Report,
+) -> (Vec<Link>, Maps) {
+    let (mut links, mut maps) = (Vec::new(), Vec::new());
+    for c in &system.connections {
+        let (from, to) = (parts.find(&c.from, &c.place, report), parts.find(&c.to, &c.place, report));
+        let (from, to) = (
+            from.and_then(|(i, part)| Some((i, part, end(part, &c.from, &c.place, report)?))),
+            to.and_then(|(i, part)| Some((i, part, end(part, &c.to, &c.place, report)?))),
+        );
+        let (Some(from), Some(to)) = (from, to) else { continue };
+        connect(c, from, to, (&mut links, &mut maps), drivers, report);
+    }
+    (links, maps)
+}
+
+/// The elements of a port.
+fn end(part: &Part, port: &Port, place: &Place, report: &mut Report) -> Option<names::Found> {
+    names::find(part.d(), &port.variable).map_err(|why| report.wrong(place, format!("`{port}`: {why}"))).ok()
+}
+
+/// Dimensions of length 1 do not matter.
+fn squeezed(shape: &[usize]) -> Vec<usize> {
+    shape.iter().copied().filter(|n| *n != 1).collect()
+}
+
+fn connect<'a>(
+    c: &'a Connection,
+    (i, source, from): (usize, &Part, names::Found),
+    (j, target, to): (usize, &Part, names::Found),
+    (links, maps): (&mut Vec<Link>, &mut Maps),
+    drivers: &mut Drivers<'a>,
+    report: &mut Report,
+) {
+    let mut fine = true;
+    let mut wrong = |message: String| {
+        fine = false;
+        report.wrong(&c.place, message);
+    };
+    let (Some(a), Some(b)) = (from.elements.first(), to.elements.first()) else {
+        return wrong(format!("`{}` -> `{}`: there are no elements to hand on", c.from, c.to));
+    };
+    let a = Typed { d: source.d(), v: &source.d().variables[a.0] };
+    let b = Typed { d: target.d(), v: &target.d().variables[b.0] };
+    match (a.v.causality, b.v.causality) {
+        (Causality::Input, Causality::Output) => {
+            wrong(format!("`{}` is an input and `{}` an output; swap them", c.from, c.to));
+        }
+        (Causality::Input, _) => {
+            wrong(format!("`{}` is an input; only what an FMU computes can be handed on", c.from));
+        }
+        (Causality::Independent, _) => wrong(format!("`{}` is the time; it cannot be handed on", c.from)),
+        (_, Causality::Input) => {}
+        (_, Causality::Output) => wrong(format!("`{}` is an output; only inputs can be driven", c.to)),
+        (_, Causality::Parameter | Causality::StructuralParameter) => {
+            wrong(format!("`{}` is a parameter; give it a start value instead of a connection", c.to));
+        }
+        _ => wrong(format!("`{}` is no input; only inputs can be driven", c.to)),
+    }
+    if squeezed(&from.shape) != squeezed(&to.shape) {
+        let (from, to) = (names::size(&from.shape), names::size(&to.shape));
+        wrong(format!(
+            "`{}` has size {from}, `{}` has size {to}; connect elements, as in `name[1]`",
+            c.from, c.to
+        ));
+    }
+    let said = |why: String| format!("`{}` -> `{}`: {why}", c.from, c.to);
+    let hand = match hand_on(a, b, !c.map.is_empty()) {
+        Ok(hand) => hand,
+        Err(why) => {
+            wrong(said(why));
+            Hand::Plain
+        }
+    };
+    let mut notes = Vec::new();
+    if hand == Hand::Converted {
+        notes.push(said(format!("{} is handed on as {}, without loss", a.name(), b.name())));
+    }
+    let (mut factor, mut offset) = (c.factor, c.offset);
+    if c.convert_units
+        && let (Some(u), Some(v)) = (units::of(a.d, a.v), units::of(b.d, b.v))
+    {
+        let relative = b.d.attributes(b.v).relative_quantity;
+        match units::conversion(&u, &v, relative) {
+            Conversion::Same => {}
+            Conversion::By(f, o) => {
+                notes.push(said(format!("{} converted to {} (times {f:?}{})", u.name, v.name, plus(o))));
+                (factor, offset) = (c.factor * f, c.factor * o + c.offset);
+            }
+            Conversion::Angle(f, o) => {
+                notes.push(said(format!("{} is handed on as {} (rad counts as 1)", u.name, v.name)));
+                (factor, offset) = (c.factor * f, c.factor * o + c.offset);
+            }
+            Conversion::Unknown => notes.push(said(format!(
+                "the units {} and {} cannot be compared, since the FMUs do not define both; values are handed on as they are",
+                u.name, v.name
+            ))),
+            Conversion::Different => wrong(said(format!(
+                "{} ({}) is not of the same quantity as {} ({}); if that is meant, write {{ from = \"{}\", to = \"{}\", convert-units = false }}",
+                u.name,
+                units::dimension(&u),
+                v.name,
+                units::dimension(&v),
+                c.from,
+                c.to
+            ))),
+        }
+    }
+    if !factor.is_finite() || !offset.is_finite() {
+        wrong(said("factor and offset must be finite".into()));
+    }
+    if (factor, offset) != (1.0, 0.0) && !b.v.kind.is_float() {
+        wrong(said(format!("a factor or an offset needs an input that is a float, not {}", b.name())));
+    }
+    let map = (!c.map.is_empty()).then(|| {
+        let mut map = Vec::new();
+        for (x, y) in &c.map {
+            match (a.number(x), b.number(y)) {
+                (Some(x), _) if map.iter().any(|(known, _)| *known == x) => {
+                    wrong(said(format!("the map has {x} twice")));
+                }
+                (Some(x), Some(y)) => map.push((x, y)),
+                (None, _) => wrong(said(format!("the map: {x:?} is no value of {}", a.name()))),
+                (_, None) => wrong(said(format!("the map: {y:?} is no value of {}", b.name()))),
+            }
+        }
+        map
+    });
+    let elements: Vec<_> = from.elements.iter().zip(&to.elements).collect();
+    for (_, to) in &elements {
+        let element = Element { component: j, variable: to.0, element: to.1 };
+        if let Err(before) = drivers.claim(element, &c.place) {
+            let name = Port { component: c.to.component.clone(), variable: names::element(b.d, to.0, to.1) };
+            wrong(format!("`{name}` is driven twice, see {before}; remove one"));
+        }
+    }
+    if !fine {
+        return;
+    }
+    report.notes.append(&mut notes);
+    let map = map.map(|map| {
+        maps.push(map);
+        maps.len() - 1
+    });
+    links.extend(elements.into_iter().map(|(from, to)| Link {
+        from: Element { component: i, variable: from.0, element: from.1 },
+        to: Element { component: j, variable: to.0, element: to.1 },
+        factor,
+        offset,
+        map,
+    }));
+}
+
+fn plus(offset: f64) -> String {
+    if offset == 0.0 { String::new() } else { format!(", plus {offset:?}") }
+}
+
+/// Inputs from a file. Recordings hold outputs besides inputs: without a list of columns these are left alone.
+pub(super) fn driven<'a>(
+    system: &'a System,
+    parts: &Parts,
+    drivers: &mut Drivers<'a>,
+    report: &mut Report,
+) -> (Option<Inputs>, Vec<Driven>) {
+    let Some(wanted) = &system.inputs else { return (None, Vec::new()) };
+    let inputs = match Inputs::read(&wanted.file) {
+        Ok(inputs) => inputs,
+        Err(e) => {
+            report.wrong(&wanted.place, e.to_string());
+            return (None, Vec::new());
+        }
+    };
+    let names = Names::of(&system.components);
+    let mut driven = Vec::new();
+    let mut drive = |column: usize, port: &Port, asked: bool, report: &mut Report| {
+        let name = &inputs.columns[column].0;
+        let Some((i, part)) = parts.find(port, &wanted.place, report) else { return };
+        let Some(found) = end(part, port, &wanted.place, report) else { return };
+        let [(variable, element)] = found.elements[..] else {
+            let size = names::size(&found.shape);
+            return report.wrong(&wanted.place, format!("column `{name}`: `{port}` is an array of size {size}; give one column per element, as in `{port}[1]`"));
+        };
+        let v = &part.d().variables[variable];
+        if v.causality != Causality::Input {
+            if asked {
+                report.wrong(&wanted.place, format!("column `{name}`: `{port}` is no input"));
+            }
+            return;
+        }
+        let place = &wanted.place;
+        let to = Element { component: i, variable, element };
+        if let Err(before) = drivers.claim(to, place) {
+            return report.wrong(
+                place,
+                format!("column `{name}`: `{port}` is driven twice, see {before}; name the columns that are meant under [inputs] columns"),
+            );
+        }
+        let fits = Buffer::new(v.kind, part.d().version, 1)
+            .map(|mut b| inputs.columns[column].2.iter().find(|x| !b.set_number(0, **x)));
+        match fits {
+            Some(None) => {}
+            Some(Some(x)) => {
+                report.wrong(place, format!("column `{name}`: {x:?} is no {}", v.kind.name(part.d().version)))
+            }
+            None => report.wrong(place, format!("column `{name}`: `{port}` takes no numbers")),
+        }
+        let linear = v.kind.is_float() && v.variability == Variability::Continuous;
+        driven.push(Driven { to, column, linear });
+    };
+    for (name, port) in &wanted.columns {
+        match inputs.columns.iter().position(|(column, ..)| column == name) {
+            Some(column) => drive(column, port, true, report),
+            None => {
+                let near = suggestion(name, inputs.columns.iter().map(|(n, ..)| n.as_str()));
+                report
+                    .wrong(&wanted.place, format!("{} has no column `{name}`{near}", wanted.file.display()));
+            }
+        }
+    }
+    if wanted.columns.is_empty() {
+        for (column, (name, ..)) in inputs.columns.iter().enumerate() {
+            match names.port(name) {
+                Some(port) => drive(column, &port, false, report),
+                None => report.wrong(
+                    &wanted.place,
+                    format!("column `{name}` names no input; call it component.input, or say what it drives under [inputs] columns"),
+                ),
+            }
+        }
+    }
+    (Some(inputs), driven)
+}

@@ -1,0 +1,97 @@
+//! What is recorded.
+
+use std::collections::HashMap;
+
+use trueup_fmi_description::description::{Causality, Type};
+
+use super::{Parts, Report, names};
+use crate::plan::{Element, Recorded};
+use crate::system::{Place, Port, System};
+use crate::toml::Names;
+
+/// All outputs where nothing is asked for.
+pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> Vec<Recorded> {
+    let (mut list, mut columns): (Vec<Recorded>, HashMap<String, Place>) = Default::default();
+    let known = Names::of(&system.components);
+    let mut add = |column: String, from: Element, every: u32, place: &Place, report: &mut Report| {
+        if let Some(before) = columns.insert(column.clone(), place.clone()) {
+            return report.wrong(
+                place,
+                format!("the column `{column}` is there already, see {before}; name one of them with `as`"),
+            );
+        }
+        list.push(Recorded { from, name: column, every: every.max(1) });
+    };
+    let all = |i: usize,
+               every: u32,
+               place: &Place,
+               report: &mut Report,
+               add: &mut dyn FnMut(String, Element, u32, &Place, &mut Report)| {
+        let Some(part) = &parts.list[i] else { return };
+        let d = part.d();
+        let outputs = d.variables.iter().enumerate().filter(|(_, v)| {
+            v.causality == Causality::Output && !matches!(v.kind, Type::Binary | Type::Clock)
+        });
+        for (variable, v) in outputs {
+            let Ok(found) = names::find(d, &v.name) else {
+                report.wrong(place, format!("the size of `{}` is not known; name what to record", v.name));
+                continue;
+            };
+            for (_, element) in found.elements {
+                let name = names::element(d, variable, element);
+                let column =
+                    Port { component: system.components[i].name.clone(), variable: name }.to_string();
+                add(column, Element { component: i, variable, element }, every, place, report);
+            }
+        }
+    };
+    if system.record.is_empty() {
+        for (i, component) in system.components.iter().enumerate() {
+            all(i, 1, &component.place, report, &mut add);
+        }
+        return list;
+    }
+    for record in &system.record {
+        let Some(port) = known.port(&record.name) else {
+            report.wrong(
+                &record.place,
+                format!("`{}` names no variable; write component.variable", record.name),
+            );
+            continue;
+        };
+        let Some((i, part)) = parts.find(&port, &record.place, report) else { continue };
+        if port.variable == "*" {
+            all(i, record.every, &record.place, report, &mut add);
+            continue;
+        }
+        let d = part.d();
+        let found = match names::find(d, &port.variable) {
+            Ok(found) => found,
+            Err(why) => {
+                report.wrong(&record.place, format!("`{port}`: {why}"));
+                continue;
+            }
+        };
+        for (variable, element) in found.elements {
+            let v = &d.variables[variable];
+            if matches!(v.kind, Type::Binary | Type::Clock) {
+                report.wrong(
+                    &record.place,
+                    format!("`{port}` is a {} and cannot be recorded", v.kind.name(d.version)),
+                );
+                break;
+            }
+            let name = names::element(d, variable, element);
+            // A new name stands for the whole; elements keep their indices.
+            let column = match &record.column {
+                Some(new) => format!(
+                    "{new}{}",
+                    name.strip_prefix(names::stem(&port.variable, &name)).unwrap_or_default()
+                ),
+                None => Port { component: port.component.clone(), variable: name }.to_string(),
+            };
+            add(column, Element { component: i, variable, element }, record.every, &record.place, report);
+        }
+    }
+    list
+}

@@ -1,0 +1,109 @@
+//! Units: may one be handed on as the other, and by which factor and offset?
+
+use trueup_fmi_description::description::{BaseUnit, Description, Unit, Variable};
+
+/// Result of a comparison.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Conversion {
+    /// Nothing to do.
+    Same,
+    /// target = factor * source + offset
+    By(f64, f64),
+    /// They differ, and nobody says what they are; values are handed on as they are.
+    Unknown,
+    /// The quantities differ in angle alone, which SI counts as 1: converted, but worth a word.
+    Angle(f64, f64),
+    /// Different quantities.
+    Different,
+}
+
+/// The unit of a variable, as far as it is described.
+pub(super) fn of(d: &Description, v: &Variable) -> Option<Unit> {
+    let name = d.attributes(v).unit?;
+    let unit = d.unit(&name).cloned();
+    Some(unit.unwrap_or(Unit { name, base: None, display: Vec::new(), line: 0 }))
+}
+
+/// Values in `from` become values in `to`. A relative quantity (a difference of temperatures) has no offset.
+pub(super) fn conversion(from: &Unit, to: &Unit, relative: bool) -> Conversion {
+    let (Some(a), Some(b)) = (&from.base, &to.base) else {
+        return if from.name == to.name { Conversion::Same } else { Conversion::Unknown };
+    };
+    let same = a.exponents == b.exponents;
+    if !same && a.exponents[..7] != b.exponents[..7] {
+        return Conversion::Different;
+    }
+    let (factor, offset) = between(a, b, relative);
+    match (same, (factor, offset) == (1.0, 0.0)) {
+        (true, true) => Conversion::Same,
+        (true, false) => Conversion::By(factor, offset),
+        (false, _) => Conversion::Angle(factor, offset),
+    }
+}
+
+fn between(a: &BaseUnit, b: &BaseUnit, relative: bool) -> (f64, f64) {
+    let offset = if relative { 0.0 } else { (a.offset - b.offset) / b.factor };
+    (a.factor / b.factor, offset)
+}
+
+/// A unit that is known by its name alone, looked up among those of the FMU and among the display units of the
+/// variable's own.
+pub(super) fn named(d: &Description, own: Option<&Unit>, name: &str) -> Option<Unit> {
+    if let Some(unit) = d.unit(name) {
+        return Some(unit.clone());
+    }
+    let own = own?;
+    let shown = own.display.iter().find(|u| u.name == name && !u.inverse)?;
+    let base = own.base?;
+    // displayed = factor * value + offset, base = base.factor * value + base.offset
+    let factor = base.factor / shown.factor;
+    let base = BaseUnit { factor, offset: base.offset - factor * shown.offset, ..base };
+    Some(Unit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
+}
+
+/// Exponents as text, for messages.
+pub(super) fn dimension(unit: &Unit) -> String {
+    let Some(base) = &unit.base else { return "unknown".into() };
+    let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
+    let factors: Vec<String> = names
+        .iter()
+        .zip(base.exponents)
+        .filter(|(_, e)| *e != 0)
+        .map(|(n, e)| if e == 1 { (*n).to_owned() } else { format!("{n}{e}") })
+        .collect();
+    if factors.is_empty() { "1".into() } else { factors.join(".") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(name: &str, exponents: [i32; 8], factor: f64, offset: f64) -> Unit {
+        let base = Some(BaseUnit { exponents, factor, offset });
+        Unit { name: name.into(), base, display: Vec::new(), line: 0 }
+    }
+
+    #[test]
+    fn conversions() {
+        let angle = [0, 0, 0, 0, 0, 0, 0, 1];
+        let kelvin = [0, 0, 0, 0, 1, 0, 0, 0];
+        let deg = unit("deg", angle, std::f64::consts::PI / 180.0, 0.0);
+        let rad = unit("rad", angle, 1.0, 0.0);
+        let Conversion::By(factor, offset) = conversion(&rad, &deg, false) else { panic!() };
+        assert!((factor * std::f64::consts::PI - 180.0).abs() < 1e-12 && offset == 0.0);
+        // 20 degC are 68 degF and 293.15 K; a difference of 20 degC is one of 36 degF.
+        let celsius = unit("degC", kelvin, 1.0, 273.15);
+        let fahrenheit = unit("degF", kelvin, 5.0 / 9.0, 273.15 - 32.0 * 5.0 / 9.0);
+        let Conversion::By(factor, offset) = conversion(&celsius, &fahrenheit, false) else { panic!() };
+        assert!((factor * 20.0 + offset - 68.0).abs() < 1e-12, "{factor} {offset}");
+        let Conversion::By(factor, offset) = conversion(&celsius, &fahrenheit, true) else { panic!() };
+        assert!((factor * 20.0 + offset - 36.0).abs() < 1e-12);
+        assert_eq!(conversion(&celsius, &celsius, false), Conversion::Same);
+        assert_eq!(conversion(&celsius, &rad, false), Conversion::Different);
+        let one = unit("1", [0; 8], 1.0, 0.0);
+        assert_eq!(conversion(&one, &rad, false), Conversion::Angle(1.0, 0.0));
+        let odd = Unit { name: "odd".into(), base: None, display: Vec::new(), line: 0 };
+        assert_eq!(conversion(&odd, &rad, false), Conversion::Unknown);
+        assert_eq!(conversion(&odd, &odd, false), Conversion::Same);
+    }
+}
