@@ -1,15 +1,15 @@
 //! The master: runs an FMU of FMI 2.0 or 3.0 in Co-Simulation, whoever built it.
 //!
 //! ```no_run
-//! use trueup_cosim::{Options, Table, simulate};
+//! use trueup_cosim::{Options, Results, simulate};
 //! use trueup_fmi_import::Fmu;
 //!
 //! let fmu = Fmu::open("BouncingBall.fmu")?;
 //! let options = Options { stop: Some(3.0), set: vec![("e".into(), "0.8".into())], ..Options::default() };
-//! let mut table = Table::create("results.csv".as_ref())?;
-//! match simulate(&fmu, &options, &mut table) {
-//!     Ok(_) => table.finish()?,
-//!     Err(error) => eprintln!("{error}; kept: {:?}", table.keep_incomplete()?),
+//! let mut results = Results::create("results.csv".as_ref())?;
+//! match simulate(&fmu, &options, &mut results) {
+//!     Ok(_) => results.finish()?,
+//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_incomplete()?),
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
@@ -35,6 +35,6 @@ pub use error::Error;
 pub use grid::Grid;
 pub use inputs::Inputs;
 pub use mistake::Mistake;
-pub use results::Table;
+pub use results::{Column, Kind, Memory, Results, Row, Sink, Values, slots};
 pub use simulate::{Options, Summary, simulate};
 pub use slave::{Block, Buffer, Slave};

@@ -8,7 +8,7 @@ use trueup_fmi_import::{Experiment, Fmu, Options as Instantiate};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
-use crate::results::Table;
+use crate::results::{Column, Kind, Row, Sink, Values};
 use crate::slave::{Block, Buffer, Slave};
 use crate::value;
 
@@ -47,10 +47,10 @@ pub struct Summary {
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
 
-/// Variables read in one call, with the names of their elements.
+/// Variables read in one call, with the columns of their elements.
 struct Recorded {
     block: Block,
-    names: Vec<String>,
+    columns: Vec<Column>,
 }
 
 /// An input that a column drives: block, element, column, whether it goes linearly between samples.
@@ -64,9 +64,9 @@ struct Driven {
 /// Runs an FMU and writes a row per communication point. All settings are checked before it is instantiated.
 ///
 /// # Errors
-/// [`Error::Setting`] with every setting that does not fit; failures of the FMU with function and time. The table
+/// [`Error::Setting`] with every setting that does not fit; failures of the FMU with function and time. The sink
 /// then holds what was computed before.
-pub fn simulate(fmu: &Arc<Fmu>, options: &Options, table: &mut Table) -> Result<Summary, Error> {
+pub fn simulate(fmu: &Arc<Fmu>, options: &Options, sink: &mut dyn Sink) -> Result<Summary, Error> {
     let d = fmu.description();
     let mut wrong = Vec::new();
     let starts = starts(d, options, &mut wrong);
@@ -75,12 +75,16 @@ pub fn simulate(fmu: &Arc<Fmu>, options: &Options, table: &mut Table) -> Result<
     let grid = grid(d, options, &mut wrong);
     let (Some(grid), []) = (grid, &wrong[..]) else { return Err(Error::Setting(wrong)) };
 
-    let header = recorded.iter().flat_map(|r| r.names.iter().cloned());
-    table.row(&std::iter::once("time".to_owned()).chain(header).collect::<Vec<_>>())?;
+    let columns: Vec<Column> = recorded.iter().flat_map(|r| r.columns.iter().cloned()).collect();
+    sink.begin(&columns)?;
     let variable_step =
         d.co_simulation.as_ref().is_some_and(|i| i.can_handle_variable_communication_step_size);
-    let mut run =
-        Run { slave: Slave::new(fmu, Instantiate::default())?, recorded, variable_step, cells: Vec::new() };
+    let mut run = Run {
+        slave: Slave::new(fmu, Instantiate::default())?,
+        recorded,
+        variable_step,
+        values: Values::default(),
+    };
     let at = |time: f64| move |source| Error::Call { time, source };
 
     let slave = &mut run.slave;
@@ -99,7 +103,7 @@ pub fn simulate(fmu: &Arc<Fmu>, options: &Options, table: &mut Table) -> Result<
     };
     apply(slave, grid.start)?;
     slave.exit_initialization_mode().map_err(at(grid.start))?;
-    run.record(grid.start, table)?;
+    run.record(grid.start, 0, sink)?;
 
     let mut summary = Summary { time: grid.start, steps: 0, discarded: 0, terminated: false };
     for i in 0..grid.steps {
@@ -110,7 +114,7 @@ pub fn simulate(fmu: &Arc<Fmu>, options: &Options, table: &mut Table) -> Result<
         summary.steps += 1;
         // Outputs that follow an input directly belong to the input of now, not of the step before.
         apply(&mut run.slave, summary.time)?;
-        run.record(summary.time, table)?;
+        run.record(summary.time, i + 1, sink)?;
         if summary.terminated {
             break;
         }
@@ -124,7 +128,7 @@ struct Run {
     slave: Slave,
     recorded: Vec<Recorded>,
     variable_step: bool,
-    cells: Vec<String>,
+    values: Values,
 }
 
 impl Run {
@@ -178,18 +182,24 @@ impl Run {
     }
 
     /// Reads the outputs and writes them. Only finite values are written.
-    fn record(&mut self, time: f64, table: &mut Table) -> Result<(), Error> {
-        self.cells.clear();
-        self.cells.push(format!("{time:?}"));
-        for Recorded { block, names } in &mut self.recorded {
+    fn record(&mut self, time: f64, point: u64, sink: &mut dyn Sink) -> Result<(), Error> {
+        let values = &mut self.values;
+        values.clear();
+        for Recorded { block, columns } in &mut self.recorded {
             self.slave.get(block).map_err(|source| Error::Call { time, source })?;
             if let Some((at, value)) = block.values.first_not_finite() {
                 let (instance, log) = (self.slave.name().to_owned(), self.slave.log());
-                return Err(Error::NotFinite { time, instance, variable: names[at].clone(), value, log });
+                return Err(Error::NotFinite {
+                    time,
+                    instance,
+                    variable: columns[at].name.clone(),
+                    value,
+                    log,
+                });
             }
-            block.values.texts(&mut self.cells);
+            block.values.append_to(values);
         }
-        table.row(&self.cells)
+        sink.row(Row { time, point: Some(point), values })
     }
 }
 
@@ -324,7 +334,7 @@ fn recorded(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Vec<
     let mut recorded: Vec<Recorded> = Vec::new();
     for v in variables {
         let buffer = d.elements(v).and_then(|n| Buffer::new(v.kind, d.version, n));
-        let (Some(values), Some(names)) = (buffer, value::elements(d, v)) else {
+        let (Some(values), Some(columns)) = (buffer, columns(d, v)) else {
             wrong.push(format!("`{}` ({:?}) cannot be recorded as CSV", v.name, v.kind));
             continue;
         };
@@ -332,13 +342,20 @@ fn recorded(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Vec<
             Some(r) => {
                 r.block.references.push(v.value_reference);
                 r.block.values.append(values);
-                r.names.extend(names);
+                r.columns.extend(columns);
             }
             None => recorded
-                .push(Recorded { block: Block { references: vec![v.value_reference], values }, names }),
+                .push(Recorded { block: Block { references: vec![v.value_reference], values }, columns }),
         }
     }
     recorded
+}
+
+/// One column per element.
+fn columns(d: &Description, v: &Variable) -> Option<Vec<Column>> {
+    let (kind, unit) = (Kind::of(v.kind)?, d.attributes(v).unit.unwrap_or_default());
+    let names = value::elements(d, v)?.into_iter();
+    Some(names.map(|name| Column::new(name, kind, unit.as_str())).collect())
 }
 
 /// The communication points.

@@ -5,7 +5,7 @@
 
 use std::path::PathBuf;
 
-use trueup_cosim::{Inputs, Options, Table, simulate};
+use trueup_cosim::{Inputs, Options, Results, simulate};
 use trueup_fmi_description::archive::Archive;
 use trueup_fmi_import::Fmu;
 
@@ -45,7 +45,7 @@ fn matches_its_reference(version: u32, model: &str) {
         ..Options::default()
     };
     let results = out.path().join("out.csv");
-    let mut writer = Table::create(&results).unwrap();
+    let mut writer = Results::create(&results).unwrap();
     simulate(&fmu, &options, &mut writer).unwrap();
     writer.finish().unwrap();
     let (columns, rows) = table(&std::fs::read_to_string(&results).unwrap());

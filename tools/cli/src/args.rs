@@ -17,7 +17,7 @@ pub(crate) enum Command {
     /// Pack, show and check FMUs
     #[command(subcommand)]
     Fmu(Fmu),
-    /// Run an FMU in Co-Simulation and write its outputs as CSV
+    /// Run an FMU in Co-Simulation and write its outputs as CSV or Parquet
     Simulate(Simulate),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
@@ -89,8 +89,8 @@ pub(crate) struct Validate {
 pub(crate) struct Simulate {
     /// The FMU: a file or an unpacked folder
     pub(crate) file: PathBuf,
-    /// Results; if the run fails, what was computed is kept as `<name>.incomplete.csv`
-    #[arg(short, long, value_name = "FILE.csv", default_value = "results.csv")]
+    /// Results; if the run fails, what was computed is kept as `<name>.incomplete.csv` or `.incomplete.parquet`
+    #[arg(short, long, value_name = "FILE.csv|.parquet", default_value = "results.csv")]
     pub(crate) output: PathBuf,
     /// Stop time in s; else that of the FMU's default experiment, else the end of the inputs
     #[arg(long, value_name = "S", allow_negative_numbers = true)]

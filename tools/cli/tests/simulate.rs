@@ -28,7 +28,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["m", "--set", "v=1", "--outputs", "w"], 2, "no variable `w`"),
         (&["m", "--set", "u"], 2, "NAME=VALUE"),
         (&["m", "--stop", "-1"], 2, "no run from 0.0 s to -1.0 s"),
-        (&["m", "-o", "r.parquet"], 2, "end with .csv"),
+        (&["m", "-o", "r.mat"], 2, "end with .csv or .parquet"),
         (&["m"], 1, "no binary"),
         (&["absent.fmu"], 1, "absent.fmu"),
         (&["m", "--input", "in.csv"], 1, "line 3"),

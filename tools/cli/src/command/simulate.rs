@@ -1,15 +1,17 @@
 //! `trueup simulate`
 
-use trueup_cosim::{Error as RunError, Inputs, Options, Table, simulate};
+use trueup_cosim::{Error as RunError, Inputs, Options, Results, simulate};
 use trueup_fmi_import::Fmu;
 
 use crate::args::Simulate;
 use crate::error::Error;
 
 pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
-    if args.output.extension().is_none_or(|e| e != "csv") {
+    let extension = args.output.extension().unwrap_or_default().to_ascii_lowercase();
+    if extension != "csv" && extension != "parquet" {
         let name = args.output.display();
-        return Err(Error::Usage(format!("results are written as CSV; let --output {name} end with .csv")));
+        let mend = format!("let --output {name} end with .csv or .parquet");
+        return Err(Error::Usage(format!("results are written as CSV or Parquet; {mend}")));
     }
     let mut set = Vec::new();
     for text in &args.set {
@@ -29,10 +31,10 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         inputs,
         outputs: args.outputs.clone(),
     };
-    let mut table = Table::create(&args.output).map_err(|e| Error::Failed(e.to_string()))?;
-    match simulate(&fmu, &options, &mut table) {
+    let mut results = Results::create(&args.output).map_err(|e| Error::Failed(e.to_string()))?;
+    match simulate(&fmu, &options, &mut results) {
         Ok(summary) => {
-            table.finish().map_err(|e| Error::Failed(e.to_string()))?;
+            results.finish().map_err(|e| Error::Failed(e.to_string()))?;
             let ended = if summary.terminated { ", where the FMU ended the run" } else { "" };
             let discarded = match summary.discarded {
                 0 => String::new(),
@@ -50,8 +52,9 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         // Nothing was computed.
         Err(e @ RunError::Fmu(_)) => Err(Error::Failed(e.to_string())),
         Err(e) => {
-            let kept = match table.keep_incomplete() {
-                Ok(file) => format!("what was computed before is kept in {}", file.display()),
+            let kept = match results.keep_incomplete() {
+                Ok(None) => "nothing was computed before".to_owned(),
+                Ok(Some(file)) => format!("what was computed before is kept in {}", file.display()),
                 Err(e) => format!("what was computed before could not be kept: {e}"),
             };
             Err(Error::at(&args.file, format!("{e}\n{kept}")))

@@ -1,0 +1,50 @@
+//! Results as CSV.
+
+use std::io::{Error as IoError, Result, Write};
+
+use super::{Column, Part, Row, Value, slots};
+
+pub(super) struct Writer {
+    csv: csv::Writer<Part>,
+    /// With the slot of each.
+    columns: Vec<(Column, usize)>,
+    cell: Vec<u8>,
+}
+
+impl Writer {
+    pub(super) fn new(part: Part) -> Self {
+        Self { csv: csv::Writer::from_writer(part), columns: Vec::new(), cell: Vec::new() }
+    }
+
+    pub(super) fn begin(&mut self, columns: &[Column]) -> Result<()> {
+        self.columns = columns.iter().cloned().zip(slots(columns)).collect();
+        let names = columns.iter().map(|c| c.name.as_str());
+        Ok(self.csv.write_record(std::iter::once("time").chain(names))?)
+    }
+
+    pub(super) fn row(&mut self, row: Row<'_>) -> Result<()> {
+        let Self { csv, columns, cell } = self;
+        cell.clear();
+        write!(cell, "{:?}", row.time)?;
+        csv.write_field(&*cell)?;
+        for (column, slot) in &*columns {
+            cell.clear();
+            if column.is_due(row.point) {
+                match row.values.get(column.kind, *slot) {
+                    Value::Real(x) => write!(cell, "{x:?}")?,
+                    Value::Single(x) => write!(cell, "{x:?}")?,
+                    Value::Integer(x) => write!(cell, "{x}")?,
+                    Value::Unsigned(x) => write!(cell, "{x}")?,
+                    Value::Boolean(x) => cell.push(b'0' + u8::from(x)),
+                    Value::Text(x) => cell.extend_from_slice(x.as_bytes()),
+                }
+            }
+            csv.write_field(&*cell)?;
+        }
+        Ok(csv.write_record(None::<&[u8]>)?)
+    }
+
+    pub(super) fn finish(self) -> Result<Part> {
+        self.csv.into_inner().map_err(|e| IoError::other(e.to_string()))
+    }
+}
