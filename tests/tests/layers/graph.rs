@@ -69,6 +69,8 @@ const RULES: &[Rule] = &[
         ],
         never: &[],
     },
+    // Makes FMUs for tests; sees nothing of ours, so that it is a stranger to all.
+    Rule { name: "trueup-testkit", ours: &[], never: &["libloading", "clap"] },
     // Evidence: only dev-dependencies.
     Rule { name: "trueup-acceptance", ours: &[], never: &["*"] },
 ];
