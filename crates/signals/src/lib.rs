@@ -1,1 +1,3 @@
 //! Time series with units: recordings, cases, files, filters, metrics.
+
+pub mod spline;

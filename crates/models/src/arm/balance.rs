@@ -75,7 +75,7 @@ impl PlanarManipulator {
     }
 
     /// Generalized forces less C v, without friction (ARM-7, ARM-8); the springs on the way.
-    fn forces<T: Scalar>(
+    pub(super) fn forces<T: Scalar>(
         &self,
         at: &At<T>,
         motion: &Motion<T>,

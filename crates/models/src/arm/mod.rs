@@ -11,12 +11,14 @@ pub mod chain;
 pub mod kinematics;
 pub mod layout;
 mod model;
+mod replay;
 pub mod rotor;
 pub mod solve;
 mod stick;
 
 pub use layout::{input, output, parameter};
 pub use model::PlanarManipulator;
+pub use replay::Replay;
 
 use crate::effect::set::EffectError;
 

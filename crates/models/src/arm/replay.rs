@@ -1,0 +1,99 @@
+//! A manipulator, some of whose motors move as they were measured, whatever torque that takes (ARM-14).
+//!
+//! The way of S0, section 4: joints 2 and 3 follow their encoders, joint 1 is driven by its torque, or follows its
+//! motor's encoder too; the satellite moves as momentum demands.
+
+use super::layout::input;
+use super::{MAX_DOFS, PlanarManipulator};
+use crate::drive::Spring;
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// States, parameters and outputs are the manipulator's. Inputs: the manipulator's (a led motor's torque is not
+/// read), then the acceleration of each led motor in rad/s2. Where a led motor begins and how fast stands in the
+/// initial states.
+#[derive(Clone, Debug)]
+pub struct Replay {
+    arm: PlanarManipulator,
+    led: Vec<usize>,
+}
+
+impl Replay {
+    /// Leads the motors of these joints (from 0; of a rigid joint, the joint itself). `None` where the manipulator
+    /// has no such joint, or friction: a motor that is led does not stick.
+    pub fn new(arm: PlanarManipulator, led: &[usize]) -> Option<Self> {
+        let fits = !arm.has_friction() && led.iter().all(|j| *j < arm.links());
+        fits.then(|| Self { arm, led: led.to_vec() })
+    }
+
+    /// The manipulator.
+    pub fn arm(&self) -> &PlanarManipulator {
+        &self.arm
+    }
+
+    /// Index of the acceleration of the `i`-th led motor among the inputs.
+    pub fn acceleration(&self, i: usize) -> usize {
+        input::count(self.arm.links()) + i
+    }
+}
+
+impl Hybrid for Replay {
+    fn sizes(&self) -> Sizes {
+        let sizes = self.arm.sizes();
+        Sizes { inputs: sizes.inputs + self.led.len(), ..sizes }
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        self.arm.start(p, x);
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        self.arm.start_modes(at, modes);
+    }
+
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let (arm, n) = (&self.arm, self.arm.dofs());
+        let motion = arm.motion(&at);
+        let mass = arm.mass(at.p, &motion);
+        let mut springs = [Spring::default(); super::MAX_LINKS];
+        let mut acceleration = arm.forces(&at, &motion, &mass, &mut springs);
+        let (mut free, mut count) = ([0; MAX_DOFS], 0);
+        let mut led = [T::zero(); MAX_DOFS];
+        for row in 0..n {
+            match self.led.iter().position(|j| arm.motor(*j) == row) {
+                Some(i) => led[row] = at.u[self.acceleration(i)],
+                None => {
+                    free[count] = row;
+                    count += 1;
+                }
+            }
+        }
+        // M_ff a_f = Q_f - C_f v - M_fl a_l, a_l given (ARM-14)
+        for row in &free[..count] {
+            acceleration[*row] -= mass.row_times(*row, &led[..n]);
+        }
+        let _ = mass.solve(&free[..count], &mut acceleration); // not positive definite: NaN, which is refused
+        for j in &self.led {
+            acceleration[arm.motor(*j)] = led[arm.motor(*j)];
+        }
+        dx[..n].copy_from_slice(motion.v);
+        dx[n..2 * n].copy_from_slice(&acceleration[..n]);
+        for j in 0..arm.links() {
+            arm.effects().rates(&at, j, &motion.drives[j], &springs[j], dx);
+        }
+    }
+
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        self.arm.outputs(at, y);
+    }
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        self.arm.indicators(at, z);
+    }
+    fn direction(&self, indicator: usize) -> trueup_numerics::event::Direction {
+        self.arm.direction(indicator)
+    }
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        self.arm.update(t, x, u, p, modes)
+    }
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.arm.next_event(p, modes)
+    }
+}

@@ -1,0 +1,73 @@
+//! Motors that are led (ARM-14), against the torques that would lead them and against the golden trajectory.
+#![allow(clippy::unwrap_used)]
+
+mod arm_common;
+
+use arm_common::{NO_EFFECTS, Random};
+use trueup_models::arm::{PlanarManipulator, Replay, input, parameter};
+use trueup_models::presets;
+use trueup_numerics::driver::{Options, simulate};
+use trueup_numerics::hybrid::{At, Hybrid};
+
+/// Checks ARM-14: whatever motion a torque causes, leading the motor along it moves everything else alike.
+#[test]
+fn a_led_motor_moves_the_rest_as_its_torque_does() {
+    let mut random = Random(7);
+    for flexible in [[true, false, false], [true, true, true], [false, false, false]] {
+        let arm = PlanarManipulator::new(&flexible, NO_EFFECTS).unwrap();
+        let (n, sizes) = (arm.links(), arm.sizes());
+        let p = arm.defaults();
+        for led in [&[0][..], &[1, 2], &[0, 1, 2], &[]] {
+            let replay = Replay::new(arm.clone(), led).unwrap();
+            for _ in 0..50 {
+                let x: Vec<f64> = (0..sizes.states).map(|_| random.within(-1.0, 1.0)).collect();
+                let mut u: Vec<f64> = (0..sizes.inputs).map(|_| random.within(-1.0, 1.0)).collect();
+                let (mut by_torque, mut by_motion) = (vec![0.0; sizes.states], vec![0.0; sizes.states]);
+                arm.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut by_torque);
+                for j in led {
+                    u[input::joint_torque(n) + j] = f64::NAN; // must not be read
+                    u.push(by_torque[arm.dofs() + arm.motor(*j)]);
+                }
+                replay.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut by_motion);
+                for (a, b) in by_torque.iter().zip(&by_motion) {
+                    assert!((a - b).abs() <= 1e-10 * (1.0 + a.abs()), "{led:?}: {a} {b}");
+                }
+            }
+        }
+    }
+}
+
+/// Checks ARM-14 with golden fact A13: constant accelerations of the joints for 10 s turn the satellite so far.
+#[test]
+fn the_reference_trajectory_ends_where_it_should() {
+    let arm = PlanarManipulator::new(&[false; 3], NO_EFFECTS).unwrap();
+    let (n, mut p) = (3, presets::cbk_pan(&[false; 3]));
+    for (j, angle) in [7.5f64, -15.0, -22.5].into_iter().enumerate() {
+        p[parameter::initial_joint_angle(n) + j] = angle.to_radians();
+    }
+    let replay = Replay::new(arm, &[0, 1, 2]).unwrap();
+    let first = replay.acceleration(0);
+    let led = move |_: f64, u: &mut [f64]| {
+        for (j, a) in [0.9f64, -0.6, -0.75].into_iter().enumerate() {
+            u[first + j] = a.to_radians();
+        }
+    };
+    let nominal = vec![1.0; replay.sizes().states];
+    let options = Options { tolerance: 1e-11, ..Options::default() };
+    let run = simulate(&replay, &p, &nominal, options, &led, &[0.0, 10.0]).unwrap();
+    let end = &run.x[1];
+    for (have, want) in end.iter().zip([0.017366523188224965, -0.009182827014584753, -0.2572613502943539]) {
+        assert!((have - want).abs() < 1e-8, "{have} {want}");
+    }
+    for (j, want) in [52.5f64, -45.0, -60.0].into_iter().enumerate() {
+        assert!((end[3 + j] - want.to_radians()).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn friction_and_joints_that_are_not_there_are_refused() {
+    let arm = PlanarManipulator::new(&[true; 2], NO_EFFECTS).unwrap();
+    assert!(Replay::new(arm, &[2]).is_none());
+    let rubbing = PlanarManipulator::new(&[true; 2], &["motor-friction"]).unwrap();
+    assert!(Replay::new(rubbing, &[0]).is_none());
+}
