@@ -1,1 +1,25 @@
-//! Results as one self-contained page.
+//! Finished results in, one HTML file out: no network, light and dark, every chart a picture that needs no script and
+//! that a script, where there is one, makes zoomable.
+//!
+//! ```
+//! use trueup_report::{Chart, Page};
+//!
+//! let t: Vec<f64> = (0..1000).map(|k| 0.01 * f64::from(k)).collect();
+//! let angle: Vec<f64> = t.iter().map(|t| t.sin()).collect();
+//! let mut page = Page::new("A pendulum", "Swings with little amplitude.");
+//! page.section("Motion", "Both charts zoom together.");
+//! page.chart(&Chart::over_time("Angle", "rad").line("pendulum", &t, &angle));
+//! page.table(&["quantity", "value"], &[vec!["period".into(), "6.28 s".into()]]);
+//! let html: String = page.finish();
+//! assert!(html.contains("<svg"));
+//! ```
+
+mod chart;
+mod join;
+mod number;
+mod page;
+mod svg;
+
+pub use chart::{Axis, Chart, Style};
+pub use number::number;
+pub use page::{Page, escape};

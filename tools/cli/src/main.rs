@@ -8,7 +8,6 @@ mod catalog;
 mod command;
 mod error;
 mod output;
-mod plot;
 
 use std::process::ExitCode;
 

@@ -7,8 +7,8 @@ use std::path::{Path, PathBuf};
 
 use crate::args::{Demo, Pack};
 use crate::error::Error;
-use crate::plot::{Line, Page, svg};
 use loops::{Recording, Wire, run};
+use trueup_report::{Chart, Page};
 
 pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     let folder = &args.output;
@@ -48,17 +48,10 @@ fn fmu(folder: &Path, name: &str) -> PathBuf {
     folder.join(format!("{name}.fmi2.fmu"))
 }
 
-fn picture(
-    page: &mut Page,
-    r: &Recording,
-    title: &str,
-    unit: &str,
-    names: &[(&str, &str)],
-) -> Result<(), Error> {
+fn picture(page: &mut Page, r: &Recording, title: &str, unit: &str, names: &[(&str, &str)]) {
     let columns: Vec<_> = names.iter().map(|(name, label)| (r.column(name), *label)).collect();
-    let lines: Vec<_> = columns.iter().map(|(y, label)| Line { label, t: &r.t, y }).collect();
-    page.picture(&svg(title, unit, &lines).map_err(Error::Failed)?);
-    Ok(())
+    let chart = columns.iter().fold(Chart::over_time(title, unit), |c, (y, label)| c.line(label, &r.t, y));
+    page.chart(&chart);
 }
 
 fn joint(folder: &Path, page: &mut Page) -> Result<(), Error> {
@@ -78,15 +71,16 @@ fn joint(folder: &Path, page: &mut Page) -> Result<(), Error> {
         "DELIAN's joint 1. Friction holds the motor up to the static level, drops to the Coulomb level when it \
          breaks away, and turns with the motion; the joint coasts to a stop and sticks again.",
     );
-    picture(page, &r, "Motor velocity", "rad/s", &[("motorVelocity", "motor")])?;
+    picture(page, &r, "Motor velocity", "rad/s", &[("motorVelocity", "motor")]);
     picture(
         page,
         &r,
         "Torques at the motor",
         "N.m",
         &[("motorTorque", "motor"), ("frictionTorque", "friction"), ("transmissionTorque", "transmission")],
-    )?;
-    picture(page, &r, "Load angle", "rad", &[("loadAngle", "load")])
+    );
+    picture(page, &r, "Load angle", "rad", &[("loadAngle", "load")]);
+    Ok(())
 }
 
 fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
@@ -118,14 +112,8 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
         "Angles",
         "rad",
         &[("jointAngle[1]", "joint 1"), ("motorAngle[1]", "its motor"), ("baseAttitude", "satellite")],
-    )?;
-    picture(
-        page,
-        &r,
-        "Energies",
-        "J",
-        &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")],
-    )?;
+    );
+    picture(page, &r, "Energies", "J", &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")]);
     let drift = r.column("angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
     page.text(&format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
     Ok(())
@@ -183,9 +171,10 @@ fn wave_based(folder: &Path, page: &mut Page) -> Result<(), Error> {
          its moving average over one period of the first mode.",
     );
     let columns: Vec<_> = runs.iter().map(|(name, r)| (*name, r.column("tipAngle"))).collect();
-    let lines: Vec<_> =
-        columns.iter().zip(&runs).map(|((name, y), (_, r))| Line { label: name, t: &r.t, y }).collect();
-    page.picture(&svg("Tip angle", "rad", &lines).map_err(Error::Failed)?);
+    let chart = columns.iter().zip(&runs);
+    let chart =
+        chart.fold(Chart::over_time("Tip angle", "rad"), |c, ((name, y), (_, r))| c.line(name, &r.t, y));
+    page.chart(&chart);
     let vibration: Vec<f64> = columns.iter().map(|(_, y)| metric::vibration(y, 5e-4, 2.388_158_46)).collect();
     let rows: Vec<_> = columns
         .iter()
@@ -242,5 +231,6 @@ fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
             ("jointAngle[3]", "joint 3"),
             ("baseAttitude", "satellite"),
         ],
-    )
+    );
+    Ok(())
 }

@@ -1,0 +1,177 @@
+//! The page: headings, texts, tables and charts, one after the other.
+
+use std::fmt::Write as _;
+
+use crate::chart::{Axis, Chart, Style};
+use crate::join::join;
+use crate::svg::{COLOURS, svg};
+
+/// Samples that a chart hands to the script; enough to zoom into, little enough to load at once.
+const POINTS: usize = 12_000;
+
+const STYLE: &str = include_str!("../assets/page.css");
+const SCRIPT: &str = include_str!("../assets/page.js");
+const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
+const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
+const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
+
+/// A page under way.
+pub struct Page {
+    html: String,
+    charts: usize,
+    open: bool,
+}
+
+impl Page {
+    /// A page with its title and a paragraph below it.
+    pub fn new(title: &str, lead: &str) -> Self {
+        let title = escape(title);
+        let html = format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<title>{title}</title>\n\
+             <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n<p>{}</p>\n</header>\n<main>\n",
+            escape(lead)
+        );
+        Self { html, charts: 0, open: false }
+    }
+
+    /// Begins a section; the text may be empty.
+    pub fn section(&mut self, heading: &str, text: &str) {
+        self.close();
+        self.open = true;
+        let _ = writeln!(self.html, "<section>\n<h2>{}</h2>", escape(heading));
+        if !text.is_empty() {
+            self.text(text);
+        }
+    }
+
+    /// A paragraph.
+    pub fn text(&mut self, text: &str) {
+        let _ = writeln!(self.html, "<p>{}</p>", escape(text));
+    }
+
+    /// A part in HTML of its own, as it is.
+    pub fn html(&mut self, html: &str) {
+        self.html.push_str(html);
+        self.html.push('\n');
+    }
+
+    /// A table. Cells that are numbers stand right.
+    pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
+        let numeric = |c: &str| c.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '<'));
+        self.html.push_str("<div class=\"table\"><table>\n<thead><tr>");
+        head.iter().for_each(|h| {
+            let _ = write!(self.html, "<th>{}</th>", escape(h));
+        });
+        self.html.push_str("</tr></thead>\n<tbody>\n");
+        for row in rows {
+            self.html.push_str("<tr>");
+            for cell in row {
+                let class = if numeric(cell) { " class=\"number\"" } else { "" };
+                let _ = write!(self.html, "<td{class}>{}</td>", escape(cell));
+            }
+            self.html.push_str("</tr>\n");
+        }
+        self.html.push_str("</tbody></table></div>\n");
+    }
+
+    /// A chart: its picture, its legend, and its samples for the script.
+    pub fn chart(&mut self, chart: &Chart<'_>) {
+        self.charts += 1;
+        let html = &mut self.html;
+        let _ = write!(
+            html,
+            "<figure class=\"chart\">\n<figcaption>{}</figcaption>\n<ul class=\"legend\">",
+            escape(&chart.title)
+        );
+        for (k, s) in chart.series.iter().enumerate() {
+            let _ = write!(
+                html,
+                "<li><i class=\"c{}\"></i>{} <output></output></li>",
+                k % COLOURS.len(),
+                escape(s.name)
+            );
+        }
+        let _ = write!(
+            html,
+            "</ul>\n<div class=\"plot\">{}</div>\n<script type=\"application/json\">{}</script>\n</figure>\n",
+            svg(chart),
+            data(chart)
+        );
+    }
+
+    /// The whole page.
+    pub fn finish(mut self) -> String {
+        self.close();
+        self.html.push_str("</main>\n");
+        if self.charts > 0 {
+            let _ = write!(
+                self.html,
+                "<!-- uPlot\n{UPLOT_LICENSE}\n-->\n<style>{UPLOT_STYLE}</style>\n<script>{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n"
+            );
+        }
+        self.html.push_str("</body>\n</html>\n");
+        self.html
+    }
+
+    fn close(&mut self) {
+        if self.open {
+            self.html.push_str("</section>\n");
+        }
+        self.open = false;
+    }
+}
+
+/// What the script needs of a chart.
+fn data(chart: &Chart<'_>) -> String {
+    let joined = join(&chart.series, POINTS);
+    let columns = std::iter::once(numbers(&joined.x, false)).chain(joined.y.iter().map(|y| numbers(y, true)));
+    let style = |s: Style| match s {
+        Style::Line => "line",
+        Style::Step => "step",
+        Style::Points => "points",
+        Style::LineAndPoints => "both",
+    };
+    let axis = |a: &Axis| format!("{{\"text\":{},\"log\":{}}}", quote(&a.text()), a.logarithmic);
+    let series = chart
+        .series
+        .iter()
+        .map(|s| format!("{{\"name\":{},\"style\":\"{}\"}}", quote(s.name), style(s.style)));
+    let bands = chart.bands.iter().map(|(a, b)| format!("[{a:?},{b:?}]"));
+    format!(
+        "{{\"x\":{},\"y\":{},\"series\":[{}],\"bands\":[{}],\"data\":[{}]}}",
+        axis(&chart.x),
+        axis(&chart.y),
+        series.collect::<Vec<_>>().join(","),
+        bands.collect::<Vec<_>>().join(","),
+        columns.collect::<Vec<_>>().join(",")
+    )
+}
+
+/// As JSON; of y seven digits, which no screen can tell from all of them.
+fn numbers(values: &[f64], short: bool) -> String {
+    let mut out = String::with_capacity(10 * values.len());
+    out.push('[');
+    for (k, v) in values.iter().enumerate() {
+        out.push_str(if k > 0 { "," } else { "" });
+        let single = *v as f32;
+        let _ = match v {
+            v if !v.is_finite() => write!(out, "null"),
+            _ if short && single.is_finite() && (single != 0.0 || *v == 0.0) => write!(out, "{single:?}"),
+            v => write!(out, "{v:?}"),
+        };
+    }
+    out.push(']');
+    out
+}
+
+/// A JSON string that may stand in a script.
+fn quote(text: &str) -> String {
+    serde_json::Value::from(text).to_string().replace('<', "\\u003c")
+}
+
+/// Text as HTML.
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}

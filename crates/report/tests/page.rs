@@ -1,0 +1,61 @@
+//! What a page must hold whatever it is given.
+#![allow(clippy::unwrap_used)]
+
+use trueup_report::{Axis, Chart, Page, Style};
+
+fn page(charts: &[Chart<'_>]) -> String {
+    let mut page = Page::new("<Title> & \"more\"", "lead");
+    page.section("Section", "text");
+    charts.iter().for_each(|c| page.chart(c));
+    page.table(&["<a>"], &[vec!["1 < 2".into()]]);
+    page.finish()
+}
+
+/// What stands between the tags, of every occurrence.
+fn parts<'a>(html: &'a str, begin: &str, end: &str) -> Vec<&'a str> {
+    html.split(begin).skip(1).map(|s| s.split(end).next().unwrap()).collect()
+}
+
+#[test]
+fn it_is_one_file_and_every_chart_has_a_picture_and_its_samples() {
+    let (x, y) = ([0.0, 0.1, 0.2], [1.0, f64::NAN, -3.5e-9]);
+    let chart = Chart::over_time("angle", "rad").line("a</script><b>", &x, &y).band(0.05, 0.15);
+    let html = page(&[chart.clone(), chart]);
+    for elsewhere in [" src=", "href=", "@import", "url("] {
+        assert!(!html.contains(elsewhere), "{elsewhere}");
+    }
+    assert_eq!(parts(&html, "<svg ", "</svg>").len(), 2);
+    assert!(html.contains("&lt;Title&gt; &amp;") && html.contains("1 &lt; 2"), "{html}");
+    assert!(html.contains("Permission is hereby granted"), "the licence of the charts' script is missing");
+    for json in parts(&html, "<script type=\"application/json\">", "</script>") {
+        let data: serde_json::Value = serde_json::from_str(json).unwrap();
+        assert_eq!(data["series"][0]["name"], "a</script><b>");
+        assert_eq!(data["data"].to_string(), "[[0.0,0.1,0.2],[1.0,null,-3.5e-9]]");
+        assert_eq!(data["x"]["text"], "time in s");
+    }
+}
+
+#[test]
+fn a_long_series_is_thinned_and_keeps_its_peak() {
+    let x: Vec<f64> = (0..2_000_000).map(|k| 1e-4 * f64::from(k)).collect();
+    let mut y: Vec<f64> = x.iter().map(|x| x.sin()).collect();
+    y[1_234_567] = 9.0;
+    let html = page(&[Chart::over_time("", "").line("y", &x, &y)]);
+    assert!(html.len() < 500_000, "{} bytes", html.len());
+    assert!(html.contains(",9.0,") && html.contains("123.4567"), "the peak is gone");
+}
+
+#[test]
+fn nothing_to_draw_is_no_reason_to_fail() {
+    let (x, nan, zero) = ([1.0, 2.0], [f64::NAN; 2], [0.0; 2]);
+    let logarithmic = || Axis::new("x", "").logarithmic();
+    let html = page(&[
+        Chart::over_time("empty", ""),
+        Chart::over_time("no sample", "").line("none", &[], &[]),
+        Chart::over_time("not finite", "").line("nan", &x, &nan),
+        Chart::over_time("constant", "m").series("zero", &x, &zero, Style::Step),
+        Chart::new("not positive", logarithmic(), logarithmic()).line("zero", &x, &zero),
+        Chart::over_time("one sample", "").series("one", &x[..1], &x[..1], Style::Points),
+    ]);
+    assert_eq!(parts(&html, "<svg ", "</svg>").len(), 6);
+}
