@@ -1,1 +1,4 @@
 //! Parameters from recordings, with uncertainty.
+
+pub mod nelder_mead;
+pub mod tangent;
