@@ -16,18 +16,22 @@ use trueup_fmi_description::description::Description;
 use trueup_fmi_import::Fmu;
 
 use crate::error::Error;
+use crate::inputs::Inputs;
 use crate::mistake::{Mistake, suggestion};
 use crate::plan::{Plan, Planned};
-use crate::system::{Component, Interface, Place, Port, System};
+use crate::store::Store;
+use crate::system::{Component, InputFile, Interface, Place, Port, System};
 
 /// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
 ///
 /// # Errors
 /// [`Error::System`] with every mistake: what it is, where it was written, and the mend.
 pub fn check(system: &System) -> Result<Plan, Error> {
-    let mut report = Report::default();
-    let parts = Parts::of(system, &mut report);
-    let (grid, every) = experiment::grid(system, &parts, &mut report);
+    let mut report = Report { mistakes: Vec::new(), notes: system.notes.clone() };
+    let mut store = Store::default();
+    let parts = Parts::of(system, &mut store, &mut report);
+    let inputs = system.inputs.as_ref().and_then(|wanted| read_inputs(wanted, &mut store, &mut report));
+    let (grid, every) = experiment::grid(system, &parts, inputs.as_ref(), &mut report);
     let mut components = Vec::new();
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
         let Some(part) = part else { continue };
@@ -47,7 +51,7 @@ pub fn check(system: &System) -> Result<Plan, Error> {
     }
     let mut driver = links::Drivers::default();
     let (links, maps) = links::links(system, &parts, &mut driver, &mut report);
-    let (inputs, driven) = links::driven(system, &parts, &mut driver, &mut report);
+    let driven = links::driven(system, &parts, inputs.as_ref(), &mut driver, &mut report);
     let recorded = record::recorded(system, &parts, &mut report);
     let Report { mut mistakes, notes } = report;
     let (Some(grid), []) = (grid, &mistakes[..]) else {
@@ -57,6 +61,24 @@ pub fn check(system: &System) -> Result<Plan, Error> {
     };
     let (tolerance, algorithm) = (system.run.tolerance, system.run.algorithm);
     Ok(Plan { components, links, driven, inputs, recorded, grid, tolerance, algorithm, maps, notes })
+}
+
+fn read_inputs(wanted: &InputFile, store: &mut Store, report: &mut Report) -> Option<Inputs> {
+    let disk = match store.on_disk(&wanted.file) {
+        Ok(disk) => disk,
+        Err(why) => {
+            report.wrong(&wanted.place, format!("{}: {why}", wanted.file.display()));
+            return None;
+        }
+    };
+    match Inputs::read(&disk) {
+        Ok(inputs) => Some(Inputs { file: wanted.file.clone(), ..inputs }),
+        Err(e) => {
+            let message = e.to_string().replace(&*disk.to_string_lossy(), &wanted.file.to_string_lossy());
+            report.wrong(&wanted.place, message);
+            None
+        }
+    }
 }
 
 /// What is to be told.
@@ -101,8 +123,8 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    fn of(system: &'a System, report: &mut Report) -> Self {
-        let (mut library, mut by_name) = (Library::default(), HashMap::new());
+    fn of(system: &'a System, store: &mut Store, report: &mut Report) -> Self {
+        let (mut library, mut by_name) = (Library { fmus: HashMap::new(), store }, HashMap::new());
         let mut list = Vec::with_capacity(system.components.len());
         for (i, component) in system.components.iter().enumerate() {
             if let Some(first) = by_name.insert(component.name.as_str(), i) {
@@ -160,20 +182,26 @@ fn part(component: &Component, library: &mut Library, report: &mut Report) -> Op
 }
 
 /// FMUs by file, each opened once.
-#[derive(Default)]
-struct Library(HashMap<PathBuf, Result<Arc<Fmu>, String>>);
+struct Library<'s> {
+    fmus: HashMap<PathBuf, Result<Arc<Fmu>, String>>,
+    store: &'s mut Store,
+}
 
-impl Library {
+impl Library<'_> {
     fn open(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
-        if let Some(known) = self.0.get(file) {
+        if let Some(known) = self.fmus.get(file) {
             return known.clone();
         }
-        let opened = if file.exists() {
-            Fmu::open(file).map_err(|e| e.to_string())
-        } else {
-            Err(format!("there is no file {}{}", file.display(), beside(file)))
+        let missing = || format!("there is no file {}{}", file.display(), beside(file));
+        let opened = match self.store.on_disk(file) {
+            Ok(disk) => Fmu::open(&disk).map_err(|e| {
+                // In an archive: as the user knows it.
+                e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
+            }),
+            Err(_) if file.parent().is_some_and(Path::is_dir) => Err(missing()),
+            Err(why) => Err(format!("{}: {why}", file.display())),
         };
-        self.0.insert(file.to_owned(), opened.clone());
+        self.fmus.insert(file.to_owned(), opened.clone());
         opened
     }
 

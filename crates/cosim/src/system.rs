@@ -21,6 +21,10 @@ pub struct System {
     pub record: Vec<Record>,
     /// Inputs over time from a file.
     pub inputs: Option<InputFile>,
+    /// Names of the system's own connectors, and the inputs or outputs of components that they stand for.
+    pub connectors: Vec<(String, Vec<Port>)>,
+    /// What was left out or chosen while reading, to be told to the user.
+    pub notes: Vec<String>,
 }
 
 /// A table that drives inputs.
@@ -61,6 +65,19 @@ pub struct Component {
     pub place: Place,
 }
 
+/// A place between output and input where a value has a unit of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hop {
+    /// Unit here; `None`: as before.
+    pub unit: Option<Unit>,
+    /// Linear transformation, after a conversion to this unit.
+    pub factor: f64,
+    /// Linear transformation, after a conversion to this unit.
+    pub offset: f64,
+    /// Convert to this unit; else the number is taken as it is.
+    pub convert_units: bool,
+}
+
 impl Default for Connection {
     fn default() -> Self {
         Self {
@@ -68,6 +85,7 @@ impl Default for Connection {
             to: Port::default(),
             factor: 1.0,
             offset: 0.0,
+            through: Vec::new(),
             map: Vec::new(),
             convert_units: true,
             place: Place::default(),
@@ -119,6 +137,8 @@ pub struct Connection {
     pub factor: f64,
     /// Linear transformation, in the unit of the input.
     pub offset: f64,
+    /// Connectors with a unit of their own on the way, each with its linear transformation.
+    pub through: Vec<Hop>,
     /// Values that are replaced, as text (Booleans, integers, names of items): of the output, of the input.
     pub map: Vec<(String, String)>,
     /// Convert units where they differ but measure the same.
@@ -217,7 +237,7 @@ words! { Algorithm, "algorithm":
 }
 
 impl System {
-    /// Reads a system: TOML (`.toml`), or a single FMU (a file or an unpacked folder), which is the component without
+    /// Reads a system: TOML (`.toml`), SSP (`.ssp`, `.ssd`, or a folder that one was unpacked into), or a single FMU (a file or an unpacked folder), which is the component without
     /// a name.
     ///
     /// # Errors
@@ -225,6 +245,8 @@ impl System {
     pub fn read(file: &Path) -> Result<Self, Error> {
         match file.extension().and_then(|e| e.to_str()).map(str::to_lowercase).as_deref() {
             Some("toml") => crate::toml::read(file),
+            Some("ssp" | "ssd") => crate::ssp::read(file),
+            _ if file.join("SystemStructure.ssd").is_file() => crate::ssp::read(file),
             _ => Ok(Self::of_fmu(file)),
         }
     }

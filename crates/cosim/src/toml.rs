@@ -163,7 +163,7 @@ impl Reader<'_> {
             record.extend(self.record(value));
         }
         let inputs = root.get("inputs").and_then(|v| self.inputs(v, &names));
-        System { file: self.file.into(), components, connections, run, record, inputs }
+        System { file: self.file.into(), components, connections, run, record, inputs, ..System::default() }
     }
 
     fn list<'t, 'i>(&mut self, value: &'t Value<'i>, key: &str) -> Vec<&'t Value<'i>> {

@@ -14,6 +14,7 @@ use roxmltree::Document;
 
 use crate::Version;
 use crate::description::{Description, Experiment, Interface, Unknown, Variable};
+pub use encoding::decode;
 use node::{Lines, Node};
 
 /// A description that cannot be read, with the place (counted from 1).

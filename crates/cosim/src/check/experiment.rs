@@ -9,7 +9,12 @@ use crate::system::{Interface, Place, System};
 const ROUNDING: f64 = 1e-9;
 
 /// The communication points, and how many of their steps each component takes at once.
-pub(super) fn grid(system: &System, parts: &Parts, report: &mut Report) -> (Option<Grid>, Vec<u32>) {
+pub(super) fn grid(
+    system: &System,
+    parts: &Parts,
+    inputs: Option<&Inputs>,
+    report: &mut Report,
+) -> (Option<Grid>, Vec<u32>) {
     let loaded = || parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
     let said = || loaded().map(|(p, c)| (p.d().experiment, c));
     let run = &system.run;
@@ -27,8 +32,8 @@ pub(super) fn grid(system: &System, parts: &Parts, report: &mut Report) -> (Opti
         }
     });
     let latest = said().filter_map(|(e, c)| e.stop_time.map(|t| (t, c))).max_by(|a, b| a.0.total_cmp(&b.0));
-    let end = || system.inputs.as_ref().and_then(|i| Inputs::read(&i.file).ok()).map(|i| i.end);
-    let stop = run.stop.unwrap_or_else(|| match (latest, end()) {
+    let end = inputs.map(|i| i.end);
+    let stop = run.stop.unwrap_or_else(|| match (latest, end) {
         (Some((t, c)), _) => default("stop", &c.name, t, report),
         (None, Some(t)) => {
             report.note(format!("stop {t:?} s: the end of the inputs"));

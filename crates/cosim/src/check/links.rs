@@ -11,7 +11,7 @@ use crate::inputs::Inputs;
 use crate::mistake::suggestion;
 use crate::plan::{Driven, Element, Link};
 use crate::slave::Buffer;
-use crate::system::{Connection, Place, Port, System};
+use crate::system::{Connection, Hop, Place, Port, System};
 use crate::toml::Names;
 
 /// Which element is driven from where: nothing has two sources.
@@ -111,35 +111,40 @@ fn connect<'a>(
     if hand == Hand::Converted {
         notes.push(said(format!("{} is handed on as {}, without loss", a.name(), b.name())));
     }
-    let (mut factor, mut offset) = (c.factor, c.offset);
-    if c.convert_units
-        && let (Some(u), Some(v)) = (units::of(a.d, a.v), units::of(b.d, b.v))
-    {
-        let relative = b.d.attributes(b.v).relative_quantity;
-        match units::conversion(&u, &v, relative) {
+    let (mut factor, mut offset) = (1.0, 0.0);
+    let mut unit = units::of(a.d, a.v);
+    let own = units::of(b.d, b.v);
+    let relative = b.d.attributes(b.v).relative_quantity;
+    let last = Hop { unit: own.clone(), factor: c.factor, offset: c.offset, convert_units: c.convert_units };
+    for hop in c.through.iter().chain([&last]) {
+        let converted = match (&unit, &hop.unit) {
+            (Some(u), Some(v)) if hop.convert_units => units::conversion(u, v, relative),
+            _ => Conversion::Same,
+        };
+        let (u, v) = (unit.as_ref().map_or("", |u| &u.name), hop.unit.as_ref().map_or("", |v| &v.name));
+        match converted {
             Conversion::Same => {}
             Conversion::By(f, o) => {
-                notes.push(said(format!("{} converted to {} (times {f:?}{})", u.name, v.name, plus(o))));
-                (factor, offset) = (c.factor * f, c.factor * o + c.offset);
+                notes.push(said(format!("{u} converted to {v} (times {f:?}{})", plus(o))));
+                (factor, offset) = (f * factor, f * offset + o);
             }
             Conversion::Angle(f, o) => {
-                notes.push(said(format!("{} is handed on as {} (rad counts as 1)", u.name, v.name)));
-                (factor, offset) = (c.factor * f, c.factor * o + c.offset);
+                notes.push(said(format!("{u} is handed on as {v} (rad counts as 1)")));
+                (factor, offset) = (f * factor, f * offset + o);
             }
             Conversion::Unknown => notes.push(said(format!(
-                "the units {} and {} cannot be compared, since the FMUs do not define both; values are handed on as they are",
-                u.name, v.name
+                "the units {u} and {v} cannot be compared, since the FMUs do not define both; values are handed on as they are"
             ))),
-            Conversion::Different => wrong(said(format!(
-                "{} ({}) is not of the same quantity as {} ({}); if that is meant, write {{ from = \"{}\", to = \"{}\", convert-units = false }}",
-                u.name,
-                units::dimension(&u),
-                v.name,
-                units::dimension(&v),
-                c.from,
-                c.to
-            ))),
+            Conversion::Different => {
+                let dimension = |unit: &Option<_>| unit.as_ref().map_or(String::new(), units::dimension);
+                let (from, to) = (dimension(&unit), dimension(&hop.unit));
+                wrong(said(format!(
+                    "{u} ({from}) is not of the same quantity as {v} ({to}); if that is meant, switch the conversion off (TOML: convert-units = false, SSP: suppressUnitConversion=\"true\")"
+                )));
+            }
         }
+        (factor, offset) = (hop.factor * factor, hop.factor * offset + hop.offset);
+        unit = hop.unit.clone().or(unit);
     }
     if !factor.is_finite() || !offset.is_finite() {
         wrong(said("factor and offset must be finite".into()));
@@ -194,17 +199,11 @@ fn plus(offset: f64) -> String {
 pub(super) fn driven<'a>(
     system: &'a System,
     parts: &Parts,
+    inputs: Option<&Inputs>,
     drivers: &mut Drivers<'a>,
     report: &mut Report,
-) -> (Option<Inputs>, Vec<Driven>) {
-    let Some(wanted) = &system.inputs else { return (None, Vec::new()) };
-    let inputs = match Inputs::read(&wanted.file) {
-        Ok(inputs) => inputs,
-        Err(e) => {
-            report.wrong(&wanted.place, e.to_string());
-            return (None, Vec::new());
-        }
-    };
+) -> Vec<Driven> {
+    let (Some(wanted), Some(inputs)) = (&system.inputs, inputs) else { return Vec::new() };
     let names = Names::of(&system.components);
     let mut driven = Vec::new();
     let mut drive = |column: usize, port: &Port, asked: bool, report: &mut Report| {
@@ -254,6 +253,11 @@ pub(super) fn driven<'a>(
     }
     if wanted.columns.is_empty() {
         for (column, (name, ..)) in inputs.columns.iter().enumerate() {
+            let own = system.connectors.iter().find(|(own, _)| own == name);
+            if let Some((_, ports)) = own {
+                ports.iter().for_each(|port| drive(column, port, false, report));
+                continue;
+            }
             match names.port(name) {
                 Some(port) => drive(column, &port, false, report),
                 None => report.wrong(
@@ -263,5 +267,5 @@ pub(super) fn driven<'a>(
             }
         }
     }
-    (Some(inputs), driven)
+    driven
 }

@@ -52,7 +52,9 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
         return list;
     }
     for record in &system.record {
-        let Some(port) = known.port(&record.name) else {
+        let own = system.connectors.iter().find(|(own, ports)| *own == record.name && !ports.is_empty());
+        let column = record.column.as_ref().or(own.map(|(name, _)| name));
+        let Some(port) = own.map(|(_, ports)| ports[0].clone()).or_else(|| known.port(&record.name)) else {
             report.wrong(
                 &record.place,
                 format!("`{}` names no variable; write component.variable", record.name),
@@ -83,7 +85,7 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
             }
             let name = names::element(d, variable, element);
             // A new name stands for the whole; elements keep their indices.
-            let column = match &record.column {
+            let column = match column {
                 Some(new) => format!(
                     "{new}{}",
                     name.strip_prefix(names::stem(&port.variable, &name)).unwrap_or_default()

@@ -4,7 +4,11 @@ use std::borrow::Cow;
 
 use super::ReadError;
 
-pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
+/// The text of an XML file: UTF-8, UTF-16 or ISO-8859-1, as its first bytes and its declaration say.
+///
+/// # Errors
+/// [`ReadError`] with the place of what cannot be decoded.
+pub fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, ReadError> {
     if let Some(rest) = bytes.strip_prefix(b"\xef\xbb\xbf") {
         return utf8(rest);
     }

@@ -1,0 +1,33 @@
+//! SSP, System Structure and Parameterization, version 1.0 and what 2.0 adds: reading and writing.
+
+mod annotation;
+mod flatten;
+mod parameters;
+mod read;
+mod write;
+mod xml;
+
+use std::path::Path;
+
+use crate::error::Error;
+use crate::system::{Place, System};
+
+pub use write::write;
+
+/// Reads a `.ssp`, a `.ssd`, or a folder with a SystemStructure.ssd.
+///
+/// # Errors
+/// [`Error::System`] with every mistake and its line.
+pub(crate) fn read(file: &Path) -> Result<System, Error> {
+    let package = file.is_dir() || file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
+    let description = if package { file.join("SystemStructure.ssd") } else { file.to_owned() };
+    let mut reader = read::Reader::new();
+    let root = reader.description(&description, 0, &Place { file: file.into(), line: 0 });
+    let (mut mistakes, mut system) = (std::mem::take(&mut reader.mistakes), System::default());
+    if let Some(root) = root {
+        system = flatten::flatten(root, &mut mistakes);
+    }
+    system.file = file.into();
+    system.notes.append(&mut reader.notes);
+    if mistakes.is_empty() { Ok(system) } else { Err(Error::System(mistakes)) }
+}

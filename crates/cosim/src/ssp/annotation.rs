@@ -1,0 +1,67 @@
+//! What SSP has no words for, in annotations of our own: steps, tolerance, algorithm, what is recorded, inputs.
+
+use std::path::PathBuf;
+
+use super::xml::Node;
+use crate::mistake::Mistake;
+use crate::system::{Algorithm, Place, Record};
+
+/// Type of the annotations.
+pub(super) const TYPE: &str = "trueup";
+/// Their namespace.
+pub(super) const NAMESPACE: &str = "urn:trueup:system:1";
+
+/// What the description as a whole says.
+#[derive(Default)]
+pub(super) struct Own {
+    pub(super) step: Option<f64>,
+    pub(super) tolerance: Option<f64>,
+    pub(super) algorithm: Option<Algorithm>,
+    pub(super) record: Vec<Record>,
+    /// File, columns with what they drive as `component.variable`.
+    pub(super) inputs: Option<(PathBuf, Vec<(String, String)>, Place)>,
+}
+
+/// Our annotation of an element.
+fn own<'d>(node: Node<'d>) -> impl Iterator<Item = Node<'d>> {
+    let annotations = node.list("Annotations");
+    annotations
+        .filter(|a| a.name() == "Annotation" && a.attribute("type") == Some(TYPE))
+        .flat_map(Node::children)
+}
+
+/// Communication step of a component.
+pub(super) fn step(component: Node) -> Result<Option<f64>, Mistake> {
+    own(component).find(|n| n.name() == "Component").map_or(Ok(None), |n| n.number("step"))
+}
+
+pub(super) fn read(
+    root: Node,
+    mut locate: impl FnMut(&str) -> Result<PathBuf, String>,
+) -> Result<Own, Mistake> {
+    let mut own_words = Own::default();
+    for node in own(root) {
+        match node.name() {
+            "Run" => {
+                own_words.step = node.number("step")?;
+                own_words.tolerance = node.number("tolerance")?;
+                let algorithm = node.attribute("algorithm").map(str::parse).transpose();
+                own_words.algorithm = algorithm.map_err(|why: String| node.wrong(why))?;
+            }
+            "Record" => own_words.record.push(Record {
+                name: node.required("variable")?.to_owned(),
+                column: node.attribute("as").map(str::to_owned),
+                every: node.value("every")?.unwrap_or(0),
+                place: node.place(),
+            }),
+            "Inputs" => {
+                let file = locate(node.required("file")?).map_err(|why| node.wrong(why))?;
+                let columns = node.children().filter(|n| n.name() == "Column");
+                let columns = columns.map(|n| Ok((n.required("name")?.into(), n.required("to")?.into())));
+                own_words.inputs = Some((file, columns.collect::<Result<_, Mistake>>()?, node.place()));
+            }
+            _ => {}
+        }
+    }
+    Ok(own_words)
+}

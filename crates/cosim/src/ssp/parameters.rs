@@ -1,0 +1,142 @@
+//! Parameter sets (.ssv), mappings (.ssm), units, transformations.
+
+use std::collections::HashMap;
+
+use trueup_fmi_description::description::{BaseUnit, Unit};
+
+use super::xml::Node;
+use crate::mistake::Mistake;
+use crate::system::Start;
+
+type Result<T> = std::result::Result<T, Mistake>;
+
+/// Units by name, as a file defines them.
+pub(super) fn units(root: Node) -> Result<HashMap<String, Unit>> {
+    let mut units = HashMap::new();
+    for node in root.list("Units").filter(|n| n.name() == "Unit") {
+        let name = node.required("name")?.to_owned();
+        let base = node.child("BaseUnit").map(|b| -> Result<BaseUnit> {
+            let mut exponents = [0; 8];
+            for (slot, name) in exponents.iter_mut().zip(["kg", "m", "s", "A", "K", "mol", "cd", "rad"]) {
+                *slot = b.value(name)?.unwrap_or(0);
+            }
+            let factor = b.number("factor")?.unwrap_or(1.0);
+            if factor == 0.0 {
+                return Err(b.wrong(format!("the factor of the unit {name} is 0")));
+            }
+            Ok(BaseUnit { exponents, factor, offset: b.number("offset")?.unwrap_or(0.0) })
+        });
+        let unit = Unit { name: name.clone(), base: base.transpose()?, display: Vec::new(), line: 0 };
+        units.insert(name, unit);
+    }
+    Ok(units)
+}
+
+/// The unit that an attribute names; of an undefined one the name alone.
+pub(super) fn unit(node: Node, units: &HashMap<String, Unit>) -> Option<Unit> {
+    let name = node.attribute("unit").filter(|n| !n.is_empty())?;
+    let bare = || Unit { name: name.to_owned(), base: None, display: Vec::new(), line: 0 };
+    Some(units.get(name).cloned().unwrap_or_else(bare))
+}
+
+/// The parameters of a `ParameterSet`.
+pub(super) fn set(root: Node) -> Result<Vec<Start>> {
+    if root.name() != "ParameterSet" {
+        return Err(root.wrong(format!("the element is `{}`, not `ParameterSet`", root.name())));
+    }
+    let units = units(root)?;
+    let mut starts = Vec::new();
+    for parameter in root.list("Parameters").filter(|n| n.name() == "Parameter") {
+        let name = parameter.required("name")?;
+        let kinds = ["Dimension", "Annotations"];
+        let Some(typed) = parameter.children().find(|n| !kinds.contains(&n.name())) else {
+            return Err(parameter.wrong(format!("the parameter `{name}` has no value")));
+        };
+        let textual = matches!(typed.name(), "String" | "Enumeration" | "Binary");
+        let several: Vec<String> = typed
+            .children()
+            .filter(|n| n.name() == "Value")
+            .map(|n| n.attribute("value").or(n.node.text()).unwrap_or_default().to_owned())
+            .collect();
+        let values = match typed.attribute("value") {
+            Some(text) if textual => vec![text.to_owned()],
+            Some(text) => text.split_whitespace().map(str::to_owned).collect(),
+            None if !several.is_empty() => several,
+            None => return Err(typed.wrong(format!("the parameter `{name}` has no value"))),
+        };
+        starts.push(Start {
+            variable: name.to_owned(),
+            values,
+            unit: unit(typed, &units),
+            optional: true,
+            place: parameter.place(),
+            ..Start::default()
+        });
+    }
+    Ok(starts)
+}
+
+/// What a connection or a mapping does to a value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Transformation {
+    pub(super) linear: Option<(f64, f64)>,
+    pub(super) map: Vec<(String, String)>,
+}
+
+impl Transformation {
+    /// The value after the map.
+    pub(super) fn replaced(&self, text: &str) -> String {
+        let plain = |x: &str| match x.trim() {
+            "true" => "1".to_owned(),
+            "false" => "0".to_owned(),
+            other => other.to_owned(),
+        };
+        let entry = self.map.iter().find(|(from, _)| plain(from) == plain(text));
+        entry.map_or(text, |(_, to)| to).to_owned()
+    }
+}
+
+pub(super) fn transformation(node: Node) -> Result<Transformation> {
+    let mut t = Transformation::default();
+    for child in node.children() {
+        match child.name() {
+            "LinearTransformation" => {
+                let (factor, offset) = (child.number("factor")?, child.number("offset")?);
+                t.linear = Some((factor.unwrap_or(1.0), offset.unwrap_or(0.0)));
+            }
+            "BooleanMappingTransformation"
+            | "IntegerMappingTransformation"
+            | "EnumerationMappingTransformation" => {
+                for entry in child.children().filter(|n| n.name() == "MapEntry") {
+                    t.map.push((entry.required("source")?.into(), entry.required("target")?.into()));
+                }
+            }
+            _ => {}
+        }
+    }
+    Ok(t)
+}
+
+/// The parameters under their new names: only those that the `ParameterMapping` lists.
+pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<Vec<Start>> {
+    if root.name() != "ParameterMapping" {
+        return Err(root.wrong(format!("the element is `{}`, not `ParameterMapping`", root.name())));
+    }
+    let by_name: HashMap<&str, &Start> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
+    let mut mapped = Vec::new();
+    for entry in root.children().filter(|n| n.name() == "MappingEntry") {
+        let (source, target) = (entry.required("source")?, entry.required("target")?);
+        let t = transformation(entry)?;
+        let suppress = entry.flag("suppressUnitConversion")?;
+        let Some(start) = by_name.get(source) else { continue };
+        mapped.push(Start {
+            variable: target.to_owned(),
+            values: start.values.iter().map(|v| t.replaced(v)).collect(),
+            unit: start.unit.clone().filter(|_| !suppress),
+            linear: t.linear.filter(|l| *l != (1.0, 0.0)),
+            optional: true,
+            place: start.place.clone(),
+        });
+    }
+    Ok(mapped)
+}

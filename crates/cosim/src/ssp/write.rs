@@ -1,0 +1,554 @@
+//! A system as `.ssp`: description, FMUs, inputs. What SSP has words for is written in them, so that other tools
+//! read it; the rest in annotations of our own.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::io::{Cursor, Write};
+use std::path::{Path, PathBuf};
+
+use quick_xml::escape::escape;
+use tempfile::NamedTempFile;
+use trueup_fmi_description::archive::{Archive, MAX_TOTAL};
+use trueup_fmi_description::description::{Causality, Description, Item, Type, Variable};
+use zip::write::SimpleFileOptions;
+use zip::{CompressionMethod, ZipWriter};
+
+use super::annotation::{NAMESPACE, TYPE};
+use crate::check::names;
+use crate::error::Error;
+use crate::plan::{Element, Link, Plan, Planned};
+use crate::slave::Buffer;
+use crate::store::Store;
+use crate::system::{Component, Connection, Interface, Port, Start, System};
+
+/// Packs a checked system with its FMUs. Version 1.0 of SSP, or 2.0 where it has arrays.
+///
+/// # Errors
+/// [`Error::Results`] if a file cannot be read or written; the archive bears its name only when it is whole.
+pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
+    let fail = |source: std::io::Error| Error::Results { file: file.into(), source };
+    let mut writer = Writer::new(system, plan);
+    let description = writer.description();
+    let mut store = Store::default();
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let part = tempfile::Builder::new().prefix(".trueup-").suffix(".ssp.part").tempfile_in(folder);
+    let mut part = part.map_err(fail)?;
+    let pack = |out: &mut NamedTempFile| -> std::io::Result<()> {
+        let mut zip = ZipWriter::new(out);
+        let options = SimpleFileOptions::default();
+        zip.start_file("SystemStructure.ssd", options)?;
+        zip.write_all(description.as_bytes())?;
+        for (source, name) in &writer.resources {
+            let disk = store
+                .on_disk(source)
+                .map_err(|why| std::io::Error::other(format!("{}: {why}", source.display())))?;
+            // An FMU is compressed already.
+            zip.start_file(
+                format!("resources/{name}"),
+                options.compression_method(CompressionMethod::Stored),
+            )?;
+            if disk.is_dir() {
+                zip.write_all(&packed(&disk)?)?;
+            } else {
+                std::io::copy(&mut std::fs::File::open(&disk)?, &mut zip)?;
+            }
+        }
+        zip.finish()?;
+        Ok(())
+    };
+    pack(&mut part).map_err(fail)?;
+    #[cfg(unix)] // a temporary file is for its owner only, a result is for all
+    {
+        use std::os::unix::fs::PermissionsExt;
+        part.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
+    }
+    part.persist(file).map(|_| ()).map_err(|e| fail(e.error))
+}
+
+/// An unpacked FMU as an archive.
+fn packed(folder: &Path) -> std::io::Result<Vec<u8>> {
+    let mut archive = Archive::open(folder).map_err(std::io::Error::other)?;
+    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
+    let names: Vec<String> = archive.entries().iter().map(|e| e.name.clone()).collect();
+    for name in names {
+        let bytes = archive.read(&name, MAX_TOTAL).map_err(std::io::Error::other)?;
+        zip.start_file(&*name, SimpleFileOptions::default())?;
+        zip.write_all(&bytes)?;
+    }
+    Ok(zip.finish()?.into_inner())
+}
+
+struct Writer<'a> {
+    system: &'a System,
+    plan: &'a Plan,
+    xml: Xml,
+    /// Files with their names under `resources/`.
+    resources: Vec<(PathBuf, String)>,
+    /// Enumerations with their items, and the names that they go by here.
+    enumerations: Vec<(String, Vec<Item>)>,
+    /// Something that version 1.0 has no words for.
+    newer: bool,
+}
+
+impl<'a> Writer<'a> {
+    fn new(system: &'a System, plan: &'a Plan) -> Self {
+        Self {
+            system,
+            plan,
+            xml: Xml::default(),
+            resources: Vec::new(),
+            enumerations: Vec::new(),
+            newer: false,
+        }
+    }
+
+    /// Name under `resources/`; files of the same name get a number.
+    fn resource(&mut self, file: &Path) -> String {
+        if let Some((_, name)) = self.resources.iter().find(|(known, _)| known == file) {
+            return name.clone();
+        }
+        let plain = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let (stem, extension) = plain.rsplit_once('.').unwrap_or((&plain, "fmu"));
+        let taken = |name: &str| self.resources.iter().any(|(_, n)| n == name);
+        let name = std::iter::once(plain.clone())
+            .chain((2..).map(|i| format!("{stem}-{i}.{extension}")))
+            .find(|name| !taken(name))
+            .unwrap_or_default();
+        self.resources.push((file.to_owned(), name.clone()));
+        name
+    }
+
+    fn description(&mut self) -> String {
+        let stem = self.system.file.file_stem().unwrap_or("system".as_ref()).to_string_lossy().into_owned();
+        let wires = self.wires();
+        self.xml.open("ssd:System", &[("name", &stem)]);
+        self.xml.open("ssd:Elements", &[]);
+        for (i, component) in self.system.components.iter().enumerate() {
+            self.component(i, component, &wires);
+        }
+        self.xml.close();
+        if !wires.is_empty() {
+            self.xml.open("ssd:Connections", &[]);
+            wires.iter().for_each(|wire| self.connection(wire));
+            self.xml.close();
+        }
+        self.xml.close();
+        self.enumerations();
+        self.experiment();
+        let version = if self.newer { "2.0" } else { "1.0" };
+        let mut head = Xml::default();
+        let spaces = ["Description", "Common", "ParameterValues"]
+            .map(|n| format!("http://ssp-standard.org/SSP1/SystemStructure{n}"));
+        head.open(
+            "ssd:SystemStructureDescription",
+            &[
+                ("xmlns:ssd", &spaces[0]),
+                ("xmlns:ssc", &spaces[1]),
+                ("xmlns:ssv", &spaces[2]),
+                ("xmlns:trueup", NAMESPACE),
+                ("version", version),
+                ("name", &stem),
+                ("generationTool", concat!("Trueup ", env!("CARGO_PKG_VERSION"))),
+            ],
+        );
+        let body = self.xml.text.replace("@version@", version);
+        format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n{}{body}</ssd:SystemStructureDescription>\n",
+            head.text
+        )
+    }
+
+    /// Connections as SSP can say them: variables by their names, elements of arrays by their indices.
+    fn wires(&self) -> Vec<Wire<'a>> {
+        let by_name: HashMap<&str, usize> =
+            self.system.components.iter().enumerate().map(|(i, c)| (c.name.as_str(), i)).collect();
+        let links: HashMap<Element, &Link> = self.plan.links.iter().map(|l| (l.to, l)).collect();
+        let mut wires = Vec::new();
+        for connection in &self.system.connections {
+            let end = |port: &Port| {
+                let i = *by_name.get(port.component.as_str())?;
+                let d = self.plan.components.get(i)?.description();
+                Some((i, names::find(d, &port.variable).ok()?, d.position(&port.variable)))
+            };
+            let (Some((i, from, a)), Some((j, to, b))) = (end(&connection.from), end(&connection.to)) else {
+                continue;
+            };
+            let first = to.elements.first().map(|(variable, element)| Element {
+                component: j,
+                variable: *variable,
+                element: *element,
+            });
+            let link = first.and_then(|first| links.get(&first).copied());
+            let wire = |from: Part, to: Part| Wire { connection, link, ends: [(i, from), (j, to)] };
+            match (a, b) {
+                (Some(a), Some(b)) => {
+                    wires.push(wire(Part { variable: a, element: None }, Part { variable: b, element: None }))
+                }
+                _ => wires.extend(
+                    from.elements
+                        .iter()
+                        .zip(&to.elements)
+                        .map(|(f, t)| wire(self.part(i, *f), self.part(j, *t))),
+                ),
+            }
+        }
+        wires
+    }
+
+    /// An element of an array by its index; a scalar as it is.
+    fn part(&self, component: usize, (variable, element): (usize, usize)) -> Part {
+        let array = self.plan.components[component]
+            .description()
+            .variables
+            .get(variable)
+            .is_some_and(|v| !v.dimensions.is_empty());
+        Part { variable, element: array.then_some(element) }
+    }
+
+    fn component(&mut self, i: usize, component: &Component, wires: &[Wire]) {
+        let Some(planned) = self.plan.components.get(i) else { return };
+        let source = format!("resources/{}", percent(&self.resource(&component.fmu)));
+        let mut attributes = vec![
+            ("name", planned.name.as_str()),
+            ("type", "application/x-fmu-sharedlibrary"),
+            ("source", &source),
+        ];
+        match component.interface {
+            Some(Interface::CoSimulation) => attributes.push(("implementation", "CoSimulation")),
+            Some(Interface::ModelExchange) => attributes.push(("implementation", "ModelExchange")),
+            None => {}
+        }
+        self.xml.open("ssd:Component", &attributes);
+        let used: BTreeMap<usize, ()> = wires
+            .iter()
+            .flat_map(|w| &w.ends)
+            .filter(|(c, _)| *c == i)
+            .map(|(_, part)| (part.variable, ()))
+            .collect();
+        if !used.is_empty() {
+            self.xml.open("ssd:Connectors", &[]);
+            used.into_keys().for_each(|variable| self.connector(planned.description(), variable));
+            self.xml.close();
+        }
+        if !component.start.is_empty() {
+            self.parameters(component, planned);
+        }
+        if let Some(step) = component.step {
+            self.own(&[("Component", &[("step", &format!("{step:?}"))])]);
+        }
+        self.xml.close();
+    }
+
+    fn connector(&mut self, d: &Description, variable: usize) {
+        let v = &d.variables[variable];
+        let kind = match v.causality {
+            Causality::Input => "input",
+            Causality::Parameter => "parameter",
+            Causality::CalculatedParameter => "calculatedParameter",
+            Causality::StructuralParameter => "structuralParameter",
+            Causality::Local => "local",
+            Causality::Output | Causality::Independent => "output",
+        };
+        self.xml.open("ssd:Connector", &[("name", &v.name), ("kind", kind)]);
+        match v.kind {
+            Type::Enumeration => {
+                let name = self.enumeration(d, v);
+                self.xml.empty("ssc:Enumeration", &[("name", &name)]);
+            }
+            kind => {
+                let word = self.word(kind);
+                self.xml.empty(&format!("ssc:{word}"), &[]);
+            }
+        }
+        self.dimensions(d, v);
+        self.xml.close();
+    }
+
+    /// Types as SSP 1.0 calls them, where it can hold them.
+    fn word(&mut self, kind: Type) -> &'static str {
+        let newer = match kind {
+            Type::UInt32 => "UInt32",
+            Type::Int64 => "Int64",
+            Type::UInt64 => "UInt64",
+            Type::Float32 | Type::Float64 => return "Real",
+            Type::Boolean => return "Boolean",
+            Type::String => return "String",
+            Type::Enumeration => return "Enumeration",
+            Type::Binary | Type::Clock => return "Binary",
+            _ => return "Integer",
+        };
+        self.newer = true;
+        newer
+    }
+
+    fn dimensions(&mut self, d: &Description, v: &Variable) {
+        self.newer |= !v.dimensions.is_empty();
+        for length in names::find(d, &v.name).map(|f| f.shape).unwrap_or_default() {
+            self.xml.empty("ssc:Dimension", &[("size", &length.to_string())]);
+        }
+    }
+
+    /// The name of an enumeration in this file: its own, with a number if two FMUs mean different things by it.
+    fn enumeration(&mut self, d: &Description, v: &Variable) -> String {
+        let own = v.declared_type.as_deref().unwrap_or("Enumeration");
+        let items = d.declared_type(own).map(|t| t.items.clone()).unwrap_or_default();
+        let names = std::iter::once(own.to_owned()).chain((2..).map(|i| format!("{own}-{i}")));
+        for name in names {
+            match self.enumerations.iter().find(|(known, _)| *known == name) {
+                Some((_, known)) if *known == items => return name,
+                Some(_) => {}
+                None => {
+                    self.enumerations.push((name.clone(), items));
+                    return name;
+                }
+            }
+        }
+        own.to_owned()
+    }
+
+    fn enumerations(&mut self) {
+        let list: Vec<_> = self.enumerations.iter().filter(|(_, items)| !items.is_empty()).cloned().collect();
+        if list.is_empty() {
+            return;
+        }
+        self.xml.open("ssd:Enumerations", &[]);
+        for (name, items) in list {
+            self.xml.open("ssc:Enumeration", &[("name", &name)]);
+            for item in items {
+                self.xml.empty("ssc:Item", &[("name", &item.name), ("value", &item.value.to_string())]);
+            }
+            self.xml.close();
+        }
+        self.xml.close();
+    }
+
+    fn parameters(&mut self, component: &Component, planned: &Planned) {
+        self.xml.open("ssd:ParameterBindings", &[]);
+        self.xml.open("ssd:ParameterBinding", &[]);
+        self.xml.open("ssd:ParameterValues", &[]);
+        self.xml.open("ssv:ParameterSet", &[("version", "@version@"), ("name", "start")]);
+        self.xml.open("ssv:Parameters", &[]);
+        let mut done = HashSet::new();
+        for start in &component.start {
+            self.start(start, planned, &mut done);
+        }
+        (0..5).for_each(|_| self.xml.close());
+    }
+
+    /// A start value as it was written, where that is what every tool understands; else as it is set.
+    fn start(&mut self, start: &Start, planned: &Planned, done: &mut HashSet<usize>) {
+        let d = planned.description();
+        let Ok(found) = names::find(d, &start.variable) else { return };
+        let written =
+            start.unit.is_none() && start.linear.is_none() && start.values.len() == found.elements.len();
+        let whole = d.position(&start.variable).is_some();
+        let mut from = 0;
+        for variable in unique(found.elements.iter().map(|(v, _)| *v)) {
+            let v = &d.variables[variable];
+            let count = found.elements.iter().filter(|(x, _)| *x == variable).count();
+            let as_written = written && (whole || v.dimensions.is_empty());
+            let values = match as_written {
+                true => start.values[from..from + count].to_vec(),
+                false if !done.insert(variable) => continue,
+                false => set(planned, d, v),
+            };
+            from += count;
+            let values: Vec<String> = values.into_iter().map(|text| item(d, v, text)).collect();
+            self.xml.open("ssv:Parameter", &[("name", &v.name)]);
+            let kind = format!("ssv:{}", self.word(v.kind));
+            match &values[..] {
+                [single] => self.xml.empty(&kind, &[("value", single)]),
+                several if matches!(v.kind, Type::String | Type::Enumeration) => {
+                    self.xml.open(&kind, &[]);
+                    several.iter().for_each(|text| self.xml.empty("ssv:Value", &[("value", text)]));
+                    self.xml.close();
+                }
+                several => self.xml.empty(&kind, &[("value", &several.join(" "))]),
+            }
+            self.dimensions(d, v);
+            self.xml.close();
+        }
+    }
+
+    fn connection(&mut self, wire: &Wire) {
+        let mut attributes = Vec::new();
+        let names =
+            ["startElement", "startConnector", "startIndices", "endElement", "endConnector", "endIndices"];
+        for ((i, part), names) in wire.ends.iter().zip(names.chunks(3)) {
+            let planned = &self.plan.components[*i];
+            let d = planned.description();
+            attributes.push((names[0], planned.name.clone()));
+            attributes.push((names[1], d.variables[part.variable].name.clone()));
+            if let Some(element) = part.element {
+                let name = names::element(d, part.variable, element);
+                let indices = name.strip_suffix(']').and_then(|n| n.rsplit_once('[')).map_or("", |(_, i)| i);
+                attributes.push((names[2], indices.replace(',', " ")));
+                self.newer = true;
+            }
+        }
+        let c = wire.connection;
+        // Units on the way are put into the factor.
+        let (linear, suppress) = match wire.link {
+            Some(link) if !c.through.is_empty() => ((link.factor, link.offset), true),
+            _ => ((c.factor, c.offset), !c.convert_units),
+        };
+        if suppress {
+            attributes.push(("suppressUnitConversion", "true".into()));
+        }
+        let attributes: Vec<(&str, &str)> = attributes.iter().map(|(k, v)| (*k, v.as_str())).collect();
+        if linear == (1.0, 0.0) && c.map.is_empty() {
+            return self.xml.empty("ssd:Connection", &attributes);
+        }
+        self.xml.open("ssd:Connection", &attributes);
+        if linear != (1.0, 0.0) {
+            let (factor, offset) = (format!("{:?}", linear.0), format!("{:?}", linear.1));
+            self.xml.empty("ssc:LinearTransformation", &[("factor", &factor), ("offset", &offset)]);
+        }
+        if !c.map.is_empty() {
+            let all = |test: fn(&str) -> bool| c.map.iter().all(|(a, b)| test(a) && test(b));
+            let kind = if all(|t| matches!(t, "true" | "false")) {
+                "Boolean"
+            } else if all(|t| t.parse::<i64>().is_ok()) {
+                "Integer"
+            } else {
+                "Enumeration"
+            };
+            self.xml.open(&format!("ssc:{kind}MappingTransformation"), &[]);
+            for (from, to) in &c.map {
+                self.xml.empty("ssc:MapEntry", &[("source", from), ("target", to)]);
+            }
+            self.xml.close();
+        }
+        self.xml.close();
+    }
+
+    fn experiment(&mut self) {
+        let run = &self.system.run;
+        let number = |x: Option<f64>| x.map(|x| format!("{x:?}"));
+        let times = [("startTime", number(run.start)), ("stopTime", number(run.stop))];
+        let times: Vec<_> = times.iter().filter_map(|(k, v)| Some((*k, v.as_deref()?))).collect();
+        if !times.is_empty() {
+            self.xml.empty("ssd:DefaultExperiment", &times);
+        }
+        let algorithm = run.algorithm.map(|a| a.to_string());
+        let settings =
+            [("step", number(run.step)), ("tolerance", number(run.tolerance)), ("algorithm", algorithm)];
+        let settings: Vec<_> = settings.iter().filter_map(|(k, v)| Some((*k, v.as_deref()?))).collect();
+        let inputs =
+            self.system.inputs.as_ref().map(|inputs| {
+                (format!("resources/{}", percent(&self.resource(&inputs.file))), &inputs.columns)
+            });
+        if settings.is_empty() && self.system.record.is_empty() && inputs.is_none() {
+            return;
+        }
+        self.xml.open("ssd:Annotations", &[]);
+        self.xml.open("ssc:Annotation", &[("type", TYPE)]);
+        if !settings.is_empty() {
+            self.xml.empty("trueup:Run", &settings);
+        }
+        for record in &self.system.record {
+            let every = record.every.to_string();
+            let mut attributes = vec![("variable", record.name.as_str())];
+            attributes.extend(record.column.as_deref().map(|c| ("as", c)));
+            attributes.extend((record.every > 0).then_some(("every", every.as_str())));
+            self.xml.empty("trueup:Record", &attributes);
+        }
+        if let Some((file, columns)) = inputs {
+            self.xml.open("trueup:Inputs", &[("file", &file)]);
+            for (name, port) in columns {
+                self.xml.empty("trueup:Column", &[("name", name), ("to", &port.to_string())]);
+            }
+            self.xml.close();
+        }
+        self.xml.close();
+        self.xml.close();
+    }
+
+    fn own(&mut self, elements: &[(&str, &[(&str, &str)])]) {
+        self.xml.open("ssd:Annotations", &[]);
+        self.xml.open("ssc:Annotation", &[("type", TYPE)]);
+        for (name, attributes) in elements {
+            self.xml.empty(&format!("trueup:{name}"), attributes);
+        }
+        self.xml.close();
+        self.xml.close();
+    }
+}
+
+/// One connection of the description.
+struct Wire<'a> {
+    connection: &'a Connection,
+    link: Option<&'a Link>,
+    ends: [(usize, Part); 2],
+}
+
+/// A variable, or an element of it.
+#[derive(Clone, Copy)]
+struct Part {
+    variable: usize,
+    element: Option<usize>,
+}
+
+fn unique(list: impl Iterator<Item = usize>) -> Vec<usize> {
+    let mut seen = HashSet::new();
+    list.filter(|x| seen.insert(*x)).collect()
+}
+
+/// The values that the plan sets.
+fn set(planned: &Planned, d: &Description, v: &Variable) -> Vec<String> {
+    let mut texts = Vec::new();
+    let same = |b: &&crate::slave::Block| {
+        b.references == [v.value_reference]
+            && Buffer::new(v.kind, d.version, 0)
+                .is_some_and(|like| std::mem::discriminant(&like) == std::mem::discriminant(&b.values))
+    };
+    if let Some(block) = planned.start.iter().chain(&planned.structural).find(same) {
+        block.values.texts(&mut texts);
+    }
+    texts
+}
+
+/// Items of enumerations go by their names.
+fn item(d: &Description, v: &Variable, text: String) -> String {
+    let items =
+        v.declared_type.as_deref().filter(|_| v.kind == Type::Enumeration).and_then(|t| d.declared_type(t));
+    let name = items.and_then(|t| t.items.iter().find(|i| i.value.to_string() == text));
+    name.map_or(text, |i| i.name.clone())
+}
+
+/// A file name as part of a URI.
+fn percent(name: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-._~+".contains(&b);
+    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}
+
+/// Text in the making, with the elements that are open.
+#[derive(Default)]
+struct Xml {
+    text: String,
+    open: Vec<String>,
+}
+
+impl Xml {
+    fn tag(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
+        let indent = "  ".repeat(self.open.len() + usize::from(name != "ssd:SystemStructureDescription"));
+        self.text += &format!("{indent}<{name}");
+        for (key, value) in attributes {
+            self.text +=
+                &format!(" {key}=\"{}\"", escape(*value).replace('\n', "&#10;").replace('\t', "&#9;"));
+        }
+        self.text += end;
+        self.text.push('\n');
+    }
+    fn open(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.tag(name, attributes, ">");
+        self.open.push(name.to_owned());
+    }
+    fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
+        self.tag(name, attributes, "/>");
+    }
+    fn close(&mut self) {
+        if let Some(name) = self.open.pop() {
+            self.text += &format!("{}</{name}>\n", "  ".repeat(self.open.len() + 1));
+        }
+    }
+}
