@@ -1,6 +1,7 @@
 //! SSP, System Structure and Parameterization, version 1.0 and what 2.0 adds: reading and writing.
 
 mod annotation;
+mod emit;
 mod flatten;
 mod parameters;
 mod read;
@@ -29,5 +30,8 @@ pub(crate) fn read(file: &Path) -> Result<System, Error> {
     }
     system.file = file.into();
     system.notes.append(&mut reader.notes);
+    // A system that is used several times says its mistakes several times.
+    mistakes.sort_by(|a, b| (&a.place.file, a.place.line).cmp(&(&b.place.file, b.place.line)));
+    mistakes.dedup();
     if mistakes.is_empty() { Ok(system) } else { Err(Error::System(mistakes)) }
 }

@@ -6,15 +6,15 @@ use crate::mistake::suggestion;
 
 /// What a name stands for: elements (variable, position in it), row by row, and their shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Found {
-    pub(super) elements: Vec<(usize, usize)>,
+pub(crate) struct Found {
+    pub(crate) elements: Vec<(usize, usize)>,
     /// Empty for a scalar.
-    pub(super) shape: Vec<usize>,
+    pub(crate) shape: Vec<usize>,
 }
 
 /// Finds `gain`, an array `mass`, an element `mass[2]`. The array may be one of FMI 3.0, or one that FMI 2.0 flattens
 /// into variables `mass[1]`, `mass[2]`.
-pub(super) fn find(d: &Description, name: &str) -> Result<Found, String> {
+pub(crate) fn find(d: &Description, name: &str) -> Result<Found, String> {
     if let Some(at) = d.position(name) {
         let shape = shape(d, &d.variables[at])?;
         let n = shape.iter().product();
@@ -103,7 +103,7 @@ pub(crate) fn element(d: &Description, variable: usize, element: usize) -> Strin
 }
 
 /// `3`, `2 x 3`, `1` for a scalar.
-pub(super) fn size(shape: &[usize]) -> String {
+pub(crate) fn size(shape: &[usize]) -> String {
     match shape {
         [] => "1".into(),
         _ => shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(" x "),
@@ -111,6 +111,6 @@ pub(super) fn size(shape: &[usize]) -> String {
 }
 
 /// What a recorded element is called without its indices: all of it for an element that was asked for by name.
-pub(super) fn stem<'a>(asked: &str, element: &'a str) -> &'a str {
+pub(crate) fn stem<'a>(asked: &str, element: &'a str) -> &'a str {
     if asked.ends_with(']') { element } else { element.get(..asked.len()).unwrap_or(element) }
 }

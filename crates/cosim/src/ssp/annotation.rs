@@ -18,8 +18,15 @@ pub(super) struct Own {
     pub(super) tolerance: Option<f64>,
     pub(super) algorithm: Option<Algorithm>,
     pub(super) record: Vec<Record>,
-    /// File, columns with what they drive as `component.variable`.
-    pub(super) inputs: Option<(PathBuf, Vec<(String, String)>, Place)>,
+    pub(super) inputs: Option<Inputs>,
+}
+
+/// A table that drives inputs.
+pub(super) struct Inputs {
+    pub(super) file: PathBuf,
+    /// Column and `component.variable`.
+    pub(super) columns: Vec<(String, String)>,
+    pub(super) place: Place,
 }
 
 /// Our annotation of an element.
@@ -58,7 +65,8 @@ pub(super) fn read(
                 let file = locate(node.required("file")?).map_err(|why| node.wrong(why))?;
                 let columns = node.children().filter(|n| n.name() == "Column");
                 let columns = columns.map(|n| Ok((n.required("name")?.into(), n.required("to")?.into())));
-                own_words.inputs = Some((file, columns.collect::<Result<_, Mistake>>()?, node.place()));
+                let columns = columns.collect::<Result<_, Mistake>>()?;
+                own_words.inputs = Some(Inputs { file, columns, place: node.place() });
             }
             _ => {}
         }

@@ -63,10 +63,10 @@ pub(super) fn flatten(root: Root, mistakes: &mut Vec<Mistake>) -> System {
     mistakes.append(&mut flat.mistakes);
     let components = flat.components;
     let names = Names::of(&components);
-    let inputs = root.own.inputs.map(|(file, columns, place)| InputFile {
-        file,
-        columns: columns.into_iter().filter_map(|(name, to)| Some((name, names.port(&to)?))).collect(),
-        place,
+    let inputs = root.own.inputs.map(|own| InputFile {
+        file: own.file,
+        columns: own.columns.into_iter().filter_map(|(name, to)| Some((name, names.port(&to)?))).collect(),
+        place: own.place,
     });
     let run = Run {
         start: root.start,

@@ -2,17 +2,16 @@
 //! read it; the rest in annotations of our own.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
-use std::io::{Cursor, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use quick_xml::escape::escape;
 use tempfile::NamedTempFile;
-use trueup_fmi_description::archive::{Archive, MAX_TOTAL};
 use trueup_fmi_description::description::{Causality, Description, Item, Type, Variable};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 use super::annotation::{NAMESPACE, TYPE};
+use super::emit::{Xml, packed, percent};
 use crate::check::names;
 use crate::error::Error;
 use crate::plan::{Element, Link, Plan, Planned};
@@ -32,7 +31,7 @@ pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
     let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let part = tempfile::Builder::new().prefix(".trueup-").suffix(".ssp.part").tempfile_in(folder);
     let mut part = part.map_err(fail)?;
-    let pack = |out: &mut NamedTempFile| -> std::io::Result<()> {
+    let mut pack = |out: &mut NamedTempFile| -> std::io::Result<()> {
         let mut zip = ZipWriter::new(out);
         let options = SimpleFileOptions::default();
         zip.start_file("SystemStructure.ssd", options)?;
@@ -62,19 +61,6 @@ pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
         part.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
     }
     part.persist(file).map(|_| ()).map_err(|e| fail(e.error))
-}
-
-/// An unpacked FMU as an archive.
-fn packed(folder: &Path) -> std::io::Result<Vec<u8>> {
-    let mut archive = Archive::open(folder).map_err(std::io::Error::other)?;
-    let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
-    let names: Vec<String> = archive.entries().iter().map(|e| e.name.clone()).collect();
-    for name in names {
-        let bytes = archive.read(&name, MAX_TOTAL).map_err(std::io::Error::other)?;
-        zip.start_file(&*name, SimpleFileOptions::default())?;
-        zip.write_all(&bytes)?;
-    }
-    Ok(zip.finish()?.into_inner())
 }
 
 struct Writer<'a> {
@@ -233,7 +219,10 @@ impl<'a> Writer<'a> {
             self.parameters(component, planned);
         }
         if let Some(step) = component.step {
-            self.own(&[("Component", &[("step", &format!("{step:?}"))])]);
+            self.xml.open("ssd:Annotations", &[]);
+            self.xml.open("ssc:Annotation", &[("type", TYPE)]);
+            self.xml.empty("trueup:Component", &[("step", &format!("{step:?}"))]);
+            (0..2).for_each(|_| self.xml.close());
         }
         self.xml.close();
     }
@@ -462,16 +451,6 @@ impl<'a> Writer<'a> {
         self.xml.close();
         self.xml.close();
     }
-
-    fn own(&mut self, elements: &[(&str, &[(&str, &str)])]) {
-        self.xml.open("ssd:Annotations", &[]);
-        self.xml.open("ssc:Annotation", &[("type", TYPE)]);
-        for (name, attributes) in elements {
-            self.xml.empty(&format!("trueup:{name}"), attributes);
-        }
-        self.xml.close();
-        self.xml.close();
-    }
 }
 
 /// One connection of the description.
@@ -513,42 +492,4 @@ fn item(d: &Description, v: &Variable, text: String) -> String {
         v.declared_type.as_deref().filter(|_| v.kind == Type::Enumeration).and_then(|t| d.declared_type(t));
     let name = items.and_then(|t| t.items.iter().find(|i| i.value.to_string() == text));
     name.map_or(text, |i| i.name.clone())
-}
-
-/// A file name as part of a URI.
-fn percent(name: &str) -> String {
-    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-._~+".contains(&b);
-    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
-}
-
-/// Text in the making, with the elements that are open.
-#[derive(Default)]
-struct Xml {
-    text: String,
-    open: Vec<String>,
-}
-
-impl Xml {
-    fn tag(&mut self, name: &str, attributes: &[(&str, &str)], end: &str) {
-        let indent = "  ".repeat(self.open.len() + usize::from(name != "ssd:SystemStructureDescription"));
-        self.text += &format!("{indent}<{name}");
-        for (key, value) in attributes {
-            self.text +=
-                &format!(" {key}=\"{}\"", escape(*value).replace('\n', "&#10;").replace('\t', "&#9;"));
-        }
-        self.text += end;
-        self.text.push('\n');
-    }
-    fn open(&mut self, name: &str, attributes: &[(&str, &str)]) {
-        self.tag(name, attributes, ">");
-        self.open.push(name.to_owned());
-    }
-    fn empty(&mut self, name: &str, attributes: &[(&str, &str)]) {
-        self.tag(name, attributes, "/>");
-    }
-    fn close(&mut self) {
-        if let Some(name) = self.open.pop() {
-            self.text += &format!("{}</{name}>\n", "  ".repeat(self.open.len() + 1));
-        }
-    }
 }

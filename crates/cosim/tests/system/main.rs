@@ -1,8 +1,11 @@
 //! Systems from files to plans: what is read, what is chosen, and what every mistake says. The FMUs have no libraries.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
+mod hostile;
 mod mistakes;
 mod plans;
+mod round_trip;
+mod ssp;
 
 use std::path::{Path, PathBuf};
 
