@@ -142,7 +142,7 @@ impl Run {
     ) -> Result<(f64, bool), Error> {
         let (mut step, mut halvings) = (whole, 0);
         loop {
-            let done = self.slave.do_step(time, step).map_err(|source| Error::Call { time, source })?;
+            let done = self.slave.do_step(time, step, true).map_err(|source| Error::Call { time, source })?;
             if !done.early {
                 if step >= end - time {
                     return Ok((end, done.terminate));

@@ -1,12 +1,12 @@
-//! One FMU in Co-Simulation, of either version of the standard.
+//! One instance of an FMU, of either version of the standard and of either interface.
 
 use std::sync::Arc;
 
 use trueup_fmi_description::Version;
-use trueup_fmi_description::description::Type;
-use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Step, fmi2, fmi3};
+use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Prepared, StateId, Step, fmi2, fmi3};
 
-use crate::results::Values;
+use crate::buffer::Blocks;
+pub use crate::buffer::{Block, Buffer};
 
 /// An instance of either version.
 pub enum Slave {
@@ -14,15 +14,6 @@ pub enum Slave {
     V2(Box<fmi2::Instance>),
     /// FMI 3.0.
     V3(fmi3::Instance),
-}
-
-/// Variables of one type that are read or set by one call.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Block {
-    /// Value references.
-    pub references: Vec<u32>,
-    /// All their elements.
-    pub values: Buffer,
 }
 
 /// Calls the same method of whichever version.
@@ -41,9 +32,28 @@ impl Slave {
     /// # Errors
     /// The FMU does not offer it, or gives no instance.
     pub fn new(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
+        Self::co_simulation(fmu, options, fmi3::CoSimulation::default())
+    }
+
+    /// Instantiates for Co-Simulation; `how` is for FMI 3.0.
+    ///
+    /// # Errors
+    /// As [`Slave::new`].
+    pub fn co_simulation(fmu: &Arc<Fmu>, options: Options, how: fmi3::CoSimulation) -> Result<Self, Error> {
         Ok(match fmu.description().version {
             Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::CoSimulation, options)?)),
-            Version::V3 => Self::V3(fmi3::Instance::co_simulation(fmu, options, Default::default())?),
+            Version::V3 => Self::V3(fmi3::Instance::co_simulation(fmu, options, how)?),
+        })
+    }
+
+    /// Instantiates for Model Exchange.
+    ///
+    /// # Errors
+    /// As [`Slave::new`].
+    pub fn model_exchange(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
+        Ok(match fmu.description().version {
+            Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::ModelExchange, options)?)),
+            Version::V3 => Self::V3(fmi3::Instance::model_exchange(fmu, options)?),
         })
     }
 
@@ -56,6 +66,19 @@ impl Slave {
     pub fn log(&self) -> Vec<String> {
         let messages = either!(self, i => i.log());
         messages.iter().rev().take(10).rev().map(ToString::to_string).collect()
+    }
+
+    /// Sets structural parameters (FMI 3.0), in configuration mode.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn configure(&mut self, structural: &[Block]) -> Result<(), Error> {
+        if let (Self::V3(i), false) = (&mut *self, structural.is_empty()) {
+            i.enter_configuration_mode()?;
+            structural.iter().try_for_each(|block| i.set(block))?;
+            i.exit_configuration_mode()?;
+        }
+        Ok(())
     }
 
     /// Enters initialization mode.
@@ -74,12 +97,13 @@ impl Slave {
         either!(self, i => i.exit_initialization_mode())
     }
 
-    /// Steps from `time` by `step` s, never to go back.
+    /// Steps from `time` by `step` s. `no_rollback`: no state before `time` will be restored.
     ///
     /// # Errors
     /// Whatever the FMU returns, but for Discard.
-    pub fn do_step(&mut self, time: f64, step: f64) -> Result<Step, Error> {
-        either!(self, i => i.do_step(time, step, true))
+    #[inline]
+    pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
+        either!(self, i => i.do_step(time, step, no_rollback))
     }
 
     /// Ends the run.
@@ -89,147 +113,7 @@ impl Slave {
     pub fn terminate(&mut self) -> Result<(), Error> {
         either!(self, i => i.terminate())
     }
-}
 
-macro_rules! buffers {
-    ($($kind:ident $type:ty, $get:ident $set:ident $class:ident $wide:ident;)*) => {
-        /// Values of one type.
-        #[derive(Clone, Debug, PartialEq)]
-        #[allow(missing_docs)]
-        pub enum Buffer {
-            $($kind(Vec<$type>),)*
-            Boolean(Vec<bool>),
-            String(Vec<String>),
-        }
-
-        impl Buffer {
-            /// Of this length; `None` for binaries and clocks. FMI 2.0 has its enumerations among the `Int32`.
-            pub fn new(kind: Type, version: Version, length: usize) -> Option<Self> {
-                Some(match kind {
-                    $(Type::$kind => Self::$kind(vec![Default::default(); length]),)*
-                    Type::Enumeration if version == Version::V2 => Self::Int32(vec![0; length]),
-                    Type::Enumeration => Self::Int64(vec![0; length]),
-                    Type::Boolean => Self::Boolean(vec![false; length]),
-                    Type::String => Self::String(vec![String::new(); length]),
-                    Type::Binary | Type::Clock => return None,
-                })
-            }
-
-            /// Appends what reads back as the same value: of a double its shortest digits, Booleans as 0 or 1.
-            pub(crate) fn texts(&self, out: &mut Vec<String>) {
-                match self {
-                    $(Self::$kind(v) => out.extend(v.iter().map(|x| format!("{x:?}"))),)*
-                    Self::Boolean(v) => out.extend(v.iter().map(|x| u8::from(*x).to_string())),
-                    Self::String(v) => out.extend(v.iter().cloned()),
-                }
-            }
-
-            /// Appends its values to those of a row.
-            pub(crate) fn append_to(&self, row: &mut Values) {
-                match self {
-                    $(Self::$kind(v) => row.$class.extend(v.iter().map(|x| *x as $wide)),)*
-                    Self::Boolean(v) => row.integers.extend(v.iter().map(|x| i64::from(*x))),
-                    Self::String(v) => row.texts.extend(v.iter().cloned()),
-                }
-            }
-
-            /// An element as a number; Booleans as 0 or 1.
-            pub(crate) fn number(&self, at: usize) -> Option<f64> {
-                match self {
-                    $(Self::$kind(v) => v.get(at).map(|x| *x as f64),)*
-                    Self::Boolean(v) => v.get(at).map(|x| f64::from(u8::from(*x))),
-                    Self::String(_) => None,
-                }
-            }
-
-            /// Appends values of the same type; returns where they begin.
-            pub(crate) fn append(&mut self, other: Self) -> usize {
-                match (self, other) {
-                    $((Self::$kind(v), Self::$kind(w)) => { v.extend(w.iter()); v.len() - w.len() })*
-                    (Self::Boolean(v), Self::Boolean(w)) => { v.extend(w.iter()); v.len() - w.len() }
-                    (Self::String(v), Self::String(w)) => { let at = v.len(); v.extend(w); at }
-                    _ => 0, // never asked for: blocks are of one type
-                }
-            }
-
-            /// Sets an element from a text; `false` if it is no value of this type.
-            pub(crate) fn parse(&mut self, at: usize, text: &str) -> bool {
-                match self {
-                    $(Self::$kind(v) => text.parse().map(|x| v[at] = x).is_ok(),)*
-                    Self::Boolean(v) => match text {
-                        "true" | "True" | "1" => { v[at] = true; true }
-                        "false" | "False" | "0" => { v[at] = false; true }
-                        _ => false,
-                    },
-                    Self::String(v) => { text.clone_into(&mut v[at]); true }
-                }
-            }
-        }
-
-        impl Blocks for fmi3::Instance {
-            fn get(&mut self, block: &mut Block) -> Result<(), Error> {
-                match &mut block.values {
-                    $(Buffer::$kind(v) => self.$get(&block.references, v),)*
-                    Buffer::Boolean(v) => self.get_boolean(&block.references, v),
-                    Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
-                }
-            }
-            fn set(&mut self, block: &Block) -> Result<(), Error> {
-                match &block.values {
-                    $(Buffer::$kind(v) => self.$set(&block.references, v),)*
-                    Buffer::Boolean(v) => self.set_boolean(&block.references, v),
-                    Buffer::String(v) => self.set_string(&block.references, &texts(v)),
-                }
-            }
-        }
-    };
-}
-buffers! {
-    Float32 f32, get_float32 set_float32 reals f64;
-    Float64 f64, get_float64 set_float64 reals f64;
-    Int8 i8, get_int8 set_int8 integers i64;
-    UInt8 u8, get_uint8 set_uint8 integers i64;
-    Int16 i16, get_int16 set_int16 integers i64;
-    UInt16 u16, get_uint16 set_uint16 integers i64;
-    Int32 i32, get_int32 set_int32 integers i64;
-    UInt32 u32, get_uint32 set_uint32 integers i64;
-    Int64 i64, get_int64 set_int64 integers i64;
-    UInt64 u64, get_uint64 set_uint64 integers i64;
-}
-
-/// Reading and setting blocks.
-trait Blocks {
-    fn get(&mut self, block: &mut Block) -> Result<(), Error>;
-    fn set(&mut self, block: &Block) -> Result<(), Error>;
-}
-
-fn texts(values: &[String]) -> Vec<&str> {
-    values.iter().map(String::as_str).collect()
-}
-
-/// Types that FMI 2.0 does not have cannot come from its descriptions.
-impl Blocks for fmi2::Instance {
-    fn get(&mut self, block: &mut Block) -> Result<(), Error> {
-        match &mut block.values {
-            Buffer::Float64(v) => self.get_real(&block.references, v),
-            Buffer::Int32(v) => self.get_integer(&block.references, v),
-            Buffer::Boolean(v) => self.get_boolean(&block.references, v),
-            Buffer::String(v) => self.get_string(&block.references).map(|texts| *v = texts),
-            _ => Ok(()),
-        }
-    }
-    fn set(&mut self, block: &Block) -> Result<(), Error> {
-        match &block.values {
-            Buffer::Float64(v) => self.set_real(&block.references, v),
-            Buffer::Int32(v) => self.set_integer(&block.references, v),
-            Buffer::Boolean(v) => self.set_boolean(&block.references, v),
-            Buffer::String(v) => self.set_string(&block.references, &texts(v)),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl Slave {
     /// Reads a block.
     ///
     /// # Errors
@@ -251,46 +135,89 @@ impl Slave {
             Self::V3(i) => i.set(block),
         }
     }
-}
 
-impl Buffer {
-    /// The first value that is not finite.
-    pub fn first_not_finite(&self) -> Option<(usize, f64)> {
-        match self {
-            Self::Float64(v) => v.iter().copied().enumerate().find(|(_, x)| !x.is_finite()),
-            Self::Float32(v) => v.iter().map(|x| f64::from(*x)).enumerate().find(|(_, x)| !x.is_finite()),
-            _ => None,
+    /// A block of `Float64` (`Real`) to be read or written again and again: such a call costs the FMU's function and
+    /// its checks.
+    ///
+    /// # Errors
+    /// Sizes of arrays cannot be had.
+    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
+        either!(self, i => i.prepare(references))
+    }
+
+    /// Reads a prepared block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    #[inline]
+    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.read(block, values))
+    }
+
+    /// Sets a prepared block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    #[inline]
+    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Error> {
+        either!(self, i => i.write(block, values))
+    }
+
+    /// Stores the state, in place of `slot`'s if there is one.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn save(&mut self, slot: &mut Option<StateId>) -> Result<(), Error> {
+        match slot {
+            Some(id) => either!(self, i => i.save_over(id)),
+            None => {
+                *slot = Some(either!(self, i => i.save())?);
+                Ok(())
+            }
         }
     }
 
-    /// Sets an element from a number; `false` if the type cannot hold it.
-    pub(crate) fn set_number(&mut self, at: usize, x: f64) -> bool {
-        match self {
-            Self::Float64(v) => v[at] = x,
-            Self::Float32(v) => v[at] = x as f32,
-            Self::Boolean(v) if x == 0.0 || x == 1.0 => v[at] = x == 1.0,
-            Self::Boolean(_) => return false,
-            whole => return x.fract() == 0.0 && whole.parse(at, &format!("{x:.0}")),
-        }
-        self.first_not_finite().is_none()
+    /// Goes back to a stored state.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn restore(&mut self, id: &StateId) -> Result<(), Error> {
+        either!(self, i => i.restore(id))
     }
-}
 
-#[cfg(test)]
-mod tests {
-    use super::*;
+    /// First derivatives of `Float64` inputs with respect to time, for the next step (FMI 2.0).
+    ///
+    /// # Errors
+    /// Whatever the FMU returns; FMI 3.0 has no such function.
+    pub fn set_input_derivatives(
+        &mut self,
+        references: &[u32],
+        ones: &[i32],
+        slopes: &[f64],
+    ) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.set_input_derivatives(references, ones, slopes),
+            Self::V3(i) => Err(Error::NotSupported {
+                function: "fmi2SetRealInputDerivatives",
+                instance: i.name().into(),
+            }),
+        }
+    }
 
-    #[test]
-    fn a_number_that_a_type_cannot_hold_is_refused() {
-        for (kind, good, bad) in [
-            (Type::Int8, [-128.0, 127.0], [128.0, 0.5]),
-            (Type::UInt64, [0.0, 1e15], [-1.0, 1e20]),
-            (Type::Boolean, [0.0, 1.0], [2.0, -1.0]),
-            (Type::Float32, [0.1, -1e38], [1e39, f64::INFINITY]),
-        ] {
-            let mut buffer = Buffer::new(kind, Version::V3, 1).unwrap();
-            assert!(good.iter().all(|x| buffer.set_number(0, *x)), "{kind:?}");
-            assert!(bad.iter().all(|x| !buffer.set_number(0, *x)), "{kind:?}");
+    /// Partial derivatives of `unknowns` with respect to `knowns` (value references), times `seed`.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn directional_derivative(
+        &mut self,
+        unknowns: &[u32],
+        knowns: &[u32],
+        seed: &[f64],
+        result: &mut [f64],
+    ) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.directional_derivative(unknowns, knowns, seed, result),
+            Self::V3(i) => i.directional_derivative(fmi3::DerivativeOf { unknowns, knowns }, seed, result),
         }
     }
 }

@@ -86,6 +86,29 @@ pub struct StateId {
     serial: usize,
 }
 
+/// Value references whose number of values is known: what is read or written again and again costs the call alone.
+/// Made by `prepare` of an instance; it holds until sizes of arrays change (configuration mode, reset).
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Prepared {
+    pub(crate) references: Box<[u32]>,
+    /// Number of values, all elements of arrays.
+    pub(crate) count: usize,
+    /// Of the instance's sizes.
+    pub(crate) epoch: u32,
+}
+
+impl Prepared {
+    /// The value references.
+    pub fn references(&self) -> &[u32] {
+        &self.references
+    }
+
+    /// Number of values, all elements of arrays.
+    pub fn count(&self) -> usize {
+        self.count
+    }
+}
+
 /// A version's function table.
 pub(crate) trait Table {
     /// Frees an instance.
@@ -121,6 +144,7 @@ impl<F: Table> Core<F> {
         }
     }
 
+    #[inline]
     pub(crate) fn ready(&self, function: &'static str) -> Result<(), Error> {
         if self.lost.load(Ordering::Relaxed) {
             return Err(Error::Lost { function, instance: self.live.name.clone() });
@@ -136,17 +160,21 @@ impl<F: Table> Core<F> {
         Error::Instantiate { function, instance: self.live.name.clone(), log: self.live.tail() }
     }
 
+    #[inline]
     pub(crate) fn check(&self, function: &'static str, status: c_int) -> Result<(), Error> {
-        let status = Status::from(status);
-        if matches!(status, Status::Ok | Status::Warning) {
-            return Ok(());
-        }
+        // OK and Warning
+        if matches!(status, 0 | 1) { Ok(()) } else { Err(self.failed(function, Status::from(status))) }
+    }
+
+    #[cold]
+    fn failed(&self, function: &'static str, status: Status) -> Error {
         if status == Status::Fatal {
             self.lost.store(true, Ordering::Relaxed);
         }
-        Err(FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into())
+        FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into()
     }
 
+    #[inline]
     pub(crate) fn length(
         &self,
         function: &'static str,
@@ -157,7 +185,27 @@ impl<F: Table> Core<F> {
         if expected == got {
             return Ok(());
         }
-        Err(Error::Length { function, instance: self.live.name.clone(), what, expected, got })
+        Err(self.wrong_length(function, what, expected, got))
+    }
+
+    #[cold]
+    fn wrong_length(&self, function: &'static str, what: &'static str, expected: usize, got: usize) -> Error {
+        Error::Length { function, instance: self.live.name.clone(), what, expected, got }
+    }
+
+    /// A block that was prepared for these sizes and has as many values as `got`.
+    #[inline]
+    pub(crate) fn prepared(
+        &self,
+        function: &'static str,
+        block: &Prepared,
+        epoch: u32,
+        got: usize,
+    ) -> Result<(), Error> {
+        if block.epoch != epoch {
+            return Err(Error::Stale { function, instance: self.live.name.clone() });
+        }
+        self.length(function, "values", block.count, got)
     }
 }
 
@@ -191,38 +239,49 @@ pub(crate) use call;
 #[derive(Default)]
 pub(crate) struct States {
     next: usize,
-    list: Vec<(usize, *mut c_void)>,
+    list: Vec<State>,
+}
+
+/// What the FMU stores, and the sizes of arrays at that time.
+pub(crate) struct State {
+    serial: usize,
+    pub(crate) pointer: *mut c_void,
+    pub(crate) epoch: Option<u32>,
 }
 
 impl States {
-    pub(crate) fn add<F: Table>(&mut self, core: &Core<F>, state: *mut c_void) -> StateId {
+    pub(crate) fn add<F: Table>(
+        &mut self,
+        core: &Core<F>,
+        pointer: *mut c_void,
+        epoch: Option<u32>,
+    ) -> StateId {
         self.next += 1;
-        self.list.push((self.next, state));
+        self.list.push(State { serial: self.next, pointer, epoch });
         StateId { instance: core.live.id, serial: self.next }
     }
 
     fn position<F: Table>(&self, core: &Core<F>, id: &StateId) -> Result<usize, Error> {
-        let position = self.list.iter().position(|(serial, _)| *serial == id.serial);
+        let position = self.list.iter().position(|state| state.serial == id.serial);
         position
             .filter(|_| id.instance == core.live.id)
             .ok_or_else(|| Error::NoSuchState { instance: core.live.name.clone() })
     }
 
-    /// The FMU's pointer.
-    pub(crate) fn slot<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<&mut *mut c_void, Error> {
+    pub(crate) fn slot<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<&mut State, Error> {
         let position = self.position(core, id)?;
-        Ok(&mut self.list[position].1)
+        Ok(&mut self.list[position])
     }
 
     /// Forgets a state.
     pub(crate) fn take<F: Table>(&mut self, core: &Core<F>, id: &StateId) -> Result<*mut c_void, Error> {
         let position = self.position(core, id)?;
-        Ok(self.list.swap_remove(position).1)
+        Ok(self.list.swap_remove(position).pointer)
     }
 
     /// Forgets all.
     pub(crate) fn drain(&mut self) -> impl Iterator<Item = *mut c_void> {
-        self.list.drain(..).map(|(_, state)| state)
+        self.list.drain(..).map(|state| state.pointer)
     }
 }
 
@@ -236,7 +295,8 @@ macro_rules! state_functions {
         pub fn save(&mut self) -> Result<StateId, Error> {
             let mut state = std::ptr::null_mut();
             call!(self.core, $get, &raw mut state)?;
-            Ok(self.states.add(&self.core, state))
+            let epoch = Some(self.epoch());
+            Ok(self.states.add(&self.core, state, epoch))
         }
 
         /// Stores the instance's state in place of an earlier one, without allocating.
@@ -244,8 +304,10 @@ macro_rules! state_functions {
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($get), "` returns; [`Error::NoSuchState`].")]
         pub fn save_over(&mut self, id: &StateId) -> Result<(), Error> {
-            let slot = self.states.slot(&self.core, id)?;
-            call!(self.core, $get, &raw mut *slot)
+            let epoch = Some(self.epoch());
+            let state = self.states.slot(&self.core, id)?;
+            state.epoch = epoch;
+            call!(self.core, $get, &raw mut state.pointer)
         }
 
         /// Goes back to a stored state, which stays stored.
@@ -253,9 +315,12 @@ macro_rules! state_functions {
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($set), "` returns; [`Error::NoSuchState`].")]
         pub fn restore(&mut self, id: &StateId) -> Result<(), Error> {
-            let state = *self.states.slot(&self.core, id)?;
-            self.forget_sizes();
-            call!(self.core, $set, state)
+            let (now, state) = (self.epoch(), self.states.slot(&self.core, id)?);
+            let (pointer, same) = (state.pointer, state.epoch == Some(now));
+            if !same {
+                self.forget_sizes();
+            }
+            call!(self.core, $set, pointer)
         }
 
         /// Frees a stored state.
@@ -272,7 +337,7 @@ macro_rules! state_functions {
         /// # Errors
         #[doc = concat!("Whatever `", stringify!($serialize), "` returns; [`Error::NoSuchState`].")]
         pub fn serialize(&mut self, id: &StateId) -> Result<Vec<u8>, Error> {
-            let state = *self.states.slot(&self.core, id)?;
+            let state = self.states.slot(&self.core, id)?.pointer;
             let mut size = 0;
             call!(self.core, $size, state, &raw mut size)?;
             let mut bytes = vec![0_u8; size];
@@ -287,7 +352,7 @@ macro_rules! state_functions {
         pub fn deserialize(&mut self, bytes: &[u8]) -> Result<StateId, Error> {
             let mut state = std::ptr::null_mut();
             call!(self.core, $deserialize, bytes.as_ptr().cast(), bytes.len(), &raw mut state)?;
-            Ok(self.states.add(&self.core, state))
+            Ok(self.states.add(&self.core, state, None))
         }
 
         /// States are freed before the instance is terminated: some FMUs refuse it later.

@@ -125,6 +125,14 @@ pub enum Error {
         /// Elements given.
         got: usize,
     },
+    /// A block that was prepared for other sizes of arrays.
+    #[error("{function} of instance \"{instance}\": sizes of arrays have changed; prepare the block again")]
+    Stale {
+        /// The C function.
+        function: &'static str,
+        /// Name of the instance.
+        instance: String,
+    },
     /// A stored state that is not of this instance or already freed.
     #[error("instance \"{instance}\" has no such stored state: it was freed, or it is of another instance")]
     NoSuchState {

@@ -8,8 +8,8 @@ use trueup_fmi::abi::fmi2::*;
 use trueup_fmi_description::Version;
 
 use crate::core::{
-    Completed, Core, EventInfo, Experiment, Options, StateId, States, Step, c_string, c_strings, call,
-    state_functions,
+    Completed, Core, EventInfo, Experiment, Options, Prepared, StateId, States, Step, c_string, c_strings,
+    call, state_functions,
 };
 use crate::error::{Error, Status};
 use crate::library::table2::Functions;
@@ -25,6 +25,8 @@ unsafe extern "C" {
 pub struct Instance {
     core: Core<Functions>,
     states: States,
+    /// Booleans as the FMU has them.
+    raw: Vec<fmi2Boolean>,
     /// FMUs keep the pointer, so it must outlive the instance (declared after `core`, dropped after it).
     callbacks: Option<Box<fmi2CallbackFunctions>>,
 }
@@ -72,7 +74,7 @@ impl Instance {
         if core.component.is_null() {
             return Err(core.no_instance("fmi2Instantiate"));
         }
-        Ok(Self { core, states: States::default(), callbacks: Some(callbacks) })
+        Ok(Self { core, states: States::default(), raw: Vec::new(), callbacks: Some(callbacks) })
     }
 
     /// The FMU.
@@ -179,9 +181,10 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2GetBoolean` returns.
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
         self.core.length("fmi2GetBoolean", "values", references.len(), values.len())?;
-        let mut raw = vec![fmi2False; values.len()];
-        call!(self.core, fmi2GetBoolean, references.as_ptr(), references.len(), raw.as_mut_ptr())?;
-        values.iter_mut().zip(raw).for_each(|(value, raw)| *value = raw != fmi2False);
+        self.raw.clear();
+        self.raw.resize(values.len(), fmi2False);
+        call!(self.core, fmi2GetBoolean, references.as_ptr(), references.len(), self.raw.as_mut_ptr())?;
+        values.iter_mut().zip(&self.raw).for_each(|(value, raw)| *value = *raw != fmi2False);
         Ok(())
     }
 
@@ -191,8 +194,9 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2SetBoolean` returns.
     pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
         self.core.length("fmi2SetBoolean", "values", references.len(), values.len())?;
-        let raw: Vec<fmi2Boolean> = values.iter().map(|value| (*value).into()).collect();
-        call!(self.core, fmi2SetBoolean, references.as_ptr(), references.len(), raw.as_ptr())
+        self.raw.clear();
+        self.raw.extend(values.iter().map(|value| fmi2Boolean::from(*value)));
+        call!(self.core, fmi2SetBoolean, references.as_ptr(), references.len(), self.raw.as_ptr())
     }
 
     /// Values of Strings.
@@ -226,7 +230,39 @@ impl Instance {
         fmi2DeSerializeFMUstate
     );
 
-    fn forget_sizes(&mut self) {} // sizes are fixed in FMI 2.0
+    // Sizes are fixed in FMI 2.0.
+    fn forget_sizes(&mut self) {}
+    fn epoch(&self) -> u32 {
+        0
+    }
+
+    /// A block to be read or written again and again.
+    ///
+    /// # Errors
+    /// None; as in [FMI 3.0](crate::fmi3::Instance::prepare), where sizes of arrays are asked for.
+    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
+        Ok(Prepared { references: references.into(), count: references.len(), epoch: 0 })
+    }
+
+    /// Reals of a block.
+    ///
+    /// # Errors
+    /// As [`Instance::get_real`].
+    #[inline]
+    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Error> {
+        self.core.prepared("fmi2GetReal", block, 0, values.len())?;
+        call!(self.core, fmi2GetReal, block.references.as_ptr(), values.len(), values.as_mut_ptr())
+    }
+
+    /// Sets Reals of a block.
+    ///
+    /// # Errors
+    /// As [`Instance::set_real`].
+    #[inline]
+    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Error> {
+        self.core.prepared("fmi2SetReal", block, 0, values.len())?;
+        call!(self.core, fmi2SetReal, block.references.as_ptr(), values.len(), values.as_ptr())
+    }
 
     /// Partial derivatives of the unknowns times a direction of the knowns.
     ///

@@ -10,13 +10,15 @@ use trueup_fmi::abi::fmi3::*;
 use trueup_fmi_description::Version;
 
 use self::inner::Inner;
-use crate::core::{Core, Experiment, Options, StateId, States, c_string, c_strings, call, state_functions};
+use crate::core::{
+    Core, Experiment, Options, Prepared, StateId, States, c_string, c_strings, call, state_functions,
+};
 use crate::error::Error;
 use crate::library::table3::Functions;
 use crate::library::{Fmu, Interface};
 use crate::log::{Hook, Message, fmi3_intermediate_update, fmi3_log};
 
-pub use self::values::DerivativeOf;
+pub use self::values::{DerivativeOf, Number};
 
 /// Called inside a step of Co-Simulation.
 pub type IntermediateUpdate = Box<dyn FnMut(&mut Intermediate) + Send>;
@@ -38,6 +40,8 @@ pub struct CoSimulation {
 pub struct Instance {
     core: Arc<Inner>,
     states: States,
+    /// Counts changes of the sizes of arrays.
+    epoch: u32,
     /// Numbers of continuous states and event indicators, once asked.
     counts: (Option<usize>, Option<usize>),
 }
@@ -162,7 +166,12 @@ impl Instance {
         if core.component.is_null() {
             return Err(core.no_instance(function));
         }
-        Ok(Self { core: Arc::new(Inner::new(core)), states: States::default(), counts: (None, None) })
+        Ok(Self {
+            core: Arc::new(Inner::new(core)),
+            states: States::default(),
+            epoch: 0,
+            counts: (None, None),
+        })
     }
 
     /// The FMU.
@@ -255,7 +264,20 @@ impl Instance {
 
     fn forget_sizes(&mut self) {
         self.counts = (None, None);
+        self.epoch += 1;
         self.core.forget_sizes();
+    }
+
+    fn epoch(&self) -> u32 {
+        self.epoch
+    }
+
+    /// A block to be [read](Instance::read) or [written](Instance::write) again and again.
+    ///
+    /// # Errors
+    /// Sizes of arrays cannot be had.
+    pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
+        Ok(Prepared { references: references.into(), count: self.core.count(references)?, epoch: self.epoch })
     }
 }
 

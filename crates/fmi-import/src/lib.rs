@@ -23,7 +23,7 @@ pub mod fmi3;
 mod library;
 mod log;
 
-pub use crate::core::{Completed, EventInfo, Experiment, Options, StateId, Step};
+pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, StateId, Step};
 pub use crate::error::{Error, FmiError, Status};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};

@@ -4,14 +4,59 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::{Instance, Intermediate};
-use crate::core::{c_strings, call};
+use crate::core::{Prepared, c_strings, call};
 use crate::error::Error;
 use crate::log::text;
+
+/// A numeric type of FMI 3.0.
+pub trait Number: Sized {
+    #[doc(hidden)]
+    fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Error>;
+    #[doc(hidden)]
+    fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Error>;
+}
+
+impl Instance {
+    /// Values of a block; all its variables are of the type of `values`.
+    ///
+    /// # Errors
+    /// [`Error::Length`]; [`Error::Stale`] if sizes have changed since the block was prepared; whatever
+    /// `fmi3Get<Type>` returns.
+    #[inline]
+    pub fn read<T: Number>(&mut self, block: &Prepared, values: &mut [T]) -> Result<(), Error> {
+        T::read(self, block, values)
+    }
+
+    /// Sets the values of a block.
+    ///
+    /// # Errors
+    /// As [`Instance::read`].
+    #[inline]
+    pub fn write<T: Number>(&mut self, block: &Prepared, values: &[T]) -> Result<(), Error> {
+        T::write(self, block, values)
+    }
+}
 
 macro_rules! numeric {
     ($($get:ident $fmi_get:ident $set:ident $fmi_set:ident $type:ty;)*) => {
         numeric! { for Instance: $($get $fmi_get $set $fmi_set $type;)* }
         numeric! { for Intermediate: $($get $fmi_get $set $fmi_set $type;)* }
+        $(impl Number for $type {
+            #[inline]
+            fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Error> {
+                let core = &instance.core;
+                core.prepared(stringify!($fmi_get), block, instance.epoch, values.len())?;
+                let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
+                call!(core, $fmi_get, references, n, values.as_mut_ptr(), length)
+            }
+            #[inline]
+            fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Error> {
+                let core = &instance.core;
+                core.prepared(stringify!($fmi_set), block, instance.epoch, values.len())?;
+                let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
+                call!(core, $fmi_set, references, n, values.as_ptr(), length)
+            }
+        })*
     };
     (for $receiver:ident: $($get:ident $fmi_get:ident $set:ident $fmi_set:ident $type:ty;)*) => {
         impl $receiver {

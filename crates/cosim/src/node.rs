@@ -1,0 +1,115 @@
+//! An FMU of a running system, as an exchange of values sees it.
+
+use trueup_fmi_description::description::{Description, Interface as Offered};
+use trueup_fmi_import::{Options, Prepared, fmi3};
+
+use crate::error::Error;
+use crate::plan::{Element, Planned};
+use crate::slave::Slave;
+use crate::system::Interface;
+use crate::value;
+
+/// An instance with what is known about it. Values are read from and set on Co-Simulation and Model Exchange alike; only
+/// the [`Stepper`](crate::stepper::Stepper) differs.
+pub struct Node {
+    /// What was planned; its start values stay for arrays that are driven in part.
+    pub planned: Planned,
+    /// The instance.
+    pub slave: Slave,
+    /// Its continuous inputs over a step.
+    pub line: Line,
+}
+
+impl Node {
+    /// Instantiates; `how` is for Co-Simulation of FMI 3.0.
+    ///
+    /// # Errors
+    /// The FMU gives no instance.
+    pub fn new(planned: Planned, how: fmi3::CoSimulation) -> Result<Self, Error> {
+        let options = Options::named(planned.name.clone());
+        let slave = match planned.interface {
+            Interface::CoSimulation => Slave::co_simulation(&planned.fmu, options, how)?,
+            Interface::ModelExchange => Slave::model_exchange(&planned.fmu, options)?,
+        };
+        Ok(Self { planned, slave, line: Line::default() })
+    }
+
+    /// Its description, arrays sized as they are in this system.
+    pub fn description(&self) -> &Description {
+        self.planned.description()
+    }
+
+    /// What its interface can do.
+    pub fn offered(&self) -> Option<&Offered> {
+        match self.planned.interface {
+            Interface::CoSimulation => self.description().co_simulation.as_ref(),
+            Interface::ModelExchange => self.description().model_exchange.as_ref(),
+        }
+    }
+
+    /// Its state can be stored and restored.
+    pub fn can_restore(&self) -> bool {
+        self.offered().is_some_and(|i| i.can_get_and_set_fmu_state)
+    }
+}
+
+/// `component.variable[1]`, for messages.
+pub(crate) fn name(nodes: &[Node], element: Element) -> String {
+    let node = &nodes[element.component];
+    let name = variable(node.description(), element.variable, element.element);
+    if node.planned.name.is_empty() { name } else { format!("{}.{name}", node.planned.name) }
+}
+
+/// Name of an element within its FMU.
+pub(crate) fn variable(d: &Description, variable: usize, element: usize) -> String {
+    let v = &d.variables[variable];
+    let names = value::elements(d, v).unwrap_or_default();
+    names.into_iter().nth(element).unwrap_or_else(|| v.name.clone())
+}
+
+/// Continuous inputs of an FMU (`Float64`, driven by others or by a file) over a step: `value + slope (t - from)`, in the
+/// order of `references`, arrays with all their elements.
+#[derive(Default)]
+pub struct Line {
+    /// The inputs; `None`: there are none.
+    pub references: Option<Prepared>,
+    /// Where the values of the inputs lie among the exchange's reals.
+    pub slots: Vec<usize>,
+    /// Start of the step in s.
+    pub from: f64,
+    /// Values then.
+    pub value: Vec<f64>,
+    /// Slopes in 1/s.
+    pub slope: Vec<f64>,
+    now: Vec<f64>,
+}
+
+impl Line {
+    /// Of these inputs, all zero.
+    pub(crate) fn new(references: Prepared, slots: Vec<usize>) -> Self {
+        let zeros = || vec![0.0; slots.len()];
+        let (value, slope, now) = (zeros(), zeros(), zeros());
+        Self { references: Some(references), slots, from: 0.0, value, slope, now }
+    }
+
+    /// Values at `time`.
+    pub fn at(&mut self, time: f64) -> &[f64] {
+        let t = time - self.from;
+        for ((now, value), slope) in self.now.iter_mut().zip(&self.value).zip(&self.slope) {
+            *now = value + slope * t;
+        }
+        &self.now
+    }
+}
+
+impl Node {
+    /// Sets the continuous inputs to what their lines say at `time`.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub fn set_on_line(&mut self, time: f64) -> Result<(), Error> {
+        self.line.at(time);
+        let Some(references) = &self.line.references else { return Ok(()) };
+        self.slave.write(references, &self.line.now).map_err(|source| Error::Call { time, source })
+    }
+}

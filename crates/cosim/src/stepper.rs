@@ -1,0 +1,80 @@
+//! What steps: one FMU in Co-Simulation, or a group in Model Exchange that is integrated as one.
+
+mod slave;
+
+use crate::error::Error;
+use crate::node::Node;
+pub(crate) use slave::{SlaveStepper, Way, intermediate};
+
+/// How inputs go within a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Within {
+    /// Held as they were set last.
+    Held,
+    /// Continuous ones on [`Node::line`], which holds for the whole step; all others held.
+    Line,
+}
+
+/// What a step did.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Advance {
+    /// Time reached in s: the end of the step, or less if `terminate`.
+    pub time: f64,
+    /// The FMU wants to end the run.
+    pub terminate: bool,
+    /// Steps that an FMU refused at their full length on the way.
+    pub discarded: u64,
+    /// Events on the way.
+    pub events: u64,
+}
+
+/// A part of the system that goes from one communication point to the next by itself.
+///
+/// The master owns all [`Node`]s and lends them to the steppers; each node belongs to one stepper ([`Stepper::nodes`]).
+/// Over a communication step the master calls, in this order:
+///
+/// 1. [`save`](Stepper::save), if the algorithm may roll back;
+/// 2. [`step`](Stepper::step). All inputs have been set to their values at `from`. With [`Within::Line`] the
+///    continuous inputs that come from outside lie in `nodes[i].line` of each of its nodes (`line.at(t)`,
+///    [`Node::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
+///    that knows better;
+/// 3. the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
+/// 4. [`restore`](Stepper::restore), if the step is to be repeated or was rejected; then from 2.
+///
+/// A step goes to `to` exactly: events, and steps that an FMU discards, are the stepper's own affair. It ends earlier
+/// only if an FMU wants to end the run. What cannot be mended is an [`Error`] with FMU, call and time.
+pub trait Stepper: Send {
+    /// Indices of its nodes.
+    fn nodes(&self) -> &[usize];
+
+    /// Called once, when all FMUs have left initialization mode and before anything is read: event iteration, first
+    /// states.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let _ = (nodes, time);
+        Ok(())
+    }
+
+    /// Goes from `from` to `to` (s).
+    ///
+    /// # Errors
+    /// Whatever an FMU returns and cannot be mended by shorter steps.
+    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error>;
+
+    /// It can save and restore.
+    fn can_restore(&self, nodes: &[Node]) -> bool;
+
+    /// Stores everything that a step changes, in place of what was stored before.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn save(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+
+    /// Goes back to what was stored.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn restore(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+}
