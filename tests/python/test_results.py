@@ -1,10 +1,14 @@
 """Results as Python reads them: CSV through FMPy, Parquet through pyarrow, the same bits in both."""
 
 import json
+import signal
+import subprocess
+import time
 
 import numpy as np
 import pyarrow.parquet
 import pytest
+from conftest import from_environment
 from fmpy.util import read_csv
 
 MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
@@ -31,3 +35,29 @@ def test_csv_and_parquet_hold_the_same_bits(trueup, fmu, tmp_path, model, versio
     for name in table.column_names[1:]:
         unit = units.get(name, units.get(name.split("[")[0]))
         assert metadata.get(f"unit.{name}".encode(), b"").decode() == (unit or ""), name
+
+
+def test_a_plot_opens_without_anything_else(trueup, fmu, tmp_path):
+    page = tmp_path / "plot.html"
+    done = trueup("simulate", fmu("TwoMassJoint", 3), "--plot", page, "-o", tmp_path / "r.csv")
+    assert done.returncode == 0, done.stderr
+    html = page.read_text()
+    assert html.count("<svg ") >= 5
+    for variable in read_csv(tmp_path / "r.csv").dtype.names[1:]:
+        assert variable in html
+    assert not any(elsewhere in html for elsewhere in (" src=", "href=", "@import"))
+
+
+def test_ctrl_c_keeps_what_was_computed(fmu, tmp_path):
+    program = from_environment("TRUEUP_BIN")
+    arguments = ["simulate", fmu("TwoMassJoint", 2), "--stop", "1e6", "--step", "1e-4", "-o", tmp_path / "r.parquet"]
+    run = subprocess.Popen([program, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
+    while not list(tmp_path.glob(".trueup-*")):  # it has begun
+        time.sleep(0.01)
+    time.sleep(0.5)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=60)
+    assert run.returncode == 1 and "interrupted" in said and "r.incomplete.parquet" in said
+    assert [file.name for file in tmp_path.iterdir()] == ["r.incomplete.parquet"]
+    times = pyarrow.parquet.read_table(tmp_path / "r.incomplete.parquet")["time"].to_numpy()
+    assert len(times) > 1 and times[0] == 0 and np.allclose(np.diff(times), 1e-4)

@@ -56,6 +56,12 @@ pub enum Error {
         /// What is wrong, with line or column.
         reason: String,
     },
+    /// The user ended the run, through a [sink](crate::Sink) that watches for it.
+    #[error("at t = {time:?} s: interrupted")]
+    Interrupted {
+        /// Time in s.
+        time: f64,
+    },
     /// Results that cannot be written.
     #[error("{file}: {source}")]
     Results {

@@ -108,6 +108,12 @@ pub(crate) struct Simulate {
     /// Inputs over time: a CSV with the columns `time` (s) and names of inputs
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) input: Option<PathBuf>,
+    /// Also draw the results: one HTML file that opens offline
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Tell the progress even where standard error is no terminal
+    #[arg(long)]
+    pub(crate) progress: bool,
     /// Variables to record instead of all outputs
     #[arg(long, value_name = "NAME,..", value_delimiter = ',', action = clap::ArgAction::Append)]
     pub(crate) outputs: Vec<String>,

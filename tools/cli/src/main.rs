@@ -8,6 +8,8 @@ mod catalog;
 mod command;
 mod error;
 mod output;
+mod plot;
+mod progress;
 
 use std::process::ExitCode;
 

@@ -1,10 +1,11 @@
 //! `trueup simulate`
 
-use trueup_cosim::{Error as RunError, Inputs, Options, Results, simulate};
+use trueup_cosim::{Error as RunError, Inputs, Memory, Options, Results, simulate};
 use trueup_fmi_import::Fmu;
 
 use crate::args::Simulate;
 use crate::error::Error;
+use crate::progress::Progress;
 
 pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
     let extension = args.output.extension().unwrap_or_default().to_ascii_lowercase();
@@ -32,7 +33,13 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         outputs: args.outputs.clone(),
     };
     let mut results = Results::create(&args.output).map_err(|e| Error::Failed(e.to_string()))?;
-    match simulate(&fmu, &options, &mut results) {
+    let mut memory = args.plot.is_some().then(Memory::default);
+    let experiment = fmu.description().experiment;
+    let start = experiment.start_time.unwrap_or(0.0);
+    let stop = args.stop.or(experiment.stop_time).unwrap_or(start + 1.0);
+    let progress = Progress::new(start, stop, args.progress);
+    let done = simulate(&fmu, &options, &mut ((&mut results, &mut memory), progress));
+    match done {
         Ok(summary) => {
             results.finish().map_err(|e| Error::Failed(e.to_string()))?;
             let ended = if summary.terminated { ", where the FMU ended the run" } else { "" };
@@ -40,6 +47,12 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
                 0 => String::new(),
                 n => format!(" ({n} discarded)"),
             };
+            if let (Some(file), Some(memory)) = (&args.plot, &memory) {
+                let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
+                let html = crate::plot::page(&title, memory, "");
+                trueup_fmi_description::pack::write_file(file, html.as_bytes())
+                    .map_err(|e| Error::Failed(e.to_string()))?;
+            }
             eprintln!(
                 "{}: {} steps{discarded} to {:?} s{ended}",
                 args.output.display(),

@@ -1,0 +1,113 @@
+//! The page of `trueup simulate --plot`: one chart per unit, a table, the log of the run.
+
+use trueup_cosim::{Kind, Memory};
+use trueup_report::{Chart, Page, Style, escape, number};
+
+/// Curves that can be told apart in one chart.
+const MOST: usize = 8;
+
+/// A curve so many times smaller than another one is drawn apart from it.
+const FLAT: f64 = 200.0;
+
+/// One HTML file.
+pub(crate) fn page(title: &str, results: &Memory, log: &str) -> String {
+    let time = results.time();
+    let (first, last) = (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
+    let lead = format!("{} rows from {} s to {} s.", time.len(), number(first), number(last));
+    let mut page = Page::new(title, &lead);
+    page.section("Results", "Drag to zoom, double click to see all, click a name to hide its curve.");
+    for group in groups(results) {
+        let columns = group.iter().map(|k| &results.columns()[*k]);
+        let named: Vec<&str> = columns.clone().map(|c| c.name.as_str()).collect();
+        let title = match &named[..] {
+            [first, second, third, _, ..] => format!("{first}, {second}, {third}, …"),
+            few => few.join(", "),
+        };
+        let unit = columns.clone().next().map_or("", |c| c.unit.as_str());
+        let chart = group.iter().zip(columns).fold(Chart::over_time(&title, unit), |chart, (k, column)| {
+            let float = matches!(column.kind, Kind::Real | Kind::Single);
+            let style = if float { Style::Line } else { Style::Step };
+            chart.series(&column.name, time, &results.series()[*k], style)
+        });
+        page.chart(&chart);
+    }
+    page.section("Ranges", "");
+    page.table(&["variable", "unit", "least", "greatest", "last"], &ranges(results));
+    if !log.is_empty() {
+        page.section("Run", "");
+        page.html(&format!("<pre>{}</pre>", escape(log)));
+    }
+    page.finish()
+}
+
+/// Numbers of the same unit and sort, in the order of the columns, cut into charts.
+fn groups(results: &Memory) -> Vec<Vec<usize>> {
+    let sort = |k: &usize| {
+        let column = &results.columns()[*k];
+        (column.unit.as_str(), matches!(column.kind, Kind::Real | Kind::Single), column.kind == Kind::Boolean)
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for k in (0..results.columns().len()).filter(|k| results.columns()[*k].kind != Kind::Text) {
+        match groups.iter_mut().find(|g| sort(&g[0]) == sort(&k)) {
+            Some(group) => group.push(k),
+            None => groups.push(vec![k]),
+        }
+    }
+    let groups = groups.into_iter().flat_map(|group| magnitudes(results, group));
+    let even = |group: &Vec<usize>| group.len().div_ceil(group.len().div_ceil(MOST));
+    groups.flat_map(|g| g.chunks(even(&g)).map(<[usize]>::to_vec).collect::<Vec<_>>()).collect()
+}
+
+/// Cuts a group so that no curve is flat beside another one: an angle before a gear and one behind it.
+fn magnitudes(results: &Memory, mut group: Vec<usize>) -> Vec<Vec<usize>> {
+    let size = |k: &usize| {
+        let finite = results.series()[*k].iter().filter(|v| v.is_finite());
+        finite.fold(0.0, |m: f64, v| m.max(v.abs()))
+    };
+    let mut cut = Vec::new();
+    while let Some(largest) = group.iter().map(size).reduce(f64::max) {
+        let (with, rest): (Vec<_>, Vec<_>) =
+            group.into_iter().partition(|k| size(k) == 0.0 || size(k) * FLAT >= largest);
+        cut.push(with);
+        group = rest;
+    }
+    cut
+}
+
+fn ranges(results: &Memory) -> Vec<Vec<String>> {
+    let row = |(column, values): (&trueup_cosim::Column, &Vec<f64>)| {
+        let finite = || values.iter().copied().filter(|v| v.is_finite());
+        let shown = |v: Option<f64>| v.map_or_else(String::new, number);
+        vec![
+            column.name.clone(),
+            column.unit.clone(),
+            shown(finite().reduce(f64::min)),
+            shown(finite().reduce(f64::max)),
+            shown(finite().next_back()),
+        ]
+    };
+    results.columns().iter().zip(results.series()).map(row).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueup_cosim::{Column, Row, Sink, Values};
+
+    #[test]
+    fn one_chart_per_unit_and_no_more_curves_than_colours() {
+        let mut columns: Vec<Column> =
+            (0..10).map(|k| Column::new(format!("a[{k}]"), Kind::Real, "rad")).collect();
+        columns.push(Column::new("stuck", Kind::Boolean, ""));
+        columns.push(Column::new("says", Kind::Text, ""));
+        columns.push(Column::new("v", Kind::Real, "rad/s"));
+        let (mut results, values) = (Memory::default(), Values::of(&columns));
+        assert!(results.begin(&columns).is_ok());
+        assert!(results.row(Row { time: 0.0, point: Some(0), values: &values }).is_ok());
+        let sizes: Vec<usize> = groups(&results).iter().map(Vec::len).collect();
+        assert_eq!(sizes, [5, 5, 1, 1]);
+        let html = page("<run>", &results, "log & all");
+        assert_eq!(html.matches("<svg").count(), 4);
+        assert!(html.contains("&lt;run&gt;") && html.contains("log &amp; all"));
+    }
+}

@@ -1,0 +1,103 @@
+//! Progress of a run on standard error, and its end by Ctrl-C.
+
+use std::io::IsTerminal;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use trueup_cosim::{Column, Error, Row, Sink};
+
+/// Divisions of the bar.
+const PARTS: f64 = 1000.0;
+
+/// A sink that shows how far the run is, and ends it when the user does: what was computed is then kept as incomplete.
+pub(crate) struct Progress {
+    shown: Shown,
+    start: f64,
+    stop: f64,
+    begun: Instant,
+    next: Instant,
+    interrupted: Arc<AtomicBool>,
+}
+
+enum Shown {
+    /// On a terminal: one line that moves.
+    Bar(ProgressBar),
+    /// Into a file or a pipe, if asked for: a line now and then.
+    Lines,
+    Nothing,
+}
+
+impl Progress {
+    /// Of a run from `start` to `stop` in s.
+    pub(crate) fn new(start: f64, stop: f64, asked_for: bool) -> Self {
+        let shown = match std::io::stderr().is_terminal() {
+            true => Shown::Bar(bar()),
+            false if asked_for => Shown::Lines,
+            false => Shown::Nothing,
+        };
+        let interrupted = Arc::new(AtomicBool::new(false));
+        let flag = interrupted.clone();
+        // The second one ends the program at once. Where no handler can be set, the first one does.
+        let _ = ctrlc::set_handler(move || {
+            if flag.swap(true, Ordering::Relaxed) {
+                std::process::exit(130);
+            }
+        });
+        let now = Instant::now();
+        Self { shown, start, stop, begun: now, next: now + FIRST, interrupted }
+    }
+
+    fn show(&mut self, time: f64, now: Instant) {
+        let part = ((time - self.start) / (self.stop - self.start)).clamp(0.0, 1.0);
+        let spent = now - self.begun;
+        let left = spent.mul_f64((1.0 - part) / part.max(1e-9));
+        let left = HumanDuration(Duration::from_secs(left.as_secs()));
+        match &self.shown {
+            Shown::Bar(bar) => {
+                bar.set_position((PARTS * part) as u64);
+                bar.set_message(format!("t = {time:.6} s, {left:#} left"));
+                self.next = now + Duration::from_millis(100);
+            }
+            Shown::Lines => {
+                eprintln!("{:3.0} %  t = {time:.6} s, {left:#} left", 100.0 * part);
+                self.next = now + Duration::from_secs(2);
+            }
+            Shown::Nothing => self.next = now + Duration::from_secs(3600),
+        }
+    }
+}
+
+/// A short run shows nothing.
+const FIRST: Duration = Duration::from_millis(500);
+
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}");
+    ProgressBar::new(PARTS as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        if let Shown::Bar(bar) = &self.shown {
+            bar.finish_and_clear();
+        }
+    }
+}
+
+impl Sink for Progress {
+    fn begin(&mut self, _: &[Column]) -> Result<(), Error> {
+        Ok(())
+    }
+
+    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+        if self.interrupted.load(Ordering::Relaxed) {
+            return Err(Error::Interrupted { time: row.time });
+        }
+        let now = Instant::now();
+        if now >= self.next {
+            self.show(row.time, now);
+        }
+        Ok(())
+    }
+}
