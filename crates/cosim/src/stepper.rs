@@ -28,6 +28,9 @@ pub struct Advance {
     pub events: u64,
 }
 
+/// Places for stored states: an algorithm may carry on more than one solution.
+pub const SLOTS: usize = 3;
+
 /// A part of the system that goes from one communication point to the next by itself.
 ///
 /// The master owns all [`Node`]s and lends them to the steppers; each node belongs to one stepper ([`Stepper::nodes`]).
@@ -66,15 +69,31 @@ pub trait Stepper: Send {
     /// It can save and restore.
     fn can_restore(&self, nodes: &[Node]) -> bool;
 
-    /// Stores everything that a step changes, in place of what was stored before.
+    /// Stores everything that a step changes, in place of what was stored before in this place (below [`SLOTS`]).
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn save(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error>;
 
-    /// Goes back to what was stored.
+    /// Goes back to what was stored in this place.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn restore(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error>;
+
+    /// [`Self::save_in`] the first place.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn save(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.save_in(0, nodes, time)
+    }
+
+    /// [`Self::restore_from`] the first place.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn restore(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.restore_from(0, nodes, time)
+    }
 }

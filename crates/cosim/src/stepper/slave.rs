@@ -7,7 +7,7 @@ use trueup_fmi_description::Version;
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
 use trueup_fmi_import::{StateId, fmi3};
 
-use super::{Advance, Stepper, Within};
+use super::{Advance, SLOTS, Stepper, Within};
 use crate::error::Error;
 use crate::node::Node;
 use crate::plan::Planned;
@@ -120,7 +120,7 @@ pub(crate) struct SlaveStepper {
     equal: Option<f64>,
     /// States may be restored, so the FMU is not promised the contrary.
     rolls_back: bool,
-    state: Option<StateId>,
+    states: [Option<StateId>; SLOTS],
     /// What is set on the FMU may not be what the lines say at their start.
     dirty: bool,
     shared: Option<Arc<Shared>>,
@@ -160,7 +160,7 @@ impl SlaveStepper {
             way: Way::of(d),
             equal: (!variable).then_some(step),
             rolls_back,
-            state: None,
+            states: Default::default(),
             dirty: false,
             shared,
             places,
@@ -291,13 +291,13 @@ impl Stepper for SlaveStepper {
         nodes[self.node[0]].can_restore()
     }
 
-    fn save(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        nodes[self.node[0]].slave.save(&mut self.state).map_err(|source| Error::Call { time, source })
+    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        nodes[self.node[0]].slave.save(&mut self.states[slot]).map_err(|source| Error::Call { time, source })
     }
 
-    fn restore(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
         self.dirty = true;
-        match &self.state {
+        match &self.states[slot] {
             Some(state) => {
                 nodes[self.node[0]].slave.restore(state).map_err(|source| Error::Call { time, source })
             }
