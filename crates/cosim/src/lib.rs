@@ -25,6 +25,7 @@ mod error;
 mod grid;
 mod inputs;
 mod mistake;
+pub mod model_exchange;
 pub mod node;
 pub mod plan;
 mod results;

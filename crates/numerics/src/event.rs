@@ -63,6 +63,11 @@ impl Locator {
         }
     }
 
+    /// Number of indicators.
+    pub fn count(&self) -> usize {
+        self.work.len()
+    }
+
     /// Restart: the indicators at the start of the next step, to be written by the caller.
     pub fn start(&mut self) -> &mut [f64] {
         self.restarted = true;

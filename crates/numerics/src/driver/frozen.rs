@@ -1,6 +1,6 @@
 //! A hybrid model between events as an ordinary differential equation; its Jacobian by forward duals.
 
-use super::Inputs;
+use super::{Inputs, System};
 use crate::Dual;
 use crate::hybrid::{At, Hybrid, Sizes};
 use crate::integrate::Ode;
@@ -121,6 +121,13 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
                 }
             }
         }
+    }
+}
+
+impl<M: Hybrid> System for Frozen<'_, M> {
+    fn indicators(&mut self, t: f64, x: &[f64], z: &mut [f64]) {
+        self.signal.at(t, self.u0, &mut self.work.u);
+        self.model.indicators(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, z);
     }
 }
 

@@ -6,12 +6,13 @@
 mod advance;
 mod frozen;
 mod run;
+mod step;
 
 pub use run::{Run, simulate};
+pub use step::{Stepper, System};
 
-use crate::event::Locator;
 use crate::hybrid::{At, Hybrid, Sizes};
-use crate::integrate::{Dopri5, Euler, Method, Rk4, Rodas4, Ros2, not_finite};
+use crate::integrate::not_finite;
 use frozen::Work;
 
 /// Which one-step method.
@@ -270,16 +271,11 @@ pub struct Driver {
     /// May be changed between calls, except `solver`.
     pub options: Options,
     sizes: Sizes,
-    nominal: Vec<f64>,
-    method: Box<dyn Method>,
-    locator: Locator,
+    stepper: Stepper,
     work: Work,
     /// What a model sees while it chooses its first modes: all 0.
     no_modes: Vec<i32>,
     u0: Vec<f64>,
-    x1: Vec<f64>,
-    f0: Vec<f64>,
-    f1: Vec<f64>,
 }
 
 impl core::fmt::Debug for Driver {
@@ -295,27 +291,15 @@ impl Driver {
     /// Allocates everything. `nominal` are the typical magnitudes of the states (missing ones: 1).
     pub fn new(sizes: Sizes, nominal: &[f64], options: Options) -> Self {
         let n = sizes.states;
-        let method: Box<dyn Method> = match options.solver {
-            Solver::Explicit => Box::new(Dopri5::new(n)),
-            Solver::Stiff => Box::new(Rodas4::new(n)),
-            Solver::FixedEuler => Box::new(Euler::new(n)),
-            Solver::FixedExplicit => Box::new(Rk4::new(n)),
-            Solver::FixedStiff => Box::new(Ros2::new(n)),
-        };
         let mut nominal = nominal.to_vec();
         nominal.resize(n, 1.0);
         Self {
             options,
             sizes,
-            nominal,
-            method,
-            locator: Locator::new(sizes.indicators),
+            stepper: Stepper::new(options.solver, nominal, sizes.indicators),
             work: Work::new(sizes),
             no_modes: vec![0; sizes.modes],
             u0: vec![0.0; sizes.inputs],
-            x1: vec![0.0; n],
-            f0: vec![0.0; n],
-            f1: vec![0.0; n],
         }
     }
 

@@ -1,0 +1,298 @@
+//! [`Group::advance`]: steps of the integrator, located events, time events.
+
+use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, System};
+use trueup_numerics::event::Direction;
+
+use super::field::{Evaluation, Field};
+use super::{Group, Integrator, Moment, Observer, Reached, Surroundings};
+use crate::error::Error;
+use crate::node::Node;
+
+/// What an event came from.
+#[derive(Clone, Copy)]
+enum Cause {
+    Indicator(usize),
+    Time,
+    /// An FMU asked for it when a step was completed.
+    Step(usize),
+}
+
+/// Events in a row within a nanosecond (at times around 1 s) after which they are held to be without end.
+const CHATTER: u32 = 100;
+/// h |lambda| at the border of stability of the explicit method, steps beyond it in a row that make a system
+/// stiff, steps below it that make it look harmless again (Hairer, Wanner II, IV.2).
+const STABLE: f64 = 3.25;
+const STIFF: u32 = 15;
+const HARMLESS: u32 = 6;
+
+/// Times closer than this are the same.
+fn tiny(t: f64) -> f64 {
+    4.0 * f64::EPSILON * t.abs()
+}
+
+impl Group {
+    /// Integrates to `to` (s), never beyond. Events on the way are handled and told to the observer; one at `to`
+    /// itself is left for [`Self::settle`], which sees the values that other FMUs have by then.
+    ///
+    /// # Errors
+    /// What an FMU returns (a Discard only if it stays however short the step); values that are not finite; events
+    /// or event iterations without end; no step that keeps the tolerance.
+    pub fn advance(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+        to: f64,
+        observer: Observer,
+    ) -> Result<Reached, Error> {
+        loop {
+            let next = self.next_event();
+            if self.time >= to {
+                return Ok(Reached { pending: next.is_some_and(|t| t <= to), terminated: false });
+            }
+            let (stop, timed) = match next {
+                Some(next) if next < to - tiny(to) => (next.max(self.time), true),
+                _ => (to, false),
+            };
+            let crossed = if stop - self.time <= tiny(stop) {
+                self.time = stop;
+                None
+            } else {
+                self.step(nodes, around, stop)?
+            };
+            let (asked, terminated) = self.complete(nodes, around)?;
+            if terminated {
+                return Ok(Reached { pending: false, terminated });
+            }
+            let time = (timed && self.time == stop).then_some(Cause::Time);
+            let Some(cause) = crossed.map(Cause::Indicator).or(time).or(asked.map(Cause::Step)) else {
+                continue;
+            };
+            self.guard(nodes, cause)?;
+            if self.time >= to {
+                return Ok(Reached { pending: true, terminated: false });
+            }
+            if self.handle(nodes, around, observer)? {
+                return Ok(Reached { pending: false, terminated: true });
+            }
+        }
+    }
+
+    /// Handles an event at the end of an interval, once all FMUs have got there. Returns whether one ended the run.
+    ///
+    /// # Errors
+    /// As [`Self::advance`].
+    pub fn settle(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+        observer: Observer,
+    ) -> Result<bool, Error> {
+        self.handle(nodes, around, observer)
+    }
+
+    /// Inputs go on from here in another way: the integrator starts anew.
+    pub fn interrupt(&mut self) {
+        self.fresh = true;
+    }
+
+    fn handle(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+        observer: Observer,
+    ) -> Result<bool, Error> {
+        observer(nodes, self.time, Moment::Before)?;
+        let terminated = self.event(nodes, around)?;
+        observer(nodes, self.time, Moment::After)?;
+        // Events that come ever faster must not slip through between the samples of a long step: the step follows
+        // their distance, at a length that costs nothing otherwise.
+        let since = self.time - self.memory.change_time;
+        if since > 0.0 {
+            self.memory.step = self.memory.step.min(1e4 * since);
+            self.memory.change_time = self.time;
+        }
+        Ok(terminated)
+    }
+
+    /// One accepted step; the indicator at whose crossing it ended.
+    fn step(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+        stop: f64,
+    ) -> Result<Option<usize>, Error> {
+        let n = self.x.len();
+        let detect = self.integrator == Integrator::Automatic && !self.stiff;
+        let nominal = self.stepper.nominal_mut().to_vec();
+        let mut field = Field {
+            nodes,
+            members: &self.members,
+            around,
+            nominal: &nominal,
+            within: (self.time, stop),
+            directional: !(self.linked || self.distrusted),
+            value: None,
+            failure: None,
+            refused: None,
+            trace: detect.then(|| [Evaluation::new(n), Evaluation::new(n)]),
+        };
+        let directional = field.directional;
+        if self.fresh {
+            let z = self.stepper.restart();
+            field.indicators(self.time, &self.x, z);
+            let bad = z.iter().position(|z| z.is_nan());
+            if let Some(error) = field.failure.take().or_else(|| field.refused.take()) {
+                return Err(error);
+            }
+            if let Some(i) = bad {
+                return Err(self.bad_indicator(field.nodes, i));
+            }
+            self.fresh = false;
+        }
+        let mut options = Options { tolerance: self.tolerance, ..Options::default() };
+        if let Integrator::Euler(h) = self.integrator {
+            options.max_step = h;
+        }
+        let (before, mut done) = (self.time, Steps::default());
+        let result = self.stepper.step(
+            &mut field,
+            &|_| Direction::Both,
+            &mut self.time,
+            &mut self.x,
+            &mut self.memory,
+            stop,
+            &options,
+            &mut done,
+        );
+        self.statistics.accepted += done.accepted;
+        self.statistics.rejected += done.rejected;
+        let looks_stiff = field.stiffness(self.time - before).is_some_and(|hl| hl > STABLE);
+        let Field { nodes, value, failure, refused, directional: still, .. } = field;
+        if let Some(error) = failure {
+            return Err(error);
+        }
+        if directional && !still {
+            self.distrusted = true;
+            self.notes.push(format!(
+                "directional derivatives of the FMU contradict its derivatives at t = {before:?} s; the Jacobian is made of differences"
+            ));
+        }
+        let crossed = result.map_err(|error| self.stuck(nodes, error, value, refused))?;
+        if detect {
+            self.suspect(looks_stiff);
+        }
+        Ok(crossed)
+    }
+
+    /// Counts steps that look stiff; changes to the stiff method after enough of them.
+    fn suspect(&mut self, stiff: bool) {
+        let (bad, good) = self.suspicion;
+        self.suspicion = match stiff {
+            true => (bad + 1, 0),
+            false if good + 1 >= HARMLESS => (0, 0),
+            false => (bad, good + 1),
+        };
+        if self.suspicion.0 >= STIFF {
+            self.stiff = true;
+            self.fresh = true;
+            let nominal = self.stepper.nominal_mut().to_vec();
+            self.stepper = self.method(nominal);
+            self.notes.push(format!("stiff from t = {:?} s on: integrated by RODAS4", self.time));
+        }
+    }
+
+    /// Tells all FMUs that the step is complete: which one asks for an event, whether one ends the run.
+    fn complete(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+    ) -> Result<(Option<usize>, bool), Error> {
+        let mut field = Field {
+            nodes,
+            members: &self.members,
+            around,
+            nominal: &[],
+            within: (self.time, self.time),
+            directional: false,
+            value: None,
+            failure: None,
+            refused: None,
+            trace: None,
+        };
+        field.place(self.time, &self.x)?;
+        let (mut asked, mut terminated) = (None, false);
+        for member in self.members.iter().filter(|m| m.completed) {
+            let done = nodes[member.node].completed_integrator_step(true).map_err(self.call())?;
+            terminated |= done.terminate;
+            if done.event {
+                asked = Some(member.node);
+            }
+        }
+        Ok((asked, terminated))
+    }
+
+    /// Counts events that follow each other at once.
+    fn guard(&mut self, nodes: &[Node], cause: Cause) -> Result<(), Error> {
+        let (t, m) = (self.time, &mut self.memory);
+        let stands = t - m.event_time <= 1e-9 * t.abs().max(1.0);
+        m.chatter = if stands { m.chatter + 1 } else { 0 };
+        m.event_time = t;
+        if m.chatter <= CHATTER {
+            return Ok(());
+        }
+        let (slave, what) = match cause {
+            Cause::Indicator(i) => self.indicator(nodes, i),
+            Cause::Time => {
+                let at = self.members.iter().find(|m| m.next_event.is_some_and(|next| next <= t));
+                (at.map(|m| m.node), "its time event, which is never later than the one before,".into())
+            }
+            Cause::Step(slave) => (Some(slave), "completedIntegratorStep".into()),
+        };
+        let name = slave.map(|s| nodes[s].name().to_owned()).unwrap_or_default();
+        let reason = format!(
+            "events do not end: {CHATTER} in a row within a nanosecond, the last one by {what} of instance \"{name}\""
+        );
+        Err(Error::Stuck { time: t, reason, log: slave.map(|s| nodes[s].log()).unwrap_or_default() })
+    }
+
+    /// The FMU and the name of an indicator.
+    fn indicator(&self, nodes: &[Node], i: usize) -> (Option<usize>, String) {
+        let member = self.members.iter().find(|m| m.indicators.contains(&i));
+        let name = member.map(|m| nodes[m.node].indicator_name(i - m.indicators.start));
+        (member.map(|m| m.node), name.unwrap_or_default())
+    }
+
+    fn bad_indicator(&self, nodes: &[Node], i: usize) -> Error {
+        let (slave, variable) = self.indicator(nodes, i);
+        let instance = slave.map(|s| nodes[s].name().to_owned()).unwrap_or_default();
+        let log = slave.map(|s| nodes[s].log()).unwrap_or_default();
+        Error::NotFinite { time: self.time, instance, variable, value: f64::NAN, log }
+    }
+
+    /// Why there is no further step.
+    fn stuck(
+        &self,
+        nodes: &[Node],
+        error: DriveError,
+        value: Option<f64>,
+        refused: Option<Error>,
+    ) -> Error {
+        let stuck = |reason: String| Error::Stuck { time: self.time, reason, log: Vec::new() };
+        match (error, refused) {
+            (DriveError::NotFinite { .. }, Some(Error::Call { source, .. })) => {
+                stuck(format!("{source}, however short the step"))
+            }
+            (DriveError::NotFinite { what: Quantity::Indicator(i), .. }, _) => self.bad_indicator(nodes, i),
+            (DriveError::NotFinite { what: Quantity::Rate(i), .. }, _) if value.is_some() => {
+                self.not_finite(nodes, i, true, value.unwrap_or(f64::NAN))
+            }
+            (DriveError::NotFinite { what: Quantity::State(i), .. }, _) => {
+                self.not_finite(nodes, i, false, f64::NAN)
+            }
+            (error, _) => {
+                let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].name()).collect();
+                stuck(format!("integration of {names:?} fails: {error}"))
+            }
+        }
+    }
+}
