@@ -19,22 +19,22 @@ use trueup_numerics::driver::{Memory, Solver, Stepper};
 use self::calls::Columns;
 use crate::error::Error;
 use crate::node::Node;
+use crate::slave::Block;
 
 /// What acts on the FMUs of a group, and what they do to each other.
 pub trait Surroundings {
     /// Sets the inputs at `time` (s), those that come from other FMUs of the group in the order of dependency. In
-    /// `event` mode discrete inputs are set too, else continuous ones only. Returns whether an input has got
-    /// another value; asked in event mode only.
+    /// `event` mode discrete inputs are set too, else continuous ones only.
     ///
     /// # Errors
     /// Whatever an FMU returns.
-    fn exchange(&mut self, nodes: &mut [Node], time: f64, event: bool) -> Result<bool, Error>;
+    fn exchange(&mut self, nodes: &mut [Node], time: f64, event: bool) -> Result<(), Error>;
 }
 
 /// Nothing is connected.
 impl Surroundings for () {
-    fn exchange(&mut self, _: &mut [Node], _: f64, _: bool) -> Result<bool, Error> {
-        Ok(false)
+    fn exchange(&mut self, _: &mut [Node], _: f64, _: bool) -> Result<(), Error> {
+        Ok(())
     }
 }
 
@@ -50,6 +50,18 @@ pub enum Integrator {
     Stiff,
     /// Euler's method with steps of this length in s: for comparison only.
     Euler(f64),
+}
+
+impl Integrator {
+    /// `stiff`: the system was found to be.
+    fn solver(self, stiff: bool) -> Solver {
+        match self {
+            Self::Automatic if stiff => Solver::Stiff,
+            Self::Automatic | Self::Explicit => Solver::Explicit,
+            Self::Stiff => Solver::Stiff,
+            Self::Euler(_) => Solver::FixedEuler,
+        }
+    }
 }
 
 /// Relative tolerance of the local error where nobody asks for another; the absolute one is this times the nominal
@@ -70,29 +82,26 @@ pub struct Statistics {
 /// What [`Group::advance`] came to.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reached {
-    /// An event waits at the end of the interval: [`Group::settle`].
-    pub pending: bool,
+    /// An event waits at [`Group::time`]: [`Group::settle`].
+    pub event: bool,
     /// An FMU ended the run at [`Group::time`].
     pub terminated: bool,
 }
 
-/// What a [`Group::advance`] tells its observer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Moment {
-    /// An event is due; all values are those before it.
-    Before,
-    /// It has been handled.
-    After,
+/// What [`Group::settle`] did.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Settled {
+    /// There was an event iteration: outputs may have changed.
+    pub changed: bool,
+    /// An FMU ended the run.
+    pub terminated: bool,
 }
-
-/// Called at every event inside an interval, with the time in s; outputs may be read.
-pub type Observer<'a> = &'a mut dyn FnMut(&mut [Node], f64, Moment) -> Result<(), Error>;
 
 /// An FMU of the group.
 #[derive(Clone, Debug)]
 struct Member {
     /// Its place among all nodes.
-    slave: usize,
+    node: usize,
     states: Range<usize>,
     indicators: Range<usize>,
     /// It wants to hear of completed steps.
@@ -102,33 +111,67 @@ struct Member {
     next_event: Option<f64>,
 }
 
+/// How to run a [`Group`].
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Method.
+    pub integrator: Integrator,
+    /// Relative tolerance.
+    pub tolerance: f64,
+    /// Outputs of one FMU are inputs of another.
+    pub linked: bool,
+    /// Inputs whose change is an event, if it happens in event mode: node and variables of one type.
+    pub inputs: Vec<(usize, Block)>,
+    /// Inputs are set from outside at the end of every [`Group::advance`]: it ends in event mode, where all may be set.
+    pub opens: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        let (integrator, inputs) = (Integrator::Automatic, Vec::new());
+        Self { integrator, tolerance: TOLERANCE, linked: false, inputs, opens: false }
+    }
+}
+
 /// FMUs that are integrated together.
 pub struct Group {
+    settings: Settings,
     members: Vec<Member>,
+    indicators: usize,
     time: f64,
     x: Vec<f64>,
     stepper: Stepper,
-    indicators: usize,
     memory: Memory,
-    integrator: Integrator,
+    mode: Mode,
     /// The explicit method was given up.
     stiff: bool,
     /// Steps in a row that looked stiff, and that did not.
     suspicion: (u32, u32),
-    tolerance: f64,
-    /// Inputs or states have jumped: nothing is known from the last step.
-    fresh: bool,
-    /// FMUs are connected to each other: directional derivatives of one are not all.
-    linked: bool,
     /// Directional derivatives were compared with differences and are not to be trusted.
     distrusted: bool,
     statistics: Statistics,
     notes: Vec<String>,
 }
 
+/// Where a group stands between its calls.
+#[derive(Clone, Copy, Debug)]
+struct Mode {
+    /// The FMUs are in event mode.
+    open: bool,
+    /// An event waits there.
+    pending: bool,
+    /// Discrete states were updated there.
+    updated: bool,
+    /// States have new values, and nominal values.
+    states: bool,
+    nominals: bool,
+    /// Inputs, states or modes have jumped: nothing is known from the last step.
+    fresh: bool,
+}
+
 impl Group {
-    /// The FMUs at these places among `nodes`, each in event mode or continuous-time mode after initialization at
-    /// `time` (s). `linked`: outputs of one are inputs of another. Runs the first event iteration.
+    /// The FMUs at these places among `nodes`, which have just left initialization mode at `time` (s). Runs the first
+    /// event iteration; the FMUs stay in event mode.
     ///
     /// # Errors
     /// Whatever an FMU returns; an event iteration without end.
@@ -136,48 +179,49 @@ impl Group {
         nodes: &mut [Node],
         members: &[usize],
         time: f64,
-        linked: bool,
-        integrator: Integrator,
-        tolerance: f64,
+        settings: Settings,
         around: &mut dyn Surroundings,
-    ) -> Result<(Self, Reached), Error> {
-        let mut group = Self {
-            members: Vec::new(),
-            time,
-            x: Vec::new(),
-            stepper: Stepper::new(Solver::Explicit, Vec::new(), 0),
-            indicators: 0,
-            memory: Memory::default(),
-            integrator,
-            stiff: false,
-            suspicion: (0, 0),
-            tolerance,
-            fresh: true,
-            linked,
-            distrusted: false,
-            statistics: Statistics::default(),
-            notes: Vec::new(),
-        };
+    ) -> Result<(Self, Settled), Error> {
+        let mut list = Vec::new();
         let (mut states, mut indicators) = (0, 0);
-        for &slave in members {
-            let instance = &mut nodes[slave];
-            let (n, m) = instance.counts().map_err(|source| Error::Call { time, source })?;
-            let can = instance.abilities();
-            group.members.push(Member {
-                slave,
+        for &at in members {
+            let node = &mut nodes[at];
+            let (n, m) = node.slave.counts().map_err(|source| Error::Call { time, source })?;
+            list.push(Member {
+                node: at,
                 states: states..states + n,
                 indicators: indicators..indicators + m,
-                completed: can.needs_completed_integrator_step,
-                columns: instance.columns().filter(|_| can.provides_directional_derivatives),
+                completed: node.offered().is_some_and(|i| i.needs_completed_integrator_step),
+                columns: node.columns(),
                 next_event: None,
             });
             (states, indicators) = (states + n, indicators + m);
         }
-        group.x = vec![0.0; states];
-        group.indicators = indicators;
-        group.stepper = group.method(vec![1.0; states]);
+        let solver = settings.integrator.solver(false);
+        let mut group = Self {
+            settings,
+            members: list,
+            indicators,
+            time,
+            x: vec![0.0; states],
+            stepper: Stepper::new(solver, vec![1.0; states], indicators),
+            memory: Memory::default(),
+            mode: Mode {
+                open: true,
+                pending: false,
+                updated: true,
+                states: true,
+                nominals: true,
+                fresh: true,
+            },
+            stiff: false,
+            suspicion: (0, 0),
+            distrusted: false,
+            statistics: Statistics::default(),
+            notes: Vec::new(),
+        };
         let terminated = group.iterate(nodes, around)?;
-        Ok((group, Reached { pending: false, terminated }))
+        Ok((group, Settled { changed: true, terminated }))
     }
 
     /// Time in s.
@@ -193,16 +237,6 @@ impl Group {
     /// What it chose on the way, to be told to the user.
     pub fn notes(&self) -> &[String] {
         &self.notes
-    }
-
-    fn method(&self, nominal: Vec<f64>) -> Stepper {
-        let solver = match self.integrator {
-            Integrator::Automatic if self.stiff => Solver::Stiff,
-            Integrator::Automatic | Integrator::Explicit => Solver::Explicit,
-            Integrator::Stiff => Solver::Stiff,
-            Integrator::Euler(_) => Solver::FixedEuler,
-        };
-        Stepper::new(solver, nominal, self.indicators)
     }
 
     /// A failed call at the time of the group.

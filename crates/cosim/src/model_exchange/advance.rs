@@ -1,10 +1,10 @@
 //! [`Group::advance`]: steps of the integrator, located events, time events.
 
-use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, System};
+use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper as OneStep, System};
 use trueup_numerics::event::Direction;
 
 use super::field::{Evaluation, Field};
-use super::{Group, Integrator, Moment, Observer, Reached, Surroundings};
+use super::{Group, Integrator, Reached, Surroundings};
 use crate::error::Error;
 use crate::node::Node;
 
@@ -31,8 +31,9 @@ fn tiny(t: f64) -> f64 {
 }
 
 impl Group {
-    /// Integrates to `to` (s), never beyond. Events on the way are handled and told to the observer; one at `to`
-    /// itself is left for [`Self::settle`], which sees the values that other FMUs have by then.
+    /// Integrates to `to` (s), never beyond. Events on the way are handled; with `stop` it returns at each of them, with
+    /// outputs as before the event, to be handled by [`Self::settle`]. So it does with one at `to` itself, which then
+    /// sees the values that other FMUs have by then.
     ///
     /// # Errors
     /// What an FMU returns (a Discard only if it stays however short the step); values that are not finite; events
@@ -42,76 +43,58 @@ impl Group {
         nodes: &mut [Node],
         around: &mut dyn Surroundings,
         to: f64,
-        observer: Observer,
+        stop: bool,
     ) -> Result<Reached, Error> {
+        let ended = Reached { event: false, terminated: true };
         loop {
+            if self.close(nodes, around)? {
+                return Ok(ended);
+            }
             let next = self.next_event();
             if self.time >= to {
-                return Ok(Reached { pending: next.is_some_and(|t| t <= to), terminated: false });
+                if let Some(next) = next.filter(|next| *next <= to + tiny(to)) {
+                    if next > self.time {
+                        self.time = next;
+                        self.place(nodes, around)?;
+                    }
+                    self.mode.pending = true;
+                }
+                break;
             }
-            let (stop, timed) = match next {
+            let (end, timed) = match next {
                 Some(next) if next < to - tiny(to) => (next.max(self.time), true),
                 _ => (to, false),
             };
-            let crossed = if stop - self.time <= tiny(stop) {
-                self.time = stop;
+            let crossed = if end - self.time <= tiny(end) {
+                self.time = end;
                 None
             } else {
-                self.step(nodes, around, stop)?
+                self.step(nodes, around, end)?
             };
             let (asked, terminated) = self.complete(nodes, around)?;
             if terminated {
-                return Ok(Reached { pending: false, terminated });
+                return Ok(ended);
             }
-            let time = (timed && self.time == stop).then_some(Cause::Time);
+            let time = (timed && self.time == end).then_some(Cause::Time);
             let Some(cause) = crossed.map(Cause::Indicator).or(time).or(asked.map(Cause::Step)) else {
                 continue;
             };
             self.guard(nodes, cause)?;
-            if self.time >= to {
-                return Ok(Reached { pending: true, terminated: false });
+            self.mode.pending = true;
+            if stop || self.time >= to {
+                break;
             }
-            if self.handle(nodes, around, observer)? {
-                return Ok(Reached { pending: false, terminated: true });
-            }
+            self.open(nodes)?;
         }
-    }
-
-    /// Handles an event at the end of an interval, once all FMUs have got there. Returns whether one ended the run.
-    ///
-    /// # Errors
-    /// As [`Self::advance`].
-    pub fn settle(
-        &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
-        observer: Observer,
-    ) -> Result<bool, Error> {
-        self.handle(nodes, around, observer)
+        if self.mode.pending || self.settings.opens {
+            self.open(nodes)?;
+        }
+        Ok(Reached { event: self.mode.pending, terminated: false })
     }
 
     /// Inputs go on from here in another way: the integrator starts anew.
     pub fn interrupt(&mut self) {
-        self.fresh = true;
-    }
-
-    fn handle(
-        &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
-        observer: Observer,
-    ) -> Result<bool, Error> {
-        observer(nodes, self.time, Moment::Before)?;
-        let terminated = self.event(nodes, around)?;
-        observer(nodes, self.time, Moment::After)?;
-        // Events that come ever faster must not slip through between the samples of a long step: the step follows
-        // their distance, at a length that costs nothing otherwise.
-        let since = self.time - self.memory.change_time;
-        if since > 0.0 {
-            self.memory.step = self.memory.step.min(1e4 * since);
-            self.memory.change_time = self.time;
-        }
-        Ok(terminated)
+        self.mode.fresh = true;
     }
 
     /// One accepted step; the indicator at whose crossing it ended.
@@ -122,7 +105,7 @@ impl Group {
         stop: f64,
     ) -> Result<Option<usize>, Error> {
         let n = self.x.len();
-        let detect = self.integrator == Integrator::Automatic && !self.stiff;
+        let detect = self.settings.integrator == Integrator::Automatic && !self.stiff;
         let nominal = self.stepper.nominal_mut().to_vec();
         let mut field = Field {
             nodes,
@@ -130,14 +113,14 @@ impl Group {
             around,
             nominal: &nominal,
             within: (self.time, stop),
-            directional: !(self.linked || self.distrusted),
+            directional: !(self.settings.linked || self.distrusted),
             value: None,
             failure: None,
             refused: None,
             trace: detect.then(|| [Evaluation::new(n), Evaluation::new(n)]),
         };
         let directional = field.directional;
-        if self.fresh {
+        if self.mode.fresh {
             let z = self.stepper.restart();
             field.indicators(self.time, &self.x, z);
             let bad = z.iter().position(|z| z.is_nan());
@@ -147,10 +130,10 @@ impl Group {
             if let Some(i) = bad {
                 return Err(self.bad_indicator(field.nodes, i));
             }
-            self.fresh = false;
+            self.mode.fresh = false;
         }
-        let mut options = Options { tolerance: self.tolerance, ..Options::default() };
-        if let Integrator::Euler(h) = self.integrator {
+        let mut options = Options { tolerance: self.settings.tolerance, ..Options::default() };
+        if let Integrator::Euler(h) = self.settings.integrator {
             options.max_step = h;
         }
         let (before, mut done) = (self.time, Steps::default());
@@ -194,19 +177,15 @@ impl Group {
         };
         if self.suspicion.0 >= STIFF {
             self.stiff = true;
-            self.fresh = true;
+            self.mode.fresh = true;
             let nominal = self.stepper.nominal_mut().to_vec();
-            self.stepper = self.method(nominal);
+            self.stepper = OneStep::new(self.settings.integrator.solver(true), nominal, self.indicators);
             self.notes.push(format!("stiff from t = {:?} s on: integrated by RODAS4", self.time));
         }
     }
 
-    /// Tells all FMUs that the step is complete: which one asks for an event, whether one ends the run.
-    fn complete(
-        &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
-    ) -> Result<(Option<usize>, bool), Error> {
+    /// Puts all FMUs at the time and the states of the group.
+    fn place(&self, nodes: &mut [Node], around: &mut dyn Surroundings) -> Result<(), Error> {
         let mut field = Field {
             nodes,
             members: &self.members,
@@ -219,10 +198,19 @@ impl Group {
             refused: None,
             trace: None,
         };
-        field.place(self.time, &self.x)?;
+        field.place(self.time, &self.x)
+    }
+
+    /// Tells all FMUs that the step is complete: which one asks for an event, whether one ends the run.
+    fn complete(
+        &mut self,
+        nodes: &mut [Node],
+        around: &mut dyn Surroundings,
+    ) -> Result<(Option<usize>, bool), Error> {
+        self.place(nodes, around)?;
         let (mut asked, mut terminated) = (None, false);
         for member in self.members.iter().filter(|m| m.completed) {
-            let done = nodes[member.node].completed_integrator_step(true).map_err(self.call())?;
+            let done = nodes[member.node].slave.completed_integrator_step(true).map_err(self.call())?;
             terminated |= done.terminate;
             if done.event {
                 asked = Some(member.node);
@@ -240,19 +228,19 @@ impl Group {
         if m.chatter <= CHATTER {
             return Ok(());
         }
-        let (slave, what) = match cause {
+        let (node, what) = match cause {
             Cause::Indicator(i) => self.indicator(nodes, i),
             Cause::Time => {
                 let at = self.members.iter().find(|m| m.next_event.is_some_and(|next| next <= t));
                 (at.map(|m| m.node), "its time event, which is never later than the one before,".into())
             }
-            Cause::Step(slave) => (Some(slave), "completedIntegratorStep".into()),
+            Cause::Step(node) => (Some(node), "completedIntegratorStep".into()),
         };
-        let name = slave.map(|s| nodes[s].name().to_owned()).unwrap_or_default();
+        let name = node.map(|n| nodes[n].slave.name().to_owned()).unwrap_or_default();
         let reason = format!(
             "events do not end: {CHATTER} in a row within a nanosecond, the last one by {what} of instance \"{name}\""
         );
-        Err(Error::Stuck { time: t, reason, log: slave.map(|s| nodes[s].log()).unwrap_or_default() })
+        Err(Error::Stuck { time: t, reason, log: node.map(|n| nodes[n].slave.log()).unwrap_or_default() })
     }
 
     /// The FMU and the name of an indicator.
@@ -263,20 +251,14 @@ impl Group {
     }
 
     fn bad_indicator(&self, nodes: &[Node], i: usize) -> Error {
-        let (slave, variable) = self.indicator(nodes, i);
-        let instance = slave.map(|s| nodes[s].name().to_owned()).unwrap_or_default();
-        let log = slave.map(|s| nodes[s].log()).unwrap_or_default();
+        let (node, variable) = self.indicator(nodes, i);
+        let instance = node.map(|n| nodes[n].slave.name().to_owned()).unwrap_or_default();
+        let log = node.map(|n| nodes[n].slave.log()).unwrap_or_default();
         Error::NotFinite { time: self.time, instance, variable, value: f64::NAN, log }
     }
 
     /// Why there is no further step.
-    fn stuck(
-        &self,
-        nodes: &[Node],
-        error: DriveError,
-        value: Option<f64>,
-        refused: Option<Error>,
-    ) -> Error {
+    fn stuck(&self, nodes: &[Node], error: DriveError, value: Option<f64>, refused: Option<Error>) -> Error {
         let stuck = |reason: String| Error::Stuck { time: self.time, reason, log: Vec::new() };
         match (error, refused) {
             (DriveError::NotFinite { .. }, Some(Error::Call { source, .. })) => {
@@ -290,7 +272,7 @@ impl Group {
                 self.not_finite(nodes, i, false, f64::NAN)
             }
             (error, _) => {
-                let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].name()).collect();
+                let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].slave.name()).collect();
                 stuck(format!("integration of {names:?} fails: {error}"))
             }
         }

@@ -47,20 +47,20 @@ impl Field<'_> {
     /// Time, states and inputs of all FMUs.
     pub(super) fn place(&mut self, time: f64, x: &[f64]) -> Result<(), Error> {
         for member in self.members {
-            let slave = &mut self.nodes[member.node];
+            let slave = &mut self.nodes[member.node].slave;
             let states = &x[member.states.clone()];
             let set = slave
                 .set_time(time)
                 .and_then(|()| if states.is_empty() { Ok(()) } else { slave.set_states(states) });
             set.map_err(|source| Error::Call { time, source })?;
         }
-        self.around.exchange(self.nodes, time, false).map(|_| ())
+        self.around.exchange(self.nodes, time, false)
     }
 
     fn evaluate(&mut self, time: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Error> {
         self.place(time, x)?;
         for member in self.members.iter().filter(|m| !m.states.is_empty()) {
-            let slave = &mut self.nodes[member.node];
+            let slave = &mut self.nodes[member.node].slave;
             slave
                 .derivatives(&mut dx[member.states.clone()])
                 .map_err(|source| Error::Call { time, source })?;
@@ -108,7 +108,12 @@ impl Field<'_> {
         let Some(member) = self.members.iter().find(|m| m.states.contains(&j)) else { return };
         let Some(columns) = &member.columns else { return };
         let own = &mut column[member.states.clone()];
-        let done = self.nodes[member.node].jacobian_column(columns, j - member.states.start, own);
+        let done = self.nodes[member.node].slave.directional_derivative(
+            &columns.derivatives,
+            std::slice::from_ref(&columns.states[j - member.states.start]),
+            &[1.0],
+            own,
+        );
         self.kept(done.map_err(|source| Error::Call { time: t, source }), column);
     }
 
@@ -191,7 +196,7 @@ impl System for Field<'_> {
         for member in self.members.iter().filter(|m| !m.indicators.is_empty()) {
             done = done.and_then(|()| {
                 let z = &mut z[member.indicators.clone()];
-                self.nodes[member.node].indicators(z).map_err(|source| Error::Call { time: t, source })
+                self.nodes[member.node].slave.indicators(z).map_err(|source| Error::Call { time: t, source })
             });
         }
         self.kept(done, z);
