@@ -24,15 +24,14 @@ impl Writer {
 
     pub(super) fn row(&mut self, row: Row<'_>) -> Result<()> {
         let Self { csv, columns, cell } = self;
-        cell.clear();
-        write!(cell, "{:?}", row.time)?;
-        csv.write_field(&*cell)?;
+        let mut digits = ryu::Buffer::new(); // the shortest that read back as the same bits
+        csv.write_field(digits.format(row.time))?;
         for (column, slot) in &*columns {
             cell.clear();
             if column.is_due(row.point) {
                 match row.values.get(column.kind, *slot) {
-                    Value::Real(x) => write!(cell, "{x:?}")?,
-                    Value::Single(x) => write!(cell, "{x:?}")?,
+                    Value::Real(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
+                    Value::Single(x) => cell.extend_from_slice(digits.format(x).as_bytes()),
                     Value::Integer(x) => write!(cell, "{x}")?,
                     Value::Unsigned(x) => write!(cell, "{x}")?,
                     Value::Boolean(x) => cell.push(b'0' + u8::from(x)),
