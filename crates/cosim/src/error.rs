@@ -42,6 +42,26 @@ pub enum Error {
         /// The instance's last messages.
         log: Vec<String>,
     },
+    /// An algebraic loop that has no solution, or none that was found.
+    #[error("at t = {time:?} s: the algebraic loop has no solution: {reason}{}", residuals(.variables))]
+    Loop {
+        /// Time in s.
+        time: f64,
+        /// What went wrong.
+        reason: String,
+        /// Its inputs where the search ended.
+        variables: Vec<Residual>,
+    },
+    /// A step whose iteration does not settle, however short.
+    #[error("at t = {time:?} s: the inputs do not settle over the step: {reason}{}", residuals(.variables))]
+    Unsettled {
+        /// Time in s.
+        time: f64,
+        /// What went wrong.
+        reason: String,
+        /// Those that still change.
+        variables: Vec<Residual>,
+    },
     /// What was asked for does not fit the FMU; one line per mistake.
     #[error("{}", .0.join("\n  "))]
     Setting(Vec<String>),
@@ -70,6 +90,32 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+}
+
+/// An input that does not agree with the output that it is connected to.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Residual {
+    /// The input.
+    pub variable: String,
+    /// The output.
+    pub source: String,
+    /// Value of the input.
+    pub value: f64,
+    /// What the output would make of it, less that value.
+    pub residual: f64,
+}
+
+fn residuals(variables: &[Residual]) -> String {
+    let line = |v: &Residual| {
+        format!(
+            "\n  {} = {:?}, which {} would make {:?}",
+            v.variable,
+            v.value,
+            v.source,
+            v.value + v.residual
+        )
+    };
+    variables.iter().map(line).collect()
 }
 
 fn tail(log: &[String]) -> String {

@@ -21,13 +21,20 @@
 
 mod buffer;
 mod check;
+mod choose;
+pub mod couple;
 mod error;
+pub mod exchange;
+mod graph;
 mod grid;
 mod inputs;
+mod log;
+mod master;
 mod mistake;
 pub mod model_exchange;
 pub mod node;
 pub mod plan;
+mod record;
 mod results;
 mod simulate;
 mod slave;
@@ -39,9 +46,11 @@ mod toml;
 mod value;
 
 pub use check::check;
-pub use error::Error;
+pub use error::{Error, Residual};
 pub use grid::Grid;
 pub use inputs::Inputs;
+pub use log::RunLog;
+pub use master::Master;
 pub use mistake::Mistake;
 pub use results::{Column, Kind, Memory, Results, Row, Sink, Values, slots};
 pub use simulate::{Options, Summary, simulate};

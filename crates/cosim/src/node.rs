@@ -81,6 +81,8 @@ pub struct Line {
     pub value: Vec<f64>,
     /// Slopes in 1/s.
     pub slope: Vec<f64>,
+    /// What is set on the FMU is not `value`: it must be set first.
+    pub dirty: bool,
     now: Vec<f64>,
 }
 
@@ -89,7 +91,7 @@ impl Line {
     pub(crate) fn new(references: Prepared, slots: Vec<usize>) -> Self {
         let zeros = || vec![0.0; slots.len()];
         let (value, slope, now) = (zeros(), zeros(), zeros());
-        Self { references: Some(references), slots, from: 0.0, value, slope, now }
+        Self { references: Some(references), slots, from: 0.0, value, slope, dirty: false, now }
     }
 
     /// Values at `time`.

@@ -4,7 +4,7 @@ mod slave;
 
 use crate::error::Error;
 use crate::node::Node;
-pub(crate) use slave::{SlaveStepper, Way, intermediate};
+pub(crate) use slave::{Shared, SlaveStepper, Way, intermediate, is_continuous_input};
 
 /// How inputs go within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,7 +37,7 @@ pub const SLOTS: usize = 3;
 /// Over a communication step the master calls, in this order:
 ///
 /// 1. [`save`](Stepper::save), if the algorithm may roll back;
-/// 2. [`step`](Stepper::step). All inputs have been set to their values at `from`. With [`Within::Line`] the
+/// 2. [`step`](Stepper::step). All inputs have been set to their values at `from` (not so if `nodes[i].line.dirty`). With [`Within::Line`] the
 ///    continuous inputs that come from outside lie in `nodes[i].line` of each of its nodes (`line.at(t)`,
 ///    [`Node::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
 ///    that knows better;

@@ -121,8 +121,6 @@ pub(crate) struct SlaveStepper {
     /// States may be restored, so the FMU is not promised the contrary.
     rolls_back: bool,
     states: [Option<StateId>; SLOTS],
-    /// What is set on the FMU may not be what the lines say at their start.
-    dirty: bool,
     shared: Option<Arc<Shared>>,
     /// Per element of the line its place among the shared ones.
     places: Vec<usize>,
@@ -161,7 +159,6 @@ impl SlaveStepper {
             equal: (!variable).then_some(step),
             rolls_back,
             states: Default::default(),
-            dirty: false,
             shared,
             places,
             ones: vec![1; references.len()],
@@ -215,7 +212,7 @@ impl SlaveStepper {
                     return Err(stuck(node, time, step, result.time, reason));
                 }
                 (time, step) = if progress { (result.time, step) } else { (time, step / 2.0) };
-                self.dirty = true;
+                node.line.dirty = true;
                 if time >= to {
                     done.time = to;
                     return Ok(());
@@ -227,9 +224,9 @@ impl SlaveStepper {
 
     /// Tells the FMU how its inputs go on from `time`.
     fn tell(&mut self, node: &mut Node, time: f64) -> Result<(), Error> {
-        if self.dirty || time != node.line.from {
+        if node.line.dirty || time != node.line.from {
             node.set_on_line(time)?;
-            self.dirty = false;
+            node.line.dirty = false;
         }
         match (self.way, &self.shared) {
             (Way::Derivatives, _) => {
@@ -296,7 +293,7 @@ impl Stepper for SlaveStepper {
     }
 
     fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        self.dirty = true;
+        nodes[self.node[0]].line.dirty = true;
         match &self.states[slot] {
             Some(state) => {
                 nodes[self.node[0]].slave.restore(state).map_err(|source| Error::Call { time, source })

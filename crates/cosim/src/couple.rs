@@ -1,0 +1,437 @@
+//! The coupled system from one communication point to the next.
+
+mod anderson;
+
+use crate::error::{Error, Residual};
+use crate::exchange::{Exchange, Phase, Wiring};
+use crate::inputs::Inputs;
+use crate::node::{self, Node};
+use crate::stepper::{Advance, Stepper, Within};
+use crate::system::Interface;
+use anderson::Anderson;
+
+/// Repetitions of a step before it is given up as not settling.
+const ITERATIONS: u32 = 25;
+
+/// When a stepper steps.
+pub(crate) struct Turn {
+    /// Steps of the grid that it takes at once.
+    every: u64,
+    /// Where it stands, in s.
+    time: f64,
+    /// Length of its last step in s; 0: none yet.
+    last: f64,
+    /// It is to step, or has just stepped.
+    due: bool,
+}
+
+/// All components, their connections, and the time at which they stand. Initialized; between two communication points.
+///
+/// A step that may be repeated or rejected:
+///
+/// ```ignore
+/// coupling.save(t)?;                             // everything: FMUs, values, slopes
+/// loop {
+///     let attempt = coupling.iterate(t, t + h, tolerance)?;
+///     if attempt.settled && good_enough(&coupling) {
+///         break;                                 // stands at t + h, exchanged; accept by going on
+///     }
+///     coupling.restore(t)?;                      // stands at t again
+///     h *= 0.5;
+/// }
+/// ```
+///
+/// [`iterate`](Coupling::iterate) calls `restore` itself between its repetitions. [`lines`](Coupling::lines) then tells,
+/// for error estimates, what inputs were assumed to be at the end of the step and what the outputs made of them.
+pub struct Coupling {
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) steppers: Vec<Box<dyn Stepper>>,
+    /// When each of them steps.
+    turns: Vec<Turn>,
+    /// Steppers in the order in which they hand on values.
+    order: Vec<usize>,
+    pub(crate) exchange: Exchange,
+    inputs: Option<Inputs>,
+    /// Unit of each node.
+    unit: Vec<usize>,
+    uniform: bool,
+    /// Per slot: slope in 1/s, value at the point before, 1 if it may be extrapolated (else 0).
+    slopes: Vec<f64>,
+    previous: Vec<f64>,
+    smooth: Vec<f64>,
+    /// Per slot of an input: its source steps before, in the order of the units.
+    known: Vec<bool>,
+    /// Outputs of each unit.
+    outputs: Vec<Vec<usize>>,
+    saved: Saved,
+    anderson: Anderson,
+}
+
+/// Values at the start of a step that may be repeated.
+#[derive(Default)]
+struct Saved {
+    slopes: Vec<f64>,
+    previous: Vec<f64>,
+    reals: Vec<f64>,
+    /// Time and last step of each unit.
+    turns: Vec<(f64, f64)>,
+}
+
+/// Result of a step that was repeated until its inputs settled.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Attempt {
+    /// What the steppers did, in the last repetition.
+    pub advance: Advance,
+    /// How often the step was made.
+    pub iterations: u32,
+    /// The inputs agree with the outputs that they come from.
+    pub settled: bool,
+}
+
+/// An input that is followed on a line, after a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Followed {
+    /// Node.
+    pub node: usize,
+    /// Slot among [`Exchange::reals`].
+    pub slot: usize,
+    /// Value that was assumed for the end of the step.
+    pub assumed: f64,
+    /// Value that the outputs at the end of the step make of it.
+    pub found: f64,
+}
+
+impl Coupling {
+    /// Of nodes that have left initialization mode. `order`: units as they hand on values.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub(crate) fn new(
+        mut nodes: Vec<Node>,
+        wiring: Wiring<'_>,
+        inputs: Option<Inputs>,
+        steppers: impl FnOnce(&mut [Node]) -> Result<Vec<(Box<dyn Stepper>, u64)>, Error>,
+        order: Vec<usize>,
+        time: f64,
+    ) -> Result<Self, Error> {
+        let exchange = Exchange::new(&mut nodes, wiring, Phase::Stepping, |_| true)?;
+        exchange.install_lines(&mut nodes)?;
+        let (steppers, every): (Vec<_>, Vec<u64>) = steppers(&mut nodes)?.into_iter().unzip();
+        let turn = |every: u64| Turn { every: every.max(1), time, last: 0.0, due: true };
+        let turns: Vec<Turn> = every.into_iter().map(turn).collect();
+        let mut unit = vec![0; nodes.len()];
+        for (u, stepper) in steppers.iter().enumerate() {
+            stepper.nodes().iter().for_each(|n| unit[*n] = u);
+        }
+        let n = exchange.reals().len();
+        let mut rank = vec![0; steppers.len()];
+        order.iter().enumerate().for_each(|(at, u)| rank[*u] = at);
+        let mut known = vec![false; n];
+        let owner = |slot: u32| rank[unit[exchange.element(slot as usize).component]];
+        for (from, to) in exchange.sources() {
+            known[to as usize] = owner(from) < owner(to);
+        }
+        let outputs = |s: &Box<dyn Stepper>| s.nodes().iter().flat_map(|n| exchange.outputs(*n)).collect();
+        let outputs = steppers.iter().map(outputs).collect();
+        let smooth = exchange.smooth(&nodes).into_iter().map(|s| f64::from(u8::from(s))).collect();
+        let mut this = Self {
+            uniform: turns.iter().all(|u| u.every == 1),
+            nodes,
+            steppers,
+            turns,
+            order,
+            inputs,
+            unit,
+            slopes: vec![0.0; n],
+            previous: vec![0.0; n],
+            smooth,
+            known,
+            outputs,
+            saved: Saved::default(),
+            anderson: Anderson::default(),
+            exchange,
+        };
+        for stepper in &mut this.steppers {
+            stepper.begin(&mut this.nodes, time)?;
+        }
+        this.exchange(time)?;
+        this.previous.copy_from_slice(this.exchange.reals());
+        Ok(this)
+    }
+
+    /// The FMUs.
+    pub fn nodes(&mut self) -> &mut [Node] {
+        &mut self.nodes
+    }
+
+    /// Values that are exchanged.
+    pub fn values(&self) -> &Exchange {
+        &self.exchange
+    }
+
+    /// Which units step to the communication point `point`; the last one is everybody's.
+    pub(crate) fn turn(&mut self, point: u64, last: bool) {
+        if !self.uniform {
+            self.turns.iter_mut().for_each(|u| u.due = last || point % u.every == 0);
+        }
+    }
+
+    /// Reads all outputs and sets all inputs as of `time` of those that stand there, solves the loops.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns; a loop without solution; a value that is not finite.
+    #[inline]
+    pub fn exchange(&mut self, time: f64) -> Result<(), Error> {
+        if self.uniform {
+            self.exchange.drive(self.inputs.as_ref(), time, |_| true);
+            return self.exchange.propagate(&mut self.nodes, time);
+        }
+        let Self { turns, unit, exchange, nodes, inputs, .. } = self;
+        let due = |n: usize| turns[unit[n]].due;
+        exchange.drive(inputs.as_ref(), time, due);
+        exchange.propagate_due(nodes, time, due)
+    }
+
+    /// Every unit that is due steps to `to`, one after the other, with the inputs that it has or on their lines. Nothing
+    /// is exchanged.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    #[inline]
+    pub fn step(&mut self, to: f64, within: Within) -> Result<Advance, Error> {
+        let mut all = Advance { time: to, ..Advance::default() };
+        for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
+            let done = stepper.step(&mut self.nodes, turn.time, to, within)?;
+            (turn.last, turn.time) = (to - turn.time, to);
+            join(&mut all, done);
+        }
+        Ok(all)
+    }
+
+    /// Each unit in the order in which values are handed on, with the newest ones: on the line to what those before
+    /// it have reached, extrapolated where the source steps later.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub(crate) fn step_in_order(&mut self, to: f64) -> Result<Advance, Error> {
+        let mut all = Advance { time: to, ..Advance::default() };
+        for at in 0..self.order.len() {
+            let at = self.order[at];
+            let (stepper, turn) = (&mut self.steppers[at], &mut self.turns[at]);
+            if !turn.due {
+                continue;
+            }
+            let from = turn.time;
+            for &n in stepper.nodes() {
+                self.exchange.write(n, &mut self.nodes, from)?;
+                let line = &mut self.nodes[n].line;
+                for ((slot, value), slope) in line.slots.iter().zip(&line.value).zip(&mut line.slope) {
+                    if self.known[*slot] && self.smooth[*slot] != 0.0 {
+                        *slope = (self.exchange.reals()[*slot] - value) / (to - from);
+                    }
+                }
+                line.dirty = true;
+            }
+            let done = stepper.step(&mut self.nodes, from, to, Within::Line)?;
+            (turn.last, turn.time) = (to - from, to);
+            for &n in stepper.nodes() {
+                self.exchange.read(n, &mut self.nodes, to)?;
+            }
+            join(&mut all, done);
+        }
+        Ok(all)
+    }
+
+    /// Sources that have not stepped to `time` go on on their lines, as far as others see them.
+    pub(crate) fn extrapolate_held(&mut self, time: f64) {
+        if self.uniform {
+            return;
+        }
+        for (unit, outputs) in self.turns.iter().zip(&self.outputs).filter(|(u, _)| !u.due) {
+            for &slot in outputs {
+                let value = self.previous[slot] + self.slopes[slot] * (time - unit.time);
+                self.exchange.set_real(slot, value);
+            }
+        }
+    }
+
+    /// After an exchange: slopes over the last step, and the lines of the next one, up to `next(every)`.
+    pub(crate) fn draw_lines(&mut self, next: impl Fn(u64) -> f64) {
+        let reals = self.exchange.reals();
+        if self.uniform {
+            let last = self.turns.first().map_or(0.0, |u| u.last);
+            let rate = if last > 0.0 { 1.0 / last } else { 0.0 };
+            for (((slope, previous), x), smooth) in
+                self.slopes.iter_mut().zip(&mut self.previous).zip(reals).zip(&self.smooth)
+            {
+                *slope = (x - *previous) * rate * smooth;
+                *previous = *x;
+            }
+        } else {
+            for (unit, outputs) in self.turns.iter().zip(&self.outputs).filter(|(u, _)| u.due) {
+                let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
+                for &slot in outputs {
+                    self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
+                    self.previous[slot] = reals[slot];
+                }
+            }
+            self.exchange.hand_slopes(&mut self.slopes);
+            self.slopes.iter_mut().zip(&self.smooth).for_each(|(slope, smooth)| *slope *= smooth);
+        }
+        for (stepper, unit) in self.steppers.iter().zip(&self.turns).filter(|(_, t)| t.due) {
+            let to = next(unit.every);
+            if self.inputs.is_some() && to > unit.time {
+                let inputs = self.inputs.as_ref();
+                self.exchange.drive_slopes(inputs, unit.time, to, &mut self.slopes);
+            }
+            for &n in stepper.nodes() {
+                let line = &mut self.nodes[n].line;
+                (line.from, line.dirty) = (unit.time, false);
+                for ((slot, value), slope) in line.slots.iter().zip(&mut line.value).zip(&mut line.slope) {
+                    *value = reals[*slot];
+                    *slope = self.slopes[*slot];
+                }
+            }
+        }
+    }
+
+    /// Some FMU takes steps of equal length only.
+    pub(crate) fn takes_equal_steps(&self) -> bool {
+        self.nodes
+            .iter()
+            .filter(|n| n.planned.interface == Interface::CoSimulation)
+            .any(|n| n.offered().is_some_and(|i| !i.can_handle_variable_communication_step_size))
+    }
+
+    /// Every unit that is due can save and restore.
+    pub fn can_restore(&self) -> bool {
+        self.steppers.iter().all(|s| s.can_restore(&self.nodes))
+    }
+
+    /// Stores everything at `time`.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub fn save(&mut self, time: f64) -> Result<(), Error> {
+        for (stepper, _) in self.steppers.iter_mut().zip(&self.turns).filter(|(_, t)| t.due) {
+            stepper.save(&mut self.nodes, time)?;
+        }
+        let saved = &mut self.saved;
+        saved.slopes.clone_from(&self.slopes);
+        saved.previous.clone_from(&self.previous);
+        saved.reals.clear();
+        saved.reals.extend_from_slice(self.exchange.reals());
+        saved.turns.clear();
+        saved.turns.extend(self.turns.iter().map(|u| (u.time, u.last)));
+        Ok(())
+    }
+
+    /// Goes back to what was stored. Lines stay as they are.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub fn restore(&mut self, time: f64) -> Result<(), Error> {
+        for (stepper, _) in self.steppers.iter_mut().zip(&self.turns).filter(|(_, t)| t.due) {
+            stepper.restore(&mut self.nodes, time)?;
+        }
+        self.slopes.clone_from(&self.saved.slopes);
+        self.previous.clone_from(&self.saved.previous);
+        for (slot, x) in self.saved.reals.iter().enumerate() {
+            self.exchange.set_real(slot, *x);
+        }
+        for (unit, (time, last)) in self.turns.iter_mut().zip(&self.saved.turns) {
+            (unit.time, unit.last) = (*time, *last);
+        }
+        Ok(())
+    }
+
+    /// What was assumed of inputs on lines at `to`, and what was found there.
+    pub fn lines(&self, to: f64) -> impl Iterator<Item = Followed> {
+        let due = self.nodes.iter().enumerate().filter(|(n, _)| self.turns[self.unit[*n]].due);
+        due.flat_map(move |(node, it)| {
+            let line = &it.line;
+            line.slots.iter().enumerate().map(move |(i, slot)| Followed {
+                node,
+                slot: *slot,
+                assumed: line.value[i] + line.slope[i] * (to - line.from),
+                found: self.exchange.reals()[*slot],
+            })
+        })
+    }
+
+    /// The nominal value of what lies in a slot.
+    pub fn nominal(&self, slot: usize) -> f64 {
+        let e = self.exchange.element(slot);
+        let d = self.nodes[e.component].description();
+        let nominal = d.attributes(&d.variables[e.variable]).nominal.map(f64::abs);
+        nominal.filter(|x| *x > 0.0 && x.is_finite()).unwrap_or(1.0)
+    }
+
+    /// Steps to `to` again and again, inputs on the line from their values at the start to the newest ones at the end,
+    /// until these change by less than `tolerance` times max(|value|, nominal). [`save`](Coupling::save) comes before.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub fn iterate(&mut self, from: f64, to: f64, tolerance: f64) -> Result<Attempt, Error> {
+        let followed: Vec<(usize, f64)> = self.lines(to).map(|f| (f.slot, self.nominal(f.slot))).collect();
+        self.anderson.begin(followed.len());
+        let mut iterations = 0;
+        loop {
+            iterations += 1;
+            let advance = self.step(to, Within::Line)?;
+            self.extrapolate_held(to);
+            self.exchange(to)?;
+            let mut anderson = std::mem::take(&mut self.anderson);
+            let mut settled = true;
+            for (f, (_, nominal)) in self.lines(to).zip(&followed) {
+                let free = self.smooth[f.slot] != 0.0;
+                let r = if free { f.found - f.assumed } else { 0.0 };
+                settled &= r.abs() <= tolerance * f.found.abs().max(*nominal);
+                anderson.put(f.assumed / nominal, r / nominal);
+            }
+            self.anderson = anderson;
+            if settled || advance.terminate || iterations == ITERATIONS {
+                return Ok(Attempt { advance, iterations, settled: settled || advance.terminate });
+            }
+            let next = self.anderson.next();
+            self.restore(from)?;
+            let mut at = 0;
+            for (n, node) in self.nodes.iter_mut().enumerate() {
+                if !self.turns[self.unit[n]].due {
+                    continue;
+                }
+                let line = &mut node.line;
+                for i in 0..line.slots.len() {
+                    if self.smooth[line.slots[i]] != 0.0 {
+                        line.slope[i] = (next[at] * followed[at].1 - line.value[i]) / (to - line.from);
+                    }
+                    at += 1;
+                }
+            }
+        }
+    }
+
+    /// The inputs that still change after a step, for an error.
+    pub(crate) fn unsettled(&self, time: f64, to: f64, tolerance: f64, reason: String) -> Error {
+        let sources: std::collections::HashMap<u32, u32> =
+            self.exchange.sources().into_iter().map(|(from, to)| (to, from)).collect();
+        let name = |slot: usize| node::name(&self.nodes, self.exchange.element(slot));
+        let one = |f: Followed| Residual {
+            variable: name(f.slot),
+            source: sources.get(&(f.slot as u32)).map_or_else(String::new, |s| name(*s as usize)),
+            value: f.assumed,
+            residual: f.found - f.assumed,
+        };
+        let changes =
+            |f: &Followed| (f.found - f.assumed).abs() > tolerance * f.found.abs().max(self.nominal(f.slot));
+        Error::Unsettled { time, reason, variables: self.lines(to).filter(changes).map(one).collect() }
+    }
+}
+
+fn join(all: &mut Advance, one: Advance) {
+    all.discarded += one.discarded;
+    all.events += one.events;
+    if one.terminate {
+        (all.terminate, all.time) = (true, all.time.min(one.time));
+    }
+}

@@ -1,0 +1,473 @@
+//! The exchange of values at one time: outputs are read and inputs set in the order in which they depend on each other,
+//! one call per FMU, type and stage; algebraic loops are solved on the way.
+//!
+//! Built once from numbers ([`Exchange::new`]), then run again and again ([`Exchange::propagate`]) without names, look-ups
+//! or allocation. The same code serves initialization (dependencies of `InitialUnknowns`) and stepping (`Outputs`).
+//!
+//! **Order.** Variables that take part are the nodes of a graph; an edge goes from an output to the inputs that it is
+//! connected to, and from an input to the outputs of its FMU that depend on it (undeclared: all of them). Its strongly
+//! connected components are loops. The stage of an output is the longest way of connections that leads to it.
+
+mod build;
+mod newton;
+
+use trueup_fmi_description::description::Variability;
+use trueup_fmi_import::{Prepared, Status};
+
+use crate::error::Error;
+use crate::inputs::Inputs;
+use crate::node::{self, Line, Node};
+use crate::plan::{Driven, Element, Link};
+use crate::slave::Block;
+use newton::Loop;
+pub use newton::LoopLog;
+
+/// Whose dependencies count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Phase {
+    /// Initialization mode: `InitialUnknowns`.
+    Initialization,
+    /// Afterwards: `Outputs`.
+    Stepping,
+}
+
+/// What is connected, of a [`Plan`](crate::plan::Plan).
+#[derive(Clone, Copy)]
+pub struct Wiring<'a> {
+    /// Connections.
+    pub links: &'a [Link],
+    /// Inputs from a file.
+    pub driven: &'a [Driven],
+    /// Tables of links.
+    pub maps: &'a [Vec<(i64, i64)>],
+}
+
+/// Where a value lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Spot {
+    /// Among the reals.
+    Real(usize),
+    /// Block of others, element.
+    Other(usize, usize),
+}
+
+/// `Float64` of one node, read or set by one call.
+struct Reals {
+    node: usize,
+    references: Prepared,
+    /// Its values among the reals.
+    first: usize,
+    end: usize,
+}
+
+/// Values of another type.
+struct Others {
+    node: usize,
+    block: Block,
+    /// Elements by place, for messages.
+    elements: Vec<Element>,
+}
+
+#[derive(Clone, Copy)]
+struct Copy {
+    from: u32,
+    to: u32,
+}
+
+#[derive(Clone, Copy)]
+struct Scaled {
+    from: u32,
+    to: u32,
+    factor: f64,
+    offset: f64,
+}
+
+#[derive(Clone)]
+struct Converted {
+    from: Spot,
+    to: Spot,
+    factor: f64,
+    offset: f64,
+    map: Option<usize>,
+}
+
+#[derive(Clone, Copy)]
+enum Op {
+    Get(usize),
+    Set(usize),
+    GetOther(usize),
+    SetOther(usize),
+    /// Ranges of the three lists of copies.
+    Hand([(u32, u32); 3]),
+    Solve(usize),
+}
+
+struct DrivenSpot {
+    column: usize,
+    linear: bool,
+    to: Spot,
+    node: usize,
+}
+
+/// Values, and how they are read, handed on and set.
+pub struct Exchange {
+    bank: Bank,
+    ops: Vec<Op>,
+    loops: Vec<Loop>,
+    driven: Vec<DrivenSpot>,
+    /// Continuous inputs: node, value reference, slots.
+    inputs: Vec<(usize, u32, std::ops::Range<usize>)>,
+    calls: Vec<Calls>,
+}
+
+/// Everything but the order.
+struct Bank {
+    /// All `Float64`, outputs and inputs.
+    reals: Vec<f64>,
+    /// Which element each of them is.
+    elements: Vec<Element>,
+    blocks: Vec<Reals>,
+    others: Vec<Others>,
+    copies: Vec<Copy>,
+    scaled: Vec<Scaled>,
+    converted: Vec<Converted>,
+    maps: Vec<Vec<(i64, i64)>>,
+}
+
+impl Bank {
+    /// Reads a block and looks whether it is finite.
+    #[inline]
+    fn get(&mut self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Reals { node, references, first, end } = &self.blocks[block];
+        let values = &mut self.reals[*first..*end];
+        if let Err(source) = nodes[*node].slave.read(references, values) {
+            return Err(Error::Call { time, source });
+        }
+        match values.iter().position(|x| !x.is_finite()) {
+            None => Ok(()),
+            Some(at) => Err(self.not_finite(first + at, nodes, time)),
+        }
+    }
+
+    #[cold]
+    fn not_finite(&self, at: usize, nodes: &[Node], time: f64) -> Error {
+        let element = self.elements[at];
+        let node = &nodes[element.component];
+        Error::NotFinite {
+            time,
+            instance: node.slave.name().into(),
+            variable: node::variable(node.description(), element.variable, element.element),
+            value: self.reals[at],
+            log: node.slave.log(),
+        }
+    }
+
+    #[inline]
+    fn set(&self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Reals { node, references, first, end } = &self.blocks[block];
+        match nodes[*node].slave.write(references, &self.reals[*first..*end]) {
+            Ok(()) => Ok(()),
+            Err(source) => Err(Error::Call { time, source }),
+        }
+    }
+
+    fn get_other(&mut self, at: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Others { node, block, elements } = &mut self.others[at];
+        let node = &mut nodes[*node];
+        node.slave.get(block).map_err(|source| Error::Call { time, source })?;
+        match block.values.first_not_finite() {
+            None => Ok(()),
+            Some((at, value)) => Err(Error::NotFinite {
+                time,
+                instance: node.slave.name().into(),
+                variable: node::variable(node.description(), elements[at].variable, elements[at].element),
+                value,
+                log: node.slave.log(),
+            }),
+        }
+    }
+
+    fn set_other(&self, at: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Others { node, block, .. } = &self.others[at];
+        nodes[*node].slave.set(block).map_err(|source| Error::Call { time, source })
+    }
+
+    #[inline]
+    fn hand(&mut self, [copies, scaled, converted]: [(u32, u32); 3]) {
+        for c in &self.copies[copies.0 as usize..copies.1 as usize] {
+            self.reals[c.to as usize] = self.reals[c.from as usize];
+        }
+        for c in &self.scaled[scaled.0 as usize..scaled.1 as usize] {
+            self.reals[c.to as usize] = c.factor * self.reals[c.from as usize] + c.offset;
+        }
+        for at in converted.0..converted.1 {
+            self.convert(at as usize);
+        }
+    }
+
+    /// Hands on a value whose type may differ; types were compared when the system was checked. `true`: it changed.
+    fn convert(&mut self, at: usize) -> bool {
+        use crate::buffer::{Buffer, Number};
+        let Converted { from, to, factor, offset, map } = self.converted[at].clone();
+        if let (Spot::Other(b, i), Spot::Other(c, j)) = (from, to)
+            && let Buffer::String(texts) = &self.others[b].block.values
+        {
+            let text = texts[i].clone();
+            let Buffer::String(ours) = &mut self.others[c].block.values else { return false };
+            let changed = ours[j] != text;
+            ours[j] = text;
+            return changed;
+        }
+        let number = match from {
+            Spot::Real(i) => Some(Number::Real(self.reals[i])),
+            Spot::Other(b, i) => self.others[b].block.values.exact(i),
+        };
+        let Some(mut number) = number else { return false };
+        if let (Some(map), Number::Whole(x)) = (map, number)
+            && let Some((_, y)) = self.maps[map].iter().find(|(key, _)| i128::from(*key) == x)
+        {
+            number = Number::Whole((*y).into());
+        }
+        if (factor, offset) != (1.0, 0.0) {
+            number = Number::Real(factor * number.real() + offset);
+        }
+        match to {
+            Spot::Real(j) => std::mem::replace(&mut self.reals[j], number.real()) != self.reals[j],
+            Spot::Other(c, j) => {
+                let values = &mut self.others[c].block.values;
+                let before = values.exact(j);
+                values.set_exact(j, number);
+                before != values.exact(j)
+            }
+        }
+    }
+}
+
+impl Exchange {
+    /// Values of all `Float64`; the slots of [`Line`](crate::node::Line) point here.
+    pub fn reals(&self) -> &[f64] {
+        &self.bank.reals
+    }
+
+    /// Gives each node the line of its continuous inputs.
+    ///
+    /// # Errors
+    /// Sizes of arrays cannot be had.
+    pub(crate) fn install_lines(&self, nodes: &mut [Node]) -> Result<(), Error> {
+        for (i, node) in nodes.iter_mut().enumerate() {
+            let own = || self.inputs.iter().filter(|(n, ..)| *n == i);
+            let references: Vec<u32> = own().map(|(_, r, _)| *r).collect();
+            let slots: Vec<usize> = own().flat_map(|(.., slots)| slots.clone()).collect();
+            if !slots.is_empty() {
+                node.line = Line::new(node.slave.prepare(&references)?, slots);
+            }
+        }
+        Ok(())
+    }
+
+    /// Names what lies in a slot.
+    pub(crate) fn element(&self, slot: usize) -> Element {
+        self.bank.elements[slot]
+    }
+
+    /// The slots of outputs that are read from a node.
+    pub(crate) fn outputs(&self, node: usize) -> Vec<usize> {
+        let blocks = self.calls[node].gets[0].iter().map(|b| &self.bank.blocks[*b]);
+        blocks.flat_map(|b| b.first..b.end).collect()
+    }
+
+    /// Which slots go continuously: outputs that do, inputs that are connected to such an output, inputs from a file on
+    /// lines.
+    pub(crate) fn smooth(&self, nodes: &[Node]) -> Vec<bool> {
+        let continuous = |e: &Element| {
+            nodes[e.component].description().variables[e.variable].variability == Variability::Continuous
+        };
+        let mut smooth = vec![false; self.bank.reals.len()];
+        for node in 0..self.calls.len() {
+            self.outputs(node).into_iter().for_each(|at| smooth[at] = continuous(&self.bank.elements[at]));
+        }
+        let links = self.bank.copies.iter().map(|c| (c.from, c.to));
+        let links = links.chain(self.bank.scaled.iter().map(|c| (c.from, c.to)));
+        let links: Vec<_> = links.collect();
+        for (from, to) in links.into_iter().chain(self.loops.iter().flat_map(Loop::links)) {
+            smooth[to as usize] = smooth[from as usize];
+        }
+        for d in self.driven.iter().filter(|d| d.linear) {
+            if let Spot::Real(at) = d.to {
+                smooth[at] = true;
+            }
+        }
+        smooth
+    }
+
+    /// Sources of the reals: pairs of slots.
+    pub(crate) fn sources(&self) -> Vec<(u32, u32)> {
+        let copies = self.bank.copies.iter().map(|c| (c.from, c.to));
+        let scaled = self.bank.scaled.iter().map(|c| (c.from, c.to));
+        copies.chain(scaled).chain(self.loops.iter().flat_map(Loop::links)).collect()
+    }
+
+    /// Overwrites a real, as for a source whose value is not of now.
+    pub(crate) fn set_real(&mut self, slot: usize, value: f64) {
+        self.bank.reals[slot] = value;
+    }
+
+    /// What the loops did so far.
+    pub fn loops(&self) -> impl Iterator<Item = &LoopLog> {
+        self.loops.iter().map(|l| &l.log)
+    }
+
+    /// Slopes of inputs from those of the outputs, both by slot.
+    pub(crate) fn hand_slopes(&self, slopes: &mut [f64]) {
+        for c in &self.bank.copies {
+            slopes[c.to as usize] = slopes[c.from as usize];
+        }
+        for c in &self.bank.scaled {
+            slopes[c.to as usize] = c.factor * slopes[c.from as usize];
+        }
+        self.loops.iter().for_each(|l| l.hand_slopes(slopes));
+    }
+
+    /// Values of inputs that a file drives, as of `time`, of the nodes that are due.
+    pub fn drive(&mut self, inputs: Option<&Inputs>, time: f64, due: impl Fn(usize) -> bool) {
+        let Some(inputs) = inputs else { return };
+        for d in &self.driven {
+            if !due(d.node) {
+                continue;
+            }
+            let x = inputs.at(d.column, time, d.linear);
+            match d.to {
+                Spot::Real(at) => self.bank.reals[at] = x,
+                // Samples that do not fit were refused when the system was checked.
+                Spot::Other(block, at) => drop(self.bank.others[block].block.values.set_number(at, x)),
+            }
+        }
+    }
+
+    /// Slopes of driven inputs over `from..to`, by slot.
+    pub(crate) fn drive_slopes(&self, inputs: Option<&Inputs>, from: f64, to: f64, slopes: &mut [f64]) {
+        let Some(inputs) = inputs else { return };
+        for d in self.driven.iter().filter(|d| d.linear) {
+            if let Spot::Real(at) = d.to {
+                let [a, b] = [from, to].map(|t| inputs.at(d.column, t, true));
+                slopes[at] = (b - a) / (to - from);
+            }
+        }
+    }
+
+    /// Reads all outputs and sets all inputs as of `time`, in order of dependency, and solves the loops.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns; [`Error::NotFinite`]; [`Error::Loop`].
+    #[inline]
+    pub fn propagate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.propagate_due(nodes, time, |_| true)
+    }
+
+    /// As [`Exchange::propagate`], for the nodes that are due alone: of the others the values read last count, and
+    /// nothing is set.
+    ///
+    /// # Errors
+    /// As [`Exchange::propagate`].
+    #[inline]
+    pub fn propagate_due(
+        &mut self,
+        nodes: &mut [Node],
+        time: f64,
+        due: impl Fn(usize) -> bool,
+    ) -> Result<(), Error> {
+        let Self { bank, ops, loops, .. } = self;
+        for op in &*ops {
+            match *op {
+                Op::Get(b) if due(bank.blocks[b].node) => bank.get(b, nodes, time)?,
+                Op::Set(b) if due(bank.blocks[b].node) => bank.set(b, nodes, time)?,
+                Op::GetOther(b) if due(bank.others[b].node) => bank.get_other(b, nodes, time)?,
+                Op::SetOther(b) if due(bank.others[b].node) => bank.set_other(b, nodes, time)?,
+                Op::Hand(ranges) => bank.hand(ranges),
+                Op::Solve(l) => loops[l].solve(bank, nodes, time, &due)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// Reads what one node gives now, without setting anything.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns; [`Error::NotFinite`].
+    pub(crate) fn read(&mut self, node: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Calls { gets: [reals, others], .. } = &self.calls[node];
+        reals.iter().try_for_each(|b| self.bank.get(*b, nodes, time))?;
+        others.iter().try_for_each(|b| self.bank.get_other(*b, nodes, time))
+    }
+
+    /// Hands to one node what was read last, and sets it.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
+    pub(crate) fn write(&mut self, node: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Calls { sets: [reals, others], inward, .. } = &self.calls[node];
+        for ranges in inward {
+            self.bank.hand(*ranges);
+        }
+        for l in &self.loops {
+            l.hand(&mut self.bank, node);
+        }
+        reals.iter().try_for_each(|b| self.bank.set(*b, nodes, time))?;
+        others.iter().try_for_each(|b| self.bank.set_other(*b, nodes, time))
+    }
+
+    /// Lists the calls and copies of each node.
+    fn index(&mut self, nodes: usize) {
+        let Self { bank, ops, loops, calls, .. } = self;
+        calls.resize_with(nodes, Calls::default);
+        let mut add = |b: usize, kind: usize, set: bool| {
+            let node = if kind == 0 { bank.blocks[b].node } else { bank.others[b].node };
+            let calls = &mut calls[node];
+            (if set { &mut calls.sets } else { &mut calls.gets })[kind].push(b);
+        };
+        for op in &*ops {
+            match *op {
+                Op::Get(b) => add(b, 0, false),
+                Op::Set(b) => add(b, 0, true),
+                Op::GetOther(b) => add(b, 1, false),
+                Op::SetOther(b) => add(b, 1, true),
+                Op::Hand(_) => {}
+                Op::Solve(l) => {
+                    for kind in [0, 1] {
+                        loops[l].gets()[kind].iter().for_each(|b| add(*b, kind, false));
+                        loops[l].sets()[kind].iter().for_each(|b| add(*b, kind, true));
+                    }
+                }
+            }
+        }
+        let of = |spot: &Spot| match *spot {
+            Spot::Real(at) => bank.elements[at].component,
+            Spot::Other(block, _) => bank.others[block].node,
+        };
+        let one = |i: usize| (i as u32, i as u32 + 1);
+        for (i, c) in bank.copies.iter().enumerate() {
+            calls[of(&Spot::Real(c.to as usize))].inward.push([one(i), (0, 0), (0, 0)]);
+        }
+        for (i, c) in bank.scaled.iter().enumerate() {
+            calls[of(&Spot::Real(c.to as usize))].inward.push([(0, 0), one(i), (0, 0)]);
+        }
+        for (i, c) in bank.converted.iter().enumerate() {
+            calls[of(&c.to)].inward.push([(0, 0), (0, 0), one(i)]);
+        }
+    }
+}
+
+/// The blocks of one node (of reals, of others), and the copies that lead to it.
+#[derive(Default)]
+struct Calls {
+    gets: [Vec<usize>; 2],
+    sets: [Vec<usize>; 2],
+    inward: Vec<[(u32, u32); 3]>,
+}
+
+/// A call that failed for the values that it was given, not for good.
+fn is_discard(error: &Error) -> bool {
+    matches!(error, Error::Call { source, .. } if source.status() == Some(Status::Discard))
+        || matches!(error, Error::NotFinite { .. })
+}

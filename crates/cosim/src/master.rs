@@ -1,0 +1,238 @@
+//! A run of a plan, from start to stop.
+//!
+//! ```no_run
+//! use trueup_cosim::{Master, Results, check, system::System};
+//!
+//! let plan = check(&System::read("loop.toml".as_ref())?)?;
+//! let mut results = Results::create("loop.csv".as_ref())?;
+//! let mut master = Master::new(plan)?;
+//! match master.run(&mut results) {
+//!     Ok(log) => {
+//!         results.finish()?;
+//!         println!("{} steps with {}: {}", log.steps, log.algorithm, log.reason);
+//!     }
+//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_incomplete()?),
+//! }
+//! # Ok::<(), trueup_cosim::Error>(())
+//! ```
+
+use trueup_fmi_import::Experiment;
+
+use crate::choose::{choose, order, units};
+use crate::couple::Coupling;
+use crate::error::Error;
+use crate::exchange::{Exchange, Phase, Wiring};
+use crate::log::RunLog;
+use crate::node::Node;
+use crate::plan::Plan;
+use crate::record::Recorder;
+use crate::results::Sink;
+use crate::stepper::{Advance, SlaveStepper, Stepper, Within, intermediate};
+use crate::system::{Algorithm, Interface};
+
+/// Relative tolerance of the coupling where nothing is said.
+const TOLERANCE: f64 = 1e-6;
+/// Part of it below which repeated steps count as settled.
+const SETTLED: f64 = 0.01;
+/// Halvings of a step whose repetition does not settle.
+const HALVINGS: u32 = 10;
+
+/// Runs a [`Plan`] once.
+pub struct Master {
+    /// Without its components, which have become nodes.
+    plan: Plan,
+    units: Vec<Vec<usize>>,
+    order: Vec<usize>,
+    ready: Option<Ready>,
+    log: RunLog,
+}
+
+/// Instantiated, not yet initialized.
+struct Ready {
+    nodes: Vec<Node>,
+    shared: Vec<Option<std::sync::Arc<crate::stepper::Shared>>>,
+}
+
+impl Master {
+    /// Chooses the algorithm, instantiates the FMUs and sets their start values.
+    ///
+    /// # Errors
+    /// [`Error::Setting`] if the FMUs cannot follow the algorithm that was asked for; whatever an FMU returns.
+    pub fn new(mut plan: Plan) -> Result<Self, Error> {
+        let (algorithm, reason) = choose(&plan)?;
+        let units = units(&plan.components);
+        let (order, ..) = order(&plan, &units);
+        let follows = algorithm != Algorithm::Jacobi;
+        let (mut nodes, mut shared) = (Vec::new(), Vec::new());
+        let start = plan.grid.start;
+        for planned in std::mem::take(&mut plan.components) {
+            let (how, lines) = if follows && planned.interface == Interface::CoSimulation {
+                intermediate(&planned)
+            } else {
+                Default::default()
+            };
+            let mut node = Node::new(planned, how)?;
+            let at = |source| Error::Call { time: start, source };
+            node.slave.configure(&node.planned.structural).map_err(at)?;
+            node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
+            nodes.push(node);
+            shared.push(lines);
+        }
+        let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
+        Ok(Self { plan, units, order, ready: Some(Ready { nodes, shared }), log })
+    }
+
+    /// What was chosen and, after a run, what it did; also of a run that failed.
+    pub fn log(&self) -> &RunLog {
+        &self.log
+    }
+
+    /// Initializes, then goes from start to stop and gives the sink a row per communication point. A master runs once.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns and cannot be mended, with its time; loops without solution; values that are not finite;
+    /// the sink's own. The sink then holds what was computed before.
+    pub fn run(&mut self, sink: &mut dyn Sink) -> Result<RunLog, Error> {
+        let Some(ready) = self.ready.take() else {
+            return Err(Error::Setting(vec!["a master runs once; make a new one of a new plan".into()]));
+        };
+        let (mut coupling, mut recorder) = self.initialize(ready, sink)?;
+        let done = self.steps(&mut coupling, &mut recorder, sink);
+        self.log.loops = coupling.values().loops().cloned().collect();
+        done?;
+        let time = self.log.time;
+        for node in coupling.nodes() {
+            node.slave.terminate().map_err(|source| Error::Call { time, source })?;
+        }
+        Ok(self.log.clone())
+    }
+
+    fn initialize(&mut self, ready: Ready, sink: &mut dyn Sink) -> Result<(Coupling, Recorder), Error> {
+        let Ready { mut nodes, shared } = ready;
+        let Plan { links, driven, maps, inputs, recorded, grid, tolerance, .. } = &self.plan;
+        let start = grid.start;
+        for node in &mut nodes {
+            let tolerance = tolerance.or(node.description().experiment.tolerance);
+            let experiment = Experiment { tolerance, start, stop: Some(grid.stop) };
+            let entered = node.slave.enter_initialization_mode(experiment);
+            entered.map_err(|source| Error::Call { time: start, source })?;
+        }
+        let mut recorder = Recorder::new(&mut nodes, recorded)?;
+        sink.begin(recorder.columns())?;
+        let wiring = Wiring { links, driven, maps };
+        let mut first = Exchange::new(&mut nodes, wiring, Phase::Initialization, |_| true)?;
+        first.drive(inputs.as_ref(), start, |_| true);
+        let solved = first.propagate(&mut nodes, start);
+        self.log.initial_loops = first.loops().cloned().collect();
+        solved?;
+        for node in &mut nodes {
+            let left = node.slave.exit_initialization_mode();
+            left.map_err(|source| Error::Call { time: start, source })?;
+        }
+        let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
+        let (units, step) = (&self.units, grid.step);
+        let steppers = |nodes: &mut [Node]| {
+            let mut list: Vec<(Box<dyn Stepper>, u64)> = Vec::new();
+            for unit in units {
+                let every = u64::from(nodes[unit[0]].planned.every);
+                let stepper: Box<dyn Stepper> = match nodes[unit[0]].planned.interface {
+                    Interface::CoSimulation => {
+                        let step = step * every as f64;
+                        let lines = shared[unit[0]].clone();
+                        Box::new(SlaveStepper::new(nodes, unit[0], step, rolls_back, lines))
+                    }
+                    Interface::ModelExchange => {
+                        return Err(Error::Setting(vec![format!(
+                            "Model Exchange (`{}`) cannot be run yet",
+                            nodes[unit[0]].planned.name
+                        )]));
+                    }
+                };
+                list.push((stepper, every));
+            }
+            Ok(list)
+        };
+        let order = std::mem::take(&mut self.order);
+        let mut coupling = Coupling::new(nodes, wiring, inputs.clone(), steppers, order, start)?;
+        recorder.row(coupling.nodes(), start, Some(0), sink)?;
+        Ok((coupling, recorder))
+    }
+
+    fn steps(
+        &mut self,
+        coupling: &mut Coupling,
+        recorder: &mut Recorder,
+        sink: &mut dyn Sink,
+    ) -> Result<(), Error> {
+        let grid = self.plan.grid;
+        let algorithm = self.log.algorithm;
+        let follows = algorithm != Algorithm::Jacobi;
+        let next = |point: u64| move |every: u64| grid.time((point + every).min(grid.steps));
+        if follows {
+            coupling.draw_lines(next(0));
+        }
+        let mut from = grid.start;
+        for i in 0..grid.steps {
+            let to = grid.time(i + 1);
+            coupling.turn(i + 1, i + 1 == grid.steps);
+            let done = match algorithm {
+                Algorithm::Jacobi => coupling.step(to, Within::Held)?,
+                Algorithm::Extrapolate => coupling.step(to, Within::Line)?,
+                Algorithm::GaussSeidel => coupling.step_in_order(to)?,
+                Algorithm::Iterative | Algorithm::Adaptive => self.settle(coupling, from, to)?,
+            };
+            self.log.steps += 1;
+            self.log.discarded += done.discarded;
+            self.log.events += done.events;
+            self.log.time = done.time;
+            if !matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
+                if follows {
+                    coupling.extrapolate_held(to);
+                }
+                coupling.exchange(done.time)?;
+            }
+            if follows {
+                coupling.draw_lines(next(i + 1));
+            }
+            recorder.row(coupling.nodes(), done.time, Some(i + 1), sink)?;
+            if done.terminate {
+                break;
+            }
+            from = to;
+        }
+        Ok(())
+    }
+
+    /// Repeats the step until its inputs settle; in parts, where it does not settle as a whole.
+    fn settle(&mut self, coupling: &mut Coupling, from: f64, to: f64) -> Result<Advance, Error> {
+        let tolerance = SETTLED * self.plan.tolerance.unwrap_or(TOLERANCE);
+        let (mut time, mut step, mut halvings) = (from, to - from, 0);
+        let mut all = Advance { time: to, ..Advance::default() };
+        loop {
+            let end = if time + step * (1.0 + 1e-9) >= to { to } else { time + step };
+            coupling.save(time)?;
+            let attempt = coupling.iterate(time, end, tolerance)?;
+            self.log.iterations += u64::from(attempt.iterations);
+            if attempt.settled {
+                all.discarded += attempt.advance.discarded;
+                all.events += attempt.advance.events;
+                if attempt.advance.terminate || end >= to {
+                    return Ok(Advance { discarded: all.discarded, events: all.events, ..attempt.advance });
+                }
+                coupling.draw_lines(|_| (end + step).min(to));
+                time = end;
+                continue;
+            }
+            halvings += 1;
+            let rigid = coupling.takes_equal_steps();
+            if halvings > HALVINGS || rigid {
+                let why = if rigid { "and an FMU takes no shorter step" } else { "however short the step" };
+                let reason = format!("a step of {step:?} s does not settle, {why}");
+                return Err(coupling.unsettled(time, end, tolerance, reason));
+            }
+            self.log.rejected += 1;
+            coupling.restore(time)?;
+            step *= 0.5;
+        }
+    }
+}
