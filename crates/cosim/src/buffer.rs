@@ -4,8 +4,6 @@ use trueup_fmi_description::Version;
 use trueup_fmi_description::description::Type;
 use trueup_fmi_import::{Error, fmi2, fmi3};
 
-use crate::results::Values;
-
 /// Variables of one type that are read or set by one call.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
@@ -16,7 +14,7 @@ pub struct Block {
 }
 
 macro_rules! buffers {
-    ($($kind:ident $type:ty, $get:ident $set:ident $class:ident $wide:ident;)*) => {
+    ($($kind:ident $type:ty, $get:ident $set:ident;)*) => {
         /// Values of one type.
         #[derive(Clone, Debug, PartialEq)]
         #[allow(missing_docs)]
@@ -45,15 +43,6 @@ macro_rules! buffers {
                     $(Self::$kind(v) => out.extend(v.iter().map(|x| format!("{x:?}"))),)*
                     Self::Boolean(v) => out.extend(v.iter().map(|x| u8::from(*x).to_string())),
                     Self::String(v) => out.extend(v.iter().cloned()),
-                }
-            }
-
-            /// Appends its values to those of a row.
-            pub(crate) fn append_to(&self, row: &mut Values) {
-                match self {
-                    $(Self::$kind(v) => row.$class.extend(v.iter().map(|x| *x as $wide)),)*
-                    Self::Boolean(v) => row.integers.extend(v.iter().map(|x| i64::from(*x))),
-                    Self::String(v) => row.texts.extend(v.iter().cloned()),
                 }
             }
 
@@ -97,15 +86,6 @@ macro_rules! buffers {
                 }
             }
 
-            /// Number of elements.
-            pub(crate) fn len(&self) -> usize {
-                match self {
-                    $(Self::$kind(v) => v.len(),)*
-                    Self::Boolean(v) => v.len(),
-                    Self::String(v) => v.len(),
-                }
-            }
-
             /// Sets an element from a text; `false` if it is no value of this type.
             pub(crate) fn parse(&mut self, at: usize, text: &str) -> bool {
                 match self {
@@ -139,16 +119,16 @@ macro_rules! buffers {
     };
 }
 buffers! {
-    Float32 f32, get_float32 set_float32 reals f64;
-    Float64 f64, get_float64 set_float64 reals f64;
-    Int8 i8, get_int8 set_int8 integers i64;
-    UInt8 u8, get_uint8 set_uint8 integers i64;
-    Int16 i16, get_int16 set_int16 integers i64;
-    UInt16 u16, get_uint16 set_uint16 integers i64;
-    Int32 i32, get_int32 set_int32 integers i64;
-    UInt32 u32, get_uint32 set_uint32 integers i64;
-    Int64 i64, get_int64 set_int64 integers i64;
-    UInt64 u64, get_uint64 set_uint64 integers i64;
+    Float32 f32, get_float32 set_float32;
+    Float64 f64, get_float64 set_float64;
+    Int8 i8, get_int8 set_int8;
+    UInt8 u8, get_uint8 set_uint8;
+    Int16 i16, get_int16 set_int16;
+    UInt16 u16, get_uint16 set_uint16;
+    Int32 i32, get_int32 set_int32;
+    UInt32 u32, get_uint32 set_uint32;
+    Int64 i64, get_int64 set_int64;
+    UInt64 u64, get_uint64 set_uint64;
 }
 
 /// An element as it is handed on: exact for every type.

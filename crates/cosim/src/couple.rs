@@ -23,6 +23,8 @@ pub(crate) struct Turn {
     last: f64,
     /// It is to step, or has just stepped.
     due: bool,
+    /// One of its FMUs wants to end the run.
+    terminated: bool,
 }
 
 /// All components, their connections, and the time at which they stand. Initialized; between two communication points.
@@ -117,7 +119,7 @@ impl Coupling {
         let exchange = Exchange::new(&mut nodes, wiring, Phase::Stepping, |_| true)?;
         exchange.install_lines(&mut nodes)?;
         let (steppers, every): (Vec<_>, Vec<u64>) = steppers(&mut nodes)?.into_iter().unzip();
-        let turn = |every: u64| Turn { every: every.max(1), time, last: 0.0, due: true };
+        let turn = |every: u64| Turn { every: every.max(1), time, last: 0.0, due: true, terminated: false };
         let turns: Vec<Turn> = every.into_iter().map(turn).collect();
         let mut unit = vec![0; nodes.len()];
         for (u, stepper) in steppers.iter().enumerate() {
@@ -131,8 +133,8 @@ impl Coupling {
         for (from, to) in exchange.sources() {
             known[to as usize] = owner(from) < owner(to);
         }
-        let outputs = |s: &Box<dyn Stepper>| s.nodes().iter().flat_map(|n| exchange.outputs(*n)).collect();
-        let outputs = steppers.iter().map(outputs).collect();
+        let outputs = steppers.iter().map(|s| s.nodes().iter().flat_map(|n| exchange.outputs(*n)).collect());
+        let outputs = outputs.collect();
         let smooth = exchange.smooth(&nodes).into_iter().map(|s| f64::from(u8::from(s))).collect();
         let mut this = Self {
             uniform: turns.iter().all(|u| u.every == 1),
@@ -172,7 +174,7 @@ impl Coupling {
     /// Which units step to the communication point `point`; the last one is everybody's.
     pub(crate) fn turn(&mut self, point: u64, last: bool) {
         if !self.uniform {
-            self.turns.iter_mut().for_each(|u| u.due = last || point % u.every == 0);
+            self.turns.iter_mut().for_each(|u| u.due = last || point.is_multiple_of(u.every));
         }
     }
 
@@ -202,6 +204,7 @@ impl Coupling {
         let mut all = Advance { time: to, ..Advance::default() };
         for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
             let done = stepper.step(&mut self.nodes, turn.time, to, within)?;
+            turn.terminated |= done.terminate;
             (turn.last, turn.time) = (to - turn.time, to);
             join(&mut all, done);
         }
@@ -233,6 +236,7 @@ impl Coupling {
                 line.dirty = true;
             }
             let done = stepper.step(&mut self.nodes, from, to, Within::Line)?;
+            turn.terminated |= done.terminate;
             (turn.last, turn.time) = (to - from, to);
             for &n in stepper.nodes() {
                 self.exchange.read(n, &mut self.nodes, to)?;
@@ -293,6 +297,13 @@ impl Coupling {
                 }
             }
         }
+    }
+
+    /// The FMUs that want to end the run.
+    pub(crate) fn terminated_by(&self) -> String {
+        let ended = self.steppers.iter().zip(&self.turns).filter(|(_, t)| t.terminated);
+        let names = ended.flat_map(|(s, _)| s.nodes()).map(|n| self.nodes[*n].slave.name().to_owned());
+        names.collect::<Vec<_>>().join(", ")
     }
 
     /// Some FMU takes steps of equal length only.

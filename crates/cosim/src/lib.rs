@@ -17,8 +17,6 @@
 //! A wrong run never looks like a good one: every status is checked, a value that is not finite ends the run, and
 //! what was computed until then is kept under another name.
 
-#![allow(dead_code, unused_imports)] // until the run loop stands on the steppers
-
 mod buffer;
 mod check;
 mod choose;

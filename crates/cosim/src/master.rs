@@ -196,6 +196,7 @@ impl Master {
             }
             recorder.row(coupling.nodes(), done.time, Some(i + 1), sink)?;
             if done.terminate {
+                self.log.terminated_by = Some(coupling.terminated_by());
                 break;
             }
             from = to;
