@@ -1,4 +1,12 @@
 //! Parameters from recordings, with uncertainty.
 
+pub mod covariance;
+mod law;
+pub mod lsq;
 pub mod nelder_mead;
+pub mod output_error;
+pub mod plant;
+pub mod predict;
+pub mod run;
 pub mod tangent;
+pub mod unknown;

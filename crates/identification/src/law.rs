@@ -1,0 +1,307 @@
+//! The motion while the modes are frozen: one step of dx/dt = f(x, u(t)) with u on a straight line.
+//!
+//! An affine law dx/dt = A x + B u + c is stepped exactly (Taylor series of the matrix exponential, step times largest
+//! eigenvalue below [`AFFINE_STEP`]); its matrices come from the rates at unit vectors, so with duals they carry their
+//! derivatives. Any other law is stepped by the classical Runge-Kutta method of order 4.
+
+use std::collections::HashMap;
+
+use trueup_numerics::hybrid::At;
+use trueup_numerics::{Dual, Scalar};
+
+use crate::plant::Plant;
+
+/// Step times largest eigenvalue of an affine law: short enough that no event is stepped over.
+const AFFINE_STEP: f64 = 0.4;
+/// The same for Runge-Kutta: phase error 1e-6 per radian.
+const RUNGE_KUTTA_STEP: f64 = 0.1;
+/// Terms of the Taylor series: 0.4^14/14! is below rounding.
+const TERMS: usize = 14;
+/// Step sizes whose maps are kept, per mode; with jittered clocks there is no end of them.
+const KEPT: usize = 24;
+
+/// A linear map as its entries that are not 0: row, column, value.
+#[derive(Clone, Debug, Default)]
+struct Sparse<T>(Vec<(usize, usize, T)>);
+
+impl<T: Scalar> Sparse<T> {
+    fn apply(&self, z: &[T], out: &mut [T]) {
+        out.fill(T::zero());
+        for &(row, column, value) in &self.0 {
+            out[row] += value * z[column];
+        }
+    }
+}
+
+/// What holds in one set of modes.
+#[derive(Debug)]
+pub(crate) struct Law<T> {
+    /// [dx/dt] from [x, u, 1].
+    rates: Sparse<T>,
+    /// Outputs asked for from [x, u, 1].
+    readout: Sparse<T>,
+    /// Whether state `row` at the end of a step depends on `[x, u, 1][column]` at its start.
+    reach: Vec<Vec<bool>>,
+    /// x at the end of a step from [x, u, 1, du/dt], by the bits of the step size.
+    maps: HashMap<u64, Sparse<T>>,
+    /// Longest step, s.
+    pub(crate) longest: f64,
+    affine: bool,
+    states: usize,
+    inputs: usize,
+    z: Vec<T>,
+    k: [Vec<T>; 5],
+}
+
+/// The model with its parameters.
+pub(crate) struct Frozen<'a, M, T> {
+    pub(crate) model: &'a M,
+    pub(crate) p: &'a [T],
+    pub(crate) modes: &'a [i32],
+}
+
+impl<M: Plant, T: Scalar> Frozen<'_, M, T> {
+    fn rates(&self, t: f64, x: &[T], u: &[T], dx: &mut [T]) {
+        self.model.rates(At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, dx);
+    }
+    fn outputs(&self, t: f64, x: &[T], u: &[T], y: &mut [T]) {
+        self.model.outputs(At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, y);
+    }
+}
+
+impl<T: Scalar> Law<T> {
+    /// Begins at `x`, `u`; `wanted` are the outputs to be read.
+    pub(crate) fn new<M: Plant>(f: &Frozen<M, T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
+        let n = f.model.sizes();
+        let mut law = Self {
+            rates: Sparse(Vec::new()),
+            readout: Sparse(Vec::new()),
+            reach: Vec::new(),
+            maps: HashMap::new(),
+            longest: f64::INFINITY,
+            affine: f.model.affine(),
+            states: n.states,
+            inputs: n.inputs,
+            z: vec![T::zero(); n.states + 2 * n.inputs + 1],
+            k: core::array::from_fn(|_| vec![T::zero(); n.states]),
+        };
+        if law.affine {
+            law.find_matrices(f, wanted);
+        }
+        let values: Vec<f64> = f.p.iter().map(|p| p.value()).collect();
+        let frozen = Frozen { model: f.model, p: &values, modes: f.modes };
+        let (x, u): (Vec<f64>, Vec<f64>) =
+            (x.iter().map(|v| v.value()).collect(), u.iter().map(|v| v.value()).collect());
+        let fastest = fastest(&frozen, t, &x, &u);
+        law.longest = if law.affine { AFFINE_STEP } else { RUNGE_KUTTA_STEP } / fastest;
+        law
+    }
+
+    fn find_matrices<M: Plant>(&mut self, f: &Frozen<M, T>, wanted: &[usize]) {
+        let n = f.model.sizes();
+        // A parameter that is 0 hides entries that depend on it: where they are is found with another value.
+        let some: Vec<f64> = f.p.iter().map(|p| if p.value() == 0.0 { 1e-3 } else { p.value() }).collect();
+        let pattern = columns(&Frozen { model: f.model, p: &some, modes: f.modes }, wanted);
+        let values = columns(f, wanted);
+        let last = n.states + n.inputs;
+        self.reach = vec![vec![false; last + 1]; n.states];
+        (0..n.states).for_each(|i| self.reach[i][i] = true);
+        for (column, ((rates, outputs), (dx, y))) in pattern.iter().zip(values).enumerate() {
+            let kept = |pattern: &[f64], v: Vec<T>| {
+                let entries = v.into_iter().enumerate().map(move |(row, v)| (row, column, v));
+                entries.zip(pattern.to_vec()).filter(|(_, p)| *p != 0.0).map(|(entry, _)| entry)
+            };
+            self.rates.0.extend(kept(rates, dx));
+            self.readout.0.extend(kept(outputs, y));
+        }
+        for _ in 0..=n.states {
+            for &(row, k, _) in &self.rates.0 {
+                for column in 0..=last {
+                    self.reach[row][column] |= k == column || k < n.states && self.reach[k][column];
+                }
+            }
+        }
+    }
+
+    /// The same law without derivatives.
+    pub(crate) fn values(&self) -> Law<f64> {
+        let plain = |s: &Sparse<T>| Sparse(s.0.iter().map(|&(r, c, v)| (r, c, v.value())).collect());
+        Law {
+            rates: plain(&self.rates),
+            readout: plain(&self.readout),
+            reach: self.reach.clone(),
+            maps: HashMap::new(),
+            longest: self.longest,
+            affine: self.affine,
+            states: self.states,
+            inputs: self.inputs,
+            z: vec![0.0; self.z.len()],
+            k: core::array::from_fn(|_| vec![0.0; self.states]),
+        }
+    }
+
+    /// The outputs asked for.
+    pub(crate) fn read<M: Plant>(
+        &mut self,
+        f: &Frozen<M, T>,
+        t: f64,
+        x: &[T],
+        u: &[T],
+        wanted: &[usize],
+        y: &mut [T],
+    ) {
+        if self.affine {
+            self.z[..self.states].copy_from_slice(x);
+            self.z[self.states..][..self.inputs].copy_from_slice(u);
+            self.z[self.states + self.inputs] = T::one();
+            self.readout.apply(&self.z, y);
+        } else {
+            let mut all = vec![T::zero(); f.model.sizes().outputs];
+            f.outputs(t, x, u, &mut all);
+            wanted.iter().zip(y).for_each(|(&o, y)| *y = all[o]);
+        }
+    }
+
+    /// A step of a size that will come again: by a map that is kept.
+    pub(crate) fn step<M: Plant>(
+        &mut self,
+        f: &Frozen<M, T>,
+        t: f64,
+        x: &mut [T],
+        u: &[T],
+        du: &[T],
+        h: f64,
+    ) {
+        if !self.affine || (self.maps.len() >= KEPT && !self.maps.contains_key(&h.to_bits())) {
+            return self.step_once(f, t, x, u, du, h);
+        }
+        let (n, m) = (self.states, self.inputs);
+        if !self.maps.contains_key(&h.to_bits()) {
+            let mut entries = Vec::new();
+            for column in 0..n + 2 * m + 1 {
+                let mut z = vec![T::zero(); n + 2 * m + 1];
+                z[column] = T::one();
+                let (x, u, one, du) = (&z[..n], &z[n..n + m], z[n + m], &z[n + m + 1..]);
+                let mut end = x.to_vec();
+                self.taylor(&mut end, u, one, du, h);
+                // A slope reaches what its input reaches.
+                let source = if column > n + m { column - m - 1 } else { column };
+                let kept = end.into_iter().enumerate().filter(|(row, _)| self.reach[*row][source]);
+                entries.extend(kept.map(|(row, v)| (row, column, v)));
+            }
+            self.maps.insert(h.to_bits(), Sparse(entries));
+        }
+        self.z[..n].copy_from_slice(x);
+        self.z[n..n + m].copy_from_slice(u);
+        self.z[n + m] = T::one();
+        self.z[n + m + 1..].copy_from_slice(du);
+        if let Some(map) = self.maps.get(&h.to_bits()) {
+            map.apply(&self.z, x);
+        }
+    }
+
+    /// A step of any size up to [`Law::longest`].
+    pub(crate) fn step_once<M: Plant>(
+        &mut self,
+        f: &Frozen<M, T>,
+        t: f64,
+        x: &mut [T],
+        u: &[T],
+        du: &[T],
+        h: f64,
+    ) {
+        if self.affine { self.taylor(x, u, T::one(), du, h) } else { self.runge_kutta(f, t, x, u, du, h) }
+    }
+
+    fn taylor(&mut self, x: &mut [T], u: &[T], one: T, du: &[T], h: f64) {
+        let (n, m) = (self.states, self.inputs);
+        let [d, ..] = &mut self.k;
+        let z = &mut self.z[..n + m + 1];
+        z[..n].copy_from_slice(x);
+        z[n..n + m].copy_from_slice(u);
+        z[n + m] = one;
+        let mut factor = 1.0;
+        for k in 1..=TERMS {
+            self.rates.apply(z, d);
+            factor *= h / k as f64;
+            x.iter_mut().zip(d.iter()).for_each(|(x, d)| *x += *d * factor);
+            z[..n].copy_from_slice(d);
+            if k == 1 {
+                z[n..n + m].copy_from_slice(du);
+            } else {
+                z[n..].fill(T::zero());
+            }
+            z[n + m] = T::zero();
+        }
+    }
+
+    fn runge_kutta<M: Plant>(&mut self, f: &Frozen<M, T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
+        let [k1, k2, k3, k4, y] = &mut self.k;
+        let mut input = u.to_vec();
+        let mut stage = |c: f64, k: Option<&[T]>, out: &mut [T]| {
+            for i in 0..x.len() {
+                y[i] = k.map_or(x[i], |k| x[i] + k[i] * (c * h));
+            }
+            input.iter_mut().zip(u.iter().zip(du)).for_each(|(v, (u, du))| *v = *u + *du * (c * h));
+            f.rates(t + c * h, y, &input, out);
+        };
+        stage(0.0, None, k1);
+        stage(0.5, Some(k1), k2);
+        stage(0.5, Some(k2), k3);
+        stage(1.0, Some(k3), k4);
+        for i in 0..x.len() {
+            x[i] += (k1[i] + k2[i] * 2.0 + k3[i] * 2.0 + k4[i]) * (h / 6.0);
+        }
+    }
+}
+
+/// Rates and outputs wanted at unit states and inputs, less those at 0; last those at 0.
+fn columns<M: Plant, T: Scalar>(f: &Frozen<M, T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
+    let n = f.model.sizes();
+    let (mut x, mut u) = (vec![T::zero(); n.states], vec![T::zero(); n.inputs]);
+    let at = |x: &[T], u: &[T]| {
+        let (mut dx, mut y) = (vec![T::zero(); n.states], vec![T::zero(); n.outputs]);
+        f.rates(0.0, x, u, &mut dx);
+        f.outputs(0.0, x, u, &mut y);
+        (dx, wanted.iter().map(|&o| y[o]).collect::<Vec<T>>())
+    };
+    let less = |a: &[T], b: &[T]| a.iter().zip(b).map(|(a, b)| *a - *b).collect::<Vec<T>>();
+    let (dx0, y0) = at(&x, &u);
+    let mut all = Vec::new();
+    for column in 0..n.states + n.inputs {
+        let e = if column < n.states { &mut x[column] } else { &mut u[column - n.states] };
+        *e = T::one();
+        let (dx, y) = at(&x, &u);
+        x.fill(T::zero());
+        u.fill(T::zero());
+        all.push((less(&dx, &dx0), less(&y, &y0)));
+    }
+    all.push((dx0, y0));
+    all
+}
+
+/// Magnitude of the fastest eigenvalue of df/dx, 1/s, from above: norm(A^64)^(1/64), which forgets units.
+fn fastest<M: Plant>(f: &Frozen<M, f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
+    let n = x.len();
+    let dual = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
+    let (p, u) = (dual(f.p), dual(u));
+    let frozen = Frozen { model: f.model, p: &p, modes: f.modes };
+    let mut a = nalgebra::DMatrix::<f64>::zeros(n, n);
+    for column in 0..n {
+        let (mut at, mut dx) = (dual(x), dual(x));
+        at[column] = Dual::variable(x[column], 0);
+        frozen.rates(t, &at, &u, &mut dx);
+        (0..n).for_each(|row| a[(row, column)] = dx[row].eps[0]);
+    }
+    let mut log = 0.0;
+    for k in 0..6 {
+        let norm = a.norm();
+        if !(norm > 0.0 && norm.is_finite()) {
+            return 1e-3;
+        }
+        a /= norm;
+        log += norm.ln() / f64::from(1 << k);
+        a = &a * &a;
+    }
+    (log + a.norm().max(f64::MIN_POSITIVE).ln() / 64.0).exp().max(1e-3)
+}

@@ -1,0 +1,230 @@
+//! Output error: a free-running simulation of every recording against all its readings.
+//!
+//! Parameters are shared by the recordings; initial states, encoder offsets and input gains may belong to one.
+//! Residuals are divided by the standard deviation of their reading, priors are further residuals. Derivatives are
+//! exact ([`crate::predict`]); recordings run in parallel and are joined in order, so a result has the same bits
+//! whatever the number of threads.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use trueup_numerics::{Dual, Scalar};
+
+use crate::lsq::{Evaluation, Problem};
+use crate::plant::Plant;
+use crate::predict::{InputMap, Plan, PredictError, Prediction, predict};
+use crate::run::Run;
+use crate::unknown::{Target, Unknown};
+
+/// Columns of a Jacobian with the unknown that each belongs to.
+type Columns = Vec<(usize, Vec<f64>)>;
+
+/// Recordings, a model and what is unknown.
+#[derive(Clone, Debug)]
+pub struct OutputError<'a, M> {
+    model: &'a M,
+    /// The values of what is not estimated.
+    nominal: Vec<f64>,
+    runs: &'a [Run],
+    plans: Vec<Plan>,
+    unknowns: Vec<Unknown>,
+    /// Where each run's residuals begin; then those of the priors.
+    begin: Vec<usize>,
+}
+
+impl<'a, M: Plant> OutputError<'a, M> {
+    /// `nominal` are all parameters of the model.
+    pub fn new(model: &'a M, nominal: &[f64], runs: &'a [Run], unknowns: Vec<Unknown>) -> Self {
+        let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.sizes().inputs)).collect();
+        let mut begin = vec![0];
+        plans.iter().for_each(|p| begin.push(begin[begin.len() - 1] + p.len()));
+        Self { model, nominal: nominal.to_vec(), runs, plans, unknowns, begin }
+    }
+    /// What is estimated.
+    pub fn unknowns(&self) -> &[Unknown] {
+        &self.unknowns
+    }
+    /// The recordings.
+    pub fn runs(&self) -> &[Run] {
+        self.runs
+    }
+    /// How many readings there are: the residuals before those of the priors.
+    pub fn readings(&self) -> usize {
+        self.begin[self.plans.len()]
+    }
+    /// Where the residuals of a recording lie.
+    pub fn residuals_of(&self, run: usize) -> core::ops::Range<usize> {
+        self.begin[run]..self.begin[run + 1]
+    }
+    /// The recordings made ready for simulation.
+    pub fn plans(&self) -> &[Plan] {
+        &self.plans
+    }
+    /// The coordinates to start from.
+    pub fn start(&self) -> Vec<f64> {
+        self.unknowns.iter().map(|u| u.scale.coordinate(u.start)).collect()
+    }
+    /// The values at `theta`.
+    pub fn values(&self, theta: &[f64]) -> Vec<f64> {
+        self.unknowns.iter().zip(theta).map(|(u, x)| u.scale.value(*x).0).collect()
+    }
+    /// All parameters of the model in one run at `theta`.
+    pub fn parameters(&self, run: usize, theta: &[f64]) -> Vec<f64> {
+        self.arguments(run, theta, |_, v, _| v).0
+    }
+
+    /// Readings of one run at `theta`, offsets included.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn predict(&self, run: usize, theta: &[f64]) -> Result<Prediction<f64>, PredictError> {
+        let (p, map, offsets) = self.arguments(run, theta, |_, v, _| v);
+        self.predict_with(run, &p, &map, &offsets)
+    }
+
+    fn acting(&self, run: usize) -> Vec<usize> {
+        (0..self.unknowns.len()).filter(|&k| self.unknowns[k].run.is_none_or(|r| r == run)).collect()
+    }
+
+    /// Parameters, inputs and offsets of a run; `seed` makes a scalar of unknown, value and dvalue/dtheta.
+    fn arguments<T: Scalar>(
+        &self,
+        run: usize,
+        theta: &[f64],
+        seed: impl Fn(usize, f64, f64) -> T,
+    ) -> (Vec<T>, InputMap<T>, Vec<T>) {
+        let n = self.model.sizes();
+        let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
+        let mut map = InputMap { gain: vec![T::one(); n.inputs], bias: vec![T::zero(); n.inputs] };
+        let mut offsets = vec![T::zero(); n.outputs];
+        for k in self.acting(run) {
+            let (value, slope) = self.unknowns[k].scale.value(theta[k]);
+            let v = seed(k, value, slope);
+            match self.unknowns[k].target {
+                Target::Parameter(i) => p[i] = v,
+                Target::Offset(i) => offsets[i] = v,
+                Target::InputGain(i) => map.gain[i] = v,
+                Target::InputBias(i) => map.bias[i] = v,
+            }
+        }
+        (p, map, offsets)
+    }
+
+    fn predict_with<T: Scalar>(
+        &self,
+        run: usize,
+        p: &[T],
+        map: &InputMap<T>,
+        offsets: &[T],
+    ) -> Result<Prediction<T>, PredictError> {
+        let plan = &self.plans[run];
+        let mut found = predict(self.model, plan, p, map, self.runs[run].at_rest)?;
+        for (c, channel) in self.runs[run].channels.iter().enumerate() {
+            let range = plan.channels()[c]..plan.channels()[c + 1];
+            found.y[range].iter_mut().for_each(|y| *y += offsets[channel.output]);
+        }
+        Ok(found)
+    }
+
+    /// Residuals of a run and, column by column, their derivatives by the unknowns that act in it.
+    fn derivatives<const N: usize>(
+        &self,
+        run: usize,
+        theta: &[f64],
+        acting: &[usize],
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
+        let (p, map, offsets) = self.arguments(run, theta, |k, value, slope| {
+            let mut v = Dual::<N>::constant(value);
+            if let Some(i) = acting.iter().position(|a| *a == k) {
+                v.eps[i] = slope;
+            }
+            v
+        });
+        let found = self.predict_with(run, &p, &map, &offsets)?;
+        let mut columns = vec![vec![0.0; found.y.len()]; acting.len()];
+        let residuals = self.weighted(run, &found.y, |at, y, sigma| {
+            columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e / sigma);
+        });
+        Ok((residuals, columns))
+    }
+
+    fn weighted<T: Scalar>(&self, run: usize, y: &[T], mut each: impl FnMut(usize, &T, f64)) -> Vec<f64> {
+        let mut residuals = Vec::with_capacity(y.len());
+        for channel in &self.runs[run].channels {
+            for measured in &channel.y {
+                let at = residuals.len();
+                each(at, &y[at], channel.sigma);
+                residuals.push((y[at].value() - measured) / channel.sigma);
+            }
+        }
+        residuals
+    }
+
+    fn run_derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
+        let acting = self.acting(run);
+        let (mut residuals, mut all) = (Vec::new(), Vec::new());
+        // Duals of fixed lengths; a longer list goes in pieces.
+        for piece in acting.chunks(24) {
+            let (r, columns) = match piece.len() {
+                0..=4 => self.derivatives::<4>(run, theta, piece)?,
+                5..=8 => self.derivatives::<8>(run, theta, piece)?,
+                9..=12 => self.derivatives::<12>(run, theta, piece)?,
+                13..=16 => self.derivatives::<16>(run, theta, piece)?,
+                _ => self.derivatives::<24>(run, theta, piece)?,
+            };
+            residuals = r;
+            all.extend(piece.iter().copied().zip(columns));
+        }
+        if acting.is_empty() {
+            let found = self.predict(run, theta)?;
+            residuals = self.weighted(run, &found.y, |_, _, _| {});
+        }
+        Ok((residuals, all))
+    }
+}
+
+impl<M: Plant> Problem for OutputError<'_, M> {
+    type Error = PredictError;
+
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |v: f64, u: &Unknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
+        (
+            self.unknowns.iter().map(|u| of(u.lower, u)).collect(),
+            self.unknowns.iter().map(|u| of(u.upper, u)).collect(),
+        )
+    }
+
+    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {
+        let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
+        let (readings, rows) = (self.readings(), self.readings() + believed.len());
+        let mut residuals = DVector::zeros(rows);
+        let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
+        if let Some(j) = &mut columns {
+            let found: Vec<_> =
+                (0..self.runs.len()).into_par_iter().map(|run| self.run_derivatives(run, theta)).collect();
+            for (run, found) in found.into_iter().enumerate() {
+                let (r, all) = found?;
+                residuals.as_mut_slice()[self.residuals_of(run)].copy_from_slice(&r);
+                for (k, column) in all {
+                    j.column_mut(k).as_mut_slice()[self.residuals_of(run)].copy_from_slice(&column);
+                }
+            }
+        } else {
+            let found: Vec<_> = (0..self.runs.len())
+                .into_par_iter()
+                .map(|run| Ok(self.weighted(run, &self.predict(run, theta)?.y, |_, _, _| {})))
+                .collect();
+            for (run, r) in found.into_iter().enumerate() {
+                residuals.as_mut_slice()[self.residuals_of(run)].copy_from_slice(&r?);
+            }
+        }
+        for (row, &k) in believed.iter().enumerate() {
+            if let Some((mean, sd)) = self.unknowns[k].prior {
+                residuals[readings + row] = (theta[k] - mean) / sd;
+                if let Some(j) = &mut columns {
+                    j[(readings + row, k)] = 1.0 / sd;
+                }
+            }
+        }
+        Ok(Evaluation { residuals, jacobian: columns })
+    }
+}

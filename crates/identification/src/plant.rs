@@ -1,0 +1,34 @@
+//! What identification has to know of a model beyond its equations.
+
+use trueup_models::joint::{TwoMassJoint, input as ji, parameter as j};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::Hybrid;
+
+/// A model whose parameters can be fitted.
+pub trait Plant: Hybrid + Sync {
+    /// Rates and outputs are affine in states and inputs while the modes are frozen, and do not depend on time: steps
+    /// are then exact, by the matrix exponential. Wrongly claimed, predictions are wrong.
+    fn affine(&self) -> bool {
+        false
+    }
+    /// Sets the initial-state parameters such that the run starts at rest, in equilibrium with the inputs `u`.
+    /// What the equilibrium does not determine stays.
+    fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]);
+}
+
+/// Effects that leave a joint affine between its events.
+const AFFINE: &[&str] = &["motor-friction", "flexible-link"];
+
+impl Plant for TwoMassJoint {
+    fn affine(&self) -> bool {
+        self.effects().iter().all(|e| AFFINE.contains(&e.spec().id))
+    }
+    /// Both velocities 0, the spring carries the external torque; the motor angle stays, friction holds it.
+    fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]) {
+        p[j::INITIAL_MOTOR_VELOCITY] = T::zero();
+        p[j::INITIAL_LOAD_VELOCITY] = T::zero();
+        let n = p[j::GEAR_RATIO];
+        let twist = if self.flexible() { -u[ji::EXTERNAL_TORQUE] / (n * p[j::STIFFNESS]) } else { T::zero() };
+        p[j::INITIAL_LOAD_ANGLE] = (p[j::INITIAL_MOTOR_ANGLE] - twist) / n;
+    }
+}

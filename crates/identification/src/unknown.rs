@@ -1,0 +1,100 @@
+//! What is estimated: each unknown with its scale, bounds and prior.
+
+/// What an unknown sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// This parameter of the model (initial states are parameters too).
+    Parameter(usize),
+    /// A constant reading offset of the channel that shows this output.
+    Offset(usize),
+    /// A factor on this input.
+    InputGain(usize),
+    /// A constant added to this input.
+    InputBias(usize),
+}
+
+/// The coordinate in which an unknown is searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// theta = ln(value): the value stays positive, a change of 1 is a factor e.
+    Log,
+    /// theta = value / this.
+    Linear(f64),
+}
+
+impl Scale {
+    /// theta of a value.
+    pub fn coordinate(self, value: f64) -> f64 {
+        match self {
+            Self::Log => value.max(f64::MIN_POSITIVE).ln(),
+            Self::Linear(s) => value / s,
+        }
+    }
+    /// The value, and its derivative by theta.
+    pub fn value(self, theta: f64) -> (f64, f64) {
+        match self {
+            Self::Log => (theta.exp(), theta.exp()),
+            Self::Linear(s) => (theta * s, s),
+        }
+    }
+}
+
+/// One unknown.
+#[derive(Clone, Debug)]
+pub struct Unknown {
+    /// FMU variable, for messages and results.
+    pub name: String,
+    /// What it sets.
+    pub target: Target,
+    /// In this recording only (by index); `None`: in all.
+    pub run: Option<usize>,
+    /// Value to start from.
+    pub start: f64,
+    /// How it is searched.
+    pub scale: Scale,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Believed value and standard deviation, both as theta of [`Unknown::scale`].
+    pub prior: Option<(f64, f64)>,
+}
+
+impl Unknown {
+    /// Shared by all recordings, positive, searched by its logarithm between 1e-4 and 1e4 of its start.
+    pub fn positive(name: &str, parameter: usize, start: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            target: Target::Parameter(parameter),
+            run: None,
+            start,
+            scale: Scale::Log,
+            lower: start * 1e-4,
+            upper: start * 1e4,
+            prior: None,
+        }
+    }
+    /// Without bounds, of that typical magnitude, starting from 0.
+    pub fn free(name: &str, target: Target, run: Option<usize>, magnitude: f64) -> Self {
+        Self {
+            name: name.to_owned(),
+            target,
+            run,
+            start: 0.0,
+            scale: Scale::Linear(magnitude),
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            prior: None,
+        }
+    }
+    /// With a prior of relative standard deviation `doubt` about its start (of that share of the magnitude, if linear).
+    pub fn believed(mut self, doubt: f64) -> Self {
+        let mean = self.scale.coordinate(self.start);
+        let doubt = match self.scale {
+            Scale::Log => doubt,
+            Scale::Linear(s) => doubt * (self.start / s).abs().max(f64::MIN_POSITIVE),
+        };
+        self.prior = Some((mean, doubt));
+        self
+    }
+}
