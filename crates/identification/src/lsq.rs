@@ -1,10 +1,11 @@
-//! Bounded nonlinear least squares: Levenberg (1944), Marquardt (1963), damping after Nielsen (1999), active set for
-//! the bounds, robust losses by iteratively reweighted least squares.
+//! Bounded nonlinear least squares: Levenberg's (1944) step within a trust region (More and Sorensen 1983), active set
+//! for the bounds, robust losses by iteratively reweighted least squares.
 //!
 //! min_x 1/2 sum rho(r_i(x)^2), lower <= x <= upper. The unknowns should be scaled such that a change of 1 is a
 //! large one (logarithms, or multiples of a typical value).
-//! Deviation from MINPACK: normal equations with the diagonal of the Hessian as scale; the covariance is not
-//! taken from them (see [`crate::covariance`]). Cross-tested against SciPy's `least_squares`.
+//! Deviation from MINPACK: the region is a ball in the unknowns as they are, such that a direction of which the data
+//! say little is left alone until the others fit; normal equations (the covariance does not come from them, see
+//! [`crate::covariance`]). Cross-tested against SciPy's `least_squares`.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -76,6 +77,8 @@ pub struct Options {
     pub gradient_tolerance: f64,
     /// What a residual costs.
     pub loss: Loss,
+    /// First radius of the trust region.
+    pub radius: f64,
 }
 
 impl Default for Options {
@@ -86,6 +89,7 @@ impl Default for Options {
             step_tolerance: 1e-9,
             gradient_tolerance: 1e-10,
             loss: Loss::Squares,
+            radius: 0.3,
         }
     }
 }
@@ -163,8 +167,7 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
     let mut x: Vec<f64> = (0..n).map(|i| inside(i, start[i])).collect();
     let mut here = evaluate(problem, &x)?;
     let mut best = cost(&here.0, options.loss);
-    let (mut damping, mut growth) = (1e-3, 2.0);
-    let mut largest = vec![0.0f64; n];
+    let mut radius = options.radius;
     let (mut iterations, mut stop) = (1, Stop::Iterations);
     'outer: loop {
         let q = Quadratic::new(&here.0, &here.1, options.loss);
@@ -181,16 +184,9 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
             stop = Stop::Gradient;
             break;
         }
-        free.iter().for_each(|&i| largest[i] = largest[i].max(q.hessian[(i, i)]));
+        let region = Region::new(&q, &free);
         loop {
-            let Some(step) = damped_step(&q, &free, damping, &largest) else {
-                (damping, growth) = (damping * growth, growth * 2.0);
-                if damping > 1e30 {
-                    stop = Stop::Step;
-                    break 'outer;
-                }
-                continue;
-            };
+            let step = region.step(radius);
             let mut next = x.clone();
             free.iter().zip(step.iter()).for_each(|(&i, s)| next[i] = inside(i, x[i] + s));
             let moved = DVector::from_fn(n, |i, _| next[i] - x[i]);
@@ -198,17 +194,19 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
             let small = moved.amax() <= options.step_tolerance;
             let tried = problem.evaluate(&next, false).ok().map(|e| cost(&e.residuals, options.loss));
             let reached = tried.filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
+            let gain = (best - reached) / predicted.max(f64::MIN_POSITIVE);
+            if gain > 0.75 {
+                radius = radius.max(3.0 * step.norm());
+            } else if gain < 0.25 {
+                radius = 0.25 * radius.min(step.norm());
+            }
             if reached < best {
-                let gain = (best - reached) / predicted.max(f64::MIN_POSITIVE);
-                let little = best - reached <= options.cost_tolerance * best;
-                damping = (damping * (1.0 - (2.0 * gain.min(1.0) - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-14);
-                growth = 2.0;
+                let little = best - reached <= options.cost_tolerance * best && gain > 0.25;
                 x = next;
                 here = evaluate(problem, &x)?;
                 best = reached;
                 iterations += 1;
-                if small || little && predicted <= 2.0 * options.cost_tolerance * best.max(f64::MIN_POSITIVE)
-                {
+                if small || little {
                     stop = if small { Stop::Step } else { Stop::Cost };
                     break 'outer;
                 }
@@ -222,7 +220,6 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
                 stop = if small { Stop::Step } else { Stop::Cost };
                 break 'outer;
             }
-            (damping, growth) = (damping * growth, growth * 2.0);
         }
     }
     let at_bound = (0..n).map(|i| i8::from(x[i] >= upper[i]) - i8::from(x[i] <= lower[i])).collect();
@@ -235,14 +232,105 @@ fn evaluate<P: Problem>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix
     Ok((e.residuals, jacobian))
 }
 
-fn damped_step(q: &Quadratic, free: &[usize], damping: f64, largest: &[f64]) -> Option<DVector<f64>> {
-    let scale: Vec<f64> = free.iter().map(|&i| largest[i].sqrt()).collect();
-    let mut h = DMatrix::from_fn(free.len(), free.len(), |a, b| {
-        q.hessian[(free[a], free[b])] / (scale[a] * scale[b])
-    });
-    (0..free.len()).for_each(|a| h[(a, a)] += damping);
-    let g = DVector::from_fn(free.len(), |a, _| -q.gradient[free[a]] / scale[a]);
-    let step = h.cholesky()?.solve(&g);
-    let step = DVector::from_fn(free.len(), |a, _| step[a] / scale[a]);
-    step.iter().all(|s| s.is_finite()).then_some(step)
+/// The quadratic model over the free unknowns, in its eigenvectors.
+struct Region {
+    values: DVector<f64>,
+    vectors: DMatrix<f64>,
+    /// Gradient along the eigenvectors.
+    slope: DVector<f64>,
+}
+
+impl Region {
+    fn new(q: &Quadratic, free: &[usize]) -> Self {
+        let h = DMatrix::from_fn(free.len(), free.len(), |a, b| q.hessian[(free[a], free[b])]);
+        let g = DVector::from_fn(free.len(), |a, _| q.gradient[free[a]]);
+        let e = h.symmetric_eigen();
+        let floor = 1e-15 * e.eigenvalues.amax();
+        Self {
+            values: e.eigenvalues.map(|v| v.max(floor)),
+            slope: e.eigenvectors.tr_mul(&g),
+            vectors: e.eigenvectors,
+        }
+    }
+    /// The minimiser of the model within the radius: -(H + mu)^-1 g with the smallest such mu.
+    fn step(&self, radius: f64) -> DVector<f64> {
+        let along = |mu: f64| self.slope.zip_map(&self.values, |g, h| -g / (h + mu));
+        let mut mu = 0.0;
+        if along(0.0).norm() > radius {
+            let (mut low, mut high) = (self.values.min() * 1e-3, self.slope.norm() / radius);
+            for _ in 0..60 {
+                mu = (low * high).sqrt();
+                if along(mu).norm() > radius {
+                    low = mu
+                } else {
+                    high = mu
+                }
+                if high / low < 1.05 {
+                    break;
+                }
+            }
+            mu = high;
+        }
+        &self.vectors * along(mu)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Residuals and their derivatives.
+    struct Of<F>(F, Vec<f64>, Vec<f64>);
+    impl<F: Fn(&[f64]) -> (Vec<f64>, Vec<Vec<f64>>)> Problem for Of<F> {
+        type Error = ();
+        fn evaluate(&self, x: &[f64], _: bool) -> Result<Evaluation, ()> {
+            let (r, rows) = self.0(x);
+            let jacobian = DMatrix::from_fn(r.len(), x.len(), |i, j| rows[i][j]);
+            Ok(Evaluation { residuals: DVector::from_vec(r), jacobian: Some(jacobian) })
+        }
+        fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+            (self.1.clone(), self.2.clone())
+        }
+    }
+
+    fn rosenbrock(x: &[f64]) -> (Vec<f64>, Vec<Vec<f64>>) {
+        (vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]], vec![vec![-20.0 * x[0], 10.0], vec![-1.0, 0.0]])
+    }
+
+    #[test]
+    fn rosenbrock_free_and_at_a_bound() {
+        let far = vec![f64::NEG_INFINITY; 2];
+        let free = Of(rosenbrock, far.clone(), vec![f64::INFINITY; 2]);
+        let found = solve(&free, &[-1.2, 1.0], Options::default()).unwrap();
+        assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-8) && found.stop.converged(), "{found:?}");
+        // SciPy's documentation of least_squares: x_1 >= 1.5 makes (1.22437075, 1.5), cost 0.0252 ...
+        let bound = Of(rosenbrock, vec![f64::NEG_INFINITY, 1.5], vec![f64::INFINITY; 2]);
+        let found = solve(&bound, &[2.0, 2.0], Options::default()).unwrap();
+        assert!((found.x[0] - 1.22437075).abs() < 1e-6 && found.x[1] == 1.5, "{found:?}");
+        assert!((found.cost - 0.025213093946805685).abs() < 1e-9 && found.at_bound == [0, -1]);
+    }
+
+    #[test]
+    fn robust_losses_agree_with_scipy() {
+        // y = a exp(b t), the last but one reading is far out.
+        let data = [(0.0, 2.0), (0.5, 1.6), (1.0, 1.15), (1.5, 0.95), (2.0, 0.7), (2.5, 3.0), (3.0, 0.45)];
+        let model = |x: &[f64]| {
+            let rows = data.map(|(t, _)| vec![(x[1] * t).exp(), x[0] * t * (x[1] * t).exp()]);
+            (data.map(|(t, y)| x[0] * (x[1] * t).exp() - y).to_vec(), rows.to_vec())
+        };
+        let problem = Of(model, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
+        // scipy.optimize.least_squares(..., loss=..., f_scale=0.1, xtol=ftol=gtol=1e-15), SciPy 1.17.1.
+        for (loss, expected) in [
+            (Loss::Huber(0.1), [1.99427266, -0.49048713]),
+            (Loss::SoftL1(0.1), [1.99467332, -0.48751434]),
+            (Loss::Squares, [1.68846478, -0.12735063]),
+        ] {
+            let options =
+                Options { loss, cost_tolerance: 1e-15, step_tolerance: 1e-12, ..Options::default() };
+            let found = solve(&problem, &[1.0, 0.0], options).unwrap();
+            for (x, e) in found.x.iter().zip(expected) {
+                assert!((x - e).abs() < 1e-6, "{loss:?} {:?} {expected:?}", found.x);
+            }
+        }
+    }
 }
