@@ -184,11 +184,25 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
             stop = Stop::Gradient;
             break;
         }
-        let region = Region::new(&q, &free);
+        let region = Region::new(&q, &free, &q.gradient);
         loop {
-            let step = region.step(radius);
             let mut next = x.clone();
-            free.iter().zip(step.iter()).for_each(|(&i, s)| next[i] = inside(i, x[i] + s));
+            let mut moving = free.clone();
+            let mut step = region.step(radius);
+            loop {
+                moving.iter().zip(step.iter()).for_each(|(&i, s)| next[i] = inside(i, x[i] + s));
+                let stay: Vec<usize> = (moving.iter().zip(step.iter()))
+                    .filter_map(|(&i, s)| (next[i] == x[i] + s).then_some(i))
+                    .collect();
+                if stay.len() == moving.len() || stay.is_empty() {
+                    break;
+                }
+                // What ran into a bound stays there; the others make the best of it.
+                let held = DVector::from_fn(n, |i, _| if stay.contains(&i) { 0.0 } else { next[i] - x[i] });
+                let gradient = &q.gradient + &q.hessian * held;
+                step = Region::new(&q, &stay, &gradient).step(radius);
+                moving = stay;
+            }
             let moved = DVector::from_fn(n, |i, _| next[i] - x[i]);
             let predicted = -(q.gradient.dot(&moved) + 0.5 * moved.dot(&(&q.hessian * &moved)));
             let small = moved.amax() <= options.step_tolerance;
@@ -196,9 +210,9 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
             let reached = tried.filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
             let gain = (best - reached) / predicted.max(f64::MIN_POSITIVE);
             if gain > 0.75 {
-                radius = radius.max(3.0 * step.norm());
+                radius = radius.max(3.0 * moved.norm());
             } else if gain < 0.25 {
-                radius = 0.25 * radius.min(step.norm());
+                radius = 0.25 * radius.min(moved.norm());
             }
             if reached < best {
                 let little = best - reached <= options.cost_tolerance * best && gain > 0.25;
@@ -241,9 +255,9 @@ struct Region {
 }
 
 impl Region {
-    fn new(q: &Quadratic, free: &[usize]) -> Self {
+    fn new(q: &Quadratic, free: &[usize], gradient: &DVector<f64>) -> Self {
         let h = DMatrix::from_fn(free.len(), free.len(), |a, b| q.hessian[(free[a], free[b])]);
-        let g = DVector::from_fn(free.len(), |a, _| q.gradient[free[a]]);
+        let g = DVector::from_fn(free.len(), |a, _| gradient[free[a]]);
         let e = h.symmetric_eigen();
         let floor = 1e-15 * e.eigenvalues.amax();
         Self {
