@@ -153,6 +153,18 @@ pub struct Group {
     notes: Vec<String>,
 }
 
+/// What a group remembers beside the states of its FMUs.
+#[derive(Clone, Debug)]
+pub struct Snapshot {
+    time: f64,
+    x: Vec<f64>,
+    memory: Memory,
+    mode: Mode,
+    next_events: Vec<Option<f64>>,
+    inputs: Vec<(usize, Block)>,
+    suspicion: (u32, u32),
+}
+
 /// Where a group stands between its calls.
 #[derive(Clone, Copy, Debug)]
 struct Mode {
@@ -237,6 +249,28 @@ impl Group {
     /// What it chose on the way, to be told to the user.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// What has to be restored together with the states of the FMUs, to go back.
+    pub fn snapshot(&self) -> Snapshot {
+        Snapshot {
+            time: self.time,
+            x: self.x.clone(),
+            memory: self.memory,
+            mode: self.mode,
+            next_events: self.members.iter().map(|m| m.next_event).collect(),
+            inputs: self.settings.inputs.clone(),
+            suspicion: self.suspicion,
+        }
+    }
+
+    /// Goes back; the states of the FMUs have been restored.
+    pub fn restore(&mut self, to: &Snapshot) {
+        (self.time, self.memory, self.suspicion) = (to.time, to.memory, to.suspicion);
+        self.mode = Mode { fresh: true, nominals: true, ..to.mode };
+        self.x.copy_from_slice(&to.x);
+        self.settings.inputs.clone_from(&to.inputs);
+        self.members.iter_mut().zip(&to.next_events).for_each(|(m, next)| m.next_event = *next);
     }
 
     /// A failed call at the time of the group.

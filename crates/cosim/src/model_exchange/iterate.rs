@@ -39,8 +39,9 @@ impl Group {
         if !self.mode.open {
             return Ok(false);
         }
-        if !self.mode.updated || self.mode.pending {
-            let fresh = self.mode.fresh || self.mode.pending;
+        let cause = self.mode.pending || self.changed(nodes)?;
+        if cause || !self.mode.updated {
+            let fresh = self.mode.fresh || cause;
             if self.iterate(nodes, around)? {
                 return Ok(true);
             }

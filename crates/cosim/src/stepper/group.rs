@@ -1,0 +1,191 @@
+//! FMUs of Model Exchange as one stepper.
+
+use trueup_fmi_description::description::{Type, Variability};
+use trueup_fmi_import::StateId;
+
+use super::{Advance, SLOTS, Settled, Stepper, Within};
+use crate::error::Error;
+use crate::exchange::{Exchange, Phase, Wiring};
+use crate::model_exchange::{Group, Snapshot, Surroundings, TOLERANCE, Settings};
+use crate::node::{self, Node};
+use crate::plan::Link;
+use crate::slave::{Block, Buffer};
+
+/// A [`Group`] with the connections among its FMUs.
+pub(crate) struct GroupStepper {
+    nodes: Vec<usize>,
+    group: Option<Group>,
+    around: Around,
+    settings: Settings,
+    ended: bool,
+    stop: bool,
+    saved: [Option<(Snapshot, Vec<StateId>)>; SLOTS],
+}
+
+/// What sets inputs while the group integrates.
+struct Around {
+    /// Nodes whose continuous inputs come from outside, on lines.
+    lines: Vec<usize>,
+    within: Within,
+    /// Connections of continuous variables among the FMUs, and all connections.
+    continuous: Option<Exchange>,
+    all: Option<Exchange>,
+}
+
+impl Surroundings for Around {
+    fn exchange(&mut self, nodes: &mut [Node], time: f64, event: bool) -> Result<(), Error> {
+        if self.within == Within::Line {
+            self.lines.iter().try_for_each(|n| nodes[*n].set_on_line(time))?;
+        }
+        let exchange = if event { &mut self.all } else { &mut self.continuous };
+        exchange.as_mut().map_or(Ok(()), |e| e.propagate(nodes, time))
+    }
+}
+
+impl GroupStepper {
+    /// Of these nodes, with lines installed.
+    ///
+    /// # Errors
+    /// [`Error::Setting`]: an array is connected to the group and to others; sizes of arrays cannot be had.
+    pub(crate) fn new(
+        nodes: &mut [Node],
+        members: &[usize],
+        wiring: Wiring<'_>,
+        tolerance: Option<f64>,
+    ) -> Result<Self, Error> {
+        let within = |n: usize| members.contains(&n);
+        let inner = |l: &&Link| within(l.from.component) && within(l.to.component);
+        let target = |nodes: &[Node], l: &Link| {
+            let v = &nodes[l.to.component].description().variables[l.to.variable];
+            v.kind.is_float() && v.variability == Variability::Continuous
+        };
+        let links: Vec<Link> = wiring.links.iter().filter(inner).copied().collect();
+        let smooth: Vec<Link> = links.iter().filter(|l| target(nodes, l)).copied().collect();
+        let outer = wiring.links.iter().filter(|l| !within(l.from.component) && within(l.to.component)).map(|l| l.to);
+        let outer: Vec<_> = outer.chain(wiring.driven.iter().filter(|d| within(d.to.component)).map(|d| d.to)).collect();
+        let shared = links.iter().find(|l| {
+            outer.iter().any(|to| (to.component, to.variable) == (l.to.component, l.to.variable))
+        });
+        if let Some(link) = shared {
+            return Err(Error::Setting(vec![format!(
+                "some elements of the array of `{}` come from Model Exchange and some from elsewhere; connect all from one side",
+                node::name(nodes, link.to)
+            )]));
+        }
+        let mut exchange = |links: &[Link]| {
+            let wiring = Wiring { links, driven: &[], maps: wiring.maps };
+            (!links.is_empty()).then(|| Exchange::new(nodes, wiring, Phase::Stepping, within)).transpose()
+        };
+        let (continuous, all) = (exchange(&smooth)?, exchange(&links)?);
+        let mut inputs: Vec<(usize, Block)> = Vec::new();
+        for to in links.iter().map(|l| l.to).chain(outer.iter().copied()) {
+            let d = nodes[to.component].description();
+            let v = &d.variables[to.variable];
+            if matches!(v.kind, Type::Binary | Type::Clock) {
+                continue;
+            }
+            let values = d.elements(v).and_then(|n| Buffer::new(v.kind, d.version, n));
+            let Some(values) = values else { continue };
+            let block = Block { references: vec![v.value_reference], values };
+            let known = |(n, b): &(usize, Block)| {
+                *n == to.component
+                    && b.references == block.references
+                    && std::mem::discriminant(&b.values) == std::mem::discriminant(&block.values)
+            };
+            if !inputs.iter().any(known) {
+                inputs.push((to.component, block));
+            }
+        }
+        let opens = !outer.is_empty() || smooth.len() < links.len();
+        let lines = members.iter().copied().filter(|n| outer.iter().any(|to| to.component == *n)).collect();
+        let settings = Settings {
+            tolerance: tolerance.unwrap_or(TOLERANCE),
+            linked: !links.is_empty(),
+            inputs,
+            opens,
+            ..Settings::default()
+        };
+        Ok(Self {
+            nodes: members.into(),
+            group: None,
+            around: Around { lines, within: Within::Held, continuous, all },
+            settings,
+            ended: false,
+            stop: false,
+            saved: [const { None }; SLOTS],
+        })
+    }
+}
+
+impl Stepper for GroupStepper {
+    fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let (group, settled) = Group::start(nodes, &self.nodes, time, self.settings.clone(), &mut self.around)?;
+        (self.group, self.ended) = (Some(group), settled.terminated);
+        Ok(())
+    }
+
+    fn stop_at_events(&mut self) {
+        self.stop = true;
+    }
+
+    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+        let Some(group) = self.group.as_mut().filter(|_| !self.ended) else {
+            return Ok(Advance { time: from, terminate: true, ..Advance::default() });
+        };
+        let before = group.statistics().events;
+        self.around.within = within;
+        let reached = group.advance(nodes, &mut self.around, to, self.stop);
+        self.around.within = Within::Held;
+        let reached = reached?;
+        let early = reached.terminated || (reached.event && group.time() < to);
+        Ok(Advance {
+            time: if early { group.time() } else { to },
+            terminate: reached.terminated,
+            event: early && !reached.terminated,
+            discarded: 0,
+            events: (group.statistics().events - before) as u64,
+        })
+    }
+
+    fn settle(&mut self, nodes: &mut [Node], _time: f64) -> Result<Settled, Error> {
+        let Some(group) = self.group.as_mut().filter(|_| !self.ended) else { return Ok(Settled::default()) };
+        let settled = group.settle(nodes, &mut self.around)?;
+        self.ended = settled.terminated;
+        Ok(settled)
+    }
+
+    fn notes(&self) -> &[String] {
+        self.group.as_ref().map_or(&[], |g| g.notes())
+    }
+
+    fn can_restore(&self, nodes: &[Node]) -> bool {
+        self.nodes.iter().all(|n| nodes[*n].can_restore())
+    }
+
+    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let Some(group) = &self.group else { return Ok(()) };
+        let saved = self.saved[slot].take();
+        let mut ids: Vec<Option<StateId>> = match saved {
+            Some((_, ids)) => ids.into_iter().map(Some).collect(),
+            None => self.nodes.iter().map(|_| None).collect(),
+        };
+        for (n, id) in self.nodes.iter().zip(&mut ids) {
+            nodes[*n].slave.save(id).map_err(|source| Error::Call { time, source })?;
+        }
+        self.saved[slot] = Some((group.snapshot(), ids.into_iter().flatten().collect()));
+        Ok(())
+    }
+
+    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let (Some((snapshot, ids)), Some(group)) = (&self.saved[slot], &mut self.group) else { return Ok(()) };
+        for (n, id) in self.nodes.iter().zip(ids) {
+            nodes[*n].slave.restore(id).map_err(|source| Error::Call { time, source })?;
+        }
+        group.restore(snapshot);
+        Ok(())
+    }
+}
