@@ -157,6 +157,7 @@ impl Coupling {
             stepper.begin(&mut this.nodes, time)?;
         }
         this.exchange(time)?;
+        this.settle(time)?;
         this.previous.copy_from_slice(this.exchange.reals());
         Ok(this)
     }
@@ -194,6 +195,41 @@ impl Coupling {
         exchange.propagate_due(nodes, time, due)
     }
 
+    /// After an exchange: events that wait at `time`, and what they make of others, until nothing changes any more. What
+    /// jumps there does not count as a slope. Returns whether an FMU ended the run.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns; events without end.
+    pub(crate) fn settle(&mut self, time: f64) -> Result<bool, Error> {
+        for _ in 0..ITERATIONS {
+            let mut changed = false;
+            for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
+                let settled = stepper.settle(&mut self.nodes, time)?;
+                if settled.terminated {
+                    turn.terminated = true;
+                    return Ok(true);
+                }
+                changed |= settled.changed;
+            }
+            if !changed {
+                return Ok(false);
+            }
+            let before = self.exchange.reals().to_vec();
+            self.exchange(time)?;
+            for ((previous, new), old) in self.previous.iter_mut().zip(self.exchange.reals()).zip(&before) {
+                *previous += new - old;
+            }
+        }
+        let reason =
+            format!("events at one time do not end: inputs still changed after {ITERATIONS} exchanges");
+        Err(Error::Stuck { time, reason, log: Vec::new() })
+    }
+
+    /// What the steppers chose on the way.
+    pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
+        self.steppers.iter().flat_map(|s| s.notes())
+    }
+
     /// Every unit that is due steps to `to`, one after the other, with the inputs that it has or on their lines. Nothing
     /// is exchanged.
     ///
@@ -205,7 +241,7 @@ impl Coupling {
         for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
             let done = stepper.step(&mut self.nodes, turn.time, to, within)?;
             turn.terminated |= done.terminate;
-            (turn.last, turn.time) = (to - turn.time, to);
+            (turn.last, turn.time) = (done.time - turn.time, done.time);
             join(&mut all, done);
         }
         Ok(all)
@@ -444,5 +480,8 @@ fn join(all: &mut Advance, one: Advance) {
     all.events += one.events;
     if one.terminate {
         (all.terminate, all.time) = (true, all.time.min(one.time));
+    }
+    if one.event {
+        (all.event, all.time) = (true, all.time.min(one.time));
     }
 }

@@ -22,6 +22,7 @@ mod check;
 mod choose;
 pub mod couple;
 mod error;
+mod events;
 pub mod exchange;
 mod graph;
 mod grid;

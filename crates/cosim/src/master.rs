@@ -21,13 +21,16 @@ use trueup_fmi_import::Experiment;
 use crate::choose::{choose, order, units};
 use crate::couple::Coupling;
 use crate::error::Error;
+use crate::events::{Cuts, discrete_inputs};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::log::RunLog;
 use crate::node::Node;
 use crate::plan::Plan;
 use crate::record::Recorder;
 use crate::results::Sink;
-use crate::stepper::{Advance, SlaveStepper, Stepper, Within, intermediate};
+use crate::stepper::{
+    Advance, EventStepper, GroupStepper, SlaveStepper, Stepper, Within, has_event_mode, intermediate,
+};
 use crate::system::{Algorithm, Interface};
 
 /// Relative tolerance of the coupling where nothing is said.
@@ -44,6 +47,7 @@ pub struct Master {
     units: Vec<Vec<usize>>,
     order: Vec<usize>,
     ready: Option<Ready>,
+    cuts: Cuts,
     log: RunLog,
 }
 
@@ -66,11 +70,14 @@ impl Master {
         let (mut nodes, mut shared) = (Vec::new(), Vec::new());
         let start = plan.grid.start;
         for planned in std::mem::take(&mut plan.components) {
-            let (how, lines) = if follows && planned.interface == Interface::CoSimulation {
+            let (mut how, lines) = if follows && planned.interface == Interface::CoSimulation {
                 intermediate(&planned)
             } else {
                 Default::default()
             };
+            if units.len() == 1 && has_event_mode(&planned) {
+                (how.event_mode_used, how.early_return_allowed) = (true, true);
+            }
             let mut node = Node::new(planned, how)?;
             let at = |source| Error::Call { time: start, source };
             node.slave.configure(&node.planned.structural).map_err(at)?;
@@ -78,8 +85,10 @@ impl Master {
             nodes.push(node);
             shared.push(lines);
         }
+        let uniform = nodes.iter().all(|n| n.planned.every <= 1);
+        let cuts = Cuts::new(&nodes, &plan.driven, plan.inputs.as_mut().filter(|_| uniform), &plan.grid);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
-        Ok(Self { plan, units, order, ready: Some(Ready { nodes, shared }), log })
+        Ok(Self { plan, units, order, ready: Some(Ready { nodes, shared }), cuts, log })
     }
 
     /// What was chosen and, after a run, what it did; also of a run that failed.
@@ -99,6 +108,7 @@ impl Master {
         let (mut coupling, mut recorder) = self.initialize(ready, sink)?;
         let done = self.steps(&mut coupling, &mut recorder, sink);
         self.log.loops = coupling.values().loops().cloned().collect();
+        self.log.notes.extend(coupling.notes());
         done?;
         let time = self.log.time;
         for node in coupling.nodes() {
@@ -131,23 +141,31 @@ impl Master {
         }
         let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
         let (units, step) = (&self.units, grid.step);
+        // Events of a system that is one unit show in the results; others step from point to point.
+        let alone = units.len() == 1;
         let steppers = |nodes: &mut [Node]| {
             let mut list: Vec<(Box<dyn Stepper>, u64)> = Vec::new();
             for unit in units {
                 let every = u64::from(nodes[unit[0]].planned.every);
-                let stepper: Box<dyn Stepper> = match nodes[unit[0]].planned.interface {
+                let mut stepper: Box<dyn Stepper> = match nodes[unit[0]].planned.interface {
                     Interface::CoSimulation => {
                         let step = step * every as f64;
                         let lines = shared[unit[0]].clone();
-                        Box::new(SlaveStepper::new(nodes, unit[0], step, rolls_back, lines))
+                        let slave = SlaveStepper::new(nodes, unit[0], step, rolls_back, lines);
+                        match &nodes[unit[0]] {
+                            node if alone && has_event_mode(&node.planned) => Box::new(EventStepper::new(
+                                slave,
+                                unit[0],
+                                discrete_inputs(node, unit[0], wiring),
+                            )),
+                            _ => Box::new(slave),
+                        }
                     }
-                    Interface::ModelExchange => {
-                        return Err(Error::Setting(vec![format!(
-                            "Model Exchange (`{}`) cannot be run yet",
-                            nodes[unit[0]].planned.name
-                        )]));
-                    }
+                    Interface::ModelExchange => Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance)?),
                 };
+                if alone && !rolls_back {
+                    stepper.stop_at_events();
+                }
                 list.push((stepper, every));
             }
             Ok(list)
@@ -167,39 +185,60 @@ impl Master {
         let grid = self.plan.grid;
         let algorithm = self.log.algorithm;
         let follows = algorithm != Algorithm::Jacobi;
-        let next = |point: u64| move |every: u64| grid.time((point + every).min(grid.steps));
+        let cuts = &std::mem::take(&mut self.cuts);
+        // The end of a step from `time`, which lies at or behind `point`.
+        let next = |time: f64, point: u64| {
+            move |every: u64| {
+                let to = grid.time((point + every).min(grid.steps));
+                cuts.between(time, to).map_or(to, |(cut, _)| cut)
+            }
+        };
+        let mut time = grid.start;
         if follows {
-            coupling.draw_lines(next(0));
+            coupling.draw_lines(next(time, 0));
         }
-        let mut from = grid.start;
         for i in 0..grid.steps {
             let to = grid.time(i + 1);
-            coupling.turn(i + 1, i + 1 == grid.steps);
-            let done = match algorithm {
-                Algorithm::Jacobi => coupling.step(to, Within::Held)?,
-                Algorithm::Extrapolate => coupling.step(to, Within::Line)?,
-                Algorithm::GaussSeidel => coupling.step_in_order(to)?,
-                Algorithm::Iterative | Algorithm::Adaptive => self.settle(coupling, from, to)?,
-            };
-            self.log.steps += 1;
-            self.log.discarded += done.discarded;
-            self.log.events += done.events;
-            self.log.time = done.time;
-            if !matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
-                if follows {
-                    coupling.extrapolate_held(to);
+            while time < to {
+                let cut = cuts.between(time, to);
+                let end = cut.map_or(to, |(cut, _)| cut);
+                coupling.turn(i + 1, i + 1 == grid.steps);
+                let mut done = match algorithm {
+                    Algorithm::Jacobi => coupling.step(end, Within::Held)?,
+                    Algorithm::Extrapolate => coupling.step(end, Within::Line)?,
+                    Algorithm::GaussSeidel => coupling.step_in_order(end)?,
+                    Algorithm::Iterative | Algorithm::Adaptive => self.settle(coupling, time, end)?,
+                };
+                self.log.steps += 1;
+                self.log.discarded += done.discarded;
+                self.log.events += done.events;
+                self.log.time = done.time;
+                // Between points, rows are written where something jumps: one before, one after it.
+                let between = done.time < to && (done.event || cut.is_some_and(|(_, jumps)| jumps));
+                if between {
+                    recorder.row(coupling.nodes(), done.time, None, sink)?;
                 }
-                coupling.exchange(done.time)?;
+                if !matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
+                    if follows {
+                        coupling.extrapolate_held(end);
+                    }
+                    coupling.exchange(done.time)?;
+                }
+                done.terminate |= coupling.settle(done.time)?;
+                time = done.time;
+                if follows {
+                    coupling.draw_lines(next(time, if time < to { i } else { i + 1 }));
+                }
+                if between && !done.terminate {
+                    recorder.row(coupling.nodes(), done.time, None, sink)?;
+                } else if time >= to || done.terminate {
+                    recorder.row(coupling.nodes(), done.time, Some(i + 1), sink)?;
+                }
+                if done.terminate {
+                    self.log.terminated_by = Some(coupling.terminated_by());
+                    return Ok(());
+                }
             }
-            if follows {
-                coupling.draw_lines(next(i + 1));
-            }
-            recorder.row(coupling.nodes(), done.time, Some(i + 1), sink)?;
-            if done.terminate {
-                self.log.terminated_by = Some(coupling.terminated_by());
-                break;
-            }
-            from = to;
         }
         Ok(())
     }
@@ -219,6 +258,9 @@ impl Master {
                 all.events += attempt.advance.events;
                 if attempt.advance.terminate || end >= to {
                     return Ok(Advance { discarded: all.discarded, events: all.events, ..attempt.advance });
+                }
+                if coupling.settle(end)? {
+                    return Ok(Advance { time: end, terminate: true, ..all });
                 }
                 coupling.draw_lines(|_| (end + step).min(to));
                 time = end;

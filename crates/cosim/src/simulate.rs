@@ -18,6 +18,8 @@ use crate::value;
 /// What the user wants; what is left open comes from the FMU's default experiment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
+    /// How the FMU is run; `None`: Co-Simulation where it offers that, else Model Exchange.
+    pub interface: Option<Interface>,
     /// Start in s.
     pub start: Option<f64>,
     /// Stop in s; else the default experiment's, else the end of the inputs, else 1 s after the start.
@@ -73,7 +75,10 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
     let component = Planned {
         name: String::new(),
         fmu: Arc::clone(fmu),
-        interface: Interface::CoSimulation,
+        interface: options.interface.unwrap_or(match d.co_simulation {
+            None if d.model_exchange.is_some() => Interface::ModelExchange,
+            _ => Interface::CoSimulation,
+        }),
         structural: Vec::new(),
         resized: None,
         start,

@@ -1,9 +1,13 @@
 //! What steps: one FMU in Co-Simulation, or a group in Model Exchange that is integrated as one.
 
+mod event_mode;
+mod group;
 mod slave;
 
 use crate::error::Error;
 use crate::node::Node;
+pub(crate) use event_mode::{EventStepper, has_event_mode};
+pub(crate) use group::GroupStepper;
 pub(crate) use slave::{Shared, SlaveStepper, Way, intermediate, is_continuous_input};
 
 /// How inputs go within a step.
@@ -18,15 +22,19 @@ pub enum Within {
 /// What a step did.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Advance {
-    /// Time reached in s: the end of the step, or less if `terminate`.
+    /// Time reached in s: the end of the step, or less if `terminate` or `event`.
     pub time: f64,
     /// The FMU wants to end the run.
     pub terminate: bool,
+    /// It stopped at an event before the end of the step, see [`Stepper::stop_at_events`].
+    pub event: bool,
     /// Steps that an FMU refused at their full length on the way.
     pub discarded: u64,
     /// Events on the way.
     pub events: u64,
 }
+
+pub use crate::model_exchange::Settled;
 
 /// Places for stored states: an algorithm may carry on more than one solution.
 pub const SLOTS: usize = 3;
@@ -42,9 +50,10 @@ pub const SLOTS: usize = 3;
 ///    [`Node::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
 ///    that knows better;
 /// 3. the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
-/// 4. [`restore`](Stepper::restore), if the step is to be repeated or was rejected; then from 2.
+/// 4. [`settle`](Stepper::settle) and the exchange again, until nothing changes any more: events at `to`;
+/// 5. [`restore`](Stepper::restore), if the step is to be repeated or was rejected; then from 2.
 ///
-/// A step goes to `to` exactly: events, and steps that an FMU discards, are the stepper's own affair. It ends earlier
+/// A step goes to `to` exactly: events on the way, and steps that an FMU discards, are the stepper's own affair. It ends earlier
 /// only if an FMU wants to end the run. What cannot be mended is an [`Error`] with FMU, call and time.
 pub trait Stepper: Send {
     /// Indices of its nodes.
@@ -65,6 +74,24 @@ pub trait Stepper: Send {
     /// # Errors
     /// Whatever an FMU returns and cannot be mended by shorter steps.
     fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error>;
+
+    /// From now on a step ends at an event, before it is handled; [`settle`](Stepper::settle) then does.
+    fn stop_at_events(&mut self) {}
+
+    /// After an exchange at the end of a step: handles an event that waits there, and what discrete inputs that have
+    /// changed make of it. Outputs may then have changed, and are to be exchanged again.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns; an event iteration without end.
+    fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {
+        let _ = (nodes, time);
+        Ok(Settled::default())
+    }
+
+    /// What it chose and did, to be told to the user.
+    fn notes(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// It can save and restore.
     fn can_restore(&self, nodes: &[Node]) -> bool;

@@ -1,15 +1,15 @@
 //! FMUs of Model Exchange as one stepper.
 
-use trueup_fmi_description::description::{Type, Variability};
 use trueup_fmi_import::StateId;
 
 use super::{Advance, SLOTS, Settled, Stepper, Within};
 use crate::error::Error;
+use crate::events;
 use crate::exchange::{Exchange, Phase, Wiring};
-use crate::model_exchange::{Group, Snapshot, Surroundings, TOLERANCE, Settings};
+use crate::model_exchange::{Group, Settings, Snapshot, Statistics, Surroundings, TOLERANCE};
 use crate::node::{self, Node};
 use crate::plan::Link;
-use crate::slave::{Block, Buffer};
+use crate::slave::Block;
 
 /// A [`Group`] with the connections among its FMUs.
 pub(crate) struct GroupStepper {
@@ -56,16 +56,17 @@ impl GroupStepper {
         let within = |n: usize| members.contains(&n);
         let inner = |l: &&Link| within(l.from.component) && within(l.to.component);
         let target = |nodes: &[Node], l: &Link| {
-            let v = &nodes[l.to.component].description().variables[l.to.variable];
-            v.kind.is_float() && v.variability == Variability::Continuous
+            events::is_continuous(&nodes[l.to.component].description().variables[l.to.variable])
         };
         let links: Vec<Link> = wiring.links.iter().filter(inner).copied().collect();
         let smooth: Vec<Link> = links.iter().filter(|l| target(nodes, l)).copied().collect();
-        let outer = wiring.links.iter().filter(|l| !within(l.from.component) && within(l.to.component)).map(|l| l.to);
-        let outer: Vec<_> = outer.chain(wiring.driven.iter().filter(|d| within(d.to.component)).map(|d| d.to)).collect();
-        let shared = links.iter().find(|l| {
-            outer.iter().any(|to| (to.component, to.variable) == (l.to.component, l.to.variable))
-        });
+        let outer =
+            wiring.links.iter().filter(|l| !within(l.from.component) && within(l.to.component)).map(|l| l.to);
+        let outer: Vec<_> =
+            outer.chain(wiring.driven.iter().filter(|d| within(d.to.component)).map(|d| d.to)).collect();
+        let shared = links
+            .iter()
+            .find(|l| outer.iter().any(|to| (to.component, to.variable) == (l.to.component, l.to.variable)));
         if let Some(link) = shared {
             return Err(Error::Setting(vec![format!(
                 "some elements of the array of `{}` come from Model Exchange and some from elsewhere; connect all from one side",
@@ -78,23 +79,8 @@ impl GroupStepper {
         };
         let (continuous, all) = (exchange(&smooth)?, exchange(&links)?);
         let mut inputs: Vec<(usize, Block)> = Vec::new();
-        for to in links.iter().map(|l| l.to).chain(outer.iter().copied()) {
-            let d = nodes[to.component].description();
-            let v = &d.variables[to.variable];
-            if matches!(v.kind, Type::Binary | Type::Clock) {
-                continue;
-            }
-            let values = d.elements(v).and_then(|n| Buffer::new(v.kind, d.version, n));
-            let Some(values) = values else { continue };
-            let block = Block { references: vec![v.value_reference], values };
-            let known = |(n, b): &(usize, Block)| {
-                *n == to.component
-                    && b.references == block.references
-                    && std::mem::discriminant(&b.values) == std::mem::discriminant(&block.values)
-            };
-            if !inputs.iter().any(known) {
-                inputs.push((to.component, block));
-            }
+        for &n in members {
+            inputs.extend(events::inputs(&nodes[n], n, wiring, |_| true).into_iter().map(|block| (n, block)));
         }
         let opens = !outer.is_empty() || smooth.len() < links.len();
         let lines = members.iter().copied().filter(|n| outer.iter().any(|to| to.component == *n)).collect();
@@ -123,7 +109,8 @@ impl Stepper for GroupStepper {
     }
 
     fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let (group, settled) = Group::start(nodes, &self.nodes, time, self.settings.clone(), &mut self.around)?;
+        let (group, settled) =
+            Group::start(nodes, &self.nodes, time, self.settings.clone(), &mut self.around)?;
         (self.group, self.ended) = (Some(group), settled.terminated);
         Ok(())
     }
@@ -158,8 +145,12 @@ impl Stepper for GroupStepper {
         Ok(settled)
     }
 
-    fn notes(&self) -> &[String] {
-        self.group.as_ref().map_or(&[], |g| g.notes())
+    fn notes(&self) -> Vec<String> {
+        let Some(group) = &self.group else { return Vec::new() };
+        let Statistics { accepted, rejected, events } = group.statistics();
+        let did =
+            format!("Model Exchange: {accepted} integrator steps ({rejected} rejected), {events} events");
+        group.notes().iter().cloned().chain([did]).collect()
     }
 
     fn can_restore(&self, nodes: &[Node]) -> bool {
@@ -181,7 +172,9 @@ impl Stepper for GroupStepper {
     }
 
     fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let (Some((snapshot, ids)), Some(group)) = (&self.saved[slot], &mut self.group) else { return Ok(()) };
+        let (Some((snapshot, ids)), Some(group)) = (&self.saved[slot], &mut self.group) else {
+            return Ok(());
+        };
         for (n, id) in self.nodes.iter().zip(ids) {
             nodes[*n].slave.restore(id).map_err(|source| Error::Call { time, source })?;
         }

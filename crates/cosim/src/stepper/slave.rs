@@ -184,6 +184,13 @@ impl SlaveStepper {
                 .slave
                 .do_step(time, step, !self.rolls_back)
                 .map_err(|source| Error::Call { time, source })?;
+            if result.event && !result.terminate && !result.discarded {
+                (done.time, done.event) = (if result.early { result.time } else { time + step }, true);
+                if !result.early && step >= to - time {
+                    done.time = to;
+                }
+                return Ok(());
+            }
             if !result.early {
                 let whole = self.equal.is_some() || step >= to - time;
                 (done.time, done.terminate) = (if whole { to } else { time + step }, result.terminate);
@@ -274,7 +281,7 @@ impl Stepper for SlaveStepper {
                 for k in 0..n {
                     node.set_on_line(0.5 * (at(k) + at(k + 1)))?;
                     self.advance(node, at(k), at(k + 1), false, &mut done)?;
-                    if done.terminate {
+                    if done.terminate || done.event {
                         break;
                     }
                 }

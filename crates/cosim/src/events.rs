@@ -1,0 +1,94 @@
+//! Times at which inputs from a file jump, or go on in another direction: steps end there.
+
+use std::collections::BTreeSet;
+
+use trueup_fmi_description::description::{Type, Variability, Variable};
+
+use crate::exchange::Wiring;
+use crate::grid::Grid;
+use crate::inputs::Inputs;
+use crate::node::Node;
+use crate::plan::Driven;
+use crate::slave::{Block, Buffer};
+use crate::system::Interface;
+
+/// Part of a communication step below which two times are the same.
+const SAME: f64 = 1e-9;
+
+/// Times in s, in order; `true`: a held input jumps, which is an event.
+#[derive(Debug, Default)]
+pub(crate) struct Cuts {
+    times: Vec<(f64, bool)>,
+}
+
+impl Cuts {
+    /// Of all held inputs; of linear ones only those that are integrated by the master. None at all if an FMU takes
+    /// steps of equal length only. Samples at communication points but for rounding are moved there.
+    pub(crate) fn new(nodes: &[Node], driven: &[Driven], inputs: Option<&mut Inputs>, grid: &Grid) -> Self {
+        let Some(inputs) = inputs else { return Self::default() };
+        for (_, times, _) in &mut inputs.columns {
+            for t in times.iter_mut() {
+                let point = grid.time(((*t - grid.start) / grid.step).round().max(0.0) as u64);
+                if (*t - point).abs() <= SAME * grid.step {
+                    *t = point;
+                }
+            }
+        }
+        let rigid = nodes.iter().any(|n| {
+            n.planned.interface == Interface::CoSimulation
+                && !n.offered().is_some_and(|i| i.can_handle_variable_communication_step_size)
+        });
+        let mut times: Vec<(f64, bool)> = Vec::new();
+        for d in driven.iter().filter(|_| !rigid) {
+            let (_, t, x) = &inputs.columns[d.column];
+            let node = &nodes[d.to.component];
+            let integrated = node.planned.interface == Interface::ModelExchange;
+            match d.linear {
+                true if integrated => times.extend(t.iter().map(|t| (*t, false))),
+                true => {}
+                false => {
+                    let jumps = (1..t.len()).filter(|i| x[*i] != x[i - 1]);
+                    times.extend(jumps.map(|i| (t[i], true)));
+                }
+            }
+        }
+        times.retain(|(t, _)| *t > grid.start && *t < grid.stop);
+        times.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        times.dedup_by(|b, a| b.0 - a.0 <= SAME * grid.step);
+        Self { times }
+    }
+
+    /// The first one after `from` and before `to`.
+    pub(crate) fn between(&self, from: f64, to: f64) -> Option<(f64, bool)> {
+        let at = self.times.partition_point(|(t, _)| *t <= from);
+        self.times.get(at).copied().filter(|(t, _)| *t < to)
+    }
+}
+
+/// The inputs of one node that are connected or driven, one block per variable.
+pub(crate) fn inputs(
+    node: &Node,
+    at: usize,
+    wiring: Wiring<'_>,
+    keep: impl Fn(&Variable) -> bool,
+) -> Vec<Block> {
+    let d = node.description();
+    let links = wiring.links.iter().map(|l| l.to);
+    let all = links.chain(wiring.driven.iter().map(|d| d.to)).filter(|to| to.component == at);
+    let variables: BTreeSet<usize> = all.map(|to| to.variable).collect();
+    let block = |v: &Variable| {
+        let values = Buffer::new(v.kind, d.version, d.elements(v)?)?;
+        Some(Block { references: vec![v.value_reference], values })
+    };
+    variables.into_iter().map(|v| &d.variables[v]).filter(|v| keep(v)).filter_map(block).collect()
+}
+
+/// Those that may be set in event mode only.
+pub(crate) fn discrete_inputs(node: &Node, at: usize, wiring: Wiring<'_>) -> Vec<Block> {
+    inputs(node, at, wiring, |v| !is_continuous(v))
+}
+
+/// It may change between events.
+pub(crate) fn is_continuous(v: &Variable) -> bool {
+    matches!(v.kind, Type::Float64 | Type::Float32) && v.variability == Variability::Continuous
+}

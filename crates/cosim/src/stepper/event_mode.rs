@@ -1,0 +1,183 @@
+//! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
+
+use super::{Advance, Settled, SlaveStepper, Stepper, Within};
+use crate::error::Error;
+use crate::node::Node;
+use crate::plan::Planned;
+use crate::slave::{Block, Slave};
+
+/// Passes of one event iteration after which it is held to be without end.
+const PASSES: u32 = 100;
+/// Events in a row at which time does not go on, after which they are held to be without end.
+const CHATTER: u32 = 100;
+
+/// A [`SlaveStepper`] that is told of events.
+pub(crate) struct EventStepper {
+    inner: SlaveStepper,
+    node: usize,
+    /// Discrete inputs that are connected or driven: they may be set in event mode only.
+    inputs: Vec<Block>,
+    /// The FMU is in event mode.
+    open: bool,
+    /// An event waits there.
+    pending: bool,
+    /// Discrete states were updated there.
+    updated: bool,
+    next_event: Option<f64>,
+    ended: bool,
+    stop: bool,
+    chatter: (f64, u32),
+}
+
+/// The FMU has event mode, and steps of any length, so that it may return early.
+pub(crate) fn has_event_mode(planned: &Planned) -> bool {
+    let offered = planned.description().co_simulation.as_ref();
+    offered.is_some_and(|i| i.has_event_mode && i.can_handle_variable_communication_step_size)
+}
+
+impl EventStepper {
+    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>) -> Self {
+        Self {
+            inner,
+            node,
+            inputs,
+            open: true,
+            pending: false,
+            updated: false,
+            next_event: None,
+            ended: false,
+            stop: false,
+            chatter: (f64::NEG_INFINITY, 0),
+        }
+    }
+
+    fn slave<'a>(&self, nodes: &'a mut [Node]) -> &'a mut Slave {
+        &mut nodes[self.node].slave
+    }
+
+    fn open(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        if !self.open {
+            self.slave(nodes).enter_event_mode().map_err(|source| Error::Call { time, source })?;
+            (self.open, self.updated) = (true, false);
+            self.changed(nodes, time)?;
+        }
+        Ok(())
+    }
+
+    /// To step mode; what has changed since it was opened is an event.
+    fn close(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        if self.open {
+            if self.changed(nodes, time)? || self.pending || !self.updated {
+                self.iterate(nodes, time)?;
+            }
+            if !self.ended {
+                self.slave(nodes).enter_step_mode().map_err(|source| Error::Call { time, source })?;
+                self.open = false;
+            }
+        }
+        Ok(())
+    }
+
+    fn iterate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        if self.pending {
+            let (last, count) = self.chatter;
+            self.chatter = (time, if time - last <= 1e-9 * time.abs().max(1.0) { count + 1 } else { 0 });
+        }
+        (self.pending, self.updated) = (false, true);
+        for _ in 0..PASSES {
+            let slave = self.slave(nodes);
+            let info = slave.update_discrete_states().map_err(|source| Error::Call { time, source })?;
+            self.next_event = info.next_event.filter(|t| t.is_finite());
+            self.ended = info.terminate;
+            if self.ended || !info.again {
+                let repeats =
+                    if self.chatter.1 > CHATTER { "events do not end: 100 in a row at once" } else { "" };
+                return if repeats.is_empty() { Ok(()) } else { Err(stuck(nodes, self.node, time, repeats)) };
+            }
+        }
+        Err(stuck(
+            nodes,
+            self.node,
+            time,
+            "event iteration does not end: it asked for another pass 100 times",
+        ))
+    }
+
+    /// Reads the discrete inputs back: has one another value than last time?
+    fn changed(&mut self, nodes: &mut [Node], time: f64) -> Result<bool, Error> {
+        let mut changed = false;
+        for block in &mut self.inputs {
+            let before = block.values.clone();
+            nodes[self.node].slave.get(block).map_err(|source| Error::Call { time, source })?;
+            changed |= before != block.values;
+        }
+        Ok(changed)
+    }
+}
+
+fn stuck(nodes: &[Node], node: usize, time: f64, what: &str) -> Error {
+    let slave = &nodes[node].slave;
+    Error::Stuck { time, reason: format!("instance \"{}\": {what}", slave.name()), log: slave.log() }
+}
+
+impl Stepper for EventStepper {
+    fn nodes(&self) -> &[usize] {
+        self.inner.nodes()
+    }
+
+    fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.iterate(nodes, time)
+    }
+
+    fn stop_at_events(&mut self) {
+        self.stop = true;
+    }
+
+    fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+        let mut all = Advance { time: from, ..Advance::default() };
+        loop {
+            self.close(nodes, all.time)?;
+            if self.ended {
+                return Ok(Advance { terminate: true, ..all });
+            }
+            let next = self.next_event.filter(|next| *next > all.time && *next < to);
+            let done = self.inner.step(nodes, all.time, next.unwrap_or(to), within)?;
+            all.time = done.time;
+            all.discarded += done.discarded;
+            if done.terminate {
+                return Ok(Advance { terminate: true, ..all });
+            }
+            self.pending = done.event || self.next_event.is_some_and(|next| next <= all.time);
+            all.events += u64::from(self.pending);
+            if self.pending && !(self.stop || all.time >= to) {
+                self.open(nodes, all.time)?;
+            } else if self.pending || all.time >= to {
+                break;
+            }
+        }
+        if self.pending || !self.inputs.is_empty() {
+            self.open(nodes, all.time)?;
+        }
+        Ok(Advance { event: self.pending && all.time < to, ..all })
+    }
+
+    fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {
+        if !self.open || self.ended || !(self.changed(nodes, time)? || self.pending) {
+            return Ok(Settled::default());
+        }
+        self.iterate(nodes, time)?;
+        Ok(Settled { changed: true, terminated: self.ended })
+    }
+
+    fn can_restore(&self, _: &[Node]) -> bool {
+        false
+    }
+
+    fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.inner.save_in(slot, nodes, time)
+    }
+
+    fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.inner.restore_from(slot, nodes, time)
+    }
+}
