@@ -75,10 +75,7 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
     let component = Planned {
         name: String::new(),
         fmu: Arc::clone(fmu),
-        interface: options.interface.unwrap_or(match d.co_simulation {
-            None if d.model_exchange.is_some() => Interface::ModelExchange,
-            _ => Interface::CoSimulation,
-        }),
+        interface: interface(d, options),
         structural: Vec::new(),
         resized: None,
         start,
@@ -95,6 +92,13 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
         algorithm: None,
         maps: Vec::new(),
         notes: Vec::new(),
+    })
+}
+
+fn interface(d: &Description, options: &Options) -> Interface {
+    options.interface.unwrap_or(match d.co_simulation {
+        None if d.model_exchange.is_some() => Interface::ModelExchange,
+        _ => Interface::CoSimulation,
     })
 }
 
@@ -225,17 +229,18 @@ fn grid(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Option<G
     let start = options.start.or(d.experiment.start_time).unwrap_or(0.0);
     let stop = options.stop.or(d.experiment.stop_time);
     let stop = stop.or(options.inputs.as_ref().map(|i| i.end)).unwrap_or(start + 1.0);
-    let interface = d.co_simulation.clone().unwrap_or_default();
+    let stepped = interface(d, options) == Interface::CoSimulation;
+    let offered = d.co_simulation.clone().filter(|_| stepped).unwrap_or_default();
     let default =
         d.experiment.step_size.filter(|h| *h > 0.0).unwrap_or((stop - start).max(f64::MIN_POSITIVE) / 500.0);
-    let step = options.step.unwrap_or_else(|| match interface.fixed_internal_step_size {
+    let step = options.step.unwrap_or_else(|| match offered.fixed_internal_step_size {
         Some(h) if h > 0.0 => h * (default / h).round().max(1.0),
         _ => default,
     });
     let grid = Grid::new(start, stop, step);
     match grid {
         None => wrong.push(format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step")),
-        Some(g) if !interface.can_handle_variable_communication_step_size && !g.is_even() => wrong.push(format!(
+        Some(g) if stepped && !offered.can_handle_variable_communication_step_size && !g.is_even() => wrong.push(format!(
             "the FMU takes steps of equal length only, and {step:?} s does not divide {:?} s; choose another step or stop",
             stop - start
         )),

@@ -17,6 +17,12 @@ fn table(text: &str) -> Rows {
     (split(lines.next().unwrap()), lines.map(split).collect())
 }
 
+/// Written by different programs, times differ by rounding.
+fn same_time(a: &str, b: &str) -> bool {
+    let [a, b] = [a, b].map(|t| t.parse::<f64>().unwrap());
+    (a - b).abs() <= 1e-12 * b.abs().max(1.0)
+}
+
 /// Simulates over the times of the reference and compares every number that both have.
 fn matches_its_reference(version: u32, model: &str) {
     let Some(folder) = std::env::var_os("TRUEUP_REFERENCE_FMUS") else {
@@ -49,6 +55,8 @@ fn matches_its_reference(version: u32, model: &str) {
     simulate(&fmu, &options, &mut writer).unwrap();
     writer.finish().unwrap();
     let (columns, rows) = table(&std::fs::read_to_string(&results).unwrap());
+    // At events between the points there are two rows more, before and after.
+    let rows: Vec<_> = rows.into_iter().filter(|r| expected.iter().any(|e| same_time(&r[0], &e[0]))).collect();
     assert_eq!(rows.len(), expected.len(), "{model} {version}");
     let mut compared = 0;
     for (at, name) in names.iter().enumerate() {

@@ -52,12 +52,20 @@ impl Slave {
         either!(self, i => i.get_event_indicators(z))
     }
 
-    pub(super) fn enter_event_mode(&mut self) -> Result<(), Error> {
+    pub(crate) fn enter_event_mode(&mut self) -> Result<(), Error> {
         either!(self, i => i.enter_event_mode())
     }
 
-    pub(super) fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+    pub(crate) fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
         either!(self, i => i.new_discrete_states(), i.update_discrete_states())
+    }
+
+    /// Co-Simulation of FMI 3.0; FMI 2.0 has no other mode.
+    pub(crate) fn enter_step_mode(&mut self) -> Result<(), Error> {
+        match self {
+            Self::V2(_) => Ok(()),
+            Self::V3(i) => i.enter_step_mode(),
+        }
     }
 
     pub(super) fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
