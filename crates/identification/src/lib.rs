@@ -1,6 +1,7 @@
 //! Parameters from recordings, with uncertainty.
 
 pub mod covariance;
+pub mod flexible_joint;
 mod law;
 pub mod lsq;
 pub mod nelder_mead;

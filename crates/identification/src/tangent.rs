@@ -8,29 +8,24 @@ use trueup_numerics::{Dual, Scalar};
 ///
 /// States: of state i its value, then its N derivatives. Parameters are the model's; outputs are not computed.
 #[derive(Clone, Debug)]
-pub struct Tangent<M, const N: usize> {
-    model: M,
+pub struct Tangent<'a, M, const N: usize> {
+    model: &'a M,
     /// Parameters with their derivatives to the unknowns.
     p: Vec<Dual<N>>,
 }
 
-impl<M: Hybrid, const N: usize> Tangent<M, N> {
+impl<'a, M: Hybrid, const N: usize> Tangent<'a, M, N> {
     /// Parameters `p`, unknown k moving the parameter `unknowns[k]` one to one.
     ///
     /// # Panics
-    /// Never for indices within `p`; debug builds check that the model has no events.
-    pub fn new(model: M, p: &[f64], unknowns: &[usize; N]) -> Self {
+    /// An unknown beyond the parameters; debug builds check that the model has no events.
+    pub fn new(model: &'a M, p: &[f64], unknowns: &[usize; N]) -> Self {
         debug_assert_eq!(model.sizes().indicators, 0, "a smooth model");
         let mut p: Vec<_> = p.iter().map(|v| Dual::constant(*v)).collect();
         for (k, at) in unknowns.iter().enumerate() {
             p[*at].eps[k] = 1.0;
         }
         Self { model, p }
-    }
-
-    /// The model.
-    pub fn model(&self) -> &M {
-        &self.model
     }
 
     /// State `i` among the states of this model.
@@ -47,7 +42,7 @@ impl<M: Hybrid, const N: usize> Tangent<M, N> {
     }
 }
 
-impl<M: Hybrid, const N: usize> Hybrid for Tangent<M, N> {
+impl<M: Hybrid, const N: usize> Hybrid for Tangent<'_, M, N> {
     fn sizes(&self) -> Sizes {
         let sizes = self.model.sizes();
         Sizes { states: sizes.states * (N + 1), outputs: 0, ..sizes }

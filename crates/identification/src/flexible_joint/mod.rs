@@ -1,0 +1,13 @@
+//! The flexible joint of a free-floating arm (S0, sections 3.3 and 4): motor inertia I_m, stiffness k, damping b and the
+//! initial offset lambda = q(0) - q_m(0) of its spring, from the joint's angle as the vision system shows it (eq. 21).
+//!
+//! The other joints follow their encoders. The flexible joint's motor is driven by its torque, or follows its encoder
+//! too ([`Motor`]); then I_m is felt by the satellite alone and hardly to be had.
+
+mod fit;
+mod replay;
+mod vision;
+
+pub use fit::{Estimate, Fit, Method, NAMES, fit};
+pub use replay::{FlexibleJoint, Motor, Run, RunError};
+pub use vision::{Sight, sight};
