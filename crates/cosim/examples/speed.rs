@@ -1,0 +1,53 @@
+//! What the master costs: `speed SYSTEM.toml STEP STEPS [ALGORITHM]` prints ns per FMU and step of the fastest fiftieth
+//! of a run with logging off; tests/masters/compare.py sets it beside other masters and a plain C loop.
+#![allow(clippy::print_stdout)]
+
+use std::time::Instant;
+
+use trueup_cosim::system::{Algorithm, Record, System};
+use trueup_cosim::{Column, Error, Master, Row, Sink, check};
+
+/// Looks at the clock now and then.
+struct Clock {
+    chunk: u64,
+    last: Option<Instant>,
+    best: f64,
+}
+
+impl Sink for Clock {
+    fn begin(&mut self, _: &[Column]) -> Result<(), Error> {
+        Ok(())
+    }
+    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+        if row.point.is_some_and(|p| p % self.chunk == 0) {
+            let now = Instant::now();
+            if let Some(last) = self.last.replace(now) {
+                self.best = self.best.min(now.duration_since(last).as_secs_f64() / self.chunk as f64);
+            }
+        }
+        Ok(())
+    }
+}
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [file, step, steps, ..] = &arguments[..] else { return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM]".into()) };
+    let (step, steps): (f64, u64) = (step.parse()?, steps.parse()?);
+    let mut system = System::read(file.as_ref())?;
+    system.run.step = Some(step);
+    system.run.stop = Some(step * steps as f64);
+    system.run.algorithm = Some(match arguments.get(3).map(String::as_str) {
+        Some("extrapolate") => Algorithm::Extrapolate,
+        Some("gauss-seidel") => Algorithm::GaussSeidel,
+        Some("iterative") => Algorithm::Iterative,
+        _ => Algorithm::Jacobi,
+    });
+    let chunk = (steps / 50).max(1);
+    let name = format!("{}.x1", system.components[0].name);
+    system.record = vec![Record { name, every: u32::try_from(chunk)?, ..Record::default() }];
+    let fmus = system.components.len() as f64;
+    let mut clock = Clock { chunk, last: None, best: f64::INFINITY };
+    Master::new(check(&system)?)?.run(&mut clock)?;
+    println!("{:.3}", clock.best / fmus * 1e9);
+    Ok(())
+}
