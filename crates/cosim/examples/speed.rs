@@ -31,7 +31,9 @@ impl Sink for Clock {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [file, step, steps, ..] = &arguments[..] else { return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM]".into()) };
+    let [file, step, steps, ..] = &arguments[..] else {
+        return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM]".into());
+    };
     let (step, steps): (f64, u64) = (step.parse()?, steps.parse()?);
     let mut system = System::read(file.as_ref())?;
     system.run.step = Some(step);

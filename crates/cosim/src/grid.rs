@@ -14,7 +14,7 @@ pub struct Grid {
 }
 
 /// Part of a step below which the rest is rounding, not a step of its own.
-const ROUNDING: f64 = 1e-9;
+pub(crate) const ROUNDING: f64 = 1e-9;
 
 impl Grid {
     /// `None` if the times are not finite, run backwards or need more steps than doubles can count.

@@ -9,6 +9,7 @@ use trueup_fmi_import::{StateId, fmi3};
 
 use super::{Advance, SLOTS, Stepper, Within};
 use crate::error::Error;
+use crate::grid::ROUNDING;
 use crate::node::Node;
 use crate::plan::Planned;
 
@@ -116,8 +117,10 @@ pub(crate) fn intermediate(planned: &Planned) -> (fmi3::CoSimulation, Option<Arc
 pub(crate) struct SlaveStepper {
     node: [usize; 1],
     way: Way,
-    /// The step in s, if only steps of equal length are taken.
-    equal: Option<f64>,
+    /// The regular step in s.
+    regular: f64,
+    /// The FMU takes steps of other lengths too.
+    variable: bool,
     /// States may be restored, so the FMU is not promised the contrary.
     rolls_back: bool,
     states: [Option<StateId>; SLOTS],
@@ -156,7 +159,8 @@ impl SlaveStepper {
         Self {
             node: [node],
             way: Way::of(d),
-            equal: (!variable).then_some(step),
+            regular: step,
+            variable,
             rolls_back,
             states: Default::default(),
             shared,
@@ -175,7 +179,9 @@ impl SlaveStepper {
         lines: bool,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let (mut time, mut step, mut halvings) = (from, self.equal.unwrap_or(to - from), 0);
+        // A regular step is of the same length to the last bit: FMUs keep what they have computed for it.
+        let regular = !self.variable || ((to - from) - self.regular).abs() <= ROUNDING * self.regular;
+        let (mut time, mut step, mut halvings) = (from, if regular { self.regular } else { to - from }, 0);
         loop {
             if lines {
                 self.tell(node, time)?;
@@ -192,7 +198,7 @@ impl SlaveStepper {
                 return Ok(());
             }
             if !result.early {
-                let whole = self.equal.is_some() || step >= to - time;
+                let whole = (regular && time == from && step == self.regular) || step >= to - time;
                 (done.time, done.terminate) = (if whole { to } else { time + step }, result.terminate);
                 if whole || result.terminate {
                     return Ok(());
@@ -206,7 +212,7 @@ impl SlaveStepper {
                     return Ok(());
                 }
                 halvings += u32::from(!progress);
-                let reason = if self.equal.is_some() {
+                let reason = if !self.variable {
                     "and takes no other step"
                 } else if halvings > HALVINGS {
                     "however short the step"
