@@ -24,6 +24,7 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
     let inputs =
         args.input.as_deref().map(Inputs::read).transpose().map_err(|e| Error::Failed(e.to_string()))?;
     let options = Options {
+        interface: None,
         start: None,
         stop: args.stop,
         step: args.step,
