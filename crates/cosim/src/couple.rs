@@ -63,6 +63,8 @@ pub struct Coupling {
     smooth: Vec<f64>,
     /// Per slot of an input: its source steps before, in the order of the units.
     known: Vec<bool>,
+    /// Per slot of an input: its source steps at least as often as its own FMU, so its own samples give the slope.
+    sampled: Vec<bool>,
     /// Outputs of each unit.
     outputs: Vec<Vec<usize>>,
     saved: Saved,
@@ -128,10 +130,12 @@ impl Coupling {
         let n = exchange.reals().len();
         let mut rank = vec![0; steppers.len()];
         order.iter().enumerate().for_each(|(at, u)| rank[*u] = at);
-        let mut known = vec![false; n];
+        let (mut known, mut sampled) = (vec![false; n], vec![false; n]);
+        let every = |slot: u32| turns[unit[exchange.element(slot as usize).component]].every;
         let owner = |slot: u32| rank[unit[exchange.element(slot as usize).component]];
         for (from, to) in exchange.sources() {
             known[to as usize] = owner(from) < owner(to);
+            sampled[to as usize] = every(from) <= every(to);
         }
         let outputs = steppers.iter().map(|s| s.nodes().iter().flat_map(|n| exchange.outputs(*n)).collect());
         let outputs = outputs.collect();
@@ -148,6 +152,7 @@ impl Coupling {
             previous: vec![0.0; n],
             smooth,
             known,
+            sampled,
             outputs,
             saved: Saved::default(),
             anderson: Anderson::default(),
@@ -326,11 +331,14 @@ impl Coupling {
             }
             for &n in stepper.nodes() {
                 let line = &mut self.nodes[n].line;
-                (line.from, line.dirty) = (unit.time, false);
+                let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
                 for ((slot, value), slope) in line.slots.iter().zip(&mut line.value).zip(&mut line.slope) {
+                    let own = !self.uniform && self.sampled[*slot];
+                    let sampled = (reals[*slot] - *value) * rate * self.smooth[*slot];
+                    *slope = if own { sampled } else { self.slopes[*slot] };
                     *value = reals[*slot];
-                    *slope = self.slopes[*slot];
                 }
+                (line.from, line.dirty) = (unit.time, false);
             }
         }
     }

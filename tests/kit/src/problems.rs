@@ -116,7 +116,7 @@ pub fn equation_pair(lower: bool) -> Problem {
     let first = Dynamics::Equations {
         flow: vec![],
         outputs: vec![format!("{sign}sqrt((42 - 5 * u(0)) / 2)")],
-        feedthrough: vec![vec![Some(format!("{sign}-1.25 / sqrt((42 - 5 * u(0)) / 2)"))]],
+        feedthrough: vec![vec![Some(format!("{sign}(-1.25) / sqrt((42 - 5 * u(0)) / 2)"))]],
     };
     let second = Dynamics::Equations {
         flow: vec![],

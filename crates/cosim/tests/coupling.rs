@@ -1,0 +1,280 @@
+//! Coupled FMUs against exact solutions: how large the error of each algorithm is, and loops.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
+#![cfg(target_os = "linux")]
+
+use std::path::Path;
+
+use trueup_cosim::system::{Algorithm, Component, Connection, Port, Run, Start, System};
+use trueup_cosim::{Error, Master, Memory, RunLog, check};
+use trueup_testkit::{Block, Problem, Version, compiler, problems};
+
+fn port(text: &str) -> Port {
+    let (component, variable) = text.split_once('.').unwrap();
+    Port { component: component.into(), variable: variable.into() }
+}
+
+/// The problem as a system; its FMUs are made in `folder`.
+fn system(problem: &Problem, version: Version, folder: &Path, algorithm: Algorithm, step: f64) -> System {
+    let component = |block: &Block| Component {
+        name: block.name.clone(),
+        fmu: block.build(version, folder).unwrap(),
+        ..Component::default()
+    };
+    let connection = |(from, to): &(String, String)| Connection {
+        from: port(from),
+        to: port(to),
+        ..Connection::default()
+    };
+    System {
+        components: problem.blocks.iter().map(component).collect(),
+        connections: problem.connections.iter().map(connection).collect(),
+        run: Run {
+            start: Some(0.0),
+            stop: Some(problem.stop),
+            step: Some(step),
+            algorithm: Some(algorithm),
+            ..Run::default()
+        },
+        ..System::default()
+    }
+}
+
+fn run(system: &System) -> Result<(RunLog, Memory), Error> {
+    let mut memory = Memory::default();
+    let log = Master::new(check(system)?)?.run(&mut memory)?;
+    Ok((log, memory))
+}
+
+/// Largest error of these outputs at the end of the run.
+fn error(problem: &Problem, memory: &Memory, outputs: &[&str]) -> f64 {
+    let exact = problem.exact(*memory.time().last().unwrap(), outputs).unwrap();
+    let last = |name: &&str| *memory.column(name).unwrap().last().unwrap();
+    outputs.iter().map(last).zip(exact).map(|(x, e)| (x - e).abs()).fold(0.0, f64::max)
+}
+
+/// Error of the problem with this algorithm and step.
+fn measured(problem: &Problem, version: Version, algorithm: Algorithm, step: f64, outputs: &[&str]) -> f64 {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, memory) = run(&system(problem, version, folder.path(), algorithm, step)).unwrap();
+    error(problem, &memory, outputs)
+}
+
+fn skip() -> bool {
+    if !compiler() {
+        eprintln!("SKIPPED: no C compiler (cc)");
+    }
+    !compiler()
+}
+
+const MASSES: [&str; 2] = ["left.x1", "right.x2"];
+
+#[test]
+fn errors_at_a_fixed_step_are_those_of_the_theory() {
+    if skip() {
+        return;
+    }
+    for version in Version::ALL {
+        for (algorithm, bound, order) in [
+            (Algorithm::Jacobi, 3.3e-3, 1),
+            (Algorithm::Extrapolate, 5.3e-5, 2),
+            (Algorithm::Iterative, 1.3e-5, 2),
+            (Algorithm::GaussSeidel, 1.2e-4, 2),
+        ] {
+            let [coarse, fine] =
+                [0.01, 0.001].map(|h| measured(&problems::two_mass(), version, algorithm, h, &MASSES));
+            println!("{version:?} {algorithm} {coarse:e} {fine:e}");
+            assert!(coarse <= bound, "{version:?} {algorithm}: {coarse:e}");
+            let rate = (coarse / fine).log10();
+            assert!((rate - f64::from(order)).abs() < 0.15, "{version:?} {algorithm}: order {rate}");
+        }
+    }
+}
+
+#[test]
+fn fmus_that_offer_nothing_are_of_second_order_too() {
+    if skip() {
+        return;
+    }
+    let plain = problems::two_mass().map(Block::plain);
+    for version in Version::ALL {
+        for algorithm in [Algorithm::Extrapolate, Algorithm::GaussSeidel] {
+            let [coarse, fine] = [0.01, 0.001].map(|h| measured(&plain, version, algorithm, h, &MASSES));
+            println!("plain {version:?} {algorithm} {coarse:e} {fine:e}");
+            assert!(coarse < 1.2e-4 && (coarse / fine).log10() > 1.85, "{algorithm}: {coarse:e}, {fine:e}");
+        }
+    }
+}
+
+#[test]
+fn stiff_coupling_is_stable_when_iterated() {
+    if skip() {
+        return;
+    }
+    let problem = problems::stiff_two_mass();
+    // The fast mode has a period of 4.4 ms.
+    let explicit = measured(&problem, Version::Two, Algorithm::Jacobi, 1e-3, &MASSES);
+    let iterated = measured(&problem, Version::Two, Algorithm::Iterative, 1e-3, &MASSES);
+    println!("stiff {explicit:e} {iterated:e}");
+    assert!(explicit > 1e3, "{explicit:e}");
+    assert!(iterated < 0.5, "{iterated:e}");
+    let fine = measured(&problem, Version::Two, Algorithm::Iterative, 1e-4, &MASSES);
+    println!("stiff fine {fine:e}");
+    assert!(fine < 3e-3, "{fine:e}");
+}
+
+#[test]
+fn a_loop_of_feedthrough_is_solved_at_every_point() {
+    if skip() {
+        return;
+    }
+    let problem = problems::feedthrough_loop(-0.9);
+    let states = ["first.x", "second.x"];
+    for directional in [true, false] {
+        for version in Version::ALL {
+            let problem = problem.clone().map(|b| Block { directional, ..b });
+            let error = measured(&problem, version, Algorithm::Iterative, 5e-4, &states);
+            println!("loop {version:?} {error:e}");
+            assert!(error < 1e-3, "{error:e}");
+        }
+    }
+    // With a gain of 1.1 the loop itself is unstable.
+    let folder = tempfile::tempdir().unwrap();
+    let unstable = Problem { stop: 0.02, ..problems::feedthrough_loop(1.1) };
+    let system = system(&unstable, Version::Two, folder.path(), Algorithm::Iterative, 1e-5);
+    let (log, memory) = run(&system).unwrap();
+    assert!(memory.column("first.x").unwrap().last().unwrap().abs() > 100.0);
+    assert!(log.loops[0].residual < 1e-9, "{:?}", log.loops);
+}
+
+#[test]
+fn a_nonlinear_loop_is_solved_from_zero_or_named() {
+    if skip() {
+        return;
+    }
+    for version in Version::ALL {
+        for (lower, x1, x2) in
+            [(false, 4.55717497580269, 0.0928624959671143), (true, -4.97384164246935, -1.49564027374489)]
+        {
+            let folder = tempfile::tempdir().unwrap();
+            let problem = problems::equation_pair(lower);
+            let (log, memory) =
+                run(&system(&problem, version, folder.path(), Algorithm::Jacobi, 0.1)).unwrap();
+            for (name, exact) in [("first.x1", x1), ("second.x2", x2)] {
+                let found = memory.column(name).unwrap();
+                assert!(found.iter().all(|x| (x - exact).abs() < 1e-9), "{name}: {found:?}");
+            }
+            assert_eq!(log.initial_loops[0].variables, ["second.x1", "first.x2"]);
+        }
+    }
+    // x1 = x1 + 1 has no solution.
+    let folder = tempfile::tempdir().unwrap();
+    let mut problem = problems::equation_pair(false);
+    for (block, output) in problem.blocks.iter_mut().zip(["u(0) + 1", "u(0)"]) {
+        block.dynamics = trueup_testkit::Dynamics::Equations {
+            flow: vec![],
+            outputs: vec![output.into()],
+            feedthrough: vec![vec![Some("1".into())]],
+        };
+    }
+    let failed = run(&system(&problem, Version::Two, folder.path(), Algorithm::Jacobi, 0.1)).unwrap_err();
+    let Error::Loop { variables, .. } = &failed else { panic!("{failed}") };
+    assert_eq!(variables.len(), 2);
+    let said = failed.to_string();
+    assert!(["first.x2 = ", "second.x1 = ", "t = 0.0 s"].iter().all(|w| said.contains(w)), "{said}");
+}
+
+#[test]
+fn halves_that_integrate_the_same_velocity_do_not_drift_apart() {
+    if skip() {
+        return;
+    }
+    let problem = problems::drift();
+    for algorithm in [Algorithm::Extrapolate, Algorithm::Iterative] {
+        let folder = tempfile::tempdir().unwrap();
+        let (_, memory) = run(&system(&problem, Version::Two, folder.path(), algorithm, 0.1)).unwrap();
+        let last = |name: &str| *memory.column(name).unwrap().last().unwrap();
+        let apart = last("spring.x") - last("mass.x");
+        println!("drift {algorithm} {apart:e}");
+        assert!(apart.abs() < 1e-3, "{algorithm}: {apart:e}");
+    }
+}
+
+#[test]
+fn a_slow_component_never_shows_the_future() {
+    if skip() {
+        return;
+    }
+    let problem = problems::two_mass();
+    let folder = tempfile::tempdir().unwrap();
+    let mut slow = system(&problem, Version::Two, folder.path(), Algorithm::Jacobi, 0.01);
+    slow.components[0].step = Some(0.1);
+    let (_, memory) = run(&slow).unwrap();
+    let x1 = memory.column("left.x1").unwrap();
+    for (i, t) in memory.time().iter().enumerate() {
+        assert_eq!(x1[i], x1[i / 10 * 10], "at {t}");
+    }
+    // After the first 0.1 s the force was constant: x1 at 0.1 s is the answer to F(0) alone.
+    assert_eq!(x1[9], 0.0);
+    let f0 = memory.column("right.F").unwrap()[0];
+    assert!((x1[10] - f0 * 0.005).abs() < 0.02 * f0 * 0.005, "{} {f0}", x1[10]);
+    // These FMUs are exact for inputs on lines, so that the fast one may take one step or ten on the same line.
+    slow.run.algorithm = Some(Algorithm::Extrapolate);
+    let two_rates = error(&problem, &run(&slow).unwrap().1, &MASSES);
+    let one_rate = measured(&problem, Version::Two, Algorithm::Extrapolate, 0.1, &MASSES);
+    assert!((two_rates - one_rate).abs() < 1e-9 && one_rate < 5e-3, "{two_rates:e}, {one_rate:e}");
+}
+
+#[test]
+fn the_choice_is_explained() {
+    if skip() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut loose = system(&problems::two_mass(), Version::Two, folder.path(), Algorithm::Jacobi, 0.1);
+    loose.run.algorithm = None;
+    let (log, _) = run(&loose).unwrap();
+    assert_eq!(log.algorithm, Algorithm::Extrapolate);
+    assert!(log.reason.contains("circle"), "{}", log.reason);
+    loose.connections.pop();
+    let (log, _) = run(&loose).unwrap();
+    assert_eq!(log.algorithm, Algorithm::GaussSeidel);
+    let plain = problems::two_mass().map(Block::plain);
+    let rigid = system(&plain, Version::Three, folder.path(), Algorithm::Iterative, 0.1);
+    let said = run(&rigid).err().unwrap().to_string();
+    assert!(said.contains("`left`, `right`") && said.contains("extrapolate"), "{said}");
+}
+
+#[test]
+fn faults_in_a_coupled_run_name_fmu_and_time() {
+    if skip() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let healthy = system(&problems::two_mass(), Version::Two, folder.path(), Algorithm::Extrapolate, 0.01);
+    let exact = error(&problems::two_mass(), &run(&healthy).unwrap().1, &MASSES);
+    let start = |name: &str, value: &str| Start {
+        variable: name.into(),
+        values: vec![value.into()],
+        ..Start::default()
+    };
+    for (fault, said) in [("3", "Error"), ("4", "Fatal"), ("2", "Discard"), ("5", "NaN"), ("6", "-inf")] {
+        let mut faulty = healthy.clone();
+        faulty.components[1].start = vec![start("fault", fault), start("faultTime", "0.5")];
+        let mut memory = Memory::default();
+        let failed = Master::new(check(&faulty).unwrap()).unwrap().run(&mut memory).unwrap_err();
+        let text = failed.to_string();
+        assert!(text.contains(said) && text.contains("right") && text.contains("t = 0.5 s"), "{text}");
+        assert!(memory.time().len() >= 50, "{}", memory.time().len());
+    }
+    // A warning, fine steps, half steps: the run goes on and stays as exact.
+    for fault in ["1", "7", "9"] {
+        let mut faulty = healthy.clone();
+        faulty.components[1].start = vec![start("fault", fault), start("faultTime", "0.5")];
+        let (log, memory) = run(&faulty).unwrap();
+        let error = error(&problems::two_mass(), &memory, &MASSES);
+        println!("fault {fault}: {error:e}, {} discarded", log.discarded);
+        assert!(error <= 1.05 * exact, "{fault}: {error:e}");
+        assert_eq!(log.discarded > 0, fault != "1", "{fault}");
+    }
+}
