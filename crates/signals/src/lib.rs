@@ -1,3 +1,37 @@
-//! Time series with units: recordings, cases, files, filters, metrics.
+//! Time series with units: recordings of real systems, the cases that they make up, what is wrong with them, and the
+//! signal processing that identification and diagnosis share.
+//!
+//! - [`Recording`] and its [`Channel`]s, a [`Case`] of several, [`Loaded`] from its folder with [`Case::load`];
+//! - [`Finding`]: what is wrong with one of them, where, and the mend;
+//! - [`Variable`]: what the caller knows of a model, so that this crate needs to know none;
+//!
+//! ```
+//! use trueup_signals::{Recording, Variable, Role};
+//!
+//! let known = [Variable::new("motorCurrent", "A", Role::Input), Variable::new("motorAngle", "rad", Role::Output)];
+//! let text = "time,motorCurrent,motorAngle\n0,0.5,1.0\n0.1,,1.5\n0.2,0.7,\n";
+//! let (run, findings) = Recording::parse_csv("run.csv", text.as_bytes(), &known)?;
+//! assert!(findings.iter().all(|f| !f.is_error()));
+//! let current = run.channel("motorCurrent").unwrap();
+//! assert_eq!(current.time, [0.0, 0.2]); // what is missing is left out
+//! assert!((current.at(0.1) - 0.6).abs() < 1e-15); // on the line between samples
+//! # Ok::<(), trueup_signals::Error>(())
+//! ```
 
+mod case;
+mod error;
+mod finding;
+mod names;
+mod read;
+mod recording;
 pub mod spline;
+mod unit;
+mod variable;
+
+pub use case::{Case, Loaded, Value};
+pub use error::Error;
+pub use finding::{Finding, Kind, Severity};
+pub use names::{base_name, element_name};
+pub use recording::{Channel, Interpolation, Recording, Sensor, Settings};
+pub use unit::Unit;
+pub use variable::{Role, Variable};

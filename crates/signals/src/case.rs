@@ -1,0 +1,124 @@
+//! A folder of recordings with a `case.toml`.
+
+mod load;
+mod parse;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+use std::path::PathBuf;
+
+pub use load::Loaded;
+
+use crate::names::base_name;
+use crate::recording::Settings;
+
+/// A parameter's value.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, in the variable's unit.
+    Number(f64),
+    /// A structural choice such as `jointFlexible`.
+    Boolean(bool),
+    /// An enumeration's item.
+    Text(String),
+}
+
+impl Value {
+    /// The number; a Boolean is 0 or 1.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(x) => Some(*x),
+            Self::Boolean(b) => Some(f64::from(u8::from(*b))),
+            Self::Text(_) => None,
+        }
+    }
+
+    /// The Boolean; the numbers 0 and 1 too.
+    pub fn boolean(&self) -> Option<bool> {
+        match self {
+            Self::Boolean(b) => Some(*b),
+            Self::Number(x) if *x == 0.0 || *x == 1.0 => Some(*x == 1.0),
+            _ => None,
+        }
+    }
+}
+
+impl fmt::Display for Value {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(x) => write!(f, "{x}"),
+            Self::Boolean(b) => write!(f, "{b}"),
+            Self::Text(text) => f.write_str(text),
+        }
+    }
+}
+
+/// What `case.toml` says. Arrays of parameters are kept element by element (`linkMass[1]`).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Case {
+    /// Where the recordings lie.
+    pub folder: PathBuf,
+    /// The `case.toml` itself.
+    pub file: PathBuf,
+    /// The model's name.
+    pub model: String,
+    /// Recordings that may be used for fitting.
+    pub train: Vec<String>,
+    /// Recordings only for the figures reported.
+    pub holdout: Vec<String>,
+    /// Runs of one command, each a group: their differences are noise.
+    pub repeats: Vec<Vec<String>>,
+    /// Recordings at rest: their variation is noise.
+    pub rest: Vec<String>,
+    /// The nominal simulation: what its owner believes, structural choices too.
+    pub parameters: BTreeMap<String, Value>,
+    /// Relative 1-sigma doubt of these values; none stands for held to be known.
+    pub uncertain: BTreeMap<String, f64>,
+    /// What is to be estimated (arrays or elements); `None`: the model's default.
+    pub fit: Option<Vec<String>>,
+    /// What holds for a channel in all recordings; an array's name for its elements.
+    pub channels: BTreeMap<String, Settings>,
+}
+
+impl Case {
+    /// The number that the owner believes for this parameter or element.
+    pub fn number(&self, name: &str) -> Option<f64> {
+        self.parameters.get(name)?.number()
+    }
+
+    /// The elements of an array in order, or the scalar alone; empty if the case does not name it.
+    pub fn elements(&self, base: &str) -> Vec<&Value> {
+        let mut all: Vec<_> = self
+            .parameters
+            .iter()
+            .filter(|(name, _)| base_name(name) == base)
+            .map(|(name, value)| (indices(name), value))
+            .collect();
+        all.sort_by(|a, b| a.0.cmp(&b.0));
+        all.into_iter().map(|(_, value)| value).collect()
+    }
+
+    /// Relative 1-sigma doubt of a parameter or element; one given for an array holds for its elements.
+    pub fn doubt(&self, name: &str) -> Option<f64> {
+        self.uncertain.get(name).or_else(|| self.uncertain.get(base_name(name))).copied()
+    }
+
+    /// Whether `[fit] parameters` names this parameter or element, or its array; `None` if the case has no such list.
+    pub fn fits(&self, name: &str) -> Option<bool> {
+        Some(self.fit.as_ref()?.iter().any(|f| f == name || f == base_name(name)))
+    }
+
+    /// Every recording that is named, once.
+    pub fn recordings(&self) -> Vec<&str> {
+        let mut seen = BTreeSet::new();
+        let lists = [&self.train, &self.holdout, &self.rest];
+        let all = lists.into_iter().chain(&self.repeats).flatten();
+        all.map(String::as_str).filter(|name| seen.insert(*name)).collect()
+    }
+}
+
+/// Of `a[2,1]`: 2, 1.
+fn indices(name: &str) -> Vec<usize> {
+    let inside = name[base_name(name).len()..].trim_matches(['[', ']']);
+    inside.split(',').filter_map(|i| i.parse().ok()).collect()
+}

@@ -1,0 +1,75 @@
+//! A case with its recordings.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use super::Case;
+use crate::error::Error;
+use crate::finding::{Finding, verdict};
+use crate::recording::Recording;
+use crate::variable::Variable;
+
+/// A case and all its recordings.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Loaded {
+    /// What `case.toml` says.
+    pub case: Case,
+    /// Every recording that it names, by that name.
+    pub recordings: BTreeMap<String, Recording>,
+}
+
+impl Loaded {
+    /// The recordings for fitting, in the order of the case.
+    pub fn train(&self) -> Vec<&Recording> {
+        self.of(&self.case.train)
+    }
+
+    /// The recordings for the figures reported.
+    pub fn holdout(&self) -> Vec<&Recording> {
+        self.of(&self.case.holdout)
+    }
+
+    /// The recordings at rest.
+    pub fn rest(&self) -> Vec<&Recording> {
+        self.of(&self.case.rest)
+    }
+
+    /// Groups of runs of the same command.
+    pub fn repeats(&self) -> Vec<Vec<&Recording>> {
+        self.case.repeats.iter().map(|group| self.of(group)).collect()
+    }
+
+    fn of(&self, names: &[String]) -> Vec<&Recording> {
+        names.iter().filter_map(|name| self.recordings.get(name)).collect()
+    }
+}
+
+impl Case {
+    /// Reads a case and all its recordings. `variables` gives what is known of the model that the case names
+    /// (none: everything is taken as it is), and may refuse it.
+    ///
+    /// # Errors
+    /// [`Error::Wrong`] with everything that is wrong in any of the files.
+    pub fn load(
+        path: &Path,
+        variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
+    ) -> Result<(Loaded, Vec<Finding>), Error> {
+        // The model's variables depend on its structure, which the case itself declares.
+        let (first, _) = Self::read(path, &[])?;
+        let known = variables(&first)?;
+        let (case, mut findings) = Self::read(path, &known)?;
+        let mut recordings = BTreeMap::new();
+        for name in case.recordings() {
+            match Recording::read(&case.folder.join(name), &known, &case.channels) {
+                Ok((mut recording, more)) => {
+                    recording.name = name.into();
+                    findings.extend(more);
+                    recordings.insert(name.to_owned(), recording);
+                }
+                Err(Error::Wrong(more)) => findings.extend(more),
+                Err(other) => return Err(other),
+            }
+        }
+        verdict(Loaded { case, recordings }, findings)
+    }
+}

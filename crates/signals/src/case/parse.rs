@@ -1,0 +1,179 @@
+//! `case.toml` becomes a [`Case`].
+
+use std::path::Path;
+
+use toml::de::{DeTable, DeValue};
+
+use super::Case;
+use crate::error::Error;
+use crate::finding::{Finding, Kind, verdict};
+use crate::names::{base_name, suggestion};
+use crate::read::toml::{Reader, text};
+use crate::read::{parameter_known, parameters};
+use crate::variable::{Role, Variable};
+
+impl Case {
+    /// Reads `case.toml` of a folder, or the file itself. `known` are the model's variables; with none, names are
+    /// taken as they are. A `key.toml` is never looked at.
+    ///
+    /// # Errors
+    /// [`Error::Wrong`] with every mistake and its line.
+    pub fn read(path: &Path, known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+        let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
+        let mut findings = Vec::new();
+        match text(&file, &mut findings) {
+            Some(text) => Self::parse(&file, &text, known),
+            None => {
+                for finding in &mut findings {
+                    finding.mend =
+                        "a case is a folder of recordings with a case.toml; see docs/recordings.md".into();
+                }
+                Err(Error::Wrong(findings))
+            }
+        }
+    }
+
+    /// Reads a text that stands in this file.
+    ///
+    /// # Errors
+    /// [`Error::Wrong`] with every mistake and its line.
+    pub fn parse(file: &Path, text: &str, known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let folder = file.parent().unwrap_or(Path::new("")).to_owned();
+        let mut case = Self { folder, file: file.into(), ..Self::default() };
+        let mut findings = Vec::new();
+        let mut reader = Reader::new(file, text, &mut findings);
+        if let Some(root) = reader.parse(text) {
+            case.fill(&mut reader, root.get_ref(), known);
+        }
+        verdict(case, findings)
+    }
+
+    fn fill(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
+        const KEYS: &[&str] =
+            &["model", "train", "holdout", "repeats", "rest", "parameters", "uncertain", "fit", "channels"];
+        reader.known(root, "a case", KEYS);
+        match root.get("model") {
+            Some(node) => self.model = reader.text(node, "model").unwrap_or_default(),
+            None => reader.wrong(
+                Kind::UnknownModel,
+                0..0,
+                "there is no `model`",
+                "write model = \"TwoMassJoint\"",
+            ),
+        }
+        self.files(reader, root);
+        if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
+            self.parameters = parameters(reader, table, known);
+        }
+        if let Some(table) = root.get("uncertain").and_then(|n| reader.table(n, "uncertain")) {
+            self.doubts(reader, table, known);
+        }
+        if let Some(table) = root.get("fit").and_then(|n| reader.table(n, "fit")) {
+            self.fitted(reader, table, known);
+        }
+        if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
+            for (key, node) in table.iter() {
+                let name = key.get_ref().as_ref();
+                let names = || known.iter().filter(|v| v.role != Role::Parameter).map(|v| v.name.as_str());
+                if !known.is_empty() && !names().any(|n| n == name || base_name(n) == name) {
+                    let mend = suggestion(name, names(), "see `trueup fmu info`");
+                    let what = format!("the model has no input or output `{name}`");
+                    reader.wrong(Kind::UnknownChannel, key.span(), what, mend);
+                }
+                let settings = reader.settings(node, name);
+                self.channels.insert(name.into(), settings);
+            }
+        }
+    }
+
+    fn files(&mut self, reader: &mut Reader, root: &DeTable) {
+        let list = |reader: &mut Reader, key: &str| {
+            let Some(node) = root.get(key) else { return Vec::new() };
+            let mut names: Vec<String> = Vec::new();
+            for (name, span) in reader.texts(node, key) {
+                if names.contains(&name) {
+                    let what = format!("`{name}` stands twice in `{key}`");
+                    reader.warn(Kind::SameRecording, span, what, "name it once");
+                } else {
+                    names.push(name);
+                }
+            }
+            names
+        };
+        self.train = list(reader, "train");
+        self.holdout = list(reader, "holdout");
+        self.rest = list(reader, "rest");
+        if self.train.is_empty() {
+            let span = root.get("train").map_or(0..0, |n| n.span());
+            let mend = "write train = [\"run-1.csv\"]";
+            reader.wrong(Kind::NoTraining, span, "there is no recording to train on", mend);
+        }
+        for name in self.holdout.iter().filter(|n| self.train.contains(n)) {
+            let span = root.get("holdout").map_or(0..0, |n| n.span());
+            let what = format!("`{name}` is in `holdout` and in `train`");
+            let mend = "take it out of one: figures on what was fitted say nothing";
+            reader.wrong(Kind::HoldoutInTrain, span, what, mend);
+        }
+        match root.get("repeats").map(|n| (n, n.get_ref())) {
+            None => {}
+            Some((_, DeValue::Array(groups))) => {
+                for node in groups.iter() {
+                    let group: Vec<_> =
+                        reader.texts(node, "repeats").into_iter().map(|(name, _)| name).collect();
+                    if group.len() == 1 {
+                        let what = format!("`repeats` has a group of one, `{}`", group[0]);
+                        let mend = "name at least two runs of the same command";
+                        reader.wrong(Kind::BadValue, node.span(), what, mend);
+                    }
+                    self.repeats.push(group);
+                }
+            }
+            Some((node, other)) => {
+                let mend = "write repeats = [[\"a.csv\", \"b.csv\"]]";
+                let what = format!("`repeats` is a {}, no list of lists", other.type_str());
+                reader.wrong(Kind::BadValue, node.span(), what, mend);
+            }
+        }
+    }
+
+    fn doubts(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
+        for (key, node) in table.iter() {
+            let name = key.get_ref().as_ref();
+            parameter_known(reader, name, node, known);
+            let is = |p: &String| p == name || base_name(p) == name;
+            if !self.parameters.keys().any(is) {
+                let mend = suggestion(name, self.parameters.keys().map(String::as_str), "give its value");
+                let what = format!("`{name}` is uncertain, but [parameters] has no value of it");
+                reader.wrong(Kind::UnknownParameter, key.span(), what, mend);
+            }
+            for (element, value, span) in reader.values(name, node) {
+                match value.number() {
+                    Some(doubt) if doubt >= 0.0 => {
+                        self.uncertain.insert(element, doubt);
+                    }
+                    _ => {
+                        let what = format!("the doubt of `{element}` is {value}");
+                        let mend = "write a share such as 0.1 for 10 %";
+                        reader.wrong(Kind::BadValue, span, what, mend);
+                    }
+                }
+            }
+        }
+    }
+
+    fn fitted(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
+        reader.known(table, "fit", &["parameters"]);
+        let Some(node) = table.get("parameters") else { return };
+        let names = reader.texts(node, "fit.parameters");
+        for (name, span) in &names {
+            let parameters = || known.iter().filter(|v| v.role == Role::Parameter).map(|v| v.name.as_str());
+            if !known.is_empty() && !parameters().any(|p| p == name || base_name(p) == name) {
+                let mend = suggestion(name, parameters(), "see `trueup fmu info`");
+                let what = format!("the model has no parameter `{name}`");
+                reader.wrong(Kind::UnknownParameter, span.clone(), what, mend);
+            }
+        }
+        self.fit = Some(names.into_iter().map(|(name, _)| name).collect());
+    }
+}

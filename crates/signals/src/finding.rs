@@ -1,0 +1,178 @@
+//! What is wrong with a recording or a case, where, and the mend.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Severity {
+    /// Good to know.
+    Note,
+    /// A result may be wrong.
+    Warning,
+    /// Nothing is fitted before it is mended.
+    Error,
+}
+
+/// Kinds of findings; [`Kind::id`] is what a machine reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[allow(missing_docs)] // each says what it is
+pub enum Kind {
+    Unreadable,
+    Encoding,
+    Separator,
+    EmptyFile,
+    NoHeader,
+    RaggedRow,
+    NotANumber,
+    ArrayCell,
+    DuplicateName,
+    NoTime,
+    MissingTime,
+    ClockBack,
+    ClockRepeats,
+    TimeUnit,
+    UnevenClock,
+    InfiniteValue,
+    NoValue,
+    UnknownColumn,
+    UnknownChannel,
+    UnknownParameter,
+    UnknownModel,
+    UnknownKey,
+    Syntax,
+    BadValue,
+    Unit,
+    UnitSuspicion,
+    Skipped,
+    Constant,
+    Clipped,
+    Stuck,
+    Spike,
+    Dropout,
+    Quantisation,
+    DuplicateChannel,
+    SwappedChannels,
+    Inconsistent,
+    NoInput,
+    NoOutput,
+    MissingInput,
+    InputShort,
+    TooShort,
+    LittleExcitation,
+    MissingFile,
+    NoTraining,
+    HoldoutInTrain,
+    SameRecording,
+    RepeatDiffers,
+    NotAtRest,
+    NoNoise,
+    TooManyRates,
+}
+
+impl Kind {
+    /// A stable name, in kebab case: `clock-back`.
+    pub fn id(self) -> String {
+        let mut id = String::new();
+        for c in format!("{self:?}").chars() {
+            if c.is_ascii_uppercase() && !id.is_empty() {
+                id.push('-');
+            }
+            id.push(c.to_ascii_lowercase());
+        }
+        id
+    }
+}
+
+/// One thing found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// How bad.
+    pub severity: Severity,
+    /// What kind.
+    pub kind: Kind,
+    /// In which file.
+    pub file: PathBuf,
+    /// Its line, from 1.
+    pub line: Option<u64>,
+    /// The channel or column.
+    pub channel: Option<String>,
+    /// Time in s, where the recording has one.
+    pub time: Option<f64>,
+    /// What is wrong, with numbers.
+    pub what: String,
+    /// What to do.
+    pub mend: String,
+}
+
+impl Finding {
+    /// An error.
+    pub fn error(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+        Self::new(Severity::Error, kind, file, what.into(), mend.into())
+    }
+
+    /// A warning.
+    pub fn warning(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+        Self::new(Severity::Warning, kind, file, what.into(), mend.into())
+    }
+
+    /// A note.
+    pub fn note(kind: Kind, file: &Path, what: impl Into<String>, mend: impl Into<String>) -> Self {
+        Self::new(Severity::Note, kind, file, what.into(), mend.into())
+    }
+
+    fn new(severity: Severity, kind: Kind, file: &Path, what: String, mend: String) -> Self {
+        Self { severity, kind, file: file.into(), line: None, channel: None, time: None, what, mend }
+    }
+
+    /// With the line, from 1.
+    pub fn line(mut self, line: impl Into<Option<u64>>) -> Self {
+        self.line = line.into();
+        self
+    }
+
+    /// With the channel or column.
+    pub fn channel(mut self, name: impl Into<String>) -> Self {
+        self.channel = Some(name.into());
+        self
+    }
+
+    /// With the time in s.
+    pub fn time(mut self, time: f64) -> Self {
+        self.time = Some(time);
+        self
+    }
+
+    /// Whether it keeps a fit from starting.
+    pub fn is_error(&self) -> bool {
+        self.severity == Severity::Error
+    }
+}
+
+impl fmt::Display for Finding {
+    /// `run.csv:7: motorAngle at 0.5 s: what; mend`.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.file.display())?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+        }
+        write!(f, ": ")?;
+        match (&self.channel, self.time) {
+            (Some(name), Some(time)) => write!(f, "{name} at {time} s: ")?,
+            (Some(name), None) => write!(f, "{name}: ")?,
+            (None, Some(time)) => write!(f, "at {time} s: ")?,
+            (None, None) => {}
+        }
+        write!(f, "{}", self.what)?;
+        if self.mend.is_empty() { Ok(()) } else { write!(f, "; {}", self.mend) }
+    }
+}
+
+/// Either nothing is an error, or all is said.
+pub(crate) fn verdict<T>(value: T, findings: Vec<Finding>) -> Result<(T, Vec<Finding>), crate::Error> {
+    if findings.iter().any(Finding::is_error) {
+        Err(crate::Error::Wrong(findings))
+    } else {
+        Ok((value, findings))
+    }
+}

@@ -1,0 +1,62 @@
+//! Names of variables and their elements.
+
+/// `linkMass` of `linkMass[1]`; a name without an index as it is.
+pub fn base_name(name: &str) -> &str {
+    match name.strip_suffix(']').and_then(|n| n.split_once('[')) {
+        Some((base, index))
+            if !index.is_empty() && index.bytes().all(|b| b.is_ascii_digit() || b == b',') =>
+        {
+            base
+        }
+        _ => name,
+    }
+}
+
+/// `linkCenterOfMass[2,1]` of a base name and indices from 1.
+pub fn element_name(base: &str, indices: &[usize]) -> String {
+    let indices: Vec<_> = indices.iter().map(ToString::to_string).collect();
+    format!("{base}[{}]", indices.join(","))
+}
+
+/// The nearest of these names, if one is near.
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let plain = |text: &str| text.to_lowercase();
+    known
+        .into_iter()
+        .filter(|k| k.len().abs_diff(name.len()) <= 3 + name.len() / 3)
+        .map(|k| (strsim::jaro_winkler(&plain(k), &plain(name)), k))
+        .filter(|(likeness, _)| *likeness > 0.85)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, k)| k)
+}
+
+/// `did you mean X?`, or what there is if that is little, or this.
+pub(crate) fn suggestion<'a>(
+    name: &str,
+    known: impl IntoIterator<Item = &'a str>,
+    otherwise: &str,
+) -> String {
+    let known: Vec<&str> = known.into_iter().collect();
+    match nearest(name, known.iter().copied()) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None if (1..=12).contains(&known.len()) => {
+            let names: Vec<_> = known.iter().map(|k| format!("`{k}`")).collect();
+            format!("there is {}", names.join(", "))
+        }
+        None => otherwise.into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn elements_and_their_bases() {
+        assert_eq!(
+            [base_name("a[1,2]"), base_name("a"), base_name("a[x]"), base_name("a[]")],
+            ["a", "a", "a[x]", "a[]"]
+        );
+        assert_eq!(element_name("a", &[2, 1]), "a[2,1]");
+    }
+}

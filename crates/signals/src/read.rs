@@ -1,0 +1,96 @@
+//! Reading: a file becomes a [`Table`], a table and its sidecar a recording.
+
+mod assemble;
+mod csv;
+mod sidecar;
+pub(crate) mod toml;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::error::Error;
+use crate::finding::{Finding, Kind, verdict};
+use crate::recording::{Recording, Settings};
+use crate::variable::Variable;
+use sidecar::Sidecar;
+pub(crate) use sidecar::{parameter_known, parameters};
+
+/// What stands in a file: columns of one length, `NaN` where nothing was measured.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Table {
+    pub(crate) names: Vec<String>,
+    pub(crate) columns: Vec<Vec<f64>>,
+    /// Line of each row; empty where a format has none.
+    pub(crate) lines: Vec<u64>,
+    /// What cannot be a column, and why.
+    pub(crate) skipped: Vec<String>,
+}
+
+impl Table {
+    /// Where row `i` stands: a line, or nothing.
+    pub(crate) fn line(&self, row: usize) -> Option<u64> {
+        self.lines.get(row).copied()
+    }
+}
+
+/// Errors of one kind that are told one by one; the rest is counted.
+pub(crate) const TOLD: usize = 5;
+
+impl Recording {
+    /// Reads a CSV (also `.csv.gz` unpacked by the caller), Parquet or MAT file with its sidecar, if there is one.
+    ///
+    /// `known` are the model's variables: other columns are left out with a warning, units are checked against theirs.
+    /// With none, every column is taken as it is. `declared` is what a case says of channels; a sidecar goes before it.
+    ///
+    /// # Errors
+    /// [`Error::Wrong`] with all findings.
+    pub fn read(
+        file: &Path,
+        known: &[Variable],
+        declared: &BTreeMap<String, Settings>,
+    ) -> Result<(Self, Vec<Finding>), Error> {
+        let mut findings = Vec::new();
+        let sidecar = Sidecar::beside(file, known, &mut findings);
+        let table = table(file, &mut findings);
+        let (Some(table), Some(sidecar)) = (table, sidecar) else { return Err(Error::Wrong(findings)) };
+        let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
+        verdict(recording, findings)
+    }
+
+    /// Reads a CSV from memory, as if it stood in a file of that name without a sidecar.
+    ///
+    /// # Errors
+    /// [`Error::Wrong`] with all findings.
+    pub fn parse_csv(name: &str, bytes: &[u8], known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
+        let mut findings = Vec::new();
+        let file = PathBuf::from(name);
+        let Some(table) = csv::read(&file, bytes, &mut findings) else { return Err(Error::Wrong(findings)) };
+        let none = BTreeMap::new();
+        let recording = assemble::assemble(&file, table, &Sidecar::default(), known, &none, &mut findings);
+        verdict(recording, findings)
+    }
+}
+
+fn table(file: &Path, findings: &mut Vec<Finding>) -> Option<Table> {
+    let open = std::fs::File::open(file).map_err(|e| {
+        let mend = match e.kind() {
+            std::io::ErrorKind::NotFound => "write its name as it stands in the folder",
+            _ => "make it a readable file",
+        };
+        findings.push(Finding::error(Kind::MissingFile, file, e.to_string(), mend));
+    });
+    let open = open.ok()?;
+    let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+    match extension.as_str() {
+        "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), findings),
+        _ => {
+            findings.push(Finding::error(
+                Kind::Unreadable,
+                file,
+                format!("a file `.{extension}` is no recording"),
+                "make it a .csv, .parquet or .mat; unpack a .gz",
+            ));
+            None
+        }
+    }
+}

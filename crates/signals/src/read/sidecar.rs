@@ -1,0 +1,186 @@
+//! What stands beside a recording: `<recording>.toml`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use toml::de::{DeTable, DeValue};
+
+use super::toml::{Node, Reader, text};
+use crate::case::Value;
+use crate::finding::{Finding, Kind};
+use crate::names::{base_name, suggestion};
+use crate::recording::Settings;
+use crate::unit::Unit;
+use crate::variable::{Role, Variable};
+
+/// Its contents.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Sidecar {
+    pub(crate) file: PathBuf,
+    /// By the file's names.
+    pub(crate) columns: BTreeMap<String, Column>,
+    /// By names of variables, with their lines.
+    pub(crate) channels: BTreeMap<String, (Settings, u64)>,
+    pub(crate) parameters: BTreeMap<String, Value>,
+}
+
+/// What a column of the file is. Its value is `scale * reading + offset` in `unit`.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Column {
+    /// `None`: it is to be left out.
+    pub(crate) variable: Option<String>,
+    pub(crate) scale: Option<f64>,
+    pub(crate) offset: f64,
+    pub(crate) unit: Option<(String, Unit)>,
+    pub(crate) line: u64,
+}
+
+impl Sidecar {
+    /// The one that belongs to `run.csv`: `run.toml` or `run.csv.toml`. `None` if there is an error in it.
+    pub(crate) fn beside(file: &Path, known: &[Variable], findings: &mut Vec<Finding>) -> Option<Self> {
+        let long = PathBuf::from(format!("{}.toml", file.display()));
+        let short = file.with_extension("toml");
+        // These have a meaning of their own.
+        let reserved = ["case.toml", "key.toml"].iter().any(|name| short.ends_with(name));
+        let path = match (long.is_file(), short.is_file() && !reserved) {
+            (false, false) => return Some(Self::default()),
+            (true, false) => long,
+            (false, true) => short,
+            (true, true) => {
+                let what = format!("{} has another sidecar, {}", file.display(), short.display());
+                findings.push(Finding::error(Kind::DuplicateName, &long, what, "keep one of them"));
+                return None;
+            }
+        };
+        let text = text(&path, findings)?;
+        Self::parse(&path, &text, known, findings)
+    }
+
+    pub(crate) fn parse(
+        file: &Path,
+        text: &str,
+        known: &[Variable],
+        findings: &mut Vec<Finding>,
+    ) -> Option<Self> {
+        let before = findings.len();
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut reader = Reader::new(file, text, findings);
+        let mut sidecar = Self { file: file.into(), ..Self::default() };
+        if let Some(root) = reader.parse(text) {
+            sidecar.read(&mut reader, root.get_ref(), known);
+        }
+        (!findings[before..].iter().any(Finding::is_error)).then_some(sidecar)
+    }
+
+    fn read(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
+        reader.known(root, "a sidecar", &["columns", "channels", "parameters"]);
+        if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
+            for (key, node) in table.iter() {
+                if let Some(column) = column(reader, key.get_ref(), node, known) {
+                    self.columns.insert(key.get_ref().to_string(), column);
+                }
+            }
+        }
+        if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
+            for (key, node) in table.iter() {
+                let settings = reader.settings(node, key.get_ref());
+                self.channels.insert(key.get_ref().to_string(), (settings, reader.line(&key.span())));
+            }
+        }
+        if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
+            self.parameters = parameters(reader, table, known);
+        }
+    }
+}
+
+/// A table of parameters, arrays element by element, names checked.
+pub(crate) fn parameters(
+    reader: &mut Reader,
+    table: &DeTable,
+    known: &[Variable],
+) -> BTreeMap<String, Value> {
+    let mut all = BTreeMap::new();
+    for (key, node) in table.iter() {
+        let name = key.get_ref().as_ref();
+        parameter_known(reader, name, node, known);
+        for (element, value, span) in reader.values(name, node) {
+            if all.insert(element.clone(), value).is_some() {
+                let what = format!("`{element}` has two values");
+                reader.wrong(Kind::DuplicateName, span, what, "give the array or its elements, not both");
+            }
+        }
+    }
+    all
+}
+
+/// Says it if no variable has this name, be it an array's or an element's.
+pub(crate) fn parameter_known(reader: &mut Reader, name: &str, node: &Node, known: &[Variable]) {
+    let is = |v: &&Variable| v.name == name || base_name(&v.name) == name;
+    match known.iter().find(is) {
+        _ if known.is_empty() => {}
+        Some(v) if v.role == Role::Parameter => {}
+        Some(_) => {
+            let what = format!("`{name}` is an input or output, no parameter");
+            reader.wrong(Kind::UnknownParameter, node.span(), what, "remove it");
+        }
+        None => {
+            let names = known.iter().filter(|v| v.role == Role::Parameter);
+            let mend = suggestion(name, names.map(|v| v.name.as_str()), "see `trueup fmu info`");
+            let what = format!("the model has no parameter `{name}`");
+            reader.wrong(Kind::UnknownParameter, node.span(), what, mend);
+        }
+    }
+}
+
+fn column(reader: &mut Reader, name: &str, node: &Node, known: &[Variable]) -> Option<Column> {
+    let line = reader.line(&node.span());
+    let mut column = Column { variable: Some(name.to_owned()), scale: None, offset: 0.0, unit: None, line };
+    let mut said = node.span();
+    match node.get_ref() {
+        DeValue::String(variable) => column.variable = Some(variable.to_string()),
+        DeValue::Boolean(false) => column.variable = None,
+        DeValue::Table(table) => {
+            let what = format!("columns.{name}");
+            reader.known(table, &what, &["variable", "scale", "offset", "unit"]);
+            if let Some(node) = table.get("variable") {
+                column.variable = Some(reader.text(node, "variable")?);
+                said = node.span();
+            }
+            column.scale = table.get("scale").and_then(|n| reader.number(n, "scale"));
+            if column.scale == Some(0.0) {
+                reader.wrong(Kind::BadValue, node.span(), "`scale` is 0", "write the factor to the unit");
+            }
+            column.offset = table.get("offset").and_then(|n| reader.number(n, "offset")).unwrap_or(0.0);
+            if let Some(node) = table.get("unit") {
+                let text = reader.text(node, "unit")?;
+                let Some(unit) = Unit::parse(&text) else {
+                    let mend = "write one such as rad, deg, rpm, mA, N.m, Nmm, ms, or none and a `scale`";
+                    reader.wrong(Kind::Unit, node.span(), format!("`{text}` is no unit known here"), mend);
+                    return None;
+                };
+                column.unit = Some((text, unit));
+            }
+        }
+        _ => {
+            let kind = node.get_ref().type_str();
+            let mend = "write the variable's name in quotes, a table with `variable`, `scale`, `offset`, `unit`, \
+                        or false to leave the column out";
+            reader.wrong(Kind::BadValue, node.span(), format!("`{name}` is a {kind}"), mend);
+            return None;
+        }
+    }
+    let variable = column.variable.as_deref().unwrap_or("time");
+    let names = || known.iter().filter(|v| v.role != Role::Parameter).map(|v| v.name.as_str());
+    // An array column of FMPy is named as a whole.
+    if !known.is_empty() && variable != "time" && !names().any(|n| n == variable || base_name(n) == variable)
+    {
+        let mend = suggestion(variable, names(), "see `trueup fmu info`");
+        reader.wrong(
+            Kind::UnknownColumn,
+            said,
+            format!("the model has no input or output `{variable}`"),
+            mend,
+        );
+    }
+    Some(column)
+}

@@ -1,0 +1,228 @@
+//! TOML with the line of every mistake.
+
+use std::ops::Range;
+use std::path::Path;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::case::Value;
+use crate::finding::{Finding, Kind};
+use crate::names::{element_name, suggestion};
+use crate::recording::{Interpolation, Settings};
+
+/// A value with its place.
+pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
+
+/// Reads a file's text and tells mistakes.
+pub(crate) struct Reader<'a> {
+    pub(crate) file: &'a Path,
+    /// Where each line starts.
+    lines: Vec<usize>,
+    pub(crate) findings: &'a mut Vec<Finding>,
+}
+
+/// The text of a file, or a finding.
+pub(crate) fn text(file: &Path, findings: &mut Vec<Finding>) -> Option<String> {
+    let fail = |kind, what: String, mend: &str| Finding::error(kind, file, what, mend);
+    let wrong = match std::fs::read(file).map(String::from_utf8) {
+        Ok(Ok(text)) => return Some(text),
+        Ok(Err(_)) => fail(Kind::Encoding, "the file is not UTF-8".into(), "save it as UTF-8"),
+        Err(e) => fail(Kind::MissingFile, e.to_string(), "make it a readable file"),
+    };
+    findings.push(wrong);
+    None
+}
+
+impl<'a> Reader<'a> {
+    pub(crate) fn new(file: &'a Path, text: &str, findings: &'a mut Vec<Finding>) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, b)| *b == b'\n').map(|(at, _)| at + 1);
+        Self { file, lines: std::iter::once(0).chain(breaks).collect(), findings }
+    }
+
+    /// The root table; `None` after a syntax error.
+    pub(crate) fn parse<'t>(&mut self, text: &'t str) -> Option<Spanned<DeTable<'t>>> {
+        let (root, errors) = DeTable::parse_recoverable(text);
+        let failed = !errors.is_empty();
+        for error in errors {
+            let span = error.span().unwrap_or(0..0);
+            self.wrong(Kind::Syntax, span, error.message().replace('\n', "; "), "mend the TOML");
+        }
+        (!failed).then_some(root)
+    }
+
+    pub(crate) fn line(&self, span: &Range<usize>) -> u64 {
+        self.lines.partition_point(|start| *start <= span.start) as u64
+    }
+
+    pub(crate) fn wrong(
+        &mut self,
+        kind: Kind,
+        span: Range<usize>,
+        what: impl Into<String>,
+        mend: impl Into<String>,
+    ) {
+        let line = self.line(&span);
+        self.findings.push(Finding::error(kind, self.file, what, mend).line(line));
+    }
+
+    pub(crate) fn warn(
+        &mut self,
+        kind: Kind,
+        span: Range<usize>,
+        what: impl Into<String>,
+        mend: impl Into<String>,
+    ) {
+        let line = self.line(&span);
+        self.findings.push(Finding::warning(kind, self.file, what, mend).line(line));
+    }
+
+    /// Tells keys that are none of these.
+    pub(crate) fn known(&mut self, table: &DeTable, what: &str, keys: &[&str]) {
+        for (key, _) in table.iter() {
+            let name = key.get_ref().as_ref();
+            if !keys.contains(&name) {
+                let mend = suggestion(name, keys.iter().copied(), "remove it");
+                self.wrong(Kind::UnknownKey, key.span(), format!("{what} has no `{name}`"), mend);
+            }
+        }
+    }
+
+    pub(crate) fn table<'t, 'i>(&mut self, node: &'t Node<'i>, what: &str) -> Option<&'t DeTable<'i>> {
+        let table = node.get_ref().as_table();
+        if table.is_none() {
+            let kind = node.get_ref().type_str();
+            let mend = format!("write [{what}] and its keys below");
+            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is a table, no {kind}"), mend);
+        }
+        table
+    }
+
+    pub(crate) fn text(&mut self, node: &Node, what: &str) -> Option<String> {
+        let text = node.get_ref().as_str().map(str::to_owned);
+        if text.is_none() {
+            let kind = node.get_ref().type_str();
+            self.wrong(
+                Kind::BadValue,
+                node.span(),
+                format!("`{what}` is a {kind}"),
+                "write a text in quotes",
+            );
+        }
+        text
+    }
+
+    /// A list of texts.
+    pub(crate) fn texts(&mut self, node: &Node, what: &str) -> Vec<(String, Range<usize>)> {
+        let Some(list) = node.get_ref().as_array() else {
+            let kind = node.get_ref().type_str();
+            let mend = format!("write {what} = [\"...\"]");
+            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is a {kind}, no list"), mend);
+            return Vec::new();
+        };
+        let mut texts = Vec::new();
+        for node in list.iter() {
+            texts.extend(self.text(node, what).map(|t| (t, node.span())));
+        }
+        texts
+    }
+
+    /// A finite number.
+    pub(crate) fn number(&mut self, node: &Node, what: &str) -> Option<f64> {
+        let number = scalar(node.get_ref());
+        if number.is_none() {
+            let kind = node.get_ref().type_str();
+            let what = format!("`{what}` is a {kind} that is no finite number");
+            self.wrong(Kind::BadValue, node.span(), what, "write a number such as 3.07e-5");
+        }
+        number
+    }
+
+    /// A number >= 0.
+    fn positive(&mut self, node: &Node, what: &str) -> Option<f64> {
+        let number = self.number(node, what)?;
+        if number < 0.0 {
+            self.wrong(Kind::BadValue, node.span(), format!("`{what}` is {number}"), "it cannot be below 0");
+            return None;
+        }
+        Some(number)
+    }
+
+    /// What is known of a channel.
+    pub(crate) fn settings(&mut self, node: &Node, name: &str) -> Settings {
+        let what = format!("channels.{name}");
+        let mut settings = Settings::default();
+        let Some(table) = self.table(node, &what) else { return settings };
+        self.known(table, &what, &["resolution", "noise", "delay", "offset", "interpolation"]);
+        for (key, node) in table.iter() {
+            let span = node.span();
+            match key.get_ref().as_ref() {
+                "resolution" => settings.resolution = self.positive(node, "resolution"),
+                "noise" => settings.noise = self.positive(node, "noise"),
+                "delay" => settings.delay = self.number(node, "delay"),
+                "offset" => match node.get_ref().as_str() {
+                    Some("estimate") => settings.estimate_offset = Some(true),
+                    _ => self.wrong(
+                        Kind::BadValue,
+                        span,
+                        format!("`offset` of {what} can only be \"estimate\""),
+                        "a known offset stands in [columns] of the recording's sidecar",
+                    ),
+                },
+                "interpolation" => match node.get_ref().as_str() {
+                    Some("linear") => settings.interpolation = Some(Interpolation::Linear),
+                    Some("hold") => settings.interpolation = Some(Interpolation::Hold),
+                    _ => self.wrong(
+                        Kind::BadValue,
+                        span,
+                        format!("`interpolation` of {what} is not known"),
+                        "write \"linear\" or \"hold\"",
+                    ),
+                },
+                _ => {}
+            }
+        }
+        settings
+    }
+
+    /// A value of [parameters], arrays as one entry per element, with its line.
+    pub(crate) fn values(&mut self, name: &str, node: &Node) -> Vec<(String, Value, Range<usize>)> {
+        let mut all = Vec::new();
+        self.elements(name, node, &mut Vec::new(), &mut all);
+        all
+    }
+
+    fn elements(
+        &mut self,
+        name: &str,
+        node: &Node,
+        indices: &mut Vec<usize>,
+        all: &mut Vec<(String, Value, Range<usize>)>,
+    ) {
+        let full = || if indices.is_empty() { name.to_owned() } else { element_name(name, indices) };
+        let value = match node.get_ref() {
+            DeValue::Boolean(b) => Some(Value::Boolean(*b)),
+            DeValue::String(s) => Some(Value::Text(s.to_string())),
+            DeValue::Array(list) => {
+                for (i, node) in list.iter().enumerate() {
+                    indices.push(i + 1);
+                    self.elements(name, node, indices, all);
+                    indices.pop();
+                }
+                return;
+            }
+            _ => self.number(node, &full()).map(Value::Number),
+        };
+        all.extend(value.map(|v| (full(), v, node.span())));
+    }
+}
+
+/// A finite number.
+fn scalar(value: &DeValue) -> Option<f64> {
+    let text = match value {
+        DeValue::Integer(i) if i.radix() == 10 => i.as_str(),
+        DeValue::Float(f) => f.as_str(),
+        _ => return None,
+    };
+    text.replace('_', "").parse().ok().filter(|x: &f64| x.is_finite())
+}

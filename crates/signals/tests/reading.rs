@@ -1,0 +1,221 @@
+//! Recordings and cases from files: what the format allows reads as it is meant.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use trueup_signals::{Case, Channel, Finding, Interpolation, Recording, Role, Value, Variable};
+
+fn joint() -> Vec<Variable> {
+    let mut all = vec![
+        Variable::new("motorCurrent", "A", Role::Input),
+        Variable::new("externalTorque", "N.m", Role::Input),
+        Variable::new("motorAngle", "rad", Role::Output),
+        Variable::new("motorVelocity", "rad/s", Role::Output),
+        Variable::new("loadAngle", "rad", Role::Output),
+        Variable::new("sticking", "", Role::Output),
+    ];
+    let parameters = [
+        ("motorInertia", "kg.m2"),
+        ("loadInertia", "kg.m2"),
+        ("gearRatio", ""),
+        ("torqueConstant", "N.m/A"),
+        ("stiffness", "N.m/rad"),
+        ("damping", "N.m.s/rad"),
+        ("coulombFriction", "N.m"),
+        ("staticFriction", "N.m"),
+        ("viscousFriction", "N.m.s/rad"),
+        ("initialMotorAngle", "rad"),
+    ];
+    all.extend(parameters.map(|(name, unit)| Variable::new(name, unit, Role::Parameter)));
+    all
+}
+
+fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
+    Recording::parse_csv("run.csv", text.as_bytes(), known).unwrap()
+}
+
+fn folder(files: &[(&str, &str)]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).unwrap();
+    }
+    folder
+}
+
+fn values<'a>(run: &'a Recording, name: &str) -> &'a [f64] {
+    &run.channel(name).unwrap_or_else(|| panic!("{name}")).values
+}
+
+#[test]
+fn each_channel_has_samples_of_its_own() {
+    let (run, findings) = csv("time,motorCurrent,motorAngle\n0,1,\n0.1,,2\n0.3,nan,3\n0.4,4,NaN\n", &joint());
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!((run.start, run.end), (0.0, 0.4));
+    let current = run.channel("motorCurrent").unwrap();
+    assert_eq!((&current.time[..], &current.values[..]), (&[0.0, 0.4][..], &[1.0, 4.0][..]));
+    assert_eq!(run.channel("motorAngle").unwrap().time, [0.1, 0.3]);
+    assert_eq!(current.unit, "A");
+}
+
+#[test]
+fn what_fmpy_writes_is_read() {
+    // FMPy: quoted names, an array as one column of blank-separated values, True and False.
+    let text = "\"time\",\"torque\",\"sticking\",\"center\"\n0.0,1.5 2.5 3.5,True,1 2 3 4\n\
+                0.5,-1 -2 -3,False,5 6 7 8\n";
+    let (run, _) = csv(text, &[]);
+    assert_eq!(values(&run, "torque[2]"), [2.5, -2.0]);
+    assert_eq!(values(&run, "sticking"), [1.0, 0.0]);
+    // With the model known, a matrix gets its two indices back, row by row.
+    let known: Vec<_> = ["[1,1]", "[1,2]", "[2,1]", "[2,2]"]
+        .iter()
+        .map(|i| Variable::new(&format!("center{i}"), "m", Role::Output))
+        .collect();
+    let (run, _) = csv(text, &known);
+    assert_eq!(values(&run, "center[2,1]"), [3.0, 7.0]);
+}
+
+#[test]
+fn byte_order_mark_carriage_returns_blank_lines_and_blanks_do_no_harm() {
+    let (run, _) = csv("\u{feff}time, motorAngle\r\n\r\n0 , 1\r\n1,\t2\r\n", &joint());
+    assert_eq!(values(&run, "motorAngle"), [1.0, 2.0]);
+}
+
+#[test]
+fn a_sidecar_maps_names_scales_and_units() {
+    let folder = folder(&[
+        ("run.csv", "t,vir,q,n,kp,externalTorque\n0,1,90,60,7,1\n500,2,180,120,7,1\n"),
+        (
+            "run.toml",
+            r#"
+            [columns]
+            t = { variable = "time", unit = "ms" }
+            vir = { variable = "motorCurrent", scale = 35.15065, offset = 1.0, unit = "V" }
+            q = { variable = "motorAngle", unit = "deg" }
+            n = { variable = "motorVelocity", unit = "rpm" }
+            kp = false
+            [channels.motorAngle]
+            resolution = 1e-3
+            noise = 2e-3
+            delay = 0.01
+            offset = "estimate"
+            [channels.motorCurrent]
+            interpolation = "hold"
+            [parameters]
+            initialMotorAngle = 1.5
+            "#,
+        ),
+    ]);
+    let file = folder.path().join("run.csv");
+    let (run, findings) = Recording::read(&file, &joint(), &BTreeMap::new()).unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(run.end, 0.5);
+    assert_eq!(values(&run, "motorCurrent"), [36.15065, 71.3013]);
+    let near = |a: &[f64], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-14 * b.abs());
+    assert!(near(values(&run, "motorAngle"), [std::f64::consts::FRAC_PI_2, std::f64::consts::PI]));
+    assert!(near(values(&run, "motorVelocity"), [std::f64::consts::TAU, 2.0 * std::f64::consts::TAU]));
+    assert!(run.channel("kp").is_none());
+    let sensor = &run.channel("motorAngle").unwrap().sensor;
+    assert_eq!((sensor.resolution, sensor.noise, sensor.delay), (Some(1e-3), Some(2e-3), 0.01));
+    assert!(sensor.estimate_offset);
+    let deviation = (4e-6_f64 + 1e-6 / 12.0).sqrt();
+    assert!((sensor.deviation().unwrap() / deviation - 1.0).abs() < 1e-14);
+    assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
+    assert_eq!(run.parameters["initialMotorAngle"], Value::Number(1.5));
+}
+
+#[test]
+fn a_case_is_read_whole_and_its_key_never() {
+    let case = r#"
+        model = "TwoMassJoint"
+        train = ["a.csv", "b.csv"]
+        holdout = ["c.csv"]
+        repeats = [["a.csv", "b.csv"]]
+        rest = ["r.csv"]
+        [parameters]
+        stiffness = 3.07e-5
+        gearRatio = 160
+        [uncertain]
+        stiffness = 0.1
+        [fit]
+        parameters = ["stiffness", "damping"]
+        [channels.motorAngle]
+        resolution = 0.01
+        noise = 0.02
+        "#;
+    let run = "time,motorCurrent,motorAngle\n0,0,0\n1,1,1\n";
+    let folder = folder(&[
+        ("case.toml", case),
+        ("key.toml", "this is no TOML"),
+        ("a.csv", run),
+        ("b.csv", run),
+        ("c.csv", run),
+        ("r.csv", run),
+        ("b.toml", "[channels.motorAngle]\nnoise = 0.5\n"),
+    ]);
+    let (loaded, _) = Case::load(folder.path(), |_| Ok(joint())).unwrap();
+    let case = &loaded.case;
+    assert_eq!((case.model.as_str(), case.number("gearRatio")), ("TwoMassJoint", Some(160.0)));
+    assert_eq!((case.doubt("stiffness"), case.doubt("gearRatio")), (Some(0.1), None));
+    assert_eq!([case.fits("damping"), case.fits("gearRatio")], [Some(true), Some(false)]);
+    assert_eq!(case.recordings(), ["a.csv", "b.csv", "c.csv", "r.csv"]);
+    assert_eq!(loaded.train().iter().map(|r| r.name.as_str()).collect::<Vec<_>>(), ["a.csv", "b.csv"]);
+    // A sidecar goes before the case, key by key.
+    let noise = |name| {
+        let sensor = &loaded.recordings[name].channel("motorAngle").unwrap().sensor;
+        (sensor.resolution, sensor.noise)
+    };
+    assert_eq!(noise("a.csv"), (Some(0.01), Some(0.02)));
+    assert_eq!(noise("b.csv"), (Some(0.01), Some(0.5)));
+}
+
+#[test]
+fn arrays_are_kept_by_element() {
+    let text = r#"
+        model = "PlanarManipulator"
+        train = ["a.csv"]
+        [parameters]
+        linkMass = [1, 2.5, 3]
+        "linkLength[2]" = 0.4
+        linkCenterOfMass = [[0.1, 0.0], [0.2, 0.0]]
+        jointFlexible = [true, false, false]
+        motorCoupling = "geared"
+        [uncertain]
+        linkMass = 0.2
+        "linkCenterOfMass[2,1]" = 0.3
+        "#;
+    let (case, _) = Case::parse(Path::new("case.toml"), text, &[]).unwrap();
+    assert_eq!([case.number("linkMass[2]"), case.number("linkLength[2]")], [Some(2.5), Some(0.4)]);
+    assert_eq!(case.number("linkCenterOfMass[2,1]"), Some(0.2));
+    let flexible: Vec<_> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+    assert_eq!(flexible, [true, false, false]);
+    assert_eq!(case.parameters["motorCoupling"], Value::Text("geared".into()));
+    assert_eq!([case.doubt("linkMass[3]"), case.doubt("linkCenterOfMass[2,1]")], [Some(0.2), Some(0.3)]);
+}
+
+/// The shared data, or a word that the check is left out.
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("skipped: TRUEUP_DATA names no folder of recorded data");
+    }
+    folder
+}
+
+#[test]
+fn example_cases_are_read() {
+    let Some(data) = data() else { return };
+    for name in ["backlash", "gravity-torque", "none", "stribeck-friction"] {
+        let (loaded, findings) = Case::load(&data.join("example-cases").join(name), |_| Ok(joint())).unwrap();
+        assert!(findings.is_empty(), "{findings:?}");
+        assert_eq!([loaded.train().len(), loaded.holdout().len()], [3, 1]);
+        let run = loaded.train()[0];
+        assert_eq!((run.start, run.end, run.channels.len()), (0.0, 9.998, 3));
+        let angle = run.channel("motorAngle").unwrap();
+        assert_eq!((angle.len(), angle.sensor.resolution), (5000, Some(0.00153398)));
+        assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
+        assert!(run.channels.iter().all(|c: &Channel| !c.unit.is_empty()));
+    }
+}
