@@ -69,7 +69,7 @@ pub(crate) fn choose(plan: &Plan) -> Result<(Algorithm, String), Error> {
     if !coupled {
         let native = plan.driven.iter().filter(|d| d.linear).all(|d| {
             let c = &plan.components[d.to.component];
-            c.interface == Interface::ModelExchange || Way::of(c.description()).is_native()
+            c.interface == Interface::ModelExchange || Way::of(c.description()) != Way::Parts(1)
         });
         return Ok(match (lines, native) {
             (true, true) => (

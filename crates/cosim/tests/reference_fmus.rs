@@ -56,7 +56,8 @@ fn matches_its_reference(version: u32, model: &str) {
     writer.finish().unwrap();
     let (columns, rows) = table(&std::fs::read_to_string(&results).unwrap());
     // At events between the points there are two rows more, before and after.
-    let rows: Vec<_> = rows.into_iter().filter(|r| expected.iter().any(|e| same_time(&r[0], &e[0]))).collect();
+    let rows: Vec<_> =
+        rows.into_iter().filter(|r| expected.iter().any(|e| same_time(&r[0], &e[0]))).collect();
     assert_eq!(rows.len(), expected.len(), "{model} {version}");
     let mut compared = 0;
     for (at, name) in names.iter().enumerate() {

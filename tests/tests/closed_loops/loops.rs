@@ -8,26 +8,26 @@ use trueup_cosim::{Master, Memory, check};
 use crate::monolith;
 
 /// A closed loop of two FMUs.
-pub struct Case {
+pub(crate) struct Case {
     /// Of its files in `examples/`.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// Components and the FMUs that they stand for.
-    pub components: [(&'static str, &'static str); 2],
+    pub(crate) components: [(&'static str, &'static str); 2],
     /// Start values beside those of the file: no dry friction and no limit, so that the solution is smooth.
-    pub start: &'static [(&'static str, &'static str, &'static str)],
+    pub(crate) start: &'static [(&'static str, &'static str, &'static str)],
     /// What is compared.
-    pub column: &'static str,
+    pub(crate) column: &'static str,
     /// Step of the reference, rad.
-    pub reference: f64,
+    pub(crate) reference: f64,
     /// End, s.
-    pub stop: f64,
+    pub(crate) stop: f64,
     /// Longest communication step, s.
-    pub longest: f64,
+    pub(crate) longest: f64,
     /// The same column from one solver.
-    pub monolith: fn(f64, &[f64]) -> Vec<f64>,
+    pub(crate) monolith: fn(f64, &[f64]) -> Vec<f64>,
 }
 
-pub const LOOPS: &[Case] = &[
+pub(crate) const LOOPS: &[Case] = &[
     Case {
         name: "joint",
         components: [("plant", "TwoMassJoint"), ("controller", "JointController")],
@@ -35,7 +35,7 @@ pub const LOOPS: &[Case] = &[
             ("plant", "coulombFriction", "0"),
             ("plant", "staticFriction", "0"),
             ("controller", "currentLimit", "1e3"),
-            ("controller", "strategy", "VWBC"),
+            ("controller", "strategy", "P_PI"),
             ("controller", "positionReference", "0.1"),
         ],
         column: "plant.loadAngle",
@@ -56,14 +56,14 @@ pub const LOOPS: &[Case] = &[
         ],
         column: "arm.jointAngle[1]",
         reference: 0.2,
-        stop: 20.0,
-        longest: 4e-2,
+        stop: 10.0,
+        longest: 1e-2,
         monolith: monolith::arm,
     },
 ];
 
 /// The folder of the packed FMUs.
-pub fn folder() -> Option<PathBuf> {
+pub(crate) fn folder() -> Option<PathBuf> {
     let folder = std::env::var_os("TRUEUP_FMUS").map(PathBuf::from);
     if folder.is_none() {
         use std::io::Write as _;
@@ -75,7 +75,7 @@ pub fn folder() -> Option<PathBuf> {
 }
 
 /// The system of `examples/<name>.<file>` with FMUs of that version of FMI.
-pub fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> System {
+pub(crate) fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> System {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
     let mut system = System::read(&examples.join(format!("{}.{file}", case.name))).unwrap();
     for component in &mut system.components {
@@ -96,7 +96,7 @@ pub fn system(case: &Case, fmus: &Path, file: &str, version: u32) -> System {
 }
 
 /// The compared column at every communication point.
-pub fn run(system: &System, case: &Case) -> Vec<f64> {
+pub(crate) fn run(system: &System, case: &Case) -> Vec<f64> {
     let mut memory = Memory::default();
     let mut master = Master::new(check(system).unwrap()).unwrap();
     master.run(&mut memory).unwrap_or_else(|e| panic!("{}: {e}", case.name));
@@ -104,7 +104,7 @@ pub fn run(system: &System, case: &Case) -> Vec<f64> {
 }
 
 /// Largest error at the points of the longest step, for each of the steps, as a share of the reference's step.
-pub fn errors(
+pub(crate) fn errors(
     case: &Case,
     fmus: &Path,
     file: &str,
@@ -129,7 +129,7 @@ pub fn errors(
 }
 
 /// Slope of log(error) over log(step), fitted.
-pub fn order(steps: &[f64], errors: &[f64]) -> f64 {
+pub(crate) fn order(steps: &[f64], errors: &[f64]) -> f64 {
     let points = || steps.iter().map(|h| h.ln()).zip(errors.iter().map(|e| e.ln()));
     let n = steps.len() as f64;
     let (x, y) = points().fold((0.0, 0.0), |(x, y), (a, b)| (x + a / n, y + b / n));

@@ -22,17 +22,21 @@ fn the_error_falls_with_the_order_of_the_algorithm() {
     // Order of each, and how far the slope over these steps may lie from it: they are not infinitely small.
     let orders = [
         (Algorithm::Jacobi, 1.0, 0.15),
-        (Algorithm::GaussSeidel, 1.0, 0.15),
-        (Algorithm::Extrapolate, 2.0, 0.25),
-        (Algorithm::Iterative, 2.0, 0.25),
+        // The second FMU is given lines between known values, so it is of second order, too.
+        (Algorithm::GaussSeidel, 2.0, 0.15),
+        (Algorithm::Extrapolate, 2.0, 0.15),
+        (Algorithm::Iterative, 2.0, 0.15),
     ];
     for case in LOOPS {
         let steps = halved(case.longest);
         for (algorithm, expected, margin) in orders {
-            let errors = errors(case, &folder, "toml", 3, algorithm, &steps);
-            let found = order(&steps, &errors);
-            println!("{:6} {:12} order {found:.2}, errors {errors:?}", case.name, algorithm.to_string());
-            assert!((found - expected).abs() < margin, "{}, {algorithm:?}: {found}, {errors:?}", case.name);
+            for version in [2, 3] {
+                let errors = errors(case, &folder, "toml", version, algorithm, &steps);
+                let found = order(&steps, &errors);
+                let all = format!("{}, {algorithm}, FMI {version}: order {found:.3}, {errors:?}", case.name);
+                println!("{all}");
+                assert!((found - expected).abs() < margin, "{all}");
+            }
         }
     }
 }
@@ -44,15 +48,12 @@ fn toml_and_ssp_are_the_same_system_and_both_versions_of_fmi_agree() {
         let result = |file: &str, version| {
             let mut system = system(case, &folder, file, version);
             system.run.step = Some(case.longest);
-            system.run.algorithm = Some(Algorithm::Extrapolate);
+            system.run.algorithm = Some(Algorithm::Jacobi);
             run(&system, case)
         };
         let toml = result("toml", 3);
         assert_eq!(toml, result("ssd", 3), "{}: SSP", case.name);
-        // The same library, told by another interface what its inputs do within a step.
-        let other = result("toml", 2);
-        let far = toml.iter().zip(&other).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
-        assert!(far < 1e-9 * case.reference, "{}: FMI 2.0 and 3.0 differ by {far:e}", case.name);
+        assert_eq!(toml, result("toml", 2), "{}: FMI 2.0", case.name);
     }
 }
 

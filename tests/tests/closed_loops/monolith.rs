@@ -118,7 +118,12 @@ impl<P: Hybrid, C: Hybrid> Hybrid for Loop<P, C> {
 }
 
 /// Outputs at the times asked for.
-fn run<P: Hybrid, C: Hybrid>(model: &Loop<P, C>, p: &[f64], reference: &[(usize, f64)], times: &[f64]) -> Run {
+fn run<P: Hybrid, C: Hybrid>(
+    model: &Loop<P, C>,
+    p: &[f64],
+    reference: &[(usize, f64)],
+    times: &[f64],
+) -> Run {
     let options = Options { tolerance: 1e-12, max_step: 1e-3, ..Options::default() };
     let inputs = |_: f64, u: &mut [f64]| {
         u.fill(0.0);
@@ -128,16 +133,16 @@ fn run<P: Hybrid, C: Hybrid>(model: &Loop<P, C>, p: &[f64], reference: &[(usize,
     simulate(model, p, &nominal, options, &inputs, times).expect("the monolithic solution")
 }
 
-/// Load angle of DELIAN's joint 1 without dry friction, with velocity waves and no limit of the current; the parameters
+/// Load angle of DELIAN's joint 1 without dry friction, under P/PI and with no limit of the current; the parameters
 /// are those that `main.rs` gives to the FMUs.
-pub fn joint(reference: f64, times: &[f64]) -> Vec<f64> {
+pub(crate) fn joint(reference: f64, times: &[f64]) -> Vec<f64> {
     use joint::{input as i, output as o, parameter as p};
     let plant = TwoMassJoint::new::<&str>(true, &[]).expect("a joint");
     let mut values = presets::delian(1).expect("joint 1").to_vec();
     values[p::COULOMB_FRICTION] = 0.0;
     values[p::STATIC_FRICTION] = 0.0;
     let n = values[p::GEAR_RATIO];
-    values.extend([2.5, 7.2e-6 * n * n, 0.1, n, 0.02, 1e3, 41.648, 1.0, 0.0, Strategy::Vwbc as u8 as f64]);
+    values.extend([2.5, 7.2e-6 * n * n, 0.1, n, 0.02, 1e3, 41.648, 1.0, 0.0, Strategy::PPi as u8 as f64]);
     use controller::input as c;
     let back = vec![
         (o::MOTOR_ANGLE, c::MOTOR_ANGLE),
@@ -151,7 +156,7 @@ pub fn joint(reference: f64, times: &[f64]) -> Vec<f64> {
 }
 
 /// Angle of joint 1 of the free-floating test-bed under P/PI.
-pub fn arm(reference: f64, times: &[f64]) -> Vec<f64> {
+pub(crate) fn arm(reference: f64, times: &[f64]) -> Vec<f64> {
     use arm::{input as i, output as o};
     let (links, flexible) = (3, [true, false, false]);
     let plant = PlanarManipulator::new::<&str>(&flexible, &[]).expect("an arm");
@@ -175,7 +180,8 @@ pub fn arm(reference: f64, times: &[f64]) -> Vec<f64> {
         (o::joint_angle(links), c::LOAD_ANGLE),
         (o::joint_velocity(links), c::LOAD_VELOCITY),
     ];
-    let back = back.iter().flat_map(|(from, to)| (0..links).map(move |j| (from + j, to * links + j))).collect();
+    let back =
+        back.iter().flat_map(|(from, to)| (0..links).map(move |j| (from + j, to * links + j))).collect();
     let forth = (0..links).map(|j| (j, i::joint_torque(links) + j)).collect();
     let model = Loop { plant, controller: ManipulatorController { joints: links }, back, forth };
     let run = run(&model, &values, &[(c::POSITION_REFERENCE * links, reference)], times);

@@ -23,7 +23,7 @@ const PARTS: u32 = 2;
 pub(crate) enum Way {
     /// FMI 2.0, `canInterpolateInputs`: `fmi2SetRealInputDerivatives`.
     Derivatives,
-    /// FMI 3.0, `providesIntermediateUpdate`: the FMU asks within its steps.
+    /// FMI 3.0, `providesIntermediateUpdate` of an FMU that takes equal steps only: it asks within its steps.
     Intermediate,
     /// The step in this many parts, inputs held at the middle of each; of one part if the FMU takes equal steps only.
     Parts(u32),
@@ -36,12 +36,14 @@ impl Way {
         let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
         match d.version {
             Version::V2 if offered.can_interpolate_inputs => Self::Derivatives,
+            // Asked for its inputs, an FMU holds them over its next internal step, of unknown length: first order. Held at
+            // the middle of a line they are of second order.
+            _ if offered.can_handle_variable_communication_step_size => Self::Parts(PARTS),
             Version::V3
                 if offered.provides_intermediate_update && inputs().all(|v| v.intermediate_update) =>
             {
                 Self::Intermediate
             }
-            _ if offered.can_handle_variable_communication_step_size => Self::Parts(PARTS),
             _ => Self::Parts(1),
         }
     }
