@@ -2,15 +2,20 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stderr)]
 
+mod coupled;
+mod faults;
 mod reference;
 
+use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use trueup_cosim::model_exchange::{Group, Integrator, Settings, Surroundings, TOLERANCE};
 use trueup_cosim::node::Node;
 use trueup_cosim::plan::Planned;
-use trueup_cosim::system::Interface;
-use trueup_cosim::{Block, Buffer, Error};
+use trueup_cosim::system::{Interface, System};
+use trueup_cosim::{Block, Buffer, Error, Master, Memory, RunLog, check};
+use trueup_fmi_description::Version;
 use trueup_fmi_import::{Experiment, Fmu, fmi3};
 
 /// One FMU under way.
@@ -58,4 +63,92 @@ impl Single {
         let Buffer::Float64(values) = block.values else { unreachable!() };
         values
     }
+}
+
+const BALL: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="ball" guid="g" numberOfEventIndicators="1">
+  <ModelExchange modelIdentifier="ball" completedIntegratorStepNotNeeded="true" canGetAndSetFMUstate="true"/>
+  <ModelVariables>
+    <ScalarVariable name="h" valueReference="0" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="v" valueReference="1" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="der(h)" valueReference="4"><Real derivative="1"/></ScalarVariable>
+    <ScalarVariable name="der(v)" valueReference="5"><Real derivative="2"/></ScalarVariable>
+    <ScalarVariable name="bounces" valueReference="0" causality="output" variability="discrete"><Integer/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1" dependencies=""/><Unknown index="2" dependencies=""/><Unknown index="5" dependencies=""/></Outputs>
+    <Derivatives><Unknown index="3"/><Unknown index="4"/></Derivatives>
+  </ModelStructure>
+</fmiModelDescription>"#;
+
+const SENSOR: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="sensor" guid="g" numberOfEventIndicators="1">
+  <ModelExchange modelIdentifier="sensor" completedIntegratorStepNotNeeded="true" canGetAndSetFMUstate="true"/>
+  <ModelVariables>
+    <ScalarVariable name="y" valueReference="0" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="der(y)" valueReference="4"><Real derivative="1"/></ScalarVariable>
+    <ScalarVariable name="u" valueReference="2" causality="input"><Real start="0"/></ScalarVariable>
+    <ScalarVariable name="T" valueReference="3" causality="parameter" variability="fixed"><Real start="0.1"/></ScalarVariable>
+    <ScalarVariable name="bounces" valueReference="0" causality="input" variability="discrete"><Integer start="0"/></ScalarVariable>
+    <ScalarVariable name="crossings" valueReference="1" causality="output" variability="discrete"><Integer/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1" dependencies=""/><Unknown index="6" dependencies="3"/></Outputs>
+    <Derivatives><Unknown index="2"/></Derivatives>
+  </ModelStructure>
+</fmiModelDescription>"#;
+
+const TROUBLE: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="trouble" guid="g" numberOfEventIndicators="1">
+  <ModelExchange modelIdentifier="trouble" completedIntegratorStepNotNeeded="true"/>
+  <ModelVariables>
+    <ScalarVariable name="x" valueReference="0" causality="output"><Real/></ScalarVariable>
+    <ScalarVariable name="der(x)" valueReference="4"><Real derivative="1"/></ScalarVariable>
+    <ScalarVariable name="fault" valueReference="2" causality="parameter" variability="fixed"><Integer start="0"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure>
+    <Outputs><Unknown index="1" dependencies=""/></Outputs>
+    <Derivatives><Unknown index="2"/></Derivatives>
+  </ModelStructure>
+</fmiModelDescription>"#;
+
+/// Unpacked FMUs made of `hybrid.c` here, `ball.fmu`, `sensor.fmu` and `trouble.fmu`; `None`, said aloud, without a
+/// C compiler.
+fn made() -> Option<tempfile::TempDir> {
+    let desk = tempfile::tempdir().unwrap();
+    for (name, description) in [("ball", BALL), ("sensor", SENSOR), ("trouble", TROUBLE)] {
+        let folder = desk.path().join(format!("{name}.fmu"));
+        let binaries = folder.join("binaries").join(Version::V2.platform());
+        std::fs::create_dir_all(&binaries).unwrap();
+        std::fs::write(folder.join("modelDescription.xml"), description).unwrap();
+        let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/model_exchange/hybrid.c");
+        let built = Command::new("cc")
+            .args(["-O1", "-shared", "-fPIC", &format!("-DKIND={}", name.to_uppercase()), "-o"])
+            .arg(binaries.join(format!("{name}.so")))
+            .arg(source)
+            .arg("-lm")
+            .status();
+        if !built.is_ok_and(|status| status.success()) {
+            eprintln!("SKIPPED: no C compiler (cc)");
+            return None;
+        }
+    }
+    Some(desk)
+}
+
+/// Runs a system in TOML beside the FMUs.
+fn run(desk: &Path, toml: &str) -> (Result<RunLog, Error>, Memory) {
+    let file = desk.join("system.toml");
+    std::fs::write(&file, toml).unwrap();
+    let plan = check(&System::read(&file).unwrap()).unwrap();
+    let mut memory = Memory::default();
+    let result = Master::new(plan).unwrap().run(&mut memory);
+    (result, memory)
+}
+
+/// Median, 95 % quantile and largest of absolute values.
+fn quantiles(errors: impl Iterator<Item = f64>) -> [f64; 3] {
+    let mut all: Vec<f64> = errors.map(f64::abs).collect();
+    all.sort_by(f64::total_cmp);
+    [0.5, 0.95, 1.0].map(|q| all[((all.len() - 1) as f64 * q) as usize])
 }
