@@ -6,7 +6,7 @@ use crate::error::{Error, Residual};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::inputs::Inputs;
 use crate::node::{self, Node};
-use crate::stepper::{Advance, Stepper, Within};
+use crate::stepper::{Advance, Settled, Stepper, Within};
 use crate::system::Interface;
 use anderson::Anderson;
 
@@ -201,23 +201,24 @@ impl Coupling {
     }
 
     /// After an exchange: events that wait at `time`, and what they make of others, until nothing changes any more. What
-    /// jumps there does not count as a slope. Returns whether an FMU ended the run.
+    /// jumps there does not count as a slope.
     ///
     /// # Errors
     /// Whatever an FMU returns; events without end.
-    pub(crate) fn settle(&mut self, time: f64) -> Result<bool, Error> {
+    pub(crate) fn settle(&mut self, time: f64) -> Result<Settled, Error> {
+        let mut all = Settled::default();
         for _ in 0..ITERATIONS {
             let mut changed = false;
             for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
                 let settled = stepper.settle(&mut self.nodes, time)?;
-                if settled.terminated {
-                    turn.terminated = true;
-                    return Ok(true);
-                }
+                all.events += settled.events;
                 changed |= settled.changed;
+                turn.terminated |= settled.terminated;
+                all.terminated |= settled.terminated;
             }
-            if !changed {
-                return Ok(false);
+            all.changed |= changed;
+            if !changed || all.terminated {
+                return Ok(all);
             }
             let before = self.exchange.reals().to_vec();
             self.exchange(time)?;

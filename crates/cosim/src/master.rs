@@ -224,7 +224,9 @@ impl Master {
                     }
                     coupling.exchange(done.time)?;
                 }
-                done.terminate |= coupling.settle(done.time)?;
+                let settled = coupling.settle(done.time)?;
+                self.log.events += settled.events;
+                done.terminate |= settled.terminated;
                 time = done.time;
                 if follows {
                     coupling.draw_lines(next(time, if time < to { i } else { i + 1 }));
@@ -259,7 +261,9 @@ impl Master {
                 if attempt.advance.terminate || end >= to {
                     return Ok(Advance { discarded: all.discarded, events: all.events, ..attempt.advance });
                 }
-                if coupling.settle(end)? {
+                let settled = coupling.settle(end)?;
+                all.events += settled.events;
+                if settled.terminated {
                     return Ok(Advance { time: end, terminate: true, ..all });
                 }
                 coupling.draw_lines(|_| (end + step).min(to));

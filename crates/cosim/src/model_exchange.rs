@@ -93,6 +93,8 @@ pub struct Reached {
 pub struct Settled {
     /// There was an event iteration: outputs may have changed.
     pub changed: bool,
+    /// Events handled.
+    pub events: u64,
     /// An FMU ended the run.
     pub terminated: bool,
 }
@@ -233,7 +235,7 @@ impl Group {
             notes: Vec::new(),
         };
         let terminated = group.iterate(nodes, around)?;
-        Ok((group, Settled { changed: true, terminated }))
+        Ok((group, Settled { changed: true, events: 0, terminated }))
     }
 
     /// Time in s.

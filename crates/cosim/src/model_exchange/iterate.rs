@@ -17,8 +17,9 @@ impl Group {
         if !self.mode.open || !(self.changed(nodes)? || self.mode.pending) {
             return Ok(Settled::default());
         }
+        let events = u64::from(self.mode.pending);
         let terminated = self.iterate(nodes, around)?;
-        Ok(Settled { changed: true, terminated })
+        Ok(Settled { changed: true, events, terminated })
     }
 
     /// Enters event mode.

@@ -148,8 +148,8 @@ impl Stepper for EventStepper {
                 return Ok(Advance { terminate: true, ..all });
             }
             self.pending = done.event || self.next_event.is_some_and(|next| next <= all.time);
-            all.events += u64::from(self.pending);
             if self.pending && !(self.stop || all.time >= to) {
+                all.events += 1;
                 self.open(nodes, all.time)?;
             } else if self.pending || all.time >= to {
                 break;
@@ -165,8 +165,9 @@ impl Stepper for EventStepper {
         if !self.open || self.ended || !(self.changed(nodes, time)? || self.pending) {
             return Ok(Settled::default());
         }
+        let events = u64::from(self.pending);
         self.iterate(nodes, time)?;
-        Ok(Settled { changed: true, terminated: self.ended })
+        Ok(Settled { changed: true, events, terminated: self.ended })
     }
 
     fn can_restore(&self, _: &[Node]) -> bool {

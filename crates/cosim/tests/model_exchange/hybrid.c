@@ -139,7 +139,7 @@ int fmi2NewDiscreteStates(void *c, EventInfo *e) {
     memset(e, 0, sizeof *e);
 #if KIND == BALL
     if (i->x[0] <= 0 && i->x[1] < 0) {
-        i->x[0] = 0;
+        i->x[0] = 1e-300; /* 0 would make a second event, on leaving it */
         i->x[1] *= -0.7;
         i->bounces++;
         e->states = 1;
