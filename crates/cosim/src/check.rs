@@ -36,11 +36,7 @@ pub fn check(system: &System) -> Result<Plan, Error> {
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
         let Some(part) = part else { continue };
         components.push(Planned {
-            name: if component.name.is_empty() {
-                part.d().model_name.clone()
-            } else {
-                component.name.clone()
-            },
+            name: component.name.clone(),
             fmu: Arc::clone(&part.fmu),
             interface: part.interface,
             structural: part.starts.structural.clone(),

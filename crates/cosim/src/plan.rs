@@ -36,7 +36,7 @@ pub struct Plan {
 
 /// A component ready to be instantiated.
 pub struct Planned {
-    /// Its name, also that of the instance.
+    /// Its name, also that of the instance; empty if it is the only one and its variables go without a component.
     pub name: String,
     /// The FMU.
     pub fmu: Arc<Fmu>,

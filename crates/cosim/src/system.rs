@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use trueup_fmi_description::description::Unit;
 
 use crate::error::Error;
+use crate::mistake::{Mistake, suggestion};
+use crate::toml::Names;
 
 /// Components, connections and how to run them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -249,6 +251,39 @@ impl System {
             _ if file.join("SystemStructure.ssd").is_file() => crate::ssp::read(file),
             _ => Ok(Self::of_fmu(file)),
         }
+    }
+
+    /// What a name stands for, `component.variable`: where the component ends is looked up, both may contain dots.
+    /// `None` if it names no variable.
+    pub fn port(&self, name: &str) -> Option<Port> {
+        Names::of(&self.components).port(name)
+    }
+
+    /// Gives a variable (or an element, or a connector of the whole system) a start value as text, after all others: it
+    /// counts.
+    ///
+    /// # Errors
+    /// There is no such component; variables are looked up by [`check`](crate::check).
+    pub fn set(&mut self, name: &str, value: &str, place: &Place) -> Result<(), Mistake> {
+        let own = self.connectors.iter().find(|(own, _)| own == name).map(|(_, ports)| ports.clone());
+        let ports = own.or_else(|| Some(vec![self.port(name)?])).unwrap_or_default();
+        let wrong = |message: String| Mistake { place: place.clone(), message };
+        if ports.is_empty() {
+            return Err(wrong(format!("`{name}` names no variable; write component.variable=value")));
+        }
+        for port in ports {
+            let Some(component) = self.components.iter_mut().find(|c| c.name == port.component) else {
+                let near = suggestion(&port.component, self.components.iter().map(|c| c.name.as_str()));
+                return Err(wrong(format!("there is no component `{}`{near}", port.component)));
+            };
+            component.start.push(Start {
+                variable: port.variable,
+                values: vec![value.to_owned()],
+                place: place.clone(),
+                ..Start::default()
+            });
+        }
+        Ok(())
     }
 
     /// A single FMU: its variables are named without a component.

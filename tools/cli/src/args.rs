@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use trueup_cosim::system::{Algorithm, Interface};
 
 /// Digital twins of flexible manipulators as FMUs, and what separates them from the real ones.
 #[derive(Debug, Parser)]
@@ -87,22 +88,26 @@ pub(crate) struct Validate {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Simulate {
-    /// The FMU: a file or an unpacked folder
+    /// An FMU (a file or an unpacked folder), or a system of FMUs: .toml, .ssp, .ssd
     pub(crate) file: PathBuf,
     /// Results; if the run fails, what was computed is kept as `<name>.incomplete.csv` or `.incomplete.parquet`
     #[arg(short, long, value_name = "FILE.csv|.parquet", default_value = "results.csv")]
     pub(crate) output: PathBuf,
-    /// Stop time in s; else that of the FMU's default experiment, else the end of the inputs
+    /// Start time in s; else that of the system or of the default experiment, else 0
+    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    pub(crate) start: Option<f64>,
+    /// Stop time in s; else that of the system or of the default experiments, else the end of the inputs
     #[arg(long, value_name = "S", allow_negative_numbers = true)]
     pub(crate) stop: Option<f64>,
-    /// Communication step in s; else that of the default experiment, else a 500th of the run
+    /// Communication step in s; else that of the system, else the smallest of the default experiments, else a
+    /// 500th of the run
     #[arg(long, value_name = "S")]
     pub(crate) step: Option<f64>,
-    /// Relative tolerance of the integrator inside the FMU
+    /// Relative tolerance of the coupling and of integrators
     #[arg(long, value_name = "X")]
     pub(crate) tolerance: Option<f64>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
-    /// or all of them (`linkMass=4,3,1`)
+    /// or all of them (`linkMass=4,3,1`); in a system with the component (`arm.linkMass[1]=4`)
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) set: Vec<String>,
     /// Inputs over time: a CSV with the columns `time` (s) and names of inputs
@@ -114,7 +119,19 @@ pub(crate) struct Simulate {
     /// Tell the progress even where standard error is no terminal
     #[arg(long)]
     pub(crate) progress: bool,
-    /// Variables to record instead of all outputs
-    #[arg(long, value_name = "NAME,..", value_delimiter = ',', action = clap::ArgAction::Append)]
+    /// Variables to record instead of all outputs: scalars, whole arrays, elements; `arm.*`: all outputs of `arm`
+    #[arg(long, value_name = "NAME,..")]
     pub(crate) outputs: Vec<String>,
+    /// How components are coupled: jacobi, gauss-seidel, extrapolate, iterative, adaptive; else the master chooses
+    #[arg(long, value_name = "NAME")]
+    pub(crate) algorithm: Option<Algorithm>,
+    /// Run all FMUs in Co-Simulation (cs) or Model Exchange (me)
+    #[arg(long, value_name = "cs|me")]
+    pub(crate) interface: Option<Interface>,
+    /// Only check, and say what would be run
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Pack the system with its FMUs as SSP instead of running it
+    #[arg(long, value_name = "FILE.ssp", conflicts_with = "check")]
+    pub(crate) save_ssp: Option<PathBuf>,
 }

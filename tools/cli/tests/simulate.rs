@@ -44,3 +44,81 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         assert_eq!(left, ["in.csv", "m"], "{arguments:?}");
     }
 }
+
+/// Two of the FMU, connected, in a folder with a table that drives the first.
+fn system() -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let fmu = folder.path().join("m");
+    std::fs::create_dir(&fmu).unwrap();
+    let output = r#"<ScalarVariable name="y" valueReference="1" causality="output"><Real/></ScalarVariable></ModelVariables>"#;
+    std::fs::write(fmu.join("modelDescription.xml"), NO_BINARY.replace("</ModelVariables>", output)).unwrap();
+    let toml = "connections = ['a.y -> b.u']\n[run]\nstop = 2\nstep = 0.5\n[components.a]\nfmu = 'm'\n[components.b]\nfmu = 'm'\n";
+    std::fs::write(folder.path().join("s.toml"), toml).unwrap();
+    std::fs::write(folder.path().join("in.csv"), "time,a.u\n0,1\n").unwrap();
+    std::fs::write(folder.path().join("wrong.toml"), toml.replace("b.u", "b.w")).unwrap();
+    folder
+}
+
+#[test]
+fn a_system_is_checked_and_packed_without_being_run() {
+    let folder = system();
+    let check = |arguments: &[&str]| {
+        let out = trueup(folder.path(), &[arguments, &["--check"]].concat());
+        assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+        String::from_utf8(out.stdout).unwrap()
+    };
+    let said = check(&["s.toml"]);
+    for part in [
+        "a  m (FMI 2.0), co-simulation",
+        "inputs that keep their start values: u",
+        "1 values handed on",
+        "in 4 steps of 0.5 s",
+    ] {
+        assert!(said.contains(part), "{part}\n{said}");
+    }
+    let said = check(&[
+        "s.toml",
+        "--input",
+        "in.csv",
+        "--outputs",
+        "b.y",
+        "--step",
+        "0.25",
+        "--algorithm",
+        "jacobi",
+        "--set",
+        "b.u=3",
+    ]);
+    for part in
+        ["1 driven by a file, 1 recorded", "in 8 steps of 0.25 s", "algorithm: jacobi", "1 start value"]
+    {
+        assert!(said.contains(part), "{part}\n{said}");
+    }
+    let out = trueup(folder.path(), &["s.toml", "--save-ssp", "s.ssp"]);
+    assert_eq!(out.status.code(), Some(0), "{}", String::from_utf8_lossy(&out.stderr));
+    assert_eq!(check(&["s.ssp"]), check(&["s.toml"]));
+}
+
+#[test]
+fn mistakes_in_a_file_are_not_those_of_the_command_line() {
+    let folder = system();
+    for (arguments, code, said) in [
+        (&["wrong.toml"][..], 1, "wrong.toml:1: `b.w`: the FMU has no variable `w`"),
+        (&["wrong.toml", "--set", "c.u=1"], 2, "--set c.u=1: there is no component `c`; there is `a`, `b`"),
+        (&["wrong.toml", "--set", "a.z=1"], 1, "--set a.z=1: start of `a.z`: the FMU has no variable `z`"),
+        (
+            &["s.toml", "--set", "a.u=x"],
+            2,
+            "--set a.u=x: start of `a.u`: `u` cannot be \"x\"; wanted: Float64",
+        ),
+        (&["s.toml", "--outputs", "a.y,b.z"], 2, "--outputs: `b.z`: the FMU has no variable `z`"),
+        (&["s.toml", "--interface", "me"], 1, "does not offer model-exchange"),
+        (&["s.toml", "--algorithm", "jacoby"], 2, "did you mean `jacobi`?"),
+        (&["s.toml"], 1, "no binary"),
+    ] {
+        let out = trueup(folder.path(), arguments);
+        let error = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(code), "{arguments:?}: {error}");
+        assert!(error.contains(said), "{arguments:?}: {error}");
+    }
+}

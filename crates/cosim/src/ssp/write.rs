@@ -193,11 +193,8 @@ impl<'a> Writer<'a> {
     fn component(&mut self, i: usize, component: &Component, wires: &[Wire]) {
         let Some(planned) = self.plan.components.get(i) else { return };
         let source = format!("resources/{}", percent(&self.resource(&component.fmu)));
-        let mut attributes = vec![
-            ("name", planned.name.as_str()),
-            ("type", "application/x-fmu-sharedlibrary"),
-            ("source", &source),
-        ];
+        let mut attributes =
+            vec![("name", called(planned)), ("type", "application/x-fmu-sharedlibrary"), ("source", &source)];
         match component.interface {
             Some(Interface::CoSimulation) => attributes.push(("implementation", "CoSimulation")),
             Some(Interface::ModelExchange) => attributes.push(("implementation", "ModelExchange")),
@@ -365,7 +362,7 @@ impl<'a> Writer<'a> {
         for ((i, part), names) in wire.ends.iter().zip(names.chunks(3)) {
             let planned = &self.plan.components[*i];
             let d = planned.description();
-            attributes.push((names[0], planned.name.clone()));
+            attributes.push((names[0], called(planned).to_owned()));
             attributes.push((names[1], d.variables[part.variable].name.clone()));
             if let Some(element) = part.element {
                 let name = names::element(d, part.variable, element);
@@ -465,6 +462,11 @@ struct Wire<'a> {
 struct Part {
     variable: usize,
     element: Option<usize>,
+}
+
+/// A component without a name goes by that of its model.
+fn called(planned: &Planned) -> &str {
+    if planned.name.is_empty() { &planned.description().model_name } else { &planned.name }
 }
 
 fn unique(list: impl Iterator<Item = usize>) -> Vec<usize> {

@@ -156,7 +156,7 @@ fn a_single_fmu_is_a_system_whose_names_have_no_component() {
     system.inputs =
         Some(trueup_cosim::system::InputFile { file: desk.path().join("in.csv"), ..Default::default() });
     let plan = check(&system).map_err(|e| e.to_string()).unwrap();
-    assert_eq!(plan.components[0].name, "all");
+    assert_eq!(plan.components[0].name, "");
     let (u, target) = (at(&plan, 0, "u"), at(&plan, 0, "target"));
     assert_eq!(
         plan.driven.iter().map(|d| d.to).collect::<Vec<_>>(),

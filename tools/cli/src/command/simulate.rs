@@ -1,10 +1,14 @@
 //! `trueup simulate`
 
-use trueup_cosim::{Error as RunError, Inputs, Memory, Options, Results, simulate};
-use trueup_fmi_import::Fmu;
+mod settings;
+mod summary;
+
+use trueup_cosim::plan::Plan;
+use trueup_cosim::{Error as RunError, Master, Memory, Results, check, write_ssp};
 
 use crate::args::Simulate;
 use crate::error::Error;
+use crate::output::say;
 use crate::progress::Progress;
 
 pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
@@ -14,57 +18,58 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         let mend = format!("let --output {name} end with .csv or .parquet");
         return Err(Error::Usage(format!("results are written as CSV or Parquet; {mend}")));
     }
-    let mut set = Vec::new();
-    for text in &args.set {
-        let wrong = || Error::Usage(format!("--set {text}: write NAME=VALUE"));
-        let (name, value) = text.split_once('=').ok_or_else(wrong)?;
-        set.push((name.trim().to_owned(), value.trim().to_owned()));
+    let system = settings::system(args).map_err(mistakes)?;
+    let plan = check(&system).map_err(mistakes)?;
+    plan.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    if args.check {
+        return say(&summary::of(&plan));
     }
-    let fmu = Fmu::open(&args.file).map_err(|e| Error::Failed(e.to_string()))?;
-    let inputs =
-        args.input.as_deref().map(Inputs::read).transpose().map_err(|e| Error::Failed(e.to_string()))?;
-    let options = Options {
-        interface: None,
-        start: None,
-        stop: args.stop,
-        step: args.step,
-        tolerance: args.tolerance,
-        set,
-        inputs,
-        outputs: args.outputs.clone(),
-    };
-    let mut results = Results::create(&args.output).map_err(|e| Error::Failed(e.to_string()))?;
+    if let Some(file) = &args.save_ssp {
+        write_ssp(&system, &plan, file).map_err(|e| Error::Failed(e.to_string()))?;
+        eprintln!("{}: {} components", file.display(), plan.components.len());
+        return Ok(());
+    }
+    simulated(args, plan)
+}
+
+/// Wrong usage where the command line is wrong, else a file is.
+fn mistakes(e: RunError) -> Error {
+    match &e {
+        RunError::System(list) if settings::is_usage(list) => Error::Usage(e.to_string()),
+        _ => Error::Failed(e.to_string()),
+    }
+}
+
+fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
+    let failed = |e: RunError| Error::Failed(e.to_string());
+    let (start, stop, told) = (plan.grid.start, plan.grid.stop, plan.notes.len());
+    let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(Memory::default);
-    let experiment = fmu.description().experiment;
-    let start = experiment.start_time.unwrap_or(0.0);
-    let stop = args.stop.or(experiment.stop_time).unwrap_or(start + 1.0);
+    let mut master = Master::new(plan).map_err(|e| match e {
+        // The FMUs cannot follow the algorithm that the command line asks for.
+        RunError::Setting(_) if args.algorithm.is_some() => Error::Usage(format!("--algorithm: {e}")),
+        RunError::Setting(_) => Error::at(&args.file, e),
+        _ => failed(e),
+    })?;
     let progress = Progress::new(start, stop, args.progress);
-    let done = simulate(&fmu, &options, &mut ((&mut results, &mut memory), progress));
+    let done = master.run(&mut ((&mut results, &mut memory), progress));
+    let log = master.log();
+    for note in log.notes.iter().skip(told) {
+        eprintln!("note: {note}");
+    }
     match done {
-        Ok(summary) => {
-            results.finish().map_err(|e| Error::Failed(e.to_string()))?;
-            let ended = if summary.terminated { ", where the FMU ended the run" } else { "" };
-            let discarded = match summary.discarded {
-                0 => String::new(),
-                n => format!(" ({n} discarded)"),
-            };
+        Ok(log) => {
+            let rows = results.rows();
+            results.finish().map_err(failed)?;
             if let (Some(file), Some(memory)) = (&args.plot, &memory) {
                 let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
-                let html = crate::plot::page(&title, memory, "");
+                let html = crate::plot::page(&title, memory, &summary::log(&log));
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
                     .map_err(|e| Error::Failed(e.to_string()))?;
             }
-            eprintln!(
-                "{}: {} steps{discarded} to {:?} s{ended}",
-                args.output.display(),
-                summary.steps,
-                summary.time
-            );
+            eprintln!("{}: {rows} rows\n{}", args.output.display(), summary::log(&log).trim_end());
             Ok(())
         }
-        Err(e @ RunError::Setting(_)) => Err(Error::Usage(format!("{}:\n  {e}", args.file.display()))),
-        // Nothing was computed.
-        Err(e @ RunError::Fmu(_)) => Err(Error::Failed(e.to_string())),
         Err(e) => {
             let kept = match results.keep_incomplete() {
                 Ok(None) => "nothing was computed before".to_owned(),

@@ -1,0 +1,88 @@
+//! In words: what would be run, what was run.
+
+use std::collections::HashSet;
+use std::fmt::Write;
+
+use trueup_cosim::RunLog;
+use trueup_cosim::plan::Plan;
+use trueup_fmi_description::description::Causality;
+
+/// Before: what would be run.
+pub(super) fn of(plan: &Plan) -> String {
+    let (mut out, driven) = (String::new(), driven(plan));
+    let width = plan.components.iter().map(|c| c.name.len()).max().unwrap_or(0);
+    for (i, c) in plan.components.iter().enumerate() {
+        let d = c.description();
+        let every = if c.every > 1 { format!(", every {} steps", c.every) } else { String::new() };
+        let starts = match c.start.len() + c.structural.len() {
+            0 => String::new(),
+            1 => ", 1 start value".into(),
+            n => format!(", {n} start values"),
+        };
+        let (name, model, version) = (&c.name, &d.model_name, d.version.as_str());
+        let gap = if width == 0 { "" } else { "  " };
+        let _ = writeln!(out, "{name:width$}{gap}{model} (FMI {version}), {}{every}{starts}", c.interface);
+        let inputs = d.variables.iter().enumerate().filter(|(_, v)| v.causality == Causality::Input);
+        let free: Vec<_> =
+            inputs.filter(|(k, _)| !driven.contains(&(i, *k))).map(|(_, v)| v.name.as_str()).collect();
+        if !free.is_empty() {
+            let _ =
+                writeln!(out, "{:width$}{gap}  inputs that keep their start values: {}", "", free.join(", "));
+        }
+    }
+    let g = &plan.grid;
+    let (links, from_file, columns) = (plan.links.len(), plan.driven.len(), plan.recorded.len());
+    let _ = writeln!(out, "{links} values handed on, {from_file} driven by a file, {columns} recorded");
+    let _ = writeln!(out, "from {:?} s to {:?} s in {} steps of {:?} s", g.start, g.stop, g.steps, g.step);
+    match plan.algorithm {
+        Some(algorithm) => drop(writeln!(out, "algorithm: {algorithm}")),
+        None => out.push_str("algorithm: the master chooses\n"),
+    }
+    out
+}
+
+/// Inputs that something drives, by component and variable.
+fn driven(plan: &Plan) -> HashSet<(usize, usize)> {
+    let to = plan.links.iter().map(|l| l.to).chain(plan.driven.iter().map(|d| d.to));
+    to.map(|e| (e.component, e.variable)).collect()
+}
+
+/// Afterwards: how it was run, and what that took.
+pub(super) fn log(log: &RunLog) -> String {
+    let mut out = String::new();
+    let ended = match &log.terminated_by {
+        Some(name) if name.is_empty() => ", where the FMU ended the run".to_owned(),
+        Some(name) => format!(", where `{name}` ended the run"),
+        None => String::new(),
+    };
+    let counts = [
+        (log.rejected, "rejected"),
+        (log.discarded, "discarded by an FMU"),
+        (log.iterations, "repeated"),
+        (log.events, "events"),
+    ];
+    let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!(", {n} {what}"));
+    let counts: String = counts.collect();
+    let _ = writeln!(out, "{} steps{counts}, to {:?} s{ended}", log.steps, log.time);
+    let _ = writeln!(out, "algorithm {}: {}", log.algorithm, log.reason);
+    for (when, loops) in [("at the start", &log.initial_loops), ("while stepping", &log.loops)] {
+        for found in loops {
+            let (names, residual) = (few(&found.variables), found.residual);
+            let _ = writeln!(
+                out,
+                "algebraic loop {when}: {names}; solved {} times, largest residual {residual:.1e}",
+                found.solved
+            );
+        }
+    }
+    out
+}
+
+/// The first ones of a long list.
+fn few(names: &[String]) -> String {
+    const FEW: usize = 6;
+    match names.len() {
+        n if n > FEW + 1 => format!("{} and {} more", names[..FEW].join(", "), n - FEW),
+        _ => names.join(", "),
+    }
+}
