@@ -32,7 +32,6 @@ pub enum Kind {
     ClockBack,
     ClockRepeats,
     TimeUnit,
-    UnevenClock,
     InfiniteValue,
     NoValue,
     UnknownColumn,
@@ -67,7 +66,6 @@ pub enum Kind {
     RepeatDiffers,
     NotAtRest,
     NoNoise,
-    TooManyRates,
 }
 
 impl Kind {

@@ -19,6 +19,7 @@
 //! ```
 
 mod case;
+pub mod check;
 mod error;
 mod finding;
 mod names;
@@ -27,6 +28,7 @@ mod recording;
 pub mod spline;
 mod unit;
 mod variable;
+mod write;
 
 pub use case::{Case, Loaded, Value};
 pub use error::Error;

@@ -47,6 +47,13 @@ pub(crate) fn suggestion<'a>(
     }
 }
 
+/// A number as a message shows it: six digits.
+pub(crate) fn short(x: f64) -> String {
+    let x: f64 = format!("{x:.5e}").parse().unwrap_or(x);
+    let plain = x == 0.0 || (1e-4..1e7).contains(&x.abs());
+    if plain { format!("{x}") } else { format!("{x:e}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,6 +2,8 @@
 
 mod assemble;
 mod csv;
+mod mat;
+mod parquet;
 mod sidecar;
 pub(crate) mod toml;
 
@@ -83,6 +85,15 @@ fn table(file: &Path, findings: &mut Vec<Finding>) -> Option<Table> {
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     match extension.as_str() {
         "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), findings),
+        "parquet" => parquet::read(file, open, findings),
+        "mat" => match std::fs::read(file) {
+            Ok(bytes) => mat::read(file, &bytes, findings),
+            Err(e) => {
+                let mend = "make it a readable file";
+                findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), mend));
+                None
+            }
+        },
         _ => {
             findings.push(Finding::error(
                 Kind::Unreadable,

@@ -2,36 +2,15 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 
+mod common;
+
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use trueup_signals::{Case, Channel, Finding, Interpolation, Recording, Role, Value, Variable};
-
-fn joint() -> Vec<Variable> {
-    let mut all = vec![
-        Variable::new("motorCurrent", "A", Role::Input),
-        Variable::new("externalTorque", "N.m", Role::Input),
-        Variable::new("motorAngle", "rad", Role::Output),
-        Variable::new("motorVelocity", "rad/s", Role::Output),
-        Variable::new("loadAngle", "rad", Role::Output),
-        Variable::new("sticking", "", Role::Output),
-    ];
-    let parameters = [
-        ("motorInertia", "kg.m2"),
-        ("loadInertia", "kg.m2"),
-        ("gearRatio", ""),
-        ("torqueConstant", "N.m/A"),
-        ("stiffness", "N.m/rad"),
-        ("damping", "N.m.s/rad"),
-        ("coulombFriction", "N.m"),
-        ("staticFriction", "N.m"),
-        ("viscousFriction", "N.m.s/rad"),
-        ("initialMotorAngle", "rad"),
-    ];
-    all.extend(parameters.map(|(name, unit)| Variable::new(name, unit, Role::Parameter)));
-    all
-}
+use common::{data, joint};
+use trueup_signals::check::{self, Relation};
+use trueup_signals::{Case, Channel, Finding, Interpolation, Recording, Role, Severity, Value, Variable};
 
 fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
     Recording::parse_csv("run.csv", text.as_bytes(), known).unwrap()
@@ -195,15 +174,6 @@ fn arrays_are_kept_by_element() {
     assert_eq!([case.doubt("linkMass[3]"), case.doubt("linkCenterOfMass[2,1]")], [Some(0.2), Some(0.3)]);
 }
 
-/// The shared data, or a word that the check is left out.
-fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
-    if folder.is_none() {
-        eprintln!("skipped: TRUEUP_DATA names no folder of recorded data");
-    }
-    folder
-}
-
 #[test]
 fn example_cases_are_read() {
     let Some(data) = data() else { return };
@@ -217,5 +187,10 @@ fn example_cases_are_read() {
         assert_eq!((angle.len(), angle.sensor.resolution), (5000, Some(0.00153398)));
         assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
         assert!(run.channels.iter().all(|c: &Channel| !c.unit.is_empty()));
+        // Healthy recordings: nothing but that an input was not recorded.
+        let geared =
+            Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 };
+        let found = check::case(&loaded, &joint(), &[geared]);
+        assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");
     }
 }

@@ -1,0 +1,121 @@
+//! What may be wrong with recordings that could be read, said before anything is fitted.
+//!
+//! Nothing here changes a value. Thresholds are wide: a healthy recording has no finding.
+
+mod case;
+mod channel;
+mod relation;
+
+pub use relation::Relation;
+
+use crate::case::Loaded;
+use crate::finding::{Finding, Kind};
+use crate::names::short;
+use crate::recording::{Channel, Recording};
+use crate::variable::{Role, Variable};
+
+/// Looks at one recording. `relations` say which channels must agree; the caller knows the model.
+pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    roles(run, known, &mut findings);
+    clock(run, &mut findings);
+    for channel in &run.channels {
+        channel::check(run, channel, known, &mut findings);
+    }
+    for (i, a) in run.channels.iter().enumerate() {
+        let twin = |b: &&Channel| a.values == b.values && a.range().is_some_and(|(low, high)| low < high);
+        if let Some(b) = run.channels[..i].iter().find(twin) {
+            let what = format!("its samples are those of `{}`", b.name);
+            let mend = "one of them was written under a wrong name: export it again, or leave it out";
+            let finding = Finding::warning(Kind::DuplicateChannel, &run.file, what, mend);
+            findings.push(finding.channel(&a.name));
+        }
+    }
+    for relation in relations {
+        findings.extend(relation.check(run));
+    }
+    findings
+}
+
+/// Looks at a case: each recording, and what they are to each other.
+pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+    let mut findings: Vec<_> =
+        loaded.recordings.values().flat_map(|run| recording(run, known, relations)).collect();
+    case::check(loaded, known, &mut findings);
+    findings
+}
+
+fn role(known: &[Variable], name: &str) -> Option<Role> {
+    known.iter().find(|v| v.name == name).map(|v| v.role)
+}
+
+/// Inputs drive, outputs are compared: both must be there.
+fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
+    if known.is_empty() {
+        return;
+    }
+    let names = |wanted| known.iter().filter(move |v| v.role == wanted).map(|v| format!("`{}`", v.name));
+    let has = |wanted| run.channels.iter().any(|c| role(known, &c.name) == Some(wanted));
+    if !has(Role::Output) {
+        let all: Vec<_> = names(Role::Output).take(12).collect();
+        let mend = format!("record one of {}", all.join(", "));
+        let what = "there is no output of the model to compare with";
+        findings.push(Finding::error(Kind::NoOutput, &run.file, what, mend));
+    }
+    let missing: Vec<_> = known
+        .iter()
+        .filter(|v| v.role == Role::Input && run.channel(&v.name).is_none())
+        .map(|v| format!("`{}`", v.name))
+        .collect();
+    if names(Role::Input).next().is_some() && !has(Role::Input) {
+        let mend = format!("record {}, or map the column in the sidecar", missing.join(", "));
+        let what = "there is no input of the model: nothing drives the simulation";
+        findings.push(Finding::error(Kind::NoInput, &run.file, what, mend));
+    } else if !missing.is_empty() {
+        let what = format!("{} not recorded: the simulation takes 0", missing.join(", "));
+        findings.push(Finding::note(Kind::MissingInput, &run.file, what, "record it if it was not 0"));
+    }
+    // An input goes on with its last value where it ends early.
+    for channel in run.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Input)) {
+        let (Some(first), Some(last)) = (channel.time.first(), channel.time.last()) else { continue };
+        let gap = (first - run.start).max(run.end - last);
+        if gap > 0.01 * run.duration() && gap > 5.0 * channel.median_step().unwrap_or(0.0) {
+            let what = format!(
+                "samples reach from {first} s to {last} s, the recording from {} s to {} s",
+                run.start, run.end
+            );
+            let mend = "cut the recording to where the input is known";
+            findings.push(Finding::warning(Kind::InputShort, &run.file, what, mend).channel(&channel.name));
+        }
+    }
+}
+
+/// A time that is hardly in s.
+fn clock(run: &Recording, findings: &mut Vec<Finding>) {
+    let rows = run.channels.iter().map(Channel::len).max().unwrap_or(0);
+    if rows < 20 {
+        let mend = "record at least some hundred samples over the motion of interest";
+        let what = format!("{rows} samples are too few to fit or compare");
+        findings.push(Finding::warning(Kind::TooShort, &run.file, what, mend));
+        return;
+    }
+    let step = run.duration() / (rows - 1) as f64;
+    let (wrong, unit) = match step {
+        s if s >= 1000.0 => (true, "us"),
+        s if s >= 1.0 => (true, "ms"),
+        s if s < 1e-6 => (true, "min or h"),
+        _ => (false, ""),
+    };
+    if wrong {
+        let what = format!(
+            "a sample every {} s over {} s: the time is hardly in s",
+            short(step),
+            short(run.duration())
+        );
+        let mend = format!(
+            "if it is in {unit}, write in the sidecar: [columns] time = {{ variable = \"time\", unit = \"{}\" }}",
+            unit.split(' ').next().unwrap_or("")
+        );
+        findings.push(Finding::warning(Kind::TimeUnit, &run.file, what, mend));
+    }
+}

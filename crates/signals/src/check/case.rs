@@ -1,0 +1,91 @@
+//! Recordings of a case against each other.
+
+use super::role;
+use crate::case::Loaded;
+use crate::finding::{Finding, Kind};
+use crate::names::short;
+use crate::recording::{Channel, Recording};
+use crate::variable::{Role, Variable};
+
+pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Finding>) {
+    let case = &loaded.case;
+    // The same run under two names.
+    let runs: Vec<_> = loaded.recordings.values().collect();
+    for (i, a) in runs.iter().enumerate() {
+        for b in &runs[..i] {
+            let same = !a.channels.is_empty() && a.channels == b.channels;
+            if !same {
+                continue;
+            }
+            let apart = case.holdout.contains(&a.name) != case.holdout.contains(&b.name);
+            let what = format!("it holds the same samples as {}", b.name);
+            findings.push(if apart {
+                let mend = "hold out a run of its own: figures on what was fitted say nothing";
+                Finding::error(Kind::HoldoutInTrain, &a.file, what, mend)
+            } else {
+                Finding::warning(Kind::SameRecording, &a.file, what, "name it once: it would count twice")
+            });
+        }
+    }
+    for group in loaded.repeats() {
+        if let Some((first, others)) = group.split_first() {
+            others.iter().for_each(|run| findings.extend(repeats(first, run, known)));
+        }
+    }
+    for run in loaded.rest() {
+        findings.extend(run.channels.iter().filter_map(|c| moving(run, c)));
+    }
+    let noisy = !case.repeats.is_empty() || !case.rest.is_empty();
+    if let (false, Some(run)) = (noisy, loaded.train().first()) {
+        for c in &run.channels {
+            let compared = known.is_empty() || role(known, &c.name) == Some(Role::Output);
+            if compared && c.sensor.deviation().is_none() {
+                let mend = format!(
+                    "declare `noise` or `resolution` under [channels.\"{}\"], or `repeats` or `rest` recordings",
+                    c.name
+                );
+                let what = "nothing says how noisy this sensor is: there is no noise floor to compare with";
+                findings.push(Finding::warning(Kind::NoNoise, &case.file, what, mend).channel(&c.name));
+            }
+        }
+    }
+}
+
+/// Two runs of the same command have the same inputs.
+fn repeats(a: &Recording, b: &Recording, known: &[Variable]) -> Option<Finding> {
+    let mend = "take it out of `repeats`: what differs would count as noise";
+    if (a.duration() - b.duration()).abs() > 0.02 * a.duration() {
+        let what = format!("it lasts {} s, {} that it repeats {} s", b.duration(), a.name, a.duration());
+        return Some(Finding::warning(Kind::RepeatDiffers, &b.file, what, mend));
+    }
+    let inputs = a.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Input));
+    inputs.filter_map(|c| Some((c, b.channel(&c.name)?))).find_map(|(c, d)| {
+        let shifted: Vec<f64> = c.time.iter().map(|t| t - a.start + b.start).collect();
+        let other = d.sample(&shifted);
+        let rms = |x: &mut dyn Iterator<Item = f64>| (x.map(|x| x * x).sum::<f64>() / c.len() as f64).sqrt();
+        let apart = rms(&mut c.values.iter().zip(&other).map(|(x, y)| x - y));
+        let size = rms(&mut c.values.iter().copied());
+        (apart > 0.3 * size).then(|| {
+            let what =
+                format!("its input differs from that of {} by {:.0} % (RMS)", a.name, 100.0 * apart / size);
+            Finding::warning(Kind::RepeatDiffers, &b.file, what, mend).channel(&c.name)
+        })
+    })
+}
+
+/// At rest nothing goes anywhere: halves of the recording have one mean.
+fn moving(run: &Recording, c: &Channel) -> Option<Finding> {
+    let n = c.len() / 2;
+    if n < 10 {
+        return None;
+    }
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / x.len() as f64;
+    let change = mean(&c.values[n..]) - mean(&c.values[..n]);
+    // Noise by first differences: a motion adds little to it.
+    let noise = (c.values.windows(2).map(|w| (w[1] - w[0]).powi(2)).sum::<f64>() / (4 * n) as f64).sqrt();
+    let least = noise.max(c.sensor.deviation().unwrap_or(0.0)).max(c.sensor.resolution.unwrap_or(0.0));
+    (change.abs() > 5.0 * least && change != 0.0).then(|| {
+        let what = format!("the mean moves by {} although the recording is declared at rest", short(change));
+        Finding::warning(Kind::NotAtRest, &run.file, what, "take it out of `rest`").channel(&c.name)
+    })
+}

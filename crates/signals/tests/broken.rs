@@ -1,0 +1,612 @@
+//! Broken recordings and cases, each with what is said of it: severity, kind, place, and the mend.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr, clippy::type_complexity)]
+
+mod common;
+
+use std::fmt::Write as _;
+use std::fs;
+
+use common::joint;
+use trueup_signals::check::{self, Relation};
+use trueup_signals::{Case, Error, Finding, Kind, Role, Severity, Variable};
+
+const CASE: &str = "model = \"TwoMassJoint\"\ntrain = [\"run.csv\"]\n";
+const HEALTHY: &str = "time,motorCurrent,motorAngle\n0,0,0\n1,1,1\n2,0.5,3\n";
+
+/// Everything that is found in a case made of these files.
+fn found(files: &[(&str, &[u8])], known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
+    let folder = tempfile::tempdir().unwrap();
+    if !files.iter().any(|(name, _)| *name == "case.toml") {
+        fs::write(folder.path().join("case.toml"), CASE).unwrap();
+    }
+    for (name, bytes) in files {
+        fs::write(folder.path().join(name), bytes).unwrap();
+    }
+    match Case::load(folder.path(), |_| Ok(known.to_vec())) {
+        Ok((loaded, mut findings)) => {
+            findings.extend(check::case(&loaded, known, relations));
+            findings
+        }
+        Err(Error::Wrong(findings)) => findings,
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// One of the findings is of this kind and severity, and its text has all these parts.
+fn says(label: &str, findings: &[Finding], severity: Severity, kind: Kind, parts: &[&str]) {
+    let hit = findings.iter().any(|f| {
+        let text = f.to_string();
+        f.severity == severity && f.kind == kind && parts.iter().all(|p| text.contains(p))
+    });
+    let all: Vec<_> = findings.iter().map(|f| format!("{:?} {:?} {f}", f.severity, f.kind)).collect();
+    assert!(hit, "{label}: no {severity:?} {kind:?} with {parts:?} in\n{}", all.join("\n"));
+}
+
+#[test]
+fn files_that_cannot_be_read_as_they_are() {
+    use Kind::*;
+    let utf16: Vec<u8> = "\u{feff}time,x\n".encode_utf16().flat_map(u16::to_le_bytes).collect();
+    let latin = b"time,winkel_\xb0\n0,1\n";
+    let broken: &[(&str, &[u8], Kind, &[&str])] = &[
+        ("empty", b"", EmptyFile, &["run.csv", "the file is empty", "export"]),
+        ("header alone", b"time,motorAngle\n", EmptyFile, &["no row after the header"]),
+        ("UTF-16", &utf16, Encoding, &["UTF-16", "save it as UTF-8"]),
+        ("binary", b"PK\x03\x04\0\0\0\0", Encoding, &["zero bytes", "CSV"]),
+        ("Latin-1 header", latin, Encoding, &["run.csv:1", "not UTF-8"]),
+        ("Latin-1 cell", b"time,motorAngle\n0,1\xb0\n", Encoding, &["run.csv:2", "motorAngle", "not UTF-8"]),
+        ("semicolons", b"time;motorAngle\n0,0;1,5\n", Separator, &["semicolons", "commas", "0.5, not 0,5"]),
+        ("tabs", b"time\tmotorAngle\n0\t1\n", Separator, &["tabs"]),
+        ("no header", b"0,1,2\n0.1,1,2\n", NoHeader, &["run.csv:1", "name the columns", "time"]),
+        ("nameless column", b",time,motorAngle\n0,0,1\n", NoHeader, &["column 1 has no name", "index"]),
+        (
+            "decimal commas",
+            b"time,motorAngle\n0,5,1,5\n",
+            RaggedRow,
+            &["run.csv:2", "4 cells under 2", "point"],
+        ),
+        ("quoted decimal comma", b"time,motorAngle\n0,\"1,5\"\n", NotANumber, &["\"1,5\"", "0.5, not 0,5"]),
+        (
+            "short row",
+            b"time,motorCurrent,motorAngle\n0,0,0\n1,1\n",
+            RaggedRow,
+            &["run.csv:3", "2 cells under 3"],
+        ),
+        ("a word", b"time,motorAngle\n0,1\n1,oops\n", NotANumber, &["run.csv:3", "motorAngle", "\"oops\""]),
+        ("array cell", b"time,motorAngle\n0,1 2\n1,1 2 3\n", ArrayCell, &["run.csv:3", "3 values", "2 in"]),
+        (
+            "twice a name",
+            b"time,motorAngle,motorAngle\n0,1,2\n",
+            DuplicateName,
+            &["two columns", "`motorAngle`"],
+        ),
+        ("no time", b"t,motorAngle\n0,1\n", NoTime, &["no column `time`", "rename `t`", "\"t\" = \"time\""]),
+        ("time is NaN", b"time,motorAngle\n0,1\nnan,2\n", MissingTime, &["run.csv:3", "remove the row"]),
+        ("time is empty", b"time,motorAngle\n0,1\n,2\n", MissingTime, &["run.csv:3"]),
+        (
+            "clock back",
+            b"time,motorAngle\n0,1\n2,1\n1,1\n",
+            ClockBack,
+            &["run.csv:4", "from 2 s to 1 s", "sort"],
+        ),
+        ("clock stands", b"time,motorAngle\n0,1\n1,1\n1,1\n", ClockRepeats, &["run.csv:4", "repeats 1 s"]),
+        ("infinite", b"time,motorAngle\n0,1\n1,inf\n", InfiniteValue, &["run.csv:3", "motorAngle at 1 s"]),
+        ("overflow", b"time,motorAngle\n0,1\n1,1e999\n", InfiniteValue, &["run.csv:3"]),
+        ("no value", b"time,motorAngle\n0,\n1,nan\n", NoValue, &["motorAngle", "no value"]),
+    ];
+    for (label, bytes, kind, parts) in broken {
+        says(label, &found(&[("run.csv", bytes)], &joint(), &[]), Severity::Error, *kind, parts);
+    }
+}
+
+#[test]
+fn other_formats() {
+    use Kind::*;
+    let case = |name: &str| format!("model = \"TwoMassJoint\"\ntrain = [\"{name}\"]\n");
+    let v73 = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".to_vec();
+    let mut truncated = b"MATLAB 5.0 MAT-file".to_vec();
+    truncated.resize(126, b' ');
+    truncated.extend(b"IM\x0f\0\0\0\xff\0\0\0abc");
+    let broken: &[(&str, &str, &[u8], Kind, &[&str])] = &[
+        (
+            "not Parquet",
+            "run.parquet",
+            b"time,x\n",
+            Unreadable,
+            &["run.parquet", "no Parquet file", "pandas"],
+        ),
+        ("MAT 7.3", "run.mat", &v73, Unreadable, &["7.3 (HDF5)", "'-v7'", "savemat"]),
+        ("no MAT", "run.mat", b"hello", Unreadable, &["no MAT file of level 5"]),
+        ("truncated MAT", "run.mat", &truncated, EmptyFile, &["no numeric array"]),
+        (
+            "unknown format",
+            "run.xlsx",
+            b"PK",
+            Unreadable,
+            &["`.xlsx` is no recording", ".csv, .parquet or .mat"],
+        ),
+        ("packed", "run.csv.gz", b"\x1f\x8b", Unreadable, &["`.gz`", "unpack"]),
+    ];
+    for (label, name, bytes, kind, parts) in broken {
+        let case = case(name);
+        let files: &[(&str, &[u8])] = &[("case.toml", case.as_bytes()), (name, bytes)];
+        says(label, &found(files, &joint(), &[]), Severity::Error, *kind, parts);
+    }
+}
+
+#[test]
+fn sidecars() {
+    use Kind::*;
+    let broken: &[(&str, &str, Kind, &[&str])] = &[
+        ("syntax", "[columns\n", Syntax, &["run.toml:1"]),
+        (
+            "unknown key",
+            "[colums]\nx = 1\n",
+            UnknownKey,
+            &["run.toml:1", "`colums`", "did you mean `columns`"],
+        ),
+        (
+            "unknown column",
+            "\n[columns]\nmotorAngel = \"motorAngle\"\n",
+            UnknownColumn,
+            &["run.toml:3", "did you mean `motorAngle`"],
+        ),
+        (
+            "unknown variable",
+            "[columns]\nmotorAngle = \"rotorAngle\"\n",
+            UnknownColumn,
+            &["run.toml:2", "did you mean `motorAngle`"],
+        ),
+        (
+            "no unit",
+            "[columns]\nmotorAngle = { unit = \"degrees\" }\n",
+            Unit,
+            &["run.toml:2", "`degrees` is no unit", "deg"],
+        ),
+        (
+            "wrong unit",
+            "[columns]\nmotorAngle = { unit = \"N.m\" }\n",
+            Unit,
+            &["run.toml:2", "`N.m` cannot be the unit", "`rad`"],
+        ),
+        (
+            "volts for amperes",
+            "[columns]\nmotorCurrent = { unit = \"V\" }\n",
+            Unit,
+            &["`V` cannot be", "`scale` from V to A"],
+        ),
+        (
+            "frequency for speed",
+            "[columns]\nmotorAngle = { variable = \"motorVelocity\", unit = \"Hz\" }\n",
+            Unit,
+            &["`Hz` cannot be"],
+        ),
+        (
+            "time in degrees",
+            "[columns]\ntime = { variable = \"time\", unit = \"deg\" }\n",
+            Unit,
+            &["`deg` is no unit of time"],
+        ),
+        ("scale of text", "[columns]\nmotorAngle = { scale = \"2\" }\n", BadValue, &["`scale`", "number"]),
+        ("scale 0", "[columns]\nmotorAngle = { scale = 0 }\n", BadValue, &["`scale` is 0"]),
+        (
+            "one variable twice",
+            "[columns]\nmotorCurrent = \"motorAngle\"\n",
+            DuplicateName,
+            &["two columns are `motorAngle`"],
+        ),
+        (
+            "unknown channel",
+            "[channels.loadAngle]\nnoise = 1\n",
+            UnknownChannel,
+            &["run.toml:1", "no channel `loadAngle`"],
+        ),
+        (
+            "unknown sensor key",
+            "[channels.motorAngle]\nresolutoin = 1\n",
+            UnknownKey,
+            &["did you mean `resolution`"],
+        ),
+        ("negative noise", "[channels.motorAngle]\nnoise = -1\n", BadValue, &["`noise` is -1", "below 0"]),
+        ("offset", "[channels.motorAngle]\noffset = 0.1\n", BadValue, &["\"estimate\"", "[columns]"]),
+        (
+            "interpolation",
+            "[channels.motorAngle]\ninterpolation = \"cubic\"\n",
+            BadValue,
+            &["\"linear\" or \"hold\""],
+        ),
+        (
+            "unknown parameter",
+            "[parameters]\nstifness = 1\n",
+            UnknownParameter,
+            &["run.toml:2", "did you mean `stiffness`"],
+        ),
+        ("output as parameter", "[parameters]\nloadAngle = 1\n", UnknownParameter, &["no parameter"]),
+    ];
+    for (label, text, kind, parts) in broken {
+        let files: &[(&str, &[u8])] = &[("run.csv", HEALTHY.as_bytes()), ("run.toml", text.as_bytes())];
+        says(label, &found(files, &joint(), &[]), Severity::Error, *kind, parts);
+    }
+    let both: &[(&str, &[u8])] = &[("run.csv", HEALTHY.as_bytes()), ("run.toml", b""), ("run.csv.toml", b"")];
+    says("two sidecars", &found(both, &joint(), &[]), Severity::Error, DuplicateName, &["another sidecar"]);
+}
+
+#[test]
+fn cases() {
+    use Kind::*;
+    use Severity::*;
+    let train = "train = [\"run.csv\"]\n";
+    let with = |more: &str| format!("model = \"TwoMassJoint\"\n{train}{more}");
+    let broken: &[(&str, String, Severity, Kind, &[&str])] = &[
+        ("no model", train.into(), Error, UnknownModel, &["no `model`", "TwoMassJoint"]),
+        ("no train", "model = \"x\"\n".into(), Error, NoTraining, &["train = ["]),
+        (
+            "train no list",
+            "model = \"x\"\ntrain = \"run.csv\"\n".into(),
+            Error,
+            BadValue,
+            &["case.toml:2", "no list"],
+        ),
+        (
+            "hold-out in train",
+            with("holdout = [\"run.csv\"]\n"),
+            Error,
+            HoldoutInTrain,
+            &["case.toml:3", "`run.csv`"],
+        ),
+        ("same data held out", with("holdout = [\"copy.csv\"]\n"), Error, HoldoutInTrain, &["same samples"]),
+        (
+            "same data twice",
+            "model = \"x\"\ntrain = [\"run.csv\", \"copy.csv\"]\n".into(),
+            Warning,
+            SameRecording,
+            &["count twice"],
+        ),
+        (
+            "named twice",
+            "model = \"x\"\ntrain = [\"run.csv\", \"run.csv\"]\n".into(),
+            Warning,
+            SameRecording,
+            &["twice in `train`"],
+        ),
+        (
+            "missing file",
+            with("holdout = [\"gone.csv\"]\n"),
+            Error,
+            MissingFile,
+            &["gone.csv", "write its name"],
+        ),
+        (
+            "lonely repeat",
+            with("repeats = [[\"run.csv\"]]\n"),
+            Error,
+            BadValue,
+            &["group of one", "two runs"],
+        ),
+        ("repeats no lists", with("repeats = \"run.csv\"\n"), Error, BadValue, &["no list of lists"]),
+        (
+            "other repeat",
+            with("repeats = [[\"run.csv\", \"other.csv\"]]\n"),
+            Warning,
+            RepeatDiffers,
+            &["other.csv", "motorCurrent", "differs from that of run.csv by"],
+        ),
+        (
+            "longer repeat",
+            with("repeats = [[\"run.csv\", \"long.csv\"]]\n"),
+            Warning,
+            RepeatDiffers,
+            &["long.csv", "lasts 9 s"],
+        ),
+        (
+            "not at rest",
+            with("rest = [\"long.csv\"]\n"),
+            Warning,
+            NotAtRest,
+            &["long.csv", "motorAngle", "declared at rest"],
+        ),
+        (
+            "unknown key",
+            with("[parameter]\n"),
+            Error,
+            UnknownKey,
+            &["case.toml:3", "did you mean `parameters`"],
+        ),
+        (
+            "unknown parameter",
+            with("[parameters]\nstifness = 1\n"),
+            Error,
+            UnknownParameter,
+            &["case.toml:4", "did you mean `stiffness`"],
+        ),
+        (
+            "array and element",
+            with("[parameters]\nstiffness = [1]\n\"stiffness[1]\" = 2\n"),
+            Error,
+            DuplicateName,
+            &["two values"],
+        ),
+        (
+            "parameter not finite",
+            with("[parameters]\nstiffness = inf\n"),
+            Error,
+            BadValue,
+            &["stiffness", "finite"],
+        ),
+        (
+            "doubt of nothing",
+            with("[uncertain]\nstiffness = 0.1\n"),
+            Error,
+            UnknownParameter,
+            &["has no value of it"],
+        ),
+        (
+            "negative doubt",
+            with("[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"),
+            Error,
+            BadValue,
+            &["-0.1", "10 %"],
+        ),
+        (
+            "fit of nothing",
+            with("[fit]\nparameters = [\"dampin\"]\n"),
+            Error,
+            UnknownParameter,
+            &["did you mean `damping`"],
+        ),
+        (
+            "unknown channel",
+            with("[channels.motorAngel]\n"),
+            Error,
+            UnknownChannel,
+            &["did you mean `motorAngle`"],
+        ),
+        ("no noise", with(""), Warning, NoNoise, &["motorAngle", "noise", "rest"]),
+        ("not UTF-8", String::new(), Error, Encoding, &["case.toml", "not UTF-8"]),
+    ];
+    let mut long = String::from("time,motorCurrent,motorAngle\n");
+    for i in 0..40 {
+        writeln!(long, "{},1,{}", f64::from(i) * 9.0 / 39.0, f64::from(i * i) * 0.1).unwrap();
+    }
+    let other = HEALTHY.replace("1,1,1", "1,-3,1");
+    for (label, text, severity, kind, parts) in broken {
+        let case = if text.is_empty() { b"model = \"\xff\"".as_slice() } else { text.as_bytes() };
+        let files = [
+            ("case.toml", case),
+            ("run.csv", HEALTHY.as_bytes()),
+            ("copy.csv", HEALTHY.as_bytes()),
+            ("other.csv", other.as_bytes()),
+            ("long.csv", long.as_bytes()),
+        ];
+        says(label, &found(&files, &joint(), &[]), *severity, *kind, parts);
+    }
+}
+
+/// Pseudo-random numbers between -1 and 1.
+fn noise(i: usize) -> f64 {
+    let x = (i as f64 * 12.9898).sin() * 43_758.545_3;
+    2.0 * (x - x.floor()) - 1.0
+}
+
+/// A healthy swing of 2000 samples at 100 Hz, spoiled sample by sample: index, current, motor angle, velocity, load angle.
+fn swing(spoil: impl Fn(usize, &mut [f64; 4])) -> String {
+    let mut text = String::from("time,motorCurrent,motorAngle,motorVelocity,loadAngle\n");
+    for i in 0..2000 {
+        let t = i as f64 / 100.0;
+        let w = 1.3;
+        let mut x = [
+            0.8 * (w * t + 0.3).cos() + 1e-3 * noise(i),
+            16.0 * (w * t).sin() + 1e-3 * noise(7 * i + 1),
+            16.0 * w * (w * t).cos() + 1e-2 * noise(3 * i + 5),
+            ((0.1 * (w * t).sin() + 1e-5 * noise(5 * i + 2)) * 1e5).round() / 1e5,
+        ];
+        spoil(i, &mut x);
+        let cells = x.map(|x| if x.is_nan() { String::new() } else { format!("{x}") });
+        writeln!(text, "{t},{}", cells.join(",")).unwrap();
+    }
+    text
+}
+
+fn relations() -> Vec<Relation> {
+    vec![
+        Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 },
+        Relation::Rate { rate: "motorVelocity".into(), of: "motorAngle".into() },
+    ]
+}
+
+/// What is done to the samples.
+type Spoil = Box<dyn Fn(usize, &mut [f64; 4])>;
+/// Label, spoiler, what is said.
+type Sensor = (&'static str, Spoil, Kind, &'static [&'static str]);
+
+#[test]
+fn sensors() {
+    use Kind::*;
+    let mut known = joint();
+    known.iter_mut().filter(|v| v.name == "motorVelocity").for_each(|v| v.nominal = Some(20.0));
+    known.iter_mut().filter(|v| v.name == "motorCurrent").for_each(|v| v.max = Some(3.0));
+    let case = format!(
+        "{CASE}[channels.motorAngle]\nnoise = 1e-3\n[channels.loadAngle]\nnoise = 1e-5\nresolution = 1e-5\n\
+         [channels.motorVelocity]\nnoise = 1e-2\n"
+    );
+    let look = |spoil: &Spoil| {
+        let text = swing(spoil);
+        found(&[("case.toml", case.as_bytes()), ("run.csv", text.as_bytes())], &known, &relations())
+    };
+    let healthy: Spoil = Box::new(|_, _| {});
+    let nothing: Vec<_> = look(&healthy).into_iter().filter(|f| f.severity != Severity::Note).collect();
+    assert!(nothing.is_empty(), "{nothing:#?}");
+
+    let broken: Vec<Sensor> = vec![
+        ("constant", Box::new(|_, x| x[3] = 0.25), Constant, &["loadAngle", "0.25 all along", "connected"]),
+        (
+            "clipped input",
+            Box::new(|_, x| x[0] = x[0].clamp(-0.5, 0.5)),
+            Clipped,
+            &["motorCurrent", "0.5: clipped"],
+        ),
+        (
+            "clipped output",
+            Box::new(|_, x| x[2] = x[2].min(12.0)),
+            Clipped,
+            &["motorVelocity", "12: clipped"],
+        ),
+        (
+            "stuck for a while",
+            Box::new(|i, x| {
+                if (300..500).contains(&i) {
+                    x[1] = 3.0
+                }
+            }),
+            Stuck,
+            &["motorAngle at 3 s", "stays at 3 from 3 s to 4.99 s"],
+        ),
+        (
+            "stuck for good",
+            Box::new(|i, x| {
+                if i >= 900 {
+                    x[1] = -12.165
+                }
+            }),
+            Stuck,
+            &["motorAngle at 9 s", "to 19.99 s"],
+        ),
+        (
+            "spikes",
+            Box::new(|i, x| {
+                if i == 700 || i == 901 {
+                    x[3] += 0.05
+                }
+            }),
+            Spike,
+            &["loadAngle", "2 spikes", "leave these cells empty"],
+        ),
+        (
+            "dropout",
+            Box::new(|i, x| {
+                if (400..460).contains(&i) {
+                    x[1] = f64::NAN
+                }
+            }),
+            Dropout,
+            &["motorAngle at 3.99 s", "1 gap", "0.01 s is usual"],
+        ),
+        (
+            "coarse steps",
+            Box::new(|_, x| x[3] = (x[3] / 0.002).round() * 0.002),
+            Quantisation,
+            &["loadAngle", "steps of 0.00", "declared is a resolution of 1e-5"],
+        ),
+        (
+            "twice the same",
+            Box::new(|_, x| x[3] = x[1]),
+            DuplicateChannel,
+            &["loadAngle", "those of `motorAngle`"],
+        ),
+        (
+            "degrees",
+            Box::new(|_, x| x[3] *= 57.29578),
+            Inconsistent,
+            &["motorAngle", "expected is 160", "degrees were taken for radians"],
+        ),
+        ("swapped", Box::new(|_, x| x.swap(1, 3)), SwappedChannels, &["motorAngle", "swapped"]),
+        ("sign", Box::new(|_, x| x[3] = -x[3]), Inconsistent, &["opposite sign"]),
+        (
+            "rpm",
+            Box::new(|_, x| x[2] *= 9.549297),
+            Inconsistent,
+            &["integral of `motorVelocity`", "rpm were taken for rad/s"],
+        ),
+        (
+            "far from usual",
+            Box::new(|_, x| x[2] *= 1e4),
+            UnitSuspicion,
+            &["motorVelocity", "about 20 rad/s is usual"],
+        ),
+        (
+            "milliamperes",
+            Box::new(|_, x| x[0] *= 1e3),
+            UnitSuspicion,
+            &["motorCurrent", "largest sensible one, 3 A", "unit"],
+        ),
+        (
+            "input ends early",
+            Box::new(|i, x| {
+                if i > 1500 {
+                    x[0] = f64::NAN
+                }
+            }),
+            InputShort,
+            &["motorCurrent", "15 s"],
+        ),
+    ];
+    for (label, spoil, kind, parts) in &broken {
+        says(label, &look(spoil), Severity::Warning, *kind, parts);
+    }
+}
+
+#[test]
+fn recordings_as_a_whole() {
+    use Kind::*;
+    use Severity::*;
+    let in_ms: String = swing(|_, _| {})
+        .lines()
+        .enumerate()
+        .map(|(i, line)| {
+            let rest = line.split_once(',').unwrap().1;
+            if i == 0 { format!("{line}\n") } else { format!("{},{rest}\n", 10 * i) }
+        })
+        .collect();
+    let quantised = swing(|_, x| x[3] = (x[3] / 0.002).round() * 0.002);
+    let broken: &[(&str, &str, Severity, Kind, &[&str])] = &[
+        ("time in ms", &in_ms, Warning, TimeUnit, &["a sample every 10 s", "unit = \"ms\""]),
+        ("three samples", HEALTHY, Warning, TooShort, &["3 samples"]),
+        (
+            "unknown column",
+            "time,motorCurrent,motorAngel,loadAngle\n0,1,1,1\n",
+            Warning,
+            UnknownColumn,
+            &["motorAngel", "did you mean `motorAngle`?", "left out"],
+        ),
+        (
+            "column of something else",
+            "time,motorCurrent,motorAngle,temperature\n0,1,1,1\n",
+            Warning,
+            UnknownColumn,
+            &["temperature", "or false"],
+        ),
+        ("no input", "time,motorAngle\n0,1\n1,2\n", Error, NoInput, &["nothing drives", "`motorCurrent`"]),
+        ("no output", "time,motorCurrent\n0,1\n1,2\n", Error, NoOutput, &["no output", "`motorAngle`"]),
+        ("one input missing", HEALTHY, Note, MissingInput, &["`externalTorque` not recorded", "takes 0"]),
+        (
+            "undeclared steps",
+            &quantised,
+            Note,
+            Quantisation,
+            &["loadAngle", "goes in steps of 0.00", "resolution = "],
+        ),
+    ];
+    for (label, text, severity, kind, parts) in broken {
+        says(label, &found(&[("run.csv", text.as_bytes())], &joint(), &relations()), *severity, *kind, parts);
+    }
+}
+
+#[test]
+fn many_mistakes_of_one_kind_are_counted() {
+    let mut text = String::from("time,motorAngle\n");
+    (0..400).for_each(|i| writeln!(text, "{i},x").unwrap());
+    let findings = found(&[("run.csv", text.as_bytes())], &joint(), &[]);
+    assert_eq!(
+        findings.iter().filter(|f| f.kind == Kind::NotANumber).count(),
+        6,
+        "five and a word of the rest"
+    );
+    says("many", &findings, Severity::Error, Kind::NotANumber, &["more of this kind"]);
+}
+
+#[test]
+fn kinds_have_names_for_machines() {
+    assert_eq!(Kind::ClockBack.id(), "clock-back");
+    assert_eq!(Kind::NotANumber.id(), "not-a-number");
+    assert_eq!(Variable::new("x", "", Role::Input).nominal, None);
+}
