@@ -190,7 +190,7 @@ impl Library<'_> {
         }
         let missing = || format!("there is no file {}{}", file.display(), beside(file));
         let opened = match self.store.on_disk(file) {
-            Ok(disk) => Fmu::open(&disk).map_err(|e| {
+            Ok(disk) => Fmu::open_as(&disk, file).map_err(|e| {
                 // In an archive: as the user knows it.
                 e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
             }),

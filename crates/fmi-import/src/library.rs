@@ -39,8 +39,15 @@ impl Fmu {
     /// # Errors
     /// [`Error::Archive`] if it cannot be unpacked, [`Error::File`] if its description cannot be read.
     pub fn open(file: impl AsRef<Path>) -> Result<Arc<Self>, Error> {
-        let file = file.as_ref();
-        let fail = |reason: String| Error::File { file: file.into(), reason };
+        Self::open_as(file.as_ref(), file.as_ref())
+    }
+
+    /// Opens `file` and calls it `name` in messages: where it came from, if it was copied from there.
+    ///
+    /// # Errors
+    /// As [`Fmu::open`].
+    pub fn open_as(file: &Path, name: &Path) -> Result<Arc<Self>, Error> {
+        let fail = |reason: String| Error::File { file: name.into(), reason };
         let mut archive = Archive::open(file)?;
         let xml = archive.description()?;
         let description = read::read(&xml).map_err(|e| fail(e.to_string()))?;
@@ -54,7 +61,7 @@ impl Fmu {
         };
         let directory = unpacked.as_ref().map_or(file, TempDir::path);
         let directory = directory.canonicalize().map_err(|e| fail(e.to_string()))?;
-        Ok(Arc::new(Self { file: file.into(), directory, description, _unpacked: unpacked }))
+        Ok(Arc::new(Self { file: name.into(), directory, description, _unpacked: unpacked }))
     }
 
     /// Where it came from.

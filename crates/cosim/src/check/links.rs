@@ -108,8 +108,15 @@ fn connect<'a>(
         }
     };
     let mut notes = Vec::new();
-    if hand == Hand::Converted {
-        notes.push(said(format!("{} is handed on as {}, without loss", a.name(), b.name())));
+    match hand {
+        Hand::Plain => {}
+        Hand::Converted => {
+            notes.push(said(format!("{} is handed on as {}, without loss", a.name(), b.name())));
+        }
+        Hand::Item => notes.push(said(format!(
+            "{} is handed on as the number of an item; a number that is none is not noticed here",
+            a.name()
+        ))),
     }
     let (mut factor, mut offset) = (1.0, 0.0);
     let mut unit = units::of(a.d, a.v);

@@ -217,6 +217,10 @@ fn converted(
             }
             (None, _) => {} // no unit: a plain number
             (Some(_), None) if same => {}
+            (Some(own), None) if start.optional => report.note(format!(
+                "start of `{}`: nobody says what the unit {} is; the number is taken in {}",
+                v.name, given.name, own.name
+            )),
             (Some(own), None) => {
                 let shown = own.display.iter().map(|u| u.name.as_str());
                 let shown: Vec<&str> = std::iter::once(own.name.as_str()).chain(shown).collect();

@@ -76,6 +76,8 @@ pub(super) enum Hand {
     Plain,
     /// Converted, without loss.
     Converted,
+    /// An integer as the number of an item.
+    Item,
 }
 
 /// May every value of `from` be handed on to `to`? `mapped`: a table replaces values.
@@ -106,14 +108,18 @@ pub(super) fn hand_on(from: Typed, to: Typed, mapped: bool) -> Result<Hand, Stri
         }
         (Type::String, Type::String) => Ok(Hand::Plain),
         (Type::String, _) | (_, Type::String) => refuse("one is text"),
-        (_, Type::Enumeration) => refuse("not every number is an item; give a map"),
+        (_, Type::Enumeration) if a.is_float() || a == Type::Boolean => {
+            refuse("not every number is an item; give a map")
+        }
         (_, Type::Boolean) if a != b => refuse("not every number is true or false; give a map"),
         (Type::Float64, Type::Float32) => refuse("digits would be lost"),
         _ if a == b => Ok(Hand::Plain),
         _ if a.is_float() && b.is_float() => Ok(Hand::Converted),
         _ if a.is_float() => refuse("fractions would be lost"),
         _ => match (range(a, from.d.version), range(b, to.d.version)) {
-            (Some(a), Some(b)) if a.0 >= b.0 && a.1 <= b.1 => Ok(Hand::Converted),
+            (Some(a), Some(range)) if a.0 >= range.0 && a.1 <= range.1 => {
+                Ok(if b == Type::Enumeration { Hand::Item } else { Hand::Converted })
+            }
             _ => refuse("not every value fits"),
         },
     }

@@ -144,6 +144,7 @@ impl<'a> Flat<'a> {
                     Some((_, Some((at, e)))) => {
                         ends.push(((*at, connector.as_str()), false, e.connectors.get(stem(connector))))
                     }
+                    Some((unknown, None)) if inner.failed.contains(unknown) => {}
                     Some((unknown, None)) => {
                         let near = crate::mistake::suggestion(
                             unknown,

@@ -1,5 +1,6 @@
 //! System structure descriptions become a tree of elements; whatever else they refer to is read with them.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
@@ -43,6 +44,8 @@ pub(super) struct Inner {
     pub(super) elements: Vec<Element>,
     pub(super) connections: Vec<Wire>,
     pub(super) dictionaries: HashSet<String>,
+    /// Names of elements that could not be read, which has been said.
+    pub(super) failed: HashSet<String>,
 }
 
 #[derive(Debug)]
@@ -151,6 +154,7 @@ impl Reader {
             self.mistakes.push(fail(in_file(why), "elements are nested too deeply".into()));
             return None;
         }
+        let text = declared(text);
         let document = match Document::parse(&text) {
             Ok(document) => document,
             Err(e) => {
@@ -184,8 +188,9 @@ impl Reader {
                 }),
                 _ => Ok(None),
             };
-            if let Some(Some(element)) = self.keep(element) {
-                inner.elements.push(element);
+            match self.keep(element) {
+                Some(Some(element)) => inner.elements.push(element),
+                _ => inner.failed.extend(child.attribute("name").map(str::to_owned)),
             }
         }
         for child in node.list("Connections").filter(|n| n.name() == "Connection") {
@@ -387,7 +392,8 @@ fn wire(node: Node) -> Result<Wire, Mistake> {
             let at: Vec<&str> = at.split([' ', ',', '\t', '\n']).filter(|i| !i.is_empty()).collect();
             name = format!("{name}[{}]", at.join(","));
         }
-        Ok((node.attribute(element).map(str::to_owned), name))
+        // Some tools write an empty name for the system itself.
+        Ok((node.attribute(element).filter(|e| !e.is_empty()).map(str::to_owned), name))
     };
     Ok(Wire {
         ends: [
@@ -398,6 +404,34 @@ fn wire(node: Node) -> Result<Wire, Mistake> {
         suppress: node.flag("suppressUnitConversion")?,
         place: node.place(),
     })
+}
+
+/// Prefixes that a file uses without saying what they stand for, which other tools do not notice, are declared in its
+/// root element.
+fn declared(mut text: Cow<str>) -> Cow<str> {
+    for _ in 0..8 {
+        let Err(roxmltree::Error::UnknownNamespace(prefix, _)) = Document::parse(&text) else { break };
+        let Some(root) = root_name(&text) else { break };
+        let name = text[root..].find(|c: char| c.is_whitespace() || c == '>' || c == '/');
+        let Some(name) = name else { break };
+        text.to_mut().insert_str(root + name, &format!(" xmlns:{prefix}=\"urn:undeclared:{prefix}\""));
+    }
+    text
+}
+
+/// Where the name of the root element begins, behind comments and instructions.
+fn root_name(text: &str) -> Option<usize> {
+    let mut at = 0;
+    loop {
+        let open = at + text[at..].find('<')?;
+        let rest = &text[open..];
+        let end = match rest.get(..4) {
+            Some("<!--") => "-->",
+            Some(other) if other.starts_with("<?") => "?>",
+            _ => return Some(open + 1),
+        };
+        at = open + rest.find(end)?;
+    }
 }
 
 /// `%20` and so on.

@@ -1,6 +1,7 @@
 //! Systems from files to plans: what is read, what is chosen, and what every mistake says. The FMUs have no libraries.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
+mod document;
 mod hostile;
 mod mistakes;
 mod plans;

@@ -101,8 +101,8 @@ fn of_connections() {
             "Int32 cannot be handed on as Boolean: not every number is true or false; give a map",
         ),
         (
-            "'a.count -> b.mode'",
-            "Int32 cannot be handed on as Enumeration: not every number is an item; give a map",
+            "'a.x -> b.mode'",
+            "Float64 cannot be handed on as Enumeration: not every number is an item; give a map",
         ),
         ("'a.gear -> b.mode'", "the enumerations differ: `park` = 1 is no item of the input; give a map"),
         ("'a.text -> b.u'", "String cannot be handed on as Float64: one is text"),

@@ -362,6 +362,31 @@ fn our_annotations_say_how_to_run() {
 }
 
 #[test]
+fn what_other_tools_write_against_the_standard_is_understood() {
+    let desk = Desk::new();
+    // A prefix that is declared nowhere, a unit that is defined nowhere, an empty name of the system itself, an
+    // integer for an enumeration.
+    desk.write(
+        "p.ssv",
+        "<?xml version=\"1.0\"?>\n<!-- <x> -->\n<v:ParameterSet version=\"1.0\" name=\"o\"><v:Parameters><v:Parameter name=\"gain\"><v:Real value=\"9\" unit=\"[rad]\"/></v:Parameter></v:Parameters></v:ParameterSet>",
+    );
+    let p = all("p", "<a:ParameterBindings><a:ParameterBinding source=\"p.ssv\"/></a:ParameterBindings>");
+    let connections = r#"<a:Connection startElement="" startConnector="in" endElement="p" endConnector="u"/>"#
+        .to_owned() + &wire(("p", "count"), ("q", "mode"), "");
+    let text = ssd(&system(&(p + &all("q", "")), &connections), "");
+    let plan = plan(&desk, &text);
+    assert_eq!(start(&plan, "p", "gain"), Some(Buffer::Float64(vec![9.0])));
+    assert_eq!(plan.links.len(), 1);
+    let notes = plan.notes.join("\n");
+    for said in [
+        "nobody says what the unit [rad] is; the number is taken in rad",
+        "handed on as the number of an item",
+    ] {
+        assert!(notes.contains(said), "{said}\n{notes}");
+    }
+}
+
+#[test]
 fn mistakes_have_their_line() {
     let desk = Desk::new();
     let two = all("p", "") + &all("q", "");
