@@ -2,12 +2,14 @@
 
 pub mod covariance;
 pub mod flexible_joint;
+pub mod estimate;
 mod law;
 pub mod lsq;
 pub mod nelder_mead;
 pub mod output_error;
 pub mod plant;
 pub mod predict;
+pub mod regress;
 pub mod run;
 pub mod tangent;
 pub mod unknown;

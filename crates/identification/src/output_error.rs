@@ -150,10 +150,10 @@ impl<'a, M: Plant> OutputError<'a, M> {
     fn weighted<T: Scalar>(&self, run: usize, y: &[T], mut each: impl FnMut(usize, &T, f64)) -> Vec<f64> {
         let mut residuals = Vec::with_capacity(y.len());
         for channel in &self.runs[run].channels {
-            for measured in &channel.y {
-                let at = residuals.len();
-                each(at, &y[at], channel.sigma);
-                residuals.push((y[at].value() - measured) / channel.sigma);
+            for (k, measured) in channel.y.iter().enumerate() {
+                let (at, sigma) = (residuals.len(), channel.deviation(k));
+                each(at, &y[at], sigma);
+                residuals.push((y[at].value() - measured) / sigma);
             }
         }
         residuals

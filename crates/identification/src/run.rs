@@ -38,6 +38,38 @@ pub struct Channel {
     pub sigma: f64,
     /// A reading shows what was this long ago, s.
     pub delay: f64,
+    /// Step of the readings (one count); 0: none.
+    pub resolution: f64,
+    /// By how much less than one reading each counts, as a factor on `sigma` ([`Channel::weigh_rests`]); empty: 1.
+    pub spread: Vec<f64>,
+}
+
+impl Channel {
+    /// Standard deviation of reading `k`.
+    pub fn deviation(&self, k: usize) -> f64 {
+        self.sigma * self.spread.get(k).copied().unwrap_or(1.0)
+    }
+
+    /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no
+    /// more than one. While it moves on evenly the errors within a count cancel, and its readings stay as they are.
+    /// So a count that lasts for more than twice as long as the shorter one of its neighbours is weighed like that.
+    pub fn weigh_rests(&mut self) {
+        if self.resolution <= 0.0 || self.resolution / 12f64.sqrt() < 0.7 * self.sigma {
+            return;
+        }
+        let mut begins: Vec<usize> = (1..self.y.len()).filter(|&k| self.y[k] != self.y[k - 1]).collect();
+        begins.insert(0, 0);
+        begins.push(self.y.len());
+        let lengths: Vec<usize> = begins.windows(2).map(|w| w[1] - w[0]).collect();
+        self.spread = vec![1.0; self.y.len()];
+        for (i, &length) in lengths.iter().enumerate() {
+            let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|j| lengths.get(j));
+            let worth = 2 * neighbours.min().copied().unwrap_or(1);
+            if length > worth {
+                self.spread[begins[i]..begins[i + 1]].fill((length as f64 / worth as f64).sqrt());
+            }
+        }
+    }
 }
 
 /// One recording.

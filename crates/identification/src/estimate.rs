@@ -1,0 +1,400 @@
+//! From a problem to estimates that tell how sure they are.
+//!
+//! *Starts*: each is led down with a loss that forgives what is far off, the best one is then fitted to the end.
+//! *Standard errors*: (J^T J)^-1 if readings err independently. Quantisation errors do not (a slow sensor repeats itself, a
+//! sampled one beats), nor do those of a wrong model: then (J^T J)^-1 M (J^T J)^-1. Of a quantised channel M is worked
+//! out from the counts of the fitted motion, over all shifts of the counts; else it sums products of the scores J_i r_i
+//! up to a lag (Newey and West 1987). The larger of the two variances counts.
+//! *Intervals*: profile likelihood: where the least cost with the unknown held fixed has risen by half of the chi-square
+//! quantile, times the ratio of the two variances.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::covariance::{Information, correlation};
+use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
+use crate::output_error::OutputError;
+use crate::plant::Plant;
+use crate::predict::PredictError;
+
+/// Half the 95 % quantile of chi-square with one degree of freedom, as a standard deviation.
+const Z95: f64 = 1.959_963_984_540_054;
+/// An unknown whose standard error (of its logarithm, or in units of its magnitude) is larger counts as not given.
+const HOPELESS: f64 = 1.0;
+
+/// How to estimate.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// Coordinates to start from; at least one.
+    pub starts: Vec<Vec<f64>>,
+    /// What residuals cost in the end.
+    pub loss: Loss,
+    /// Profile-likelihood intervals of these unknowns (by index); of others from the standard errors.
+    pub profile: Vec<usize>,
+    /// Iterations per start while the best is sought.
+    pub first_iterations: usize,
+}
+
+/// An estimate of one unknown.
+#[derive(Clone, Debug)]
+pub struct Estimated {
+    /// Name of the unknown.
+    pub name: String,
+    /// Recording that it belongs to, by index.
+    pub run: Option<usize>,
+    /// Value.
+    pub value: f64,
+    /// Its standard error; `None`: the data do not give it.
+    pub standard_error: Option<f64>,
+    /// Standard error if readings erred independently: the Cramer-Rao bound at the estimate (priors included).
+    pub cramer_rao: Option<f64>,
+    /// 95 % interval; an open end is `None`.
+    pub ci95: [Option<f64>; 2],
+    /// Why there is no standard error, or why it is doubtful.
+    pub reason: Option<String>,
+}
+
+/// How a channel of a recording was fitted.
+#[derive(Clone, Debug)]
+pub struct ChannelFit {
+    /// Recording, by index.
+    pub run: usize,
+    /// FMU variable.
+    pub channel: String,
+    /// Root mean square of the residuals over their standard deviation: 1 at the noise floor.
+    pub above_floor: f64,
+    /// Correlation of neighbouring residuals.
+    pub lag1: f64,
+    /// Probability that white residuals would be as correlated as these (Ljung and Box 1978, 20 lags).
+    pub whiteness: f64,
+}
+
+/// All that a fit says.
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// One per unknown.
+    pub unknowns: Vec<Estimated>,
+    /// Their correlation.
+    pub correlation: DMatrix<f64>,
+    /// How many directions the data determine.
+    pub rank: usize,
+    /// Condition number of the scaled Jacobian.
+    pub condition: f64,
+    /// Coordinates of the solution.
+    pub theta: Vec<f64>,
+    /// Half the weighted sum of squares (robust cost).
+    pub cost: f64,
+    /// Which of the starts led there.
+    pub start: usize,
+    /// Cost after the first stage of each start; infinite where the model could not be simulated.
+    pub start_costs: Vec<f64>,
+    /// Iterations of the last stage.
+    pub iterations: usize,
+    /// How it ended.
+    pub stop: Stop,
+    /// Channel by channel.
+    pub channels: Vec<ChannelFit>,
+}
+
+/// Estimates the unknowns of a problem.
+///
+/// # Errors
+/// If the model can be simulated from none of the starts.
+pub fn estimate<M: Plant>(problem: &OutputError<M>, settings: &Settings) -> Result<Estimate, PredictError> {
+    let first = Options {
+        max_iterations: settings.first_iterations,
+        cost_tolerance: 1e-3,
+        loss: Loss::SoftL1(3.0),
+        ..Options::default()
+    };
+    let tried: Vec<Result<Solution, PredictError>> = if settings.starts.len() == 1 {
+        Vec::new()
+    } else {
+        settings.starts.par_iter().map(|s| solve(problem, s, first)).collect()
+    };
+    let start_costs: Vec<f64> = tried.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |s| s.cost)).collect();
+    let best = (0..tried.len()).min_by(|&a, &b| start_costs[a].total_cmp(&start_costs[b])).unwrap_or(0);
+    let begin = match tried.into_iter().nth(best) {
+        Some(found) => found?.x,
+        None => settings.starts.first().cloned().unwrap_or_else(|| problem.start()),
+    };
+    let last = Options { loss: settings.loss, ..Options::default() };
+    let found = solve(problem, &begin, last)?;
+    let mut e = assess(problem, &found, settings);
+    (e.start, e.start_costs) = (best, start_costs);
+    Ok(e)
+}
+
+/// The uncertainty of a solution.
+fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
+    let unknowns = problem.unknowns();
+    let n = unknowns.len();
+    let mut weighted = found.jacobian.clone();
+    for mut column in weighted.column_iter_mut() {
+        let pairs = column.iter_mut().zip(found.residuals.iter());
+        pairs.for_each(|(j, r)| *j *= settings.loss.weight(*r).sqrt());
+    }
+    let information = Information::new(&weighted);
+    let robust = sandwich(problem, found, &information, settings.loss);
+    let inflation: Vec<f64> = (0..n)
+        .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(1.0))
+        .collect();
+    let estimates = (0..n)
+        .into_par_iter()
+        .map(|k| {
+            let u = &unknowns[k];
+            let (value, slope) = u.scale.value(found.x[k]);
+            let bound = information.covariance[(k, k)].max(0.0).sqrt();
+            let se = bound * inflation[k].sqrt();
+            let reason = why_not(problem, found, &information, k, se);
+            let given = reason.is_none();
+            let wald = |sign: f64| Some(u.scale.value(found.x[k] + sign * Z95 * se).0);
+            let ci95 = if !given && found.at_bound[k] == 0 && !information.determines(k) {
+                [None, None]
+            } else if settings.profile.contains(&k) {
+                [-1.0, 1.0].map(|sign| {
+                    profile(problem, found, &information, k, sign, se, inflation[k], settings.loss)
+                })
+            } else {
+                [wald(-1.0), wald(1.0)]
+            };
+            Estimated {
+                name: u.name.clone(),
+                run: u.run,
+                value,
+                standard_error: given.then_some(se * slope),
+                cramer_rao: given.then_some(bound * slope),
+                ci95,
+                reason,
+            }
+        })
+        .collect();
+    Estimate {
+        unknowns: estimates,
+        correlation: correlation(&information.covariance),
+        rank: information.rank,
+        condition: information.condition,
+        theta: found.x.clone(),
+        cost: found.cost,
+        start: 0,
+        start_costs: Vec::new(),
+        iterations: found.iterations,
+        stop: found.stop,
+        channels: channels(problem, &found.residuals),
+    }
+}
+
+fn why_not<M: Plant>(
+    problem: &OutputError<M>,
+    found: &Solution,
+    information: &Information,
+    k: usize,
+    se: f64,
+) -> Option<String> {
+    let unknowns = problem.unknowns();
+    if found.at_bound[k] != 0 {
+        let (bound, which) =
+            if found.at_bound[k] < 0 { (unknowns[k].lower, "lower") } else { (unknowns[k].upper, "upper") };
+        return Some(format!(
+            "the fit ends at its {which} bound {bound:.4e}: the data ask for what the model cannot give, or say nothing about it"
+        ));
+    }
+    if found.jacobian.column(k).norm() == 0.0 {
+        return Some("no reading depends on it in these recordings".into());
+    }
+    if !information.determines(k) {
+        let mut partners: Vec<(f64, &str)> = Vec::new();
+        for column in information.null.column_iter().filter(|c| c[k].abs() > 0.03) {
+            let others = (0..unknowns.len()).filter(|&i| i != k && column[i].abs() > 0.1);
+            partners.extend(others.map(|i| (column[i].abs(), unknowns[i].name.as_str())));
+        }
+        partners.sort_by(|a, b| b.0.total_cmp(&a.0));
+        partners.dedup_by(|a, b| a.1 == b.1);
+        let names: Vec<&str> = partners.iter().take(4).map(|p| p.1).collect();
+        return Some(format!("these data give only a combination of it with {}", names.join(", ")));
+    }
+    if se > HOPELESS {
+        let c = correlation(&information.covariance);
+        let with = (0..unknowns.len())
+            .filter(|&i| i != k)
+            .max_by(|&a, &b| c[(k, a)].abs().total_cmp(&c[(k, b)].abs()));
+        let with = with.map_or(String::new(), |i| {
+            format!("; closest to {} (correlation {:.3})", unknowns[i].name, c[(k, i)])
+        });
+        return Some(format!("its standard error would be {:.0} % of its size{with}", 100.0 * se));
+    }
+    None
+}
+
+/// Shifts of the counts for which quantisation errors are worked out.
+const SHIFTS: usize = 32;
+
+/// (J^T J)^-1 M (J^T J)^-1: of a quantised channel M is what the quantisation of the fitted motion would do, over shifts
+/// of the counts against it; of any other it is the scores' autocovariance up to a lag.
+fn sandwich<M: Plant>(
+    problem: &OutputError<M>,
+    found: &Solution,
+    information: &Information,
+    loss: Loss,
+) -> DMatrix<f64> {
+    let n = found.x.len();
+    // How each reading moves the solution, row by row.
+    let influence = &found.jacobian * &information.covariance;
+    let scored = |i: usize| found.residuals[i] * loss.weight(found.residuals[i]);
+    let of_channel = |run: usize, c: usize| -> DMatrix<f64> {
+        let (channel, w) = (&problem.runs()[run].channels[c], &problem.plans()[run].channels()[c..]);
+        let begin = problem.residuals_of(run).start;
+        let (first, len) = (begin + w[0], w[1] - w[0]);
+        let rows = influence.rows(first, len);
+        let mut meat = DMatrix::<f64>::zeros(n, n);
+        let step = channel.resolution;
+        if step > 0.0 && step / 12f64.sqrt() > 0.7 * channel.sigma {
+            // What was there, by the fit.
+            let shown: Vec<f64> = (0..len)
+                .map(|k| channel.y[k] + found.residuals[first + k] * channel.deviation(k))
+                .collect();
+            for shift in 0..SHIFTS {
+                let phase = (shift as f64 + 0.5) / SHIFTS as f64;
+                let errors = DVector::from_fn(len, |k, _| {
+                    let y = shown[k] / step + phase;
+                    (y - y.round()) * step / channel.deviation(k)
+                });
+                let moved = rows.tr_mul(&errors);
+                meat += &moved * moved.transpose() / SHIFTS as f64;
+            }
+            return meat;
+        }
+        let mut score = rows.into_owned();
+        score.row_iter_mut().enumerate().for_each(|(i, mut row)| row *= scored(first + i));
+        meat += score.tr_mul(&score);
+        let lags = (4.0 * (len as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
+        for lag in 1..=lags.min(len.saturating_sub(1)) {
+            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
+            let cross = score.rows(lag, len - lag).tr_mul(&score.rows(0, len - lag)) * weight;
+            meat += &cross + cross.transpose();
+        }
+        meat
+    };
+    let pieces: Vec<(usize, usize)> = (problem.runs().iter().enumerate())
+        .flat_map(|(run, r)| (0..r.channels.len()).map(move |c| (run, c)))
+        .collect();
+    let all: Vec<DMatrix<f64>> = pieces.par_iter().map(|&(run, c)| of_channel(run, c)).collect();
+    let mut meat = all.into_iter().fold(DMatrix::zeros(n, n), |sum, m| sum + m);
+    // What a prior contributes is as sure as it says.
+    for row in problem.readings()..found.residuals.len() {
+        let r = influence.row(row);
+        meat += r.transpose() * r;
+    }
+    meat
+}
+
+/// The problem with one unknown held.
+struct Held<'a, P> {
+    problem: &'a P,
+    k: usize,
+    at: f64,
+}
+
+impl<P: Problem> Problem for Held<'_, P> {
+    type Error = P::Error;
+    fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, P::Error> {
+        let mut e = self.problem.evaluate(x, jacobian)?;
+        if let Some(j) = &mut e.jacobian {
+            j.column_mut(self.k).fill(0.0);
+        }
+        Ok(e)
+    }
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let (mut lower, mut upper) = self.problem.bounds();
+        (lower[self.k], upper[self.k]) = (self.at, self.at);
+        (lower, upper)
+    }
+}
+
+/// One end of the profile-likelihood interval; `None` if it is open.
+fn profile<M: Plant>(
+    problem: &OutputError<M>,
+    found: &Solution,
+    information: &Information,
+    k: usize,
+    sign: f64,
+    se: f64,
+    inflation: f64,
+    loss: Loss,
+) -> Option<f64> {
+    let u = &problem.unknowns()[k];
+    let (lower, upper) = problem.bounds();
+    let target = Z95 * inflation.sqrt();
+    let far = if sign < 0.0 { lower[k] } else { upper[k] };
+    // Along the valley: how the others follow.
+    let valley: Vec<f64> = (0..found.x.len())
+        .map(|i| information.covariance[(i, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE))
+        .collect();
+    let options = Options { max_iterations: 12, cost_tolerance: 1e-7, loss, ..Options::default() };
+    // Signed root of the rise of the cost: nearly linear.
+    let rise = |distance: f64| {
+        let start: Vec<f64> = (0..found.x.len()).map(|i| found.x[i] + sign * distance * valley[i]).collect();
+        let held = Held { problem, k, at: found.x[k] + sign * distance };
+        let cost = solve(&held, &start, options).map_or(f64::INFINITY, |s| s.cost);
+        (2.0 * (cost - found.cost).max(0.0)).sqrt()
+    };
+    let room = (far - found.x[k]).abs();
+    let mut distance = (Z95 * se).clamp(1e-12, 3.0).min(room);
+    let (mut inside, mut outside) = ((0.0, 0.0), None::<(f64, f64)>);
+    for _ in 0..8 {
+        let r = rise(distance);
+        if (r / target - 1.0).abs() < 0.02 {
+            return Some(u.scale.value(found.x[k] + sign * distance).0);
+        }
+        if r < target {
+            if distance >= room || distance > 8.0 {
+                return None;
+            }
+            inside = (distance, r);
+        } else {
+            outside = Some((distance, r));
+        }
+        distance = match outside {
+            Some((d, r)) if r.is_finite() => {
+                inside.0 + (d - inside.0) * ((target - inside.1) / (r - inside.1)).clamp(0.1, 0.9)
+            }
+            Some((d, _)) => 0.5 * (inside.0 + d),
+            None => (inside.0 * (target / inside.1.max(1e-3 * target)).clamp(1.1, 3.0)).min(room),
+        };
+    }
+    Some(u.scale.value(found.x[k] + sign * distance).0)
+}
+
+fn channels<M: Plant>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {
+    let mut all = Vec::new();
+    for (run, plan) in problem.plans().iter().enumerate() {
+        let begin = problem.residuals_of(run).start;
+        for (c, w) in plan.channels().windows(2).enumerate() {
+            let r = &residuals.as_slice()[begin + w[0]..begin + w[1]];
+            if r.is_empty() {
+                continue;
+            }
+            let n = r.len() as f64;
+            let power = r.iter().map(|r| r * r).sum::<f64>();
+            let lags = 20.min(r.len().saturating_sub(1));
+            let at = |lag: usize| {
+                r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum::<f64>() / power.max(f64::MIN_POSITIVE)
+            };
+            let q: f64 = (1..=lags).map(|l| at(l).powi(2) / (n - l as f64)).sum::<f64>() * n * (n + 2.0);
+            let whiteness = ChiSquared::new(lags.max(1) as f64).map_or(f64::NAN, |d| d.sf(q));
+            let lag1 = if lags > 0 { at(1) } else { 0.0 };
+            let channel = problem.runs()[run].channels[c].name.clone();
+            all.push(ChannelFit { run, channel, above_floor: (power / n).sqrt(), lag1, whiteness });
+        }
+    }
+    all
+}
+
+/// d ln(estimate) / d ln(known): by how much of itself each estimate moves when what is held to be known is wrong by all
+/// of itself; `known` are the columns of derivatives by the knowns' logarithms. One column per known, for linear
+/// unknowns in units of their magnitude.
+pub fn leverage(jacobian: &DMatrix<f64>, known: &DMatrix<f64>) -> DMatrix<f64> {
+    let information = Information::new(jacobian);
+    -(&information.covariance * jacobian.tr_mul(known))
+}
