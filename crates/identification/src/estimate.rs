@@ -4,7 +4,7 @@
 //! *Standard errors*: (J^T J)^-1 if readings err independently. Quantisation errors do not (a slow sensor repeats itself, a
 //! sampled one beats), nor do those of a wrong model: then (J^T J)^-1 M (J^T J)^-1. Of a quantised channel M is worked
 //! out from the counts of the fitted motion, over all shifts of the counts; else it sums products of the scores J_i r_i
-//! up to a lag (Newey and West 1987). The larger of the two variances counts.
+//! up to a lag (Newey and West 1987), if that is more.
 //! *Intervals*: profile likelihood: where the least cost with the unknown held fixed has risen by half of the chi-square
 //! quantile, times the ratio of the two variances.
 
@@ -17,6 +17,7 @@ use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
 use crate::plant::Plant;
 use crate::predict::PredictError;
+use crate::run::Channel;
 
 /// Half the 95 % quantile of chi-square with one degree of freedom, as a standard deviation.
 const Z95: f64 = 1.959_963_984_540_054;
@@ -137,8 +138,10 @@ fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &Setti
     }
     let information = Information::new(&weighted);
     let robust = sandwich(problem, found, &information, settings.loss);
+    // Residuals of a few hundred samples underrate their own correlation; counts do not.
+    let least = if problem.runs().iter().all(|r| r.channels.iter().all(Channel::counts)) { 0.1 } else { 1.0 };
     let inflation: Vec<f64> = (0..n)
-        .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(1.0))
+        .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(least))
         .collect();
     let estimates = (0..n)
         .into_par_iter()
@@ -249,11 +252,10 @@ fn sandwich<M: Plant>(
         let rows = influence.rows(first, len);
         let mut meat = DMatrix::<f64>::zeros(n, n);
         let step = channel.resolution;
-        if step > 0.0 && step / 12f64.sqrt() > 0.7 * channel.sigma {
+        if channel.counts() {
             // What was there, by the fit.
-            let shown: Vec<f64> = (0..len)
-                .map(|k| channel.y[k] + found.residuals[first + k] * channel.deviation(k))
-                .collect();
+            let shown: Vec<f64> =
+                (0..len).map(|k| channel.y[k] + found.residuals[first + k] * channel.deviation(k)).collect();
             for shift in 0..SHIFTS {
                 let phase = (shift as f64 + 0.5) / SHIFTS as f64;
                 let errors = DVector::from_fn(len, |k, _| {

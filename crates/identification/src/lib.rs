@@ -1,8 +1,8 @@
 //! Parameters from recordings, with uncertainty.
 
 pub mod covariance;
-pub mod flexible_joint;
 pub mod estimate;
+pub mod flexible_joint;
 mod law;
 pub mod lsq;
 pub mod nelder_mead;

@@ -50,11 +50,16 @@ impl Channel {
         self.sigma * self.spread.get(k).copied().unwrap_or(1.0)
     }
 
+    /// Quantisation is most of what its readings err by.
+    pub fn counts(&self) -> bool {
+        self.resolution > 0.0 && self.resolution / 12f64.sqrt() > 0.7 * self.sigma
+    }
+
     /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no
     /// more than one. While it moves on evenly the errors within a count cancel, and its readings stay as they are.
     /// So a count that lasts for more than twice as long as the shorter one of its neighbours is weighed like that.
     pub fn weigh_rests(&mut self) {
-        if self.resolution <= 0.0 || self.resolution / 12f64.sqrt() < 0.7 * self.sigma {
+        if !self.counts() {
             return;
         }
         let mut begins: Vec<usize> = (1..self.y.len()).filter(|&k| self.y[k] != self.y[k - 1]).collect();
@@ -63,7 +68,8 @@ impl Channel {
         let lengths: Vec<usize> = begins.windows(2).map(|w| w[1] - w[0]).collect();
         self.spread = vec![1.0; self.y.len()];
         for (i, &length) in lengths.iter().enumerate() {
-            let neighbours = [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|j| lengths.get(j));
+            let neighbours =
+                [i.checked_sub(1), Some(i + 1)].into_iter().flatten().filter_map(|j| lengths.get(j));
             let worth = 2 * neighbours.min().copied().unwrap_or(1);
             if length > worth {
                 self.spread[begins[i]..begins[i + 1]].fill((length as f64 / worth as f64).sqrt());

@@ -55,7 +55,7 @@ impl Cell {
         }
     }
 
-    pub fn data(&self, seed: u64) -> Data {
+    pub(crate) fn data(&self, seed: u64) -> Data {
         let key = (self.case as u64) << 40
             | (self.joint as u64) << 32
             | (self.rate as u64) << 16
