@@ -116,6 +116,9 @@ pub(crate) struct Simulate {
     /// Also draw the results: one HTML file that opens offline
     #[arg(long, value_name = "FILE.html")]
     pub(crate) plot: Option<PathBuf>,
+    /// Write the log of the run: algorithm and why, steps, events, loops; also of a run that failed
+    #[arg(long, value_name = "FILE")]
+    pub(crate) log: Option<PathBuf>,
     /// Tell the progress even where standard error is no terminal
     #[arg(long)]
     pub(crate) progress: bool,

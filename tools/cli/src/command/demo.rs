@@ -1,13 +1,14 @@
-//! `trueup demo`: packs the FMUs, runs one of each, draws what they did.
+//! `trueup demo`: packs the FMUs, lets the master run systems of them, draws what they did.
 
 mod loops;
 mod metric;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::args::{Demo, Pack};
 use crate::error::Error;
-use loops::{Recording, Wire, run};
+use loops::{column, run};
+use trueup_cosim::Memory;
 use trueup_report::{Chart, Page};
 
 pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
@@ -27,7 +28,8 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
 
     let mut page = Page::new(
         "Trueup: the FMUs of this build at work",
-        "Every curve below was made by a packed FMU, loaded through the FMI functions as any tool would.",
+        "Every curve below was made by packed FMUs that the master ran, as it runs anybody's. The systems lie beside this \
+         page as TOML: trueup simulate runs them again.",
     );
     eprintln!("[2/5] TwoMassJoint: current pulses on a joint with stick-slip friction");
     joint(folder, &mut page)?;
@@ -44,63 +46,65 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     crate::output::say(&format!("{}\n", path.display()))
 }
 
-fn fmu(folder: &Path, name: &str) -> PathBuf {
-    folder.join(format!("{name}.fmi2.fmu"))
+fn picture(page: &mut Page, r: &Memory, title: &str, unit: &str, names: &[(&str, &str)]) {
+    let chart = Chart::over_time(title, unit);
+    page.chart(&names.iter().fold(chart, |c, (name, label)| c.line(label, r.time(), column(r, name))));
 }
 
-fn picture(page: &mut Page, r: &Recording, title: &str, unit: &str, names: &[(&str, &str)]) {
-    let columns: Vec<_> = names.iter().map(|(name, label)| (r.column(name), *label)).collect();
-    let chart = columns.iter().fold(Chart::over_time(title, unit), |c, (y, label)| c.line(label, &r.t, y));
-    page.chart(&chart);
-}
+const JOINT: &str = r#"# Current pulses on a joint with stick-slip friction.
+record = [
+    "joint.motorVelocity", "joint.loadAngle", "joint.frictionTorque", "joint.motorTorque", "joint.transmissionTorque",
+]
+inputs = "pulses.csv"
+
+[run]
+stop = 2
+step = 1e-3
+
+[components.joint]
+fmu = "TwoMassJoint.fmi3.fmu"
+"#;
+const PULSES: &str = "time,joint.motorCurrent\n0,0\n0.1,0\n0.101,0.018\n0.25,0.018\n0.251,0\n0.9,0\n0.901,-0.017\n\
+                      1,-0.017\n1.001,0\n2,0\n";
 
 fn joint(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    let pulses = |t: f64| match t {
-        t if t < 0.1 => 0.0,
-        t if t < 0.25 => 0.018,
-        t if t < 0.9 => 0.0,
-        t if t < 1.0 => -0.017,
-        _ => 0.0,
-    };
-    let watched = ["motorVelocity", "loadAngle", "frictionTorque", "motorTorque", "transmissionTorque"];
-    let r = run(&[&fmu(folder, "TwoMassJoint")], &[], 2.0, 1e-3, &watched, |t, set| {
-        set(0, "motorCurrent", pulses(t));
-    })?;
+    let r = run(folder, "pulses", JOINT, Some(PULSES), &[])?;
     page.section(
         "TwoMassJoint: break-away, sliding, sticking",
         "DELIAN's joint 1. Friction holds the motor up to the static level, drops to the Coulomb level when it \
          breaks away, and turns with the motion; the joint coasts to a stop and sticks again.",
     );
-    picture(page, &r, "Motor velocity", "rad/s", &[("motorVelocity", "motor")]);
+    picture(page, &r, "Motor velocity", "rad/s", &[("joint.motorVelocity", "motor")]);
     picture(
         page,
         &r,
         "Torques at the motor",
         "N.m",
-        &[("motorTorque", "motor"), ("frictionTorque", "friction"), ("transmissionTorque", "transmission")],
+        &[
+            ("joint.motorTorque", "motor"),
+            ("joint.frictionTorque", "friction"),
+            ("joint.transmissionTorque", "transmission"),
+        ],
     );
-    picture(page, &r, "Load angle", "rad", &[("loadAngle", "load")]);
+    picture(page, &r, "Load angle", "rad", &[("joint.loadAngle", "load")]);
     Ok(())
 }
 
+const ARM: &str = r#"# The motor of joint 1 of a free-floating arm is driven out and back.
+inputs = "floating.csv"
+
+[run]
+stop = 10
+step = 1e-2
+
+[components.arm]
+fmu = "PlanarManipulator.fmi3.fmu"
+"#;
+const TORQUE: &str =
+    "time,arm.jointTorque[1]\n0,0\n0.49,0\n0.5,0.2\n1.99,0.2\n2,-0.2\n3.49,-0.2\n3.5,0\n10,0\n";
+
 fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    let torque = |t: f64| match t {
-        t if t < 0.5 => 0.0,
-        t if t < 2.0 => 0.2,
-        t if t < 3.5 => -0.2,
-        _ => 0.0,
-    };
-    let watched = [
-        "jointAngle[1]",
-        "motorAngle[1]",
-        "baseAttitude",
-        "angularMomentum",
-        "kineticEnergy",
-        "potentialEnergy",
-    ];
-    let r = run(&[&fmu(folder, "PlanarManipulator")], &[], 10.0, 1e-2, &watched, |t, set| {
-        set(0, "jointTorque[1]", torque(t));
-    })?;
+    let r = run(folder, "floating", ARM, Some(TORQUE), &[])?;
     page.section(
         "PlanarManipulator: nothing holds the base",
         "The CBK PAN test-bed, joint 1 flexible. Its motor is driven out and back; the satellite turns against it, \
@@ -111,111 +115,126 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
         &r,
         "Angles",
         "rad",
-        &[("jointAngle[1]", "joint 1"), ("motorAngle[1]", "its motor"), ("baseAttitude", "satellite")],
+        &[
+            ("arm.jointAngle[1]", "joint 1"),
+            ("arm.motorAngle[1]", "its motor"),
+            ("arm.baseAttitude", "satellite"),
+        ],
     );
-    picture(page, &r, "Energies", "J", &[("kineticEnergy", "kinetic"), ("potentialEnergy", "in the spring")]);
-    let drift = r.column("angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
+    picture(
+        page,
+        &r,
+        "Energies",
+        "J",
+        &[("arm.kineticEnergy", "kinetic"), ("arm.potentialEnergy", "in the spring")],
+    );
+    let drift = column(&r, "arm.angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
     page.text(&format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
     Ok(())
 }
 
-/// The reference plant: joint 2 with a flexible link, no friction but the viscous one, a unit step.
-const PLANT: &[(&str, f64)] = &[
-    ("gearRatio", 21750.0),
-    ("loadInertia", 0.5),
-    ("stiffness", 2.2e-5),
-    ("damping", 3.18e-8),
-    ("coulombFriction", 0.0),
-    ("staticFriction", 0.0),
-    ("viscousFriction", 2.5e-8),
-    ("tipInertia", 6.0),
-    ("linkStiffness", 1555.0),
-    ("linkDamping", 0.965_919_251_2),
-];
-/// Unit step, P/PI bandwidths of 60 and 10 rad/s, the linear case: no limit of the current.
-const CONTROLLER: &[(&str, f64)] = &[
-    ("gearRatio", 21750.0),
-    ("torqueConstant", 0.02),
-    ("positionGain", 2.5),
-    ("velocityGain", 56.7675 * 60.0),
-    ("velocityIntegralTime", 0.1),
-    ("waveFrequency", 41.648),
-    ("currentLimit", 1e6),
-];
+/// The reference plant: joint 2 with a flexible link, no dry friction, no limit of the current; bandwidths of P/PI of 60
+/// and 10 rad/s; a unit step.
+const WAVES: &str = r#"# P/PI or wave-based control of a joint with a flexible link.
+connections = [
+    "controller.motorCurrent -> plant.motorCurrent",
+    "plant.motorAngle -> controller.motorAngle",
+    "plant.motorVelocity -> controller.motorVelocity",
+    "plant.loadAngle -> controller.loadAngle",
+    "plant.loadVelocity -> controller.loadVelocity",
+]
+record = ["plant.tipAngle", "controller.motorCurrent"]
+
+[run]
+start = 0
+stop = 15
+step = 1e-3
+
+[components.plant]
+fmu = "TwoMassJoint+flexible-link.fmi3.fmu"
+
+[components.plant.start]
+gearRatio = 21750.0
+loadInertia = 0.5
+stiffness = 2.2e-5
+damping = 3.18e-8
+coulombFriction = 0.0
+staticFriction = 0.0
+viscousFriction = 2.5e-8
+tipInertia = 6.0
+linkStiffness = 1555.0
+linkDamping = 0.9659192512
+
+[components.controller]
+fmu = "JointController.fmi3.fmu"
+
+[components.controller.start]
+strategy = "VWBC"
+positionReference = 1.0
+gearRatio = 21750.0
+torqueConstant = 0.02
+positionGain = 2.5
+velocityGain = 3406.05
+velocityIntegralTime = 0.1
+waveFrequency = 41.648
+currentLimit = 1e6
+"#;
 
 fn wave_based(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    let (plant, controller) = (fmu(folder, "TwoMassJoint+flexible-link"), fmu(folder, "JointController"));
-    let wires = [
-        Wire { from: (0, "motorAngle"), to: (1, "motorAngle") },
-        Wire { from: (0, "motorVelocity"), to: (1, "motorVelocity") },
-        Wire { from: (0, "loadAngle"), to: (1, "loadAngle") },
-        Wire { from: (0, "loadVelocity"), to: (1, "loadVelocity") },
-        Wire { from: (1, "motorCurrent"), to: (0, "motorCurrent") },
-    ];
-    let strategies = [("P/PI", 1), ("WBC", 2), ("VWBC", 3), ("VWBC, washed out", 4)];
-    let mut runs = Vec::new();
-    for (name, number) in strategies {
-        let r = run(&[&plant, &controller], &wires, 15.0, 5e-4, &["tipAngle", "motorCurrent"], |t, set| {
-            if t == 0.0 {
-                PLANT.iter().for_each(|(name, value)| set(0, name, *value));
-                CONTROLLER.iter().for_each(|(name, value)| set(1, name, *value));
-                set(1, "strategy", f64::from(number));
-            }
-            set(1, "positionReference", 1.0);
-        })?;
-        runs.push((name, r));
-    }
+    let strategies =
+        [("P/PI", "P_PI"), ("WBC", "WBC"), ("VWBC", "VWBC"), ("VWBC, washed out", "VWBC_WASHOUT")];
+    let one = |(_, item): &(&str, &str)| {
+        run(folder, "waves", WAVES, None, &[("controller.strategy", (*item).to_owned())])
+    };
+    let runs = strategies.iter().map(one).collect::<Result<Vec<_>, _>>()?;
     page.section(
         "JointController: wave-based control damps what P/PI leaves",
         "DELIAN's joint 2 with a flexible link, a unit step. Vibration: root mean square of the tip angle about \
          its moving average over one period of the first mode.",
     );
-    let columns: Vec<_> = runs.iter().map(|(name, r)| (*name, r.column("tipAngle"))).collect();
-    let chart = columns.iter().zip(&runs);
-    let chart =
-        chart.fold(Chart::over_time("Tip angle", "rad"), |c, ((name, y), (_, r))| c.line(name, &r.t, y));
-    page.chart(&chart);
-    let vibration: Vec<f64> = columns.iter().map(|(_, y)| metric::vibration(y, 5e-4, 2.388_158_46)).collect();
-    let rows: Vec<_> = columns
-        .iter()
-        .zip(&vibration)
-        .map(|((name, _), v)| {
-            vec![
-                (*name).to_owned(),
-                format!("{v:.4} rad"),
-                format!("{:.1} %", 100.0 * (1.0 - v / vibration[0])),
-            ]
-        })
-        .collect();
+    for (title, unit, name) in
+        [("Tip angle", "rad", "plant.tipAngle"), ("Motor current", "A", "controller.motorCurrent")]
+    {
+        let both = strategies.iter().zip(&runs);
+        let chart = both.fold(Chart::over_time(title, unit), |c, ((label, _), r)| {
+            c.line(label, r.time(), column(r, name))
+        });
+        page.chart(&chart);
+    }
+    let tips = runs.iter().map(|r| column(r, "plant.tipAngle"));
+    let vibration: Vec<f64> = tips.map(|tip| metric::vibration(tip, 1e-3, 2.388_158_46)).collect();
+    let row = |((name, _), v): (&(&str, &str), &f64)| {
+        vec![(*name).to_owned(), format!("{v:.4} rad"), format!("{:.1} %", 100.0 * (1.0 - v / vibration[0]))]
+    };
+    let rows: Vec<_> = strategies.iter().zip(&vibration).map(row).collect();
     page.table(&["control", "vibration", "less than P/PI by"], &rows);
     Ok(())
 }
 
+const ARM_CONTROL: &str = r#"# Velocity waves on a free-floating arm: three joints to their references.
+connections = [
+    "controller.jointTorque -> arm.jointTorque",
+    "arm.motorAngle -> controller.motorAngle",
+    "arm.motorVelocity -> controller.motorVelocity",
+    "arm.jointAngle -> controller.jointAngle",
+    "arm.jointVelocity -> controller.jointVelocity",
+]
+
+[run]
+start = 0
+stop = 60
+step = 5e-3
+
+[components.arm]
+fmu = "PlanarManipulator.fmi3.fmu"
+
+[components.controller]
+fmu = "ManipulatorController.fmi3.fmu"
+start = { positionReference = [0.4, -0.3, 0.2], strategy = "VWBC" }
+"#;
+
 fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    let names: Vec<[String; 5]> = (1..=3)
-        .map(|i| {
-            ["motorAngle", "motorVelocity", "jointAngle", "jointVelocity", "jointTorque"]
-                .map(|n| format!("{n}[{i}]"))
-        })
-        .collect();
-    let wires: Vec<Wire> = names
-        .iter()
-        .flat_map(|n| {
-            let back = n[..4].iter().map(|s| Wire { from: (0, s), to: (1, s) });
-            back.chain([Wire { from: (1, &n[4]), to: (0, &n[4]) }])
-        })
-        .collect();
-    let watched = ["jointAngle[1]", "jointAngle[2]", "jointAngle[3]", "baseAttitude"];
-    let fmus = [fmu(folder, "PlanarManipulator"), fmu(folder, "ManipulatorController")];
-    let r = run(&[&fmus[0], &fmus[1]], &wires, 60.0, 5e-3, &watched, |t, set| {
-        if t == 0.0 {
-            set(1, "strategy", 3.0);
-        }
-        [0.4, -0.3, 0.2]
-            .iter()
-            .enumerate()
-            .for_each(|(i, q)| set(1, &format!("positionReference[{}]", i + 1), *q));
-    })?;
+    let r = run(folder, "arm-control", ARM_CONTROL, None, &[])?;
     page.section(
         "ManipulatorController: three joints at once",
         "Velocity waves on the free-floating arm: the joints go to 0.4, -0.3 and 0.2 rad while the satellite drifts.",
@@ -226,10 +245,10 @@ fn arm_control(folder: &Path, page: &mut Page) -> Result<(), Error> {
         "Angles",
         "rad",
         &[
-            ("jointAngle[1]", "joint 1"),
-            ("jointAngle[2]", "joint 2"),
-            ("jointAngle[3]", "joint 3"),
-            ("baseAttitude", "satellite"),
+            ("arm.jointAngle[1]", "joint 1"),
+            ("arm.jointAngle[2]", "joint 2"),
+            ("arm.jointAngle[3]", "joint 3"),
+            ("arm.baseAttitude", "satellite"),
         ],
     );
     Ok(())

@@ -52,8 +52,18 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
         _ => failed(e),
     })?;
     let progress = Progress::new(start, stop, args.progress);
+    let clock = std::time::Instant::now();
     let done = master.run(&mut ((&mut results, &mut memory), progress));
     let log = master.log();
+    if let Some(file) = &args.log {
+        let ended = done.as_ref().err().map_or_else(|| "ended well".into(), |e| format!("failed: {e}"));
+        let spent = clock.elapsed().as_secs_f64();
+        let notes: String = log.notes.iter().map(|note| format!("note: {note}\n")).collect();
+        let (of, told) = (args.file.display(), summary::log(log));
+        let text = format!("{of}: {ended}\n{told}computed in {spent:.3} s\n{notes}");
+        trueup_fmi_description::pack::write_file(file, text.as_bytes())
+            .map_err(|e| Error::Failed(e.to_string()))?;
+    }
     for note in log.notes.iter().skip(told) {
         eprintln!("note: {note}");
     }
