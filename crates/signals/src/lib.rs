@@ -23,6 +23,8 @@ pub mod check;
 mod error;
 mod finding;
 mod names;
+pub mod noise;
+pub mod process;
 mod read;
 mod recording;
 pub mod spline;
