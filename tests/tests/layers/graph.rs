@@ -41,8 +41,13 @@ const RULES: &[Rule] = &[
         ],
         never: ARCHIVES,
     },
-    // Finished results in, a page out: it never simulates or fits.
-    Rule { name: "trueup-report", ours: &[], never: ARCHIVES },
+    Rule {
+        name: "trueup-diagnosis",
+        ours: &["trueup-numerics", "trueup-models", "trueup-signals", "trueup-identification"],
+        never: ARCHIVES,
+    },
+    // Finished results in, a page out: it never simulates or fits; of a diagnosis it knows what it says.
+    Rule { name: "trueup-report", ours: &["trueup-diagnosis"], never: ARCHIVES },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
     Rule { name: "fmu-controller", ours: BINDING, never: ARCHIVES },
     Rule {
@@ -62,6 +67,7 @@ const RULES: &[Rule] = &[
             "trueup-cosim",
             "trueup-signals",
             "trueup-identification",
+            "trueup-diagnosis",
             "trueup-report",
             "fmu-plant",
             "fmu-controller",

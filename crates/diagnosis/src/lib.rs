@@ -1,0 +1,7 @@
+//! Where the gap between a simulation and recordings lies, which effect causes it, and how far it shrinks.
+//!
+//! - [`floor`]: what noise alone leaves, and the gap as a figure;
+//! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances.
+
+pub mod floor;
+pub mod locate;

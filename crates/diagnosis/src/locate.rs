@@ -1,0 +1,1 @@
+//! Where the excess of residuals over the noise floor sits.
