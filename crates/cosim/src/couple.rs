@@ -18,13 +18,13 @@ pub(crate) struct Turn {
     /// Steps of the grid that it takes at once.
     every: u64,
     /// Where it stands, in s.
-    time: f64,
+    pub(crate) time: f64,
     /// Length of its last step in s; 0: none yet.
-    last: f64,
+    pub(crate) last: f64,
     /// It is to step, or has just stepped.
     due: bool,
     /// One of its FMUs wants to end the run.
-    terminated: bool,
+    pub(crate) terminated: bool,
 }
 
 /// All components, their connections, and the time at which they stand. Initialized; between two communication points.
@@ -49,7 +49,7 @@ pub struct Coupling {
     pub(crate) nodes: Vec<Node>,
     pub(crate) steppers: Vec<Box<dyn Stepper>>,
     /// When each of them steps.
-    turns: Vec<Turn>,
+    pub(crate) turns: Vec<Turn>,
     /// Steppers in the order in which they hand on values.
     order: Vec<usize>,
     pub(crate) exchange: Exchange,
@@ -57,6 +57,8 @@ pub struct Coupling {
     /// Unit of each node.
     unit: Vec<usize>,
     uniform: bool,
+    /// Some stepper has events to settle.
+    has_events: bool,
     /// Per slot: slope in 1/s, value at the point before, 1 if it may be extrapolated (else 0).
     slopes: Vec<f64>,
     previous: Vec<f64>,
@@ -142,6 +144,7 @@ impl Coupling {
         let smooth = exchange.smooth(&nodes).into_iter().map(|s| f64::from(u8::from(s))).collect();
         let mut this = Self {
             uniform: turns.iter().all(|u| u.every == 1),
+            has_events: steppers.iter().any(|s| s.has_events()),
             nodes,
             steppers,
             turns,
@@ -207,6 +210,9 @@ impl Coupling {
     /// Whatever an FMU returns; events without end.
     pub(crate) fn settle(&mut self, time: f64) -> Result<Settled, Error> {
         let mut all = Settled::default();
+        if !self.has_events {
+            return Ok(all);
+        }
         for _ in 0..ITERATIONS {
             let mut changed = false;
             for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
@@ -231,6 +237,16 @@ impl Coupling {
         Err(Error::Stuck { time, reason, log: Vec::new() })
     }
 
+    /// All units step at all points, there are no events and no inputs from a file.
+    pub(crate) fn is_plain(&self) -> bool {
+        self.uniform && !self.has_events && self.inputs.is_none()
+    }
+
+    /// All units have come to `time` by steps of this length.
+    pub(crate) fn stand_at(&mut self, time: f64, step: f64) {
+        self.turns.iter_mut().for_each(|turn| (turn.last, turn.time) = (step, time));
+    }
+
     /// What the steppers chose on the way.
     pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
         self.steppers.iter().flat_map(|s| s.notes())
@@ -245,10 +261,16 @@ impl Coupling {
     pub fn step(&mut self, to: f64, within: Within) -> Result<Advance, Error> {
         let mut all = Advance { time: to, ..Advance::default() };
         for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
-            let done = stepper.step(&mut self.nodes, turn.time, to, within)?;
-            turn.terminated |= done.terminate;
-            (turn.last, turn.time) = (done.time - turn.time, done.time);
-            join(&mut all, done);
+            let end = match stepper.pace(&mut self.nodes, turn.time, to, within) {
+                Ok(None) => to,
+                Ok(Some(done)) => {
+                    turn.terminated |= done.terminate;
+                    join(&mut all, *done);
+                    done.time
+                }
+                Err(error) => return Err(*error),
+            };
+            (turn.last, turn.time) = (end - turn.time, end);
         }
         Ok(all)
     }
@@ -484,7 +506,7 @@ impl Coupling {
     }
 }
 
-fn join(all: &mut Advance, one: Advance) {
+pub(crate) fn join(all: &mut Advance, one: Advance) {
     all.discarded += one.discarded;
     all.events += one.events;
     if one.terminate {

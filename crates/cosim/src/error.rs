@@ -121,3 +121,10 @@ fn residuals(variables: &[Residual]) -> String {
 fn tail(log: &[String]) -> String {
     if log.is_empty() { String::new() } else { format!("; its last messages:\n  {}", log.join("\n  ")) }
 }
+
+/// What a running system passes on is no larger than a pointer.
+impl From<Box<Error>> for Error {
+    fn from(error: Box<Error>) -> Self {
+        *error
+    }
+}

@@ -12,6 +12,7 @@ mod build;
 mod newton;
 
 use trueup_fmi_description::description::Variability;
+use trueup_fmi_import::program::{Instances, Program};
 use trueup_fmi_import::{Prepared, Status};
 
 use crate::error::Error;
@@ -120,6 +121,13 @@ pub struct Exchange {
     calls: Vec<Calls>,
 }
 
+/// Errors on the way are no larger than a pointer: a running system passes many results.
+#[cold]
+#[expect(clippy::boxed_local, reason = "unpacked here, off the way")]
+fn called(time: f64, source: Box<trueup_fmi_import::Error>) -> Box<Error> {
+    Box::new(Error::Call { time, source: *source })
+}
+
 /// Everything but the order.
 struct Bank {
     /// All `Float64`, outputs and inputs.
@@ -137,37 +145,39 @@ struct Bank {
 impl Bank {
     /// Reads a block and looks whether it is finite.
     #[inline]
-    fn get(&mut self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn get(&mut self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Box<Error>> {
         let Reals { node, references, first, end } = &self.blocks[block];
         let values = &mut self.reals[*first..*end];
         if let Err(source) = nodes[*node].slave.read(references, values) {
-            return Err(Error::Call { time, source });
+            return Err(called(time, source));
         }
-        match values.iter().position(|x| !x.is_finite()) {
-            None => Ok(()),
-            Some(at) => Err(self.not_finite(first + at, nodes, time)),
+        // 0 x is 0 but for what is not finite: one comparison for all.
+        if values.iter().fold(0.0, |sum, x| sum + 0.0 * x) == 0.0 {
+            return Ok(());
         }
+        Err(self.not_finite(*first..*end, nodes, time))
     }
 
     #[cold]
-    fn not_finite(&self, at: usize, nodes: &[Node], time: f64) -> Error {
+    fn not_finite(&self, range: std::ops::Range<usize>, nodes: &[Node], time: f64) -> Box<Error> {
+        let at = range.clone().find(|at| !self.reals[*at].is_finite()).unwrap_or(range.start);
         let element = self.elements[at];
         let node = &nodes[element.component];
-        Error::NotFinite {
+        Box::new(Error::NotFinite {
             time,
             instance: node.slave.name().into(),
             variable: node::variable(node.description(), element.variable, element.element),
             value: self.reals[at],
             log: node.slave.log(),
-        }
+        })
     }
 
     #[inline]
-    fn set(&self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+    fn set(&self, block: usize, nodes: &mut [Node], time: f64) -> Result<(), Box<Error>> {
         let Reals { node, references, first, end } = &self.blocks[block];
         match nodes[*node].slave.write(references, &self.reals[*first..*end]) {
             Ok(()) => Ok(()),
-            Err(source) => Err(Error::Call { time, source }),
+            Err(source) => Err(called(time, source)),
         }
     }
 
@@ -247,6 +257,63 @@ impl Exchange {
     /// Values of all `Float64`; the slots of [`Line`](crate::node::Line) point here.
     pub fn reals(&self) -> &[f64] {
         &self.bank.reals
+    }
+
+    pub(crate) fn reals_mut(&mut self) -> &mut [f64] {
+        &mut self.bank.reals
+    }
+
+    /// Writes the exchange into a program; `false` if it holds more than doubles that are handed on. Inputs that are one
+    /// after the other what outputs are one after the other are set from there, without being copied.
+    pub(crate) fn program(&self, program: &mut Program, owners: &mut impl Instances) -> bool {
+        let bank = &self.bank;
+        // What each input is made of.
+        let mut made: Vec<Option<Scaled>> = vec![None; bank.reals.len()];
+        let mut call = |program: &mut Program, b: usize, set: bool, values: std::ops::Range<usize>| {
+            let Reals { node, references, .. } = &bank.blocks[b];
+            let Some(instance) = owners.instance(*node) else { return false };
+            program.call(*node, instance, set, references, values)
+        };
+        self.ops.iter().all(|op| match *op {
+            Op::Get(b) => call(program, b, false, bank.blocks[b].first..bank.blocks[b].end),
+            Op::Set(b) => {
+                let own = bank.blocks[b].first..bank.blocks[b].end;
+                let first = made[own.start].map_or(usize::MAX, |s| s.from as usize);
+                let plain = |at: usize| {
+                    let source = |s: Scaled| (s.from as usize, s.factor, s.offset);
+                    made[at].map(source) == Some((first.wrapping_add(at - own.start), 1.0, 0.0))
+                };
+                if own.clone().all(plain) {
+                    return call(program, b, true, first..first + own.len());
+                }
+                for s in made[own.clone()].iter().flatten() {
+                    program.hand(s.from as usize, s.to as usize, s.factor, s.offset);
+                }
+                call(program, b, true, own)
+            }
+            Op::Hand([copies, scaled, converted]) if converted.0 == converted.1 => {
+                for c in &bank.copies[copies.0 as usize..copies.1 as usize] {
+                    made[c.to as usize] = Some(Scaled { from: c.from, to: c.to, factor: 1.0, offset: 0.0 });
+                }
+                for c in &bank.scaled[scaled.0 as usize..scaled.1 as usize] {
+                    made[c.to as usize] = Some(*c);
+                }
+                true
+            }
+            _ => false,
+        })
+    }
+
+    /// Names the first value, in the order in which they are read, that is not finite.
+    #[cold]
+    pub(crate) fn first_not_finite(&self, nodes: &[Node], time: f64) -> Error {
+        let read = self.ops.iter().filter_map(|op| match op {
+            Op::Get(b) => Some(self.bank.blocks[*b].first..self.bank.blocks[*b].end),
+            _ => None,
+        });
+        let wrong = |range: &std::ops::Range<usize>| range.clone().any(|at| !self.bank.reals[at].is_finite());
+        let range = read.into_iter().find(wrong).unwrap_or(0..self.bank.reals.len());
+        *self.bank.not_finite(range, nodes, time)
     }
 
     /// Gives each node the line of its continuous inputs.

@@ -36,6 +36,11 @@ impl Grid {
         }
     }
 
+    /// Number of steps from the start that are of the full length: all, or all but the last.
+    pub(crate) fn regular(&self) -> u64 {
+        if self.is_even() { self.steps } else { self.steps.saturating_sub(1) }
+    }
+
     /// All steps are of the same length.
     pub fn is_even(&self) -> bool {
         ((self.stop - self.start) - self.steps as f64 * self.step).abs() <= ROUNDING * self.step

@@ -40,6 +40,7 @@ mod slave;
 mod ssp;
 pub mod stepper;
 mod store;
+mod straight;
 pub mod system;
 mod toml;
 mod value;

@@ -197,14 +197,36 @@ impl Master {
         if follows {
             coupling.draw_lines(next(time, 0));
         }
-        for i in 0..grid.steps {
+        let straight = if algorithm == Algorithm::Jacobi { coupling.straight() } else { None };
+        let mut point = 0;
+        while point < grid.steps {
+            let mut mid = None;
+            if let Some(program) = &straight {
+                let until = recorder.next_due(point).min(grid.regular());
+                let (made, stopped) = coupling.race(program, &grid, point, until)?;
+                (point, mid) = (point + made, stopped);
+                time = grid.time(point);
+                self.log.steps += made;
+                self.log.time = time;
+                if made > 0 {
+                    recorder.row(coupling.nodes(), time, Some(point), sink)?;
+                }
+                if point == grid.steps {
+                    return Ok(());
+                }
+            }
+            let i = point;
+            point += 1;
             let to = grid.time(i + 1);
             while time < to {
                 let cut = cuts.between(time, to);
                 let end = cut.map_or(to, |(cut, _)| cut);
                 coupling.turn(i + 1, i + 1 == grid.steps);
                 let mut done = match algorithm {
-                    Algorithm::Jacobi => coupling.step(end, Within::Held)?,
+                    Algorithm::Jacobi => match mid.take() {
+                        Some(mid) => coupling.finish(mid, end, grid.step)?,
+                        None => coupling.step(end, Within::Held)?,
+                    },
                     Algorithm::Extrapolate => coupling.step(end, Within::Line)?,
                     Algorithm::GaussSeidel => coupling.step_in_order(end)?,
                     Algorithm::Iterative | Algorithm::Adaptive => self.settle(coupling, time, end)?,

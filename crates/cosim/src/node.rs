@@ -112,6 +112,6 @@ impl Node {
     pub fn set_on_line(&mut self, time: f64) -> Result<(), Error> {
         self.line.at(time);
         let Some(references) = &self.line.references else { return Ok(()) };
-        self.slave.write(references, &self.line.now).map_err(|source| Error::Call { time, source })
+        self.slave.write(references, &self.line.now).map_err(|source| Error::Call { time, source: *source })
     }
 }

@@ -110,6 +110,12 @@ impl Recorder {
         &self.columns
     }
 
+    /// The first communication point behind `point` at which a column is due.
+    pub(crate) fn next_due(&self, point: u64) -> u64 {
+        let next = |c: &Column| (point + 1).next_multiple_of(u64::from(c.every.max(1)));
+        self.columns.iter().map(next).min().unwrap_or(u64::MAX)
+    }
+
     /// Reads and writes a row, if any column is due. Only finite values are written.
     #[inline]
     pub(crate) fn row(
@@ -124,7 +130,10 @@ impl Recorder {
         }
         for (n, references, range) in &self.blocks {
             let values = &mut self.reals[range.clone()];
-            nodes[*n].slave.read(references, values).map_err(|source| Error::Call { time, source })?;
+            nodes[*n]
+                .slave
+                .read(references, values)
+                .map_err(|source| Error::Call { time, source: *source })?;
             if let Some(at) = values.iter().position(|x| !x.is_finite()) {
                 let element = self.elements[range.start + at];
                 return Err(not_finite(nodes, element, self.reals[range.start + at], time));

@@ -97,13 +97,13 @@ impl Slave {
         either!(self, i => i.exit_initialization_mode())
     }
 
-    /// Steps from `time` by `step` s. `no_rollback`: no state before `time` will be restored.
+    /// Steps from `time` by `step` s; `None`: the whole step was made and nothing is to be told.
     ///
     /// # Errors
     /// Whatever the FMU returns, but for Discard.
     #[inline]
-    pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
-        either!(self, i => i.do_step(time, step, no_rollback))
+    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
+        either!(self, i => i.step(time, step, no_rollback))
     }
 
     /// Ends the run.
@@ -150,7 +150,7 @@ impl Slave {
     /// # Errors
     /// Whatever the FMU returns.
     #[inline]
-    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Error> {
+    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Box<Error>> {
         either!(self, i => i.read(block, values))
     }
 
@@ -159,7 +159,7 @@ impl Slave {
     /// # Errors
     /// Whatever the FMU returns.
     #[inline]
-    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Error> {
+    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Box<Error>> {
         either!(self, i => i.write(block, values))
     }
 

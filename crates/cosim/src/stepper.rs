@@ -4,6 +4,8 @@ mod event_mode;
 mod group;
 mod slave;
 
+use trueup_fmi_import::Step;
+
 use crate::error::Error;
 use crate::node::Node;
 pub(crate) use event_mode::{EventStepper, has_event_mode};
@@ -74,6 +76,43 @@ pub trait Stepper: Send {
     /// # Errors
     /// Whatever an FMU returns and cannot be mended by shorter steps.
     fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error>;
+
+    /// As [`step`](Stepper::step); `None`: `to` was reached and nothing is to be told.
+    ///
+    /// # Errors
+    /// As [`step`](Stepper::step).
+    fn pace(
+        &mut self,
+        nodes: &mut [Node],
+        from: f64,
+        to: f64,
+        within: Within,
+    ) -> Result<Option<Box<Advance>>, Box<Error>> {
+        match self.step(nodes, from, to, within) {
+            Ok(done) => Ok(Some(Box::new(done))),
+            Err(error) => Err(Box::new(error)),
+        }
+    }
+
+    /// It is one FMU whose regular steps with inputs held are its doStep and nothing else.
+    fn is_plain(&self) -> bool {
+        false
+    }
+
+    /// Goes on to `to` after a first step from `from` that did not go its whole way, of one that [is
+    /// plain](Stepper::is_plain).
+    ///
+    /// # Errors
+    /// As [`step`](Stepper::step).
+    fn resume(&mut self, nodes: &mut [Node], from: f64, to: f64, first: Step) -> Result<Advance, Error> {
+        let _ = first;
+        self.step(nodes, from, to, Within::Held)
+    }
+
+    /// [`settle`](Stepper::settle) has something to do.
+    fn has_events(&self) -> bool {
+        false
+    }
 
     /// From now on a step ends at an event, before it is handled; [`settle`](Stepper::settle) then does.
     fn stop_at_events(&mut self) {}

@@ -54,6 +54,13 @@ pub struct Step {
     pub terminate: bool,
 }
 
+impl Step {
+    /// A step of `step` s from `time` that went its whole way, with nothing to tell.
+    pub fn whole(time: f64, step: f64) -> Self {
+        Self { time: time + step, early: false, discarded: false, event: false, terminate: false }
+    }
+}
+
 /// Result of an event iteration.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EventInfo {
@@ -193,19 +200,39 @@ impl<F: Table> Core<F> {
         Error::Length { function, instance: self.live.name.clone(), what, expected, got }
     }
 
-    /// A block that was prepared for these sizes and has as many values as `got`.
+    /// The instance may be called, with a block that was prepared for these sizes and has as many values as `got`.
     #[inline]
-    pub(crate) fn prepared(
+    pub(crate) fn fits(&self, block: &Prepared, epoch: u32, got: usize) -> bool {
+        block.epoch == epoch && block.count == got && !self.lost.load(Ordering::Relaxed)
+    }
+
+    /// Why a call with a block was not made.
+    #[cold]
+    pub(crate) fn unfit(
         &self,
         function: &'static str,
         block: &Prepared,
         epoch: u32,
         got: usize,
-    ) -> Result<(), Error> {
-        if block.epoch != epoch {
-            return Err(Error::Stale { function, instance: self.live.name.clone() });
-        }
-        self.length(function, "values", block.count, got)
+    ) -> Box<Error> {
+        let instance = || self.live.name.clone();
+        Box::new(match self.ready(function) {
+            Err(lost) => lost,
+            Ok(()) if block.epoch != epoch => Error::Stale { function, instance: instance() },
+            Ok(()) if block.count != got => self.wrong_length(function, "values", block.count, got),
+            Ok(()) => self.missing(function),
+        })
+    }
+
+    /// As [`Core::check`], small enough for a register.
+    #[inline]
+    pub(crate) fn check_boxed(&self, function: &'static str, status: c_int) -> Result<(), Box<Error>> {
+        if matches!(status, 0 | 1) { Ok(()) } else { Err(self.failed_boxed(function, status)) }
+    }
+
+    #[cold]
+    fn failed_boxed(&self, function: &'static str, status: c_int) -> Box<Error> {
+        Box::new(self.failed(function, Status::from(status)))
     }
 }
 
@@ -220,6 +247,21 @@ impl<F: Table> Drop for Core<F> {
     }
 }
 
+/// Calls a function of the table with a prepared block: what a running system does most, so no error is built before it
+/// is needed, and none is larger than a pointer.
+macro_rules! call_prepared {
+    ($core:expr, $function:ident, $block:expr, $epoch:expr, $length:expr $(, $arg:expr)* $(,)?) => {{
+        let core = &$core;
+        match core.functions.$function {
+            Some(function) if core.fits($block, $epoch, $length) => {
+                // SAFETY: as in `call`; the block has as many values as the instance expects.
+                let status = unsafe { function(core.component, $($arg),*) };
+                core.check_boxed(stringify!($function), status.0)
+            }
+            _ => Err(core.unfit(stringify!($function), $block, $epoch, $length)),
+        }
+    }};
+}
 /// Calls a function of the table and checks its status.
 macro_rules! call {
     ($core:expr, $function:ident $(, $arg:expr)* $(,)?) => {{
@@ -233,7 +275,7 @@ macro_rules! call {
         })
     }};
 }
-pub(crate) use call;
+pub(crate) use {call, call_prepared};
 
 /// Stored states of one instance, by serial number.
 #[derive(Default)]

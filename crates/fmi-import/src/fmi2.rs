@@ -9,7 +9,7 @@ use trueup_fmi_description::Version;
 
 use crate::core::{
     Completed, Core, EventInfo, Experiment, Options, Prepared, StateId, States, Step, c_string, c_strings,
-    call, state_functions,
+    call, call_prepared, state_functions,
 };
 use crate::error::{Error, Status};
 use crate::library::table2::Functions;
@@ -23,7 +23,7 @@ unsafe extern "C" {
 
 /// An instance. It may move between threads, one thread at a time.
 pub struct Instance {
-    core: Core<Functions>,
+    pub(crate) core: Core<Functions>,
     states: States,
     /// Booleans as the FMU has them.
     raw: Vec<fmi2Boolean>,
@@ -249,9 +249,9 @@ impl Instance {
     /// # Errors
     /// As [`Instance::get_real`].
     #[inline]
-    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Error> {
-        self.core.prepared("fmi2GetReal", block, 0, values.len())?;
-        call!(self.core, fmi2GetReal, block.references.as_ptr(), values.len(), values.as_mut_ptr())
+    pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Box<Error>> {
+        let (n, references) = (values.len(), block.references.as_ptr());
+        call_prepared!(self.core, fmi2GetReal, block, 0, n, references, n, values.as_mut_ptr())
     }
 
     /// Sets Reals of a block.
@@ -259,9 +259,9 @@ impl Instance {
     /// # Errors
     /// As [`Instance::set_real`].
     #[inline]
-    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Error> {
-        self.core.prepared("fmi2SetReal", block, 0, values.len())?;
-        call!(self.core, fmi2SetReal, block.references.as_ptr(), values.len(), values.as_ptr())
+    pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Box<Error>> {
+        let (n, references) = (values.len(), block.references.as_ptr());
+        call_prepared!(self.core, fmi2SetReal, block, 0, n, references, n, values.as_ptr())
     }
 
     /// Partial derivatives of the unknowns times a direction of the knowns.
@@ -409,7 +409,40 @@ impl Instance {
     /// # Errors
     /// Whatever `fmi2DoStep` returns.
     pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
-        let mut result = call!(self.core, fmi2DoStep, time, step, no_rollback.into());
+        match self.step(time, step, no_rollback) {
+            Ok(None) => Ok(Step::whole(time, step)),
+            Ok(Some(other)) => Ok(*other),
+            Err(error) => Err(*error),
+        }
+    }
+
+    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    ///
+    /// # Errors
+    /// As [`Instance::do_step`].
+    #[inline]
+    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
+        match self.core.functions.fmi2DoStep {
+            Some(function) if self.core.ready("fmi2DoStep").is_ok() => {
+                // SAFETY: the signature is the standard's, the component is this instance's and not freed.
+                let status = unsafe { function(self.core.component, time, step, no_rollback.into()) };
+                if matches!(status.0, 0 | 1) { Ok(None) } else { self.not_whole(status, time) }
+            }
+            _ => Err(Box::new(match self.core.ready("fmi2DoStep") {
+                Err(lost) => lost,
+                Ok(()) => self.core.missing("fmi2DoStep"),
+            })),
+        }
+    }
+
+    /// What a status other than OK and Warning means for a step.
+    #[cold]
+    pub(crate) fn not_whole(
+        &mut self,
+        status: fmi2Status,
+        time: f64,
+    ) -> Result<Option<Box<Step>>, Box<Error>> {
+        let mut result = self.core.check("fmi2DoStep", status.0);
         while result.as_ref().is_err_and(|error| error.status() == Some(Status::Pending)) {
             std::thread::sleep(Duration::from_micros(100));
             let mut status = fmi2Pending;
@@ -417,18 +450,16 @@ impl Instance {
             result = self.core.check("fmi2DoStep", status.0);
         }
         match result {
-            Ok(()) => {
-                Ok(Step { time: time + step, early: false, discarded: false, event: false, terminate: false })
-            }
-            Err(error) if error.status() == Some(Status::Discard) => Ok(Step {
+            Ok(()) => Ok(None),
+            Err(error) if error.status() == Some(Status::Discard) => Ok(Some(Box::new(Step {
                 // An FMU that cannot say is where it was.
                 time: self.real_status(fmi2LastSuccessfulTime).unwrap_or(time),
                 early: true,
                 discarded: true,
                 event: false,
                 terminate: self.boolean_status(fmi2Terminated).unwrap_or(false),
-            }),
-            Err(error) => Err(error),
+            }))),
+            Err(error) => Err(Box::new(error)),
         }
     }
 

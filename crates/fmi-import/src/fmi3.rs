@@ -1,7 +1,7 @@
 //! Instances of FMI 3.0.
 
 mod events;
-mod inner;
+pub(crate) mod inner;
 mod values;
 
 use std::sync::{Arc, Weak};
@@ -38,10 +38,10 @@ pub struct CoSimulation {
 
 /// An instance. It may move between threads, one thread at a time.
 pub struct Instance {
-    core: Arc<Inner>,
+    pub(crate) core: Arc<Inner>,
     states: States,
     /// Counts changes of the sizes of arrays.
-    epoch: u32,
+    pub(crate) epoch: u32,
     /// Numbers of continuous states and event indicators, once asked.
     counts: (Option<usize>, Option<usize>),
 }

@@ -22,6 +22,7 @@ pub mod fmi2;
 pub mod fmi3;
 mod library;
 mod log;
+pub mod program;
 
 pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, StateId, Step};
 pub use crate::error::{Error, FmiError, Status};

@@ -7,7 +7,7 @@ use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use trueup_fmi::abi::{fmi2::*, fmi3::*};
@@ -64,6 +64,8 @@ pub(crate) struct Live {
     listener: Option<Listener>,
     hook: Mutex<Option<Hook>>,
     panic: Mutex<Option<String>>,
+    /// There is one; looked at after every step.
+    panicked: AtomicBool,
 }
 
 static NEXT: AtomicUsize = AtomicUsize::new(1);
@@ -83,6 +85,7 @@ impl Live {
             listener,
             hook: Mutex::default(),
             panic: Mutex::default(),
+            panicked: AtomicBool::new(false),
         });
         lock(&REGISTRY).insert(live.id, Arc::downgrade(&live));
         live
@@ -97,8 +100,16 @@ impl Live {
         *lock(&self.hook) = hook;
     }
 
+    pub(crate) fn has_hook(&self) -> bool {
+        lock(&self.hook).is_some()
+    }
+
     /// The message of a panic in a hook since the last call.
     pub(crate) fn take_panic(&self) -> Option<String> {
+        if !self.panicked.load(Ordering::Acquire) {
+            return None;
+        }
+        self.panicked.store(false, Ordering::Relaxed);
         lock(&self.panic).take()
     }
 
@@ -229,6 +240,7 @@ pub(crate) unsafe extern "C" fn fmi3_intermediate_update(
         live.set_hook(Some(hook));
         wish.unwrap_or_else(|panic| {
             *lock(&live.panic) = Some(panic_message(&*panic));
+            live.panicked.store(true, Ordering::Release);
             None
         })
     });

@@ -190,7 +190,7 @@ static int fault_of_step(Block *b, double *h) {
     case WARNING: case DISCARD: case ERROR: case FATAL: return b->fault;
     case TERMINATE: return DISCARD;
     case FINE_STEPS: return *h > 2e-4 ? DISCARD : OK;
-    case HALFWAY: return *h > 0.01 ? *h /= 2, HALFWAY : OK;
+    case HALFWAY: return *h > 0.006 ? *h /= 2, HALFWAY : OK;
     case CRASH: raise(SIGSEGV); break;
     case ABORT: abort();
     case EXIT: exit(0);

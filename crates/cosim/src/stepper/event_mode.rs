@@ -161,6 +161,10 @@ impl Stepper for EventStepper {
         Ok(Advance { event: self.pending && all.time < to, ..all })
     }
 
+    fn has_events(&self) -> bool {
+        true
+    }
+
     fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {
         if !self.open || self.ended || !(self.changed(nodes, time)? || self.pending) {
             return Ok(Settled::default());

@@ -138,6 +138,10 @@ impl Stepper for GroupStepper {
         })
     }
 
+    fn has_events(&self) -> bool {
+        true
+    }
+
     fn settle(&mut self, nodes: &mut [Node], _time: f64) -> Result<Settled, Error> {
         let Some(group) = self.group.as_mut().filter(|_| !self.ended) else { return Ok(Settled::default()) };
         let settled = group.settle(nodes, &mut self.around)?;

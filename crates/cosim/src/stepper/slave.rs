@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use trueup_fmi_description::Version;
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
-use trueup_fmi_import::{StateId, fmi3};
+use trueup_fmi_import::{StateId, Step, fmi3};
 
 use super::{Advance, SLOTS, Stepper, Within};
 use crate::error::Error;
@@ -15,8 +15,11 @@ use crate::plan::Planned;
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
-/// Parts of a step in which inputs are held at the middle of their lines, where the FMU cannot follow lines itself.
+/// Parts of a step in which inputs are held, where the FMU cannot follow lines itself.
 const PARTS: u32 = 2;
+/// Where on their lines inputs are held in each part, as a part of the step: so held, they have the moments of order 0, 1
+/// and 2 of the line, and act on a smooth system as the line does but for the fifth order of the step.
+const HELD: [f64; PARTS as usize] = [1.0 / 6.0, 5.0 / 6.0];
 
 /// How an FMU follows its inputs on lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,7 +28,7 @@ pub(crate) enum Way {
     Derivatives,
     /// FMI 3.0, `providesIntermediateUpdate` of an FMU that takes equal steps only: it asks within its steps.
     Intermediate,
-    /// The step in this many parts, inputs held at the middle of each; of one part if the FMU takes equal steps only.
+    /// The step in this many parts, inputs held in each; of one part if the FMU takes equal steps only.
     Parts(u32),
 }
 
@@ -171,36 +174,51 @@ impl SlaveStepper {
         }
     }
 
-    /// Steps of any length up to `to`; a discarded one goes on from where the FMU came, or is halved. With `lines` the
-    /// FMU is told before each how its inputs go on.
+    /// A regular step is of the same length to the last bit: FMUs keep what they have computed for it.
+    #[inline]
+    fn is_regular(&self, from: f64, to: f64) -> bool {
+        !self.variable || ((to - from) - self.regular).abs() <= ROUNDING * self.regular
+    }
+
+    #[inline]
+    fn length(&self, from: f64, to: f64) -> f64 {
+        if self.is_regular(from, to) { self.regular } else { to - from }
+    }
+
+    /// Steps up to `to`, at first one of this length (`to - from` but for rounding); a discarded one goes on from where the FMU came, or is halved. With `lines` the
+    /// FMU is told before each how its inputs go on. `first`: what the first step has come to, if it was made already.
     fn advance(
         &mut self,
         node: &mut Node,
-        from: f64,
-        to: f64,
+        [from, to]: [f64; 2],
+        length: f64,
         lines: bool,
+        mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        // A regular step is of the same length to the last bit: FMUs keep what they have computed for it.
-        let regular = !self.variable || ((to - from) - self.regular).abs() <= ROUNDING * self.regular;
-        let (mut time, mut step, mut halvings) = (from, if regular { self.regular } else { to - from }, 0);
+        let (mut time, mut step, mut halvings) = (from, length, 0);
         loop {
             if lines {
                 self.tell(node, time)?;
             }
-            let result = node
-                .slave
-                .do_step(time, step, !self.rolls_back)
-                .map_err(|source| Error::Call { time, source })?;
+            let result = match first.take() {
+                Some(result) => result,
+                None => match node.slave.step(time, step, !self.rolls_back) {
+                    Ok(None) => Step::whole(time, step),
+                    Ok(Some(other)) => *other,
+                    Err(source) => return Err(Error::Call { time, source: *source }),
+                },
+            };
             if result.event && !result.terminate && !result.discarded {
                 (done.time, done.event) = (if result.early { result.time } else { time + step }, true);
-                if !result.early && step >= to - time {
+                if !result.early && step >= (to - time) * (1.0 - ROUNDING) {
                     done.time = to;
                 }
                 return Ok(());
             }
             if !result.early {
-                let whole = (regular && time == from && step == self.regular) || step >= to - time;
+                // What rounding leaves is no step of its own.
+                let whole = (time == from && step == length) || step >= (to - time) * (1.0 - ROUNDING);
                 (done.time, done.terminate) = (if whole { to } else { time + step }, result.terminate);
                 if whole || result.terminate {
                     return Ok(());
@@ -208,7 +226,9 @@ impl SlaveStepper {
                 time += step;
             } else {
                 done.discarded += u64::from(result.discarded);
-                let progress = result.time > time && result.time <= to;
+                // Its clock and ours differ by rounding.
+                let rounding = ROUNDING * step.abs();
+                let progress = result.time > time + rounding && result.time <= to + rounding;
                 if result.terminate {
                     (done.time, done.terminate) = (if progress { result.time } else { time }, true);
                     return Ok(());
@@ -218,7 +238,7 @@ impl SlaveStepper {
                     "and takes no other step"
                 } else if halvings > HALVINGS {
                     "however short the step"
-                } else if !progress && result.time != time {
+                } else if !progress && (result.time - time).abs() > rounding {
                     "and does not say where it stands"
                 } else {
                     ""
@@ -226,9 +246,9 @@ impl SlaveStepper {
                 if !reason.is_empty() {
                     return Err(stuck(node, time, step, result.time, reason));
                 }
-                (time, step) = if progress { (result.time, step) } else { (time, step / 2.0) };
+                (time, step) = if progress { (result.time.min(to), step) } else { (time, step / 2.0) };
                 node.line.dirty = true;
-                if time >= to {
+                if time >= to - rounding {
                     done.time = to;
                     return Ok(());
                 }
@@ -286,16 +306,48 @@ impl Stepper for SlaveStepper {
             Way::Parts(n) if lines => {
                 let n = if node.line.slope.iter().all(|s| *s == 0.0) { 1 } else { n };
                 let at = |k: u32| if k == n { to } else { from + (to - from) * f64::from(k) / f64::from(n) };
+                let part = self.length(from, to) / f64::from(n);
                 for k in 0..n {
-                    node.set_on_line(0.5 * (at(k) + at(k + 1)))?;
-                    self.advance(node, at(k), at(k + 1), false, &mut done)?;
+                    let held = HELD.get(k as usize).filter(|_| n == PARTS).unwrap_or(&0.5);
+                    node.set_on_line(from + held * (to - from))?;
+                    self.advance(node, [at(k), at(k + 1)], part, false, None, &mut done)?;
                     if done.terminate || done.event {
                         break;
                     }
                 }
             }
-            _ => self.advance(node, from, to, lines, &mut done)?,
+            _ => self.advance(node, [from, to], self.length(from, to), lines, None, &mut done)?,
         }
+        Ok(done)
+    }
+
+    #[inline]
+    fn pace(
+        &mut self,
+        nodes: &mut [Node],
+        from: f64,
+        to: f64,
+        within: Within,
+    ) -> Result<Option<Box<Advance>>, Box<Error>> {
+        let node = &mut nodes[self.node[0]];
+        if within == Within::Held && self.is_regular(from, to) {
+            return match node.slave.step(from, self.regular, !self.rolls_back) {
+                Ok(None) => Ok(None),
+                Ok(Some(first)) => Ok(Some(Box::new(self.resume(nodes, from, to, *first)?))),
+                Err(source) => Err(Box::new(Error::Call { time: from, source: *source })),
+            };
+        }
+        self.step(nodes, from, to, within).map(|done| Some(Box::new(done))).map_err(Box::new)
+    }
+
+    fn is_plain(&self) -> bool {
+        !self.rolls_back
+    }
+
+    #[cold]
+    fn resume(&mut self, nodes: &mut [Node], from: f64, to: f64, first: Step) -> Result<Advance, Error> {
+        let mut done = Advance { time: to, ..Advance::default() };
+        self.advance(&mut nodes[self.node[0]], [from, to], self.regular, false, Some(first), &mut done)?;
         Ok(done)
     }
 

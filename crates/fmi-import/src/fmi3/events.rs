@@ -204,6 +204,19 @@ impl Instance {
     /// # Errors
     /// Whatever `fmi3DoStep` returns; [`Error::Panicked`] if the intermediate-update closure did.
     pub fn do_step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Step, Error> {
+        match self.step(time, step, no_rollback) {
+            Ok(None) => Ok(Step::whole(time, step)),
+            Ok(Some(other)) => Ok(*other),
+            Err(error) => Err(*error),
+        }
+    }
+
+    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    ///
+    /// # Errors
+    /// As [`Instance::do_step`].
+    #[inline]
+    pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
         let [mut event, mut terminate, mut early] = [fmi3False; 3];
         let mut last = time;
         let result = call!(
@@ -217,17 +230,31 @@ impl Instance {
             &raw mut early,
             &raw mut last
         );
+        self.stepped(result, time, step, [event, terminate, early].map(bool::from), last)
+    }
+
+    /// What the result and the flags of a step mean: event, terminate, early; `last` successful time.
+    #[inline]
+    pub(crate) fn stepped(
+        &self,
+        result: Result<(), Error>,
+        time: f64,
+        step: f64,
+        [event, terminate, early]: [bool; 3],
+        last: f64,
+    ) -> Result<Option<Box<Step>>, Box<Error>> {
         if let Some(message) = self.core.live.take_panic() {
-            return Err(Error::Panicked { instance: self.name().into(), message });
+            return Err(Box::new(Error::Panicked { instance: self.name().into(), message }));
         }
         let discarded = match result {
+            Ok(()) if !(event || terminate || early) => return Ok(None),
             Ok(()) => false,
             Err(error) if error.status() == Some(Status::Discard) => true,
-            Err(error) => return Err(error),
+            Err(error) => return Err(Box::new(error)),
         };
-        let early = discarded || early.into();
+        let early = discarded || early;
         // Some FMUs do not write the time of a full step.
         let time = if early { last } else { time + step };
-        Ok(Step { time, early, discarded, event: event.into(), terminate: terminate.into() })
+        Ok(Some(Box::new(Step { time, early, discarded, event, terminate })))
     }
 }

@@ -10,7 +10,7 @@ use crate::core::{Core, call};
 use crate::error::Error;
 use crate::library::table3::Functions;
 
-pub(super) struct Inner {
+pub(crate) struct Inner {
     core: Core<Functions>,
     /// Dimensions of the arrays.
     arrays: HashMap<u32, Vec<Dimension>>,

@@ -4,16 +4,16 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::{Instance, Intermediate};
-use crate::core::{Prepared, c_strings, call};
+use crate::core::{Prepared, c_strings, call, call_prepared};
 use crate::error::Error;
 use crate::log::text;
 
 /// A numeric type of FMI 3.0.
 pub trait Number: Sized {
     #[doc(hidden)]
-    fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Error>;
+    fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Box<Error>>;
     #[doc(hidden)]
-    fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Error>;
+    fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Box<Error>>;
 }
 
 impl Instance {
@@ -23,7 +23,7 @@ impl Instance {
     /// [`Error::Length`]; [`Error::Stale`] if sizes have changed since the block was prepared; whatever
     /// `fmi3Get<Type>` returns.
     #[inline]
-    pub fn read<T: Number>(&mut self, block: &Prepared, values: &mut [T]) -> Result<(), Error> {
+    pub fn read<T: Number>(&mut self, block: &Prepared, values: &mut [T]) -> Result<(), Box<Error>> {
         T::read(self, block, values)
     }
 
@@ -32,7 +32,7 @@ impl Instance {
     /// # Errors
     /// As [`Instance::read`].
     #[inline]
-    pub fn write<T: Number>(&mut self, block: &Prepared, values: &[T]) -> Result<(), Error> {
+    pub fn write<T: Number>(&mut self, block: &Prepared, values: &[T]) -> Result<(), Box<Error>> {
         T::write(self, block, values)
     }
 }
@@ -43,18 +43,18 @@ macro_rules! numeric {
         numeric! { for Intermediate: $($get $fmi_get $set $fmi_set $type;)* }
         $(impl Number for $type {
             #[inline]
-            fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Error> {
+            fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Box<Error>> {
                 let core = &instance.core;
-                core.prepared(stringify!($fmi_get), block, instance.epoch, values.len())?;
                 let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
-                call!(core, $fmi_get, references, n, values.as_mut_ptr(), length)
+                let epoch = instance.epoch;
+                call_prepared!(core, $fmi_get, block, epoch, length, references, n, values.as_mut_ptr(), length)
             }
             #[inline]
-            fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Error> {
+            fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Box<Error>> {
                 let core = &instance.core;
-                core.prepared(stringify!($fmi_set), block, instance.epoch, values.len())?;
                 let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
-                call!(core, $fmi_set, references, n, values.as_ptr(), length)
+                let epoch = instance.epoch;
+                call_prepared!(core, $fmi_set, block, epoch, length, references, n, values.as_ptr(), length)
             }
         })*
     };

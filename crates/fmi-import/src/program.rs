@@ -1,0 +1,331 @@
+//! The inner loop of a master: steps and calls with prepared blocks of many instances, run one after another with nothing
+//! between them but a look at the status.
+//!
+//! What is checked elsewhere at every call is checked here when the program is [bound](Program::bind): that the instances
+//! are the same, live, and nobody else's as long as it is bound.
+
+use std::ffi::{c_int, c_void};
+use std::ops::Range;
+
+use trueup_fmi::abi::fmi2;
+use trueup_fmi::abi::fmi3;
+
+use crate::core::{Prepared, Step};
+use crate::error::Error;
+use crate::{fmi2::Instance as V2, fmi3::Instance as V3};
+
+/// An instance of either version.
+pub enum Either<'a> {
+    /// FMI 2.0.
+    V2(&'a mut V2),
+    /// FMI 3.0.
+    V3(&'a mut V3),
+}
+
+impl Either<'_> {
+    /// Where it lies, whether sizes of its arrays have changed, whether it can be called.
+    fn identity(&self) -> (*mut c_void, u32, bool) {
+        match self {
+            Self::V2(i) => (i.core.component, 0, i.core.ready("").is_ok()),
+            Self::V3(i) => (i.core.component, i.epoch, i.core.ready("").is_ok()),
+        }
+    }
+}
+
+/// Who has instances, by index.
+pub trait Instances {
+    /// The instance of this index.
+    fn instance(&mut self, index: usize) -> Option<Either<'_>>;
+}
+
+/// A block of doubles: references (kept alive by the program), values in `first..first + values`.
+#[derive(Clone, Copy)]
+struct Block {
+    component: *mut c_void,
+    references: *const u32,
+    count: usize,
+    first: usize,
+    values: usize,
+}
+
+#[derive(Clone, Copy)]
+enum Call {
+    Get2(fmi2::pointer::fmi2GetReal, Block),
+    Get3(fmi3::pointer::fmi3GetFloat64, Block),
+    Set2(fmi2::pointer::fmi2SetReal, Block),
+    Set3(fmi3::pointer::fmi3SetFloat64, Block),
+    /// `values[to] = factor * values[from] + offset`
+    Hand {
+        from: usize,
+        to: usize,
+        factor: f64,
+        offset: f64,
+    },
+}
+
+#[derive(Clone, Copy)]
+enum Stepping {
+    V2(fmi2::pointer::fmi2DoStep, *mut c_void),
+    V3(fmi3::pointer::fmi3DoStep, *mut c_void),
+}
+
+/// Steps, then calls and copies.
+#[derive(Default)]
+pub struct Program {
+    steps: Vec<Stepping>,
+    /// Instance of each step.
+    stepped: Vec<usize>,
+    calls: Vec<Call>,
+    /// Instance of each call; of a copy 0.
+    called: Vec<usize>,
+    /// Instances with where they lie and the sizes for which their blocks were prepared.
+    identities: Vec<(usize, *mut c_void, u32)>,
+    references: Vec<Box<[u32]>>,
+    /// Number of values needed.
+    values: usize,
+}
+
+// SAFETY: the pointers are followed by `Bound` alone, while it has exclusive access to the instances.
+unsafe impl Send for Program {}
+
+/// A program with its instances, which nobody else can reach meanwhile.
+pub struct Bound<'a, I: ?Sized> {
+    program: &'a Program,
+    _instances: &'a mut I,
+}
+
+/// Why a round of a program ended early.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Stopped {
+    /// The `at`-th step was not whole; those after it were not made.
+    Step {
+        /// Which.
+        at: usize,
+        /// What it came to: for [`Program::explain`].
+        outcome: Outcome,
+    },
+    /// A call failed; those after it were not made.
+    Call {
+        /// Which.
+        at: usize,
+        /// Its status.
+        status: c_int,
+    },
+}
+
+/// What a step came to, as the FMU said it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outcome {
+    status: c_int,
+    event: bool,
+    terminate: bool,
+    early: bool,
+    last: f64,
+}
+
+impl Program {
+    /// Adds a step of an instance. `false`, and nothing is added: it has no doStep function, or intermediate updates.
+    pub fn step(&mut self, index: usize, instance: Either<'_>) -> bool {
+        let (component, ..) = instance.identity();
+        let step = match &instance {
+            Either::V2(i) => i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component)),
+            // What happens in an intermediate update is looked at after each step.
+            Either::V3(i) if i.core.live.has_hook() => None,
+            Either::V3(i) => i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component)),
+        };
+        let Some(step) = step else { return false };
+        self.know(index, &instance);
+        self.steps.push(step);
+        self.stepped.push(index);
+        true
+    }
+
+    /// Adds the reading of doubles into `values`, or their setting from there. `false`: there is no such function, or the
+    /// block is not of this length.
+    pub fn call(
+        &mut self,
+        index: usize,
+        instance: Either<'_>,
+        set: bool,
+        block: &Prepared,
+        values: Range<usize>,
+    ) -> bool {
+        let (component, epoch, _) = instance.identity();
+        if block.epoch != epoch || block.count != values.len() {
+            return false;
+        }
+        let references = block.references.clone();
+        let it = Block {
+            component,
+            references: references.as_ptr(),
+            count: references.len(),
+            first: values.start,
+            values: values.len(),
+        };
+        let call = match (&instance, set) {
+            (Either::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
+            (Either::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
+            (Either::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
+            (Either::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
+        };
+        let Some(call) = call else { return false };
+        self.know(index, &instance);
+        self.references.push(references);
+        self.values = self.values.max(values.end);
+        self.calls.push(call);
+        self.called.push(index);
+        true
+    }
+
+    /// Adds `values[to] = factor * values[from] + offset`.
+    pub fn hand(&mut self, from: usize, to: usize, factor: f64, offset: f64) {
+        self.values = self.values.max(from.max(to) + 1);
+        self.calls.push(Call::Hand { from, to, factor, offset });
+        self.called.push(0);
+    }
+
+    fn know(&mut self, index: usize, instance: &Either<'_>) {
+        let (component, epoch, _) = instance.identity();
+        if !self.identities.iter().rev().any(|known| *known == (index, component, epoch)) {
+            self.identities.push((index, component, epoch));
+        }
+    }
+
+    /// Binds the instances that the program was made of. `None`: they are others now, one may not be called any more, or
+    /// sizes have changed.
+    pub fn bind<'a, I: Instances + ?Sized>(&'a self, instances: &'a mut I) -> Option<Bound<'a, I>> {
+        for (index, component, epoch) in &self.identities {
+            let (now, sizes, ready) = instances.instance(*index)?.identity();
+            if now != *component || sizes != *epoch || !ready {
+                return None;
+            }
+        }
+        Some(Bound { program: self, _instances: instances })
+    }
+
+    /// The instance of the `at`-th step.
+    pub fn stepped(&self, at: usize) -> usize {
+        self.stepped[at]
+    }
+
+    /// The instance of the `at`-th call.
+    pub fn called(&self, at: usize) -> usize {
+        self.called[at]
+    }
+
+    /// What the outcome of a step from `time` by `step` s means.
+    ///
+    /// # Errors
+    /// As `do_step` of the instance.
+    pub fn explain(
+        instance: Either<'_>,
+        outcome: Outcome,
+        time: f64,
+        step: f64,
+    ) -> Result<Option<Box<Step>>, Box<Error>> {
+        match instance {
+            Either::V2(i) => i.not_whole(fmi2::fmi2Status(outcome.status), time),
+            Either::V3(i) => {
+                let Outcome { status, event, terminate, early, last } = outcome;
+                i.stepped(i.core.check("fmi3DoStep", status), time, step, [event, terminate, early], last)
+            }
+        }
+    }
+
+    /// The error of the `at`-th call.
+    pub fn failure(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+        let function = match self.calls[at] {
+            Call::Get2(..) => "fmi2GetReal",
+            Call::Set2(..) => "fmi2SetReal",
+            Call::Get3(..) => "fmi3GetFloat64",
+            Call::Set3(..) => "fmi3SetFloat64",
+            Call::Hand { .. } => return None,
+        };
+        match instance {
+            Either::V2(i) => i.core.check(function, status).err(),
+            Either::V3(i) => i.core.check(function, status).err(),
+        }
+    }
+}
+
+/// OK or Warning.
+#[inline]
+fn good(status: c_int) -> bool {
+    status as u32 <= 1
+}
+
+impl<I: ?Sized> Bound<'_, I> {
+    /// All steps from `time` by `step` s, then all calls and copies. `values`: at least as many as the blocks need.
+    ///
+    /// # Errors
+    /// The first step that was not whole, or the first call that failed.
+    #[inline]
+    pub fn round(
+        &mut self,
+        time: f64,
+        step: f64,
+        no_rollback: bool,
+        values: &mut [f64],
+    ) -> Result<(), Stopped> {
+        let program = self.program;
+        for (at, stepping) in program.steps.iter().enumerate() {
+            // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `bind`.
+            let outcome = match *stepping {
+                Stepping::V2(f, component) => {
+                    let status = unsafe { f(component, time, step, no_rollback.into()) }.0;
+                    if good(status) {
+                        continue;
+                    }
+                    Outcome { status, event: false, terminate: false, early: false, last: time }
+                }
+                Stepping::V3(f, component) => {
+                    let [mut event, mut terminate, mut early] = [fmi3::fmi3False; 3];
+                    let mut last = time;
+                    let flags = (&raw mut event, &raw mut terminate, &raw mut early);
+                    // SAFETY: as above.
+                    let status = unsafe {
+                        f(component, time, step, no_rollback.into(), flags.0, flags.1, flags.2, &raw mut last)
+                    }
+                    .0;
+                    let [event, terminate, early] = [event, terminate, early].map(bool::from);
+                    if good(status) && !(event || terminate || early) {
+                        continue;
+                    }
+                    Outcome { status, event, terminate, early, last }
+                }
+            };
+            return Err(Stopped::Step { at, outcome });
+        }
+        self.exchange(values)
+    }
+
+    /// All calls and copies.
+    ///
+    /// # Errors
+    /// The first call that failed.
+    #[inline]
+    pub fn exchange(&mut self, values: &mut [f64]) -> Result<(), Stopped> {
+        assert!(values.len() >= self.program.values, "as many values as the program's blocks need");
+        let base = values.as_mut_ptr();
+        for (at, call) in self.program.calls.iter().enumerate() {
+            // SAFETY: the signatures are the standard's; the instance is live and exclusively ours and the block was prepared
+            // for its sizes, see `bind`; the ranges and indices lie within `values`, by the assertion.
+            let status = unsafe {
+                match *call {
+                    Call::Get2(f, b) => f(b.component, b.references, b.count, base.add(b.first)).0,
+                    Call::Get3(f, b) => f(b.component, b.references, b.count, base.add(b.first), b.values).0,
+                    Call::Set2(f, b) => f(b.component, b.references, b.count, base.add(b.first)).0,
+                    Call::Set3(f, b) => f(b.component, b.references, b.count, base.add(b.first), b.values).0,
+                    Call::Hand { from, to, factor, offset } => {
+                        *base.add(to) = factor * *base.add(from) + offset;
+                        0
+                    }
+                }
+            };
+            if !good(status) {
+                return Err(Stopped::Call { at, status });
+            }
+        }
+        Ok(())
+    }
+}
