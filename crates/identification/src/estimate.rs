@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::covariance::{Information, correlation};
+use crate::fit::{FitOptions, search};
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
 use crate::plant::Plant;
@@ -103,32 +104,20 @@ pub struct Estimate {
 /// # Errors
 /// If the model can be simulated from none of the starts.
 pub fn estimate<M: Plant>(problem: &OutputError<M>, settings: &Settings) -> Result<Estimate, PredictError> {
-    let first = Options {
-        max_iterations: settings.first_iterations,
-        cost_tolerance: 1e-3,
-        loss: Loss::SoftL1(3.0),
-        ..Options::default()
+    let options = FitOptions {
+        starts: settings.starts.clone(),
+        loss: settings.loss,
+        first_iterations: settings.first_iterations,
+        ..FitOptions::default()
     };
-    let tried: Vec<Result<Solution, PredictError>> = if settings.starts.len() == 1 {
-        Vec::new()
-    } else {
-        settings.starts.par_iter().map(|s| solve(problem, s, first)).collect()
-    };
-    let start_costs: Vec<f64> = tried.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |s| s.cost)).collect();
-    let best = (0..tried.len()).min_by(|&a, &b| start_costs[a].total_cmp(&start_costs[b])).unwrap_or(0);
-    let begin = match tried.into_iter().nth(best) {
-        Some(found) => found?.x,
-        None => settings.starts.first().cloned().unwrap_or_else(|| problem.start()),
-    };
-    let last = Options { loss: settings.loss, ..Options::default() };
-    let found = solve(problem, &begin, last)?;
+    let (found, best, start_costs) = search(problem, &options)?;
     let mut e = assess(problem, &found, settings);
     (e.start, e.start_costs) = (best, start_costs);
     Ok(e)
 }
 
-/// The uncertainty of a solution.
-fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
+/// The uncertainty of a solution that [`search`] found.
+pub fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
     let unknowns = problem.unknowns();
     let n = unknowns.len();
     let mut weighted = found.jacobian.clone();

@@ -2,13 +2,16 @@
 
 pub mod covariance;
 pub mod estimate;
+pub mod fit;
 pub mod flexible_joint;
 mod law;
 pub mod lsq;
+pub mod model;
 pub mod nelder_mead;
 pub mod output_error;
 pub mod plant;
 pub mod predict;
+pub mod recorded;
 pub mod regress;
 pub mod run;
 pub mod tangent;

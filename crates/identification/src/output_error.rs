@@ -72,6 +72,17 @@ impl<'a, M: Plant> OutputError<'a, M> {
         self.arguments(run, theta, |_, v, _| v).0
     }
 
+    /// All parameters of the model at `theta`, those of single recordings left as they were.
+    pub fn shared(&self, theta: &[f64]) -> Vec<f64> {
+        let mut p = self.nominal.clone();
+        for (u, x) in self.unknowns.iter().zip(theta).filter(|(u, _)| u.run.is_none()) {
+            if let Target::Parameter(i) = u.target {
+                p[i] = u.scale.value(*x).0;
+            }
+        }
+        p
+    }
+
     /// Readings of one run at `theta`, offsets included.
     ///
     /// # Errors
@@ -94,6 +105,7 @@ impl<'a, M: Plant> OutputError<'a, M> {
     ) -> (Vec<T>, InputMap<T>, Vec<T>) {
         let n = self.model.sizes();
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
+        self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
         let mut map = InputMap { gain: vec![T::one(); n.inputs], bias: vec![T::zero(); n.inputs] };
         let mut offsets = vec![T::zero(); n.outputs];
         for k in self.acting(run) {

@@ -21,6 +21,8 @@ pub struct Drive {
     pub u: Vec<f64>,
     /// Between the samples.
     pub between: Between,
+    /// Standard deviation of a sample's noise; 0: not known, or none.
+    pub sigma: f64,
 }
 
 /// A measured output.
@@ -42,6 +44,8 @@ pub struct Channel {
     pub resolution: f64,
     /// By how much less than one reading each counts, as a factor on `sigma` ([`Channel::weigh_rests`]); empty: 1.
     pub spread: Vec<f64>,
+    /// It may read a constant off, which is to be estimated.
+    pub offset: bool,
 }
 
 impl Channel {
@@ -91,6 +95,8 @@ pub struct Run {
     pub start: f64,
     /// The run starts at rest and in equilibrium.
     pub at_rest: bool,
+    /// Parameters known for this run, initial states among them: index and value.
+    pub known: Vec<(usize, f64)>,
 }
 
 impl Run {

@@ -1,0 +1,210 @@
+//! A fit as another program can use it: cost, whitened residuals with their times, Jacobian, covariance, and a
+//! free-running prediction of recordings that were not fitted.
+
+use nalgebra::DMatrix;
+use rayon::prelude::*;
+use trueup_signals::process::nrmse;
+
+use crate::covariance::Information;
+use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
+use crate::model::Model;
+use crate::output_error::OutputError;
+use crate::plant::Plant;
+use crate::predict::PredictError;
+use crate::recorded::nuisance;
+use crate::run::Run;
+
+/// How to fit.
+#[derive(Clone, Debug)]
+pub struct FitOptions {
+    /// Coordinates to start from; empty: the unknowns' own.
+    pub starts: Vec<Vec<f64>>,
+    /// What residuals cost in the end.
+    pub loss: Loss,
+    /// Iterations per start while the best is sought (with several starts).
+    pub first_iterations: usize,
+    /// Iterations of the last stage.
+    pub iterations: usize,
+}
+
+impl Default for FitOptions {
+    fn default() -> Self {
+        Self { starts: Vec::new(), loss: Loss::Squares, first_iterations: 15, iterations: 60 }
+    }
+}
+
+/// One channel of one recording against its simulation.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    /// Recording, by index.
+    pub run: usize,
+    /// FMU variable.
+    pub channel: String,
+    /// Times of the readings, s.
+    pub t: Vec<f64>,
+    /// Readings.
+    pub measured: Vec<f64>,
+    /// Simulated readings, offsets and delay included.
+    pub predicted: Vec<f64>,
+    /// (predicted - measured) / standard deviation of the reading.
+    pub whitened: Vec<f64>,
+    /// Where `whitened` begins among the rows of the Jacobian.
+    pub row: usize,
+}
+
+impl Comparison {
+    /// Root mean square of the residual over that of the readings about their mean; `None` for a channel without
+    /// variation.
+    pub fn nrmse(&self) -> Option<f64> {
+        nrmse(&self.predicted, &self.measured)
+    }
+    /// Root mean square of the whitened residual: 1 at the noise floor.
+    pub fn above_floor(&self) -> f64 {
+        (self.whitened.iter().map(|r| r * r).sum::<f64>() / self.whitened.len().max(1) as f64).sqrt()
+    }
+}
+
+/// A fit.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Coordinates of the solution ([`crate::unknown::Scale`]), one per unknown.
+    pub theta: Vec<f64>,
+    /// Values of the unknowns.
+    pub values: Vec<f64>,
+    /// All parameters of the model with the shared unknowns in place; those of a single recording as before.
+    pub parameters: Vec<f64>,
+    /// Half the sum of the (robust) squares of the whitened residuals, priors included.
+    pub cost: f64,
+    /// Channel by channel, recording by recording.
+    pub comparisons: Vec<Comparison>,
+    /// d(whitened residual) / d(theta): rows as the comparisons say, then those of the priors.
+    pub jacobian: DMatrix<f64>,
+    /// (J^T J)^+ in theta, its rank and condition.
+    pub information: Information,
+    /// Which start led there.
+    pub start: usize,
+    /// Cost after the first stage of each start; infinite where the model could not be simulated. Empty for one start.
+    pub start_costs: Vec<f64>,
+    /// Iterations of the last stage.
+    pub iterations: usize,
+    /// How it ended.
+    pub stop: Stop,
+    /// Residuals and more, as the solver left them.
+    pub solution: Solution,
+}
+
+/// The solution from the best of several starts: its index, and the cost that each led to in the first stage, where a
+/// loss forgives what is far off.
+///
+/// # Errors
+/// If the model can be simulated from none of them.
+pub fn search<M: Plant>(
+    problem: &OutputError<M>,
+    options: &FitOptions,
+) -> Result<(Solution, usize, Vec<f64>), PredictError> {
+    let first = Options {
+        max_iterations: options.first_iterations,
+        cost_tolerance: 1e-3,
+        loss: Loss::SoftL1(3.0),
+        ..Options::default()
+    };
+    let tried: Vec<Result<Solution, PredictError>> = if options.starts.len() < 2 {
+        Vec::new()
+    } else {
+        options.starts.par_iter().map(|s| solve(problem, s, first)).collect()
+    };
+    let costs: Vec<f64> = tried.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |s| s.cost)).collect();
+    let best = (0..tried.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+    let begin = match tried.into_iter().nth(best) {
+        Some(found) => found?.x,
+        None => options.starts.first().cloned().unwrap_or_else(|| problem.start()),
+    };
+    let last = Options { loss: options.loss, max_iterations: options.iterations, ..Options::default() };
+    Ok((solve(problem, &begin, last)?, best, costs))
+}
+
+/// Fits a problem.
+///
+/// # Errors
+/// If the model can be simulated from none of the starts.
+pub fn fit<M: Plant>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
+    let (solution, start, start_costs) = search(problem, options)?;
+    let mut weighted = solution.jacobian.clone();
+    for mut column in weighted.column_iter_mut() {
+        let pairs = column.iter_mut().zip(solution.residuals.iter());
+        pairs.for_each(|(j, r)| *j *= options.loss.weight(*r).sqrt());
+    }
+    let theta = solution.x.clone();
+    Ok(Fit {
+        values: problem.values(&theta),
+        parameters: problem.shared(&theta),
+        cost: solution.cost,
+        comparisons: compare(problem, &theta)?,
+        jacobian: solution.jacobian.clone(),
+        information: Information::new(&weighted),
+        start,
+        start_costs,
+        iterations: solution.iterations,
+        stop: solution.stop,
+        theta,
+        solution,
+    })
+}
+
+/// All channels of all recordings against their simulation at `theta`, without fitting.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn compare<M: Plant>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
+    let mut all = Vec::new();
+    for (r, run) in problem.runs().iter().enumerate() {
+        let found = problem.predict(r, theta)?;
+        for (c, channel) in run.channels.iter().enumerate() {
+            let range = problem.plans()[r].channels()[c]..problem.plans()[r].channels()[c + 1];
+            let row = problem.residuals_of(r).start + range.start;
+            let predicted = found.y[range].to_vec();
+            let whitened = (predicted.iter().zip(&channel.y).enumerate())
+                .map(|(k, (p, y))| (p - y) / channel.deviation(k))
+                .collect();
+            all.push(Comparison {
+                run: r,
+                channel: channel.name.clone(),
+                t: channel.t.clone(),
+                measured: channel.y.clone(),
+                predicted,
+                whitened,
+                row,
+            });
+        }
+    }
+    Ok(all)
+}
+
+/// Free-running simulation of recordings with the parameters `values`: only how each begins, and the offsets that are to
+/// be estimated, are fitted, each recording for itself.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn free_run(model: &Model, values: &[f64], runs: &[Run]) -> Result<Vec<Comparison>, PredictError> {
+    let one = |(r, run): (usize, &Run)| {
+        let alone = std::slice::from_ref(run);
+        let problem = OutputError::new(model, values, alone, nuisance(model, values, alone));
+        // A simulation far off must not bend its beginning.
+        let options = Options { loss: Loss::SoftL1(3.0), max_iterations: 30, ..Options::default() };
+        let found = solve(&problem, &problem.start(), options)?;
+        let mut all = compare(&problem, &found.x)?;
+        all.iter_mut().for_each(|c| c.run = r);
+        Ok(all)
+    };
+    let all: Vec<Result<Vec<Comparison>, PredictError>> = runs.par_iter().enumerate().map(one).collect();
+    Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+}
+
+/// Cost of a problem at `theta`: half the sum of the (robust) squares, priors included.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn cost<M: Plant>(problem: &OutputError<M>, theta: &[f64], loss: Loss) -> Result<f64, PredictError> {
+    let e = problem.evaluate(theta, false)?;
+    Ok(0.5 * e.residuals.iter().map(|r| loss.cost(*r)).sum::<f64>())
+}

@@ -1,0 +1,568 @@
+//! The plants with their variables by name: what recordings, cases and results speak of.
+
+use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
+use trueup_models::effect::set::EffectError;
+use trueup_models::effect::{self, EffectSet, Scope};
+use trueup_models::joint::TwoMassJoint;
+use trueup_models::presets;
+use trueup_numerics::Scalar;
+use trueup_signals::{Case, Role, Value, Variable, base_name, element_name};
+
+use crate::plant::Plant;
+
+/// Which plant, how it is built, what acts in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// `TwoMassJoint` or `PlanarManipulator`.
+    pub model: String,
+    /// Which joints have a spring; one entry per joint.
+    pub flexible: Vec<bool>,
+    /// Ids of its effects.
+    pub effects: Vec<String>,
+    /// Joints (from 0) whose motor moves as measured, whatever torque that takes; for the arm.
+    pub led: Vec<usize>,
+}
+
+/// A model that cannot be had.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ModelError {
+    /// No such plant.
+    #[error(
+        "identification knows TwoMassJoint and PlanarManipulator, not `{0}`; to fit any other, see --fmu"
+    )]
+    Unknown(String),
+    /// Its structure.
+    #[error("{0}")]
+    Structure(String),
+    /// A parameter.
+    #[error("{name}: {what}")]
+    Parameter {
+        /// Which.
+        name: String,
+        /// What is wrong, and the mend.
+        what: String,
+    },
+}
+
+impl From<EffectError> for ModelError {
+    fn from(e: EffectError) -> Self {
+        Self::Structure(e.to_string())
+    }
+}
+
+/// A scalar variable, an array's element under its indexed name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// FMU variable (`stiffness`, `jointStiffness[1]`).
+    pub name: String,
+    /// Unit.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
+}
+
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)]
+enum Kind {
+    Joint(TwoMassJoint),
+    Arm(PlanarManipulator),
+    Led(Replay),
+}
+
+trueup_numerics::delegate_hybrid!(Kind { Kind::Joint(m) => m, Kind::Arm(m) => m, Kind::Led(m) => m });
+
+/// A plant that can be simulated, with its variables by name, each list in the order of the model's values.
+#[derive(Clone, Debug)]
+pub struct Model {
+    kind: Kind,
+    structure: Structure,
+    parameters: Vec<Quantity>,
+    inputs: Vec<Quantity>,
+    outputs: Vec<Quantity>,
+}
+
+trueup_numerics::delegate_hybrid!(Model { Model { kind, .. } => kind });
+
+/// Where one coordinate of the plant begins: indices of parameters, and of the outputs that show it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Coordinate {
+    /// Parameter: value at the start.
+    pub angle: usize,
+    /// Parameter: rate at the start.
+    pub velocity: usize,
+    /// Output that shows its value.
+    pub angle_output: usize,
+    /// Output that shows its rate.
+    pub velocity_output: usize,
+    /// Another coordinate that it stays close to (behind a spring), by index, and whether that one is `gearRatio` times
+    /// as large.
+    pub follows: Option<(usize, bool)>,
+}
+
+impl Plant for Model {
+    fn affine(&self) -> bool {
+        matches!(&self.kind, Kind::Joint(m) if m.affine())
+    }
+    fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]) {
+        if let Kind::Joint(m) = &self.kind {
+            m.rest(p, u);
+        }
+    }
+}
+
+const JOINT_PARAMETERS: &[(&str, &str, f64)] = &[
+    ("motorInertia", "kg.m2", 0.0),
+    ("loadInertia", "kg.m2", 0.0),
+    ("gearRatio", "1", 0.0),
+    ("torqueConstant", "N.m/A", f64::NEG_INFINITY),
+    ("stiffness", "N.m/rad", 0.0),
+    ("damping", "N.m.s/rad", 0.0),
+    ("coulombFriction", "N.m", 0.0),
+    ("staticFriction", "N.m", 0.0),
+    ("viscousFriction", "N.m.s/rad", 0.0),
+    ("initialMotorAngle", "rad", f64::NEG_INFINITY),
+    ("initialMotorVelocity", "rad/s", f64::NEG_INFINITY),
+    ("initialLoadAngle", "rad", f64::NEG_INFINITY),
+    ("initialLoadVelocity", "rad/s", f64::NEG_INFINITY),
+];
+const JOINT_INPUTS: &[(&str, &str)] = &[("motorCurrent", "A"), ("externalTorque", "N.m")];
+const JOINT_OUTPUTS: &[(&str, &str)] = &[
+    ("motorAngle", "rad"),
+    ("motorVelocity", "rad/s"),
+    ("motorAcceleration", "rad/s2"),
+    ("loadAngle", "rad"),
+    ("loadVelocity", "rad/s"),
+    ("loadAcceleration", "rad/s2"),
+    ("motorTorque", "N.m"),
+    ("transmissionTorque", "N.m"),
+    ("frictionTorque", "N.m"),
+    ("sticking", ""),
+];
+const FRICTION: [(&str, &str); 3] =
+    [("coulombFriction", "N.m"), ("staticFriction", "N.m"), ("viscousFriction", "N.m.s/rad")];
+
+/// Unit and least value of a variable of the arm.
+fn arm_unit(base: &str) -> (&'static str, f64) {
+    let free = f64::NEG_INFINITY;
+    match base {
+        "baseMass" | "linkMass" => ("kg", 0.0),
+        "baseInertia" | "linkInertia" | "motorInertia" => ("kg.m2", 0.0),
+        "linkLength" => ("m", 0.0),
+        "mountPosition" | "linkCenterOfMass" | "initialBasePosition" | "basePosition" | "tipPosition" => {
+            ("m", free)
+        }
+        "gearRatio" => ("1", 1.0),
+        "jointStiffness" => ("N.m/rad", 0.0),
+        "jointDamping" => ("N.m.s/rad", 0.0),
+        "initialBaseVelocity" | "baseVelocity" | "tipVelocity" => ("m/s", free),
+        "initialBaseAttitude"
+        | "initialJointAngle"
+        | "initialMotorAngle"
+        | "baseAttitude"
+        | "jointAngle"
+        | "motorAngle"
+        | "tipAttitude" => ("rad", free),
+        "initialBaseRate"
+        | "initialJointVelocity"
+        | "initialMotorVelocity"
+        | "baseRate"
+        | "jointVelocity"
+        | "motorVelocity" => ("rad/s", free),
+        "motorCoupling" => ("", 1.0),
+        "jointTorque" | "baseTorque" | "tipTorque" | "frictionTorque" => ("N.m", free),
+        "baseForce" | "tipForce" => ("N", free),
+        "linearMomentum" => ("kg.m/s", free),
+        "angularMomentum" => ("kg.m2/s", free),
+        "kineticEnergy" | "potentialEnergy" => ("J", free),
+        _ => ("", free),
+    }
+}
+
+/// Variables that are one number although their length could be 1 of an array.
+fn scalar(base: &str) -> bool {
+    base.starts_with("base") && !matches!(base, "basePosition" | "baseVelocity" | "baseForce")
+        || matches!(
+            base,
+            "initialBaseAttitude"
+                | "initialBaseRate"
+                | "motorCoupling"
+                | "tipAttitude"
+                | "tipTorque"
+                | "angularMomentum"
+                | "kineticEnergy"
+                | "potentialEnergy"
+        )
+}
+
+fn quantity(name: String, unit: &'static str, min: f64) -> Quantity {
+    Quantity { name, unit, min, max: f64::INFINITY }
+}
+
+/// Names with their number of elements for n links.
+type Layout = [(&'static str, fn(usize) -> usize)];
+
+fn arm_list(names: &Layout, n: usize) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    for (base, len) in names {
+        let (unit, min) = arm_unit(base);
+        for k in 0..len(n) {
+            let name = match *base {
+                _ if scalar(base) => (*base).to_owned(),
+                "linkCenterOfMass" => element_name(base, &[k / 2 + 1, k % 2 + 1]),
+                _ => element_name(base, &[k + 1]),
+            };
+            all.push(quantity(name, unit, min));
+        }
+    }
+    all
+}
+
+/// Adds the effects' own variables; storage is variable by variable, site by site.
+fn add_effects(set: &EffectSet, plant: effect::Plant, model: &mut Model) {
+    for e in set.iter() {
+        let spec = e.spec();
+        let indexed = plant == effect::Plant::Arm && spec.scope == Scope::Joint;
+        let name = |base: &str, k: usize| {
+            if indexed { element_name(base, &[k + 1]) } else { base.to_owned() }
+        };
+        for p in spec.parameters {
+            model.parameters.extend((0..e.sites).map(|k| Quantity {
+                name: name(p.name, k),
+                unit: p.unit,
+                min: p.min,
+                max: p.max,
+            }));
+        }
+        for y in spec.outputs {
+            let all = (0..e.sites).map(|k| quantity(name(y.name_in(plant), k), y.unit, f64::NEG_INFINITY));
+            model.outputs.extend(all);
+        }
+    }
+}
+
+impl Model {
+    /// A plant of that structure.
+    ///
+    /// # Errors
+    /// An unknown model or effect, a number of joints that it cannot have, joints that cannot be led.
+    pub fn new(structure: Structure) -> Result<Self, ModelError> {
+        let plain = |list: &[(&str, &'static str)]| -> Vec<Quantity> {
+            list.iter().map(|(name, unit)| quantity((*name).into(), unit, f64::NEG_INFINITY)).collect()
+        };
+        match structure.model.as_str() {
+            "TwoMassJoint" => {
+                let [flexible] = structure.flexible[..] else {
+                    let n = structure.flexible.len();
+                    return Err(ModelError::Structure(format!(
+                        "jointFlexible has {n} values, TwoMassJoint has one joint; write jointFlexible = true"
+                    )));
+                };
+                let joint = TwoMassJoint::new(flexible, &structure.effects)?;
+                let set = joint.effects().clone();
+                let parameters =
+                    JOINT_PARAMETERS.iter().map(|(name, unit, min)| quantity((*name).into(), unit, *min));
+                let mut model = Self {
+                    kind: Kind::Joint(joint),
+                    structure,
+                    parameters: parameters.collect(),
+                    inputs: plain(JOINT_INPUTS),
+                    outputs: plain(JOINT_OUTPUTS),
+                };
+                add_effects(&set, effect::Plant::Joint, &mut model);
+                Ok(model)
+            }
+            "PlanarManipulator" => {
+                let n = structure.flexible.len();
+                let arm = PlanarManipulator::new(&structure.flexible, &structure.effects)
+                    .map_err(|e| ModelError::Structure(e.to_string()))?;
+                let (set, friction) = (arm.effects().clone(), arm.has_friction());
+                let mut model = Self {
+                    kind: Kind::Arm(arm.clone()),
+                    structure,
+                    parameters: arm_list(layout::parameter::NAMES, n),
+                    inputs: arm_list(layout::input::NAMES, n),
+                    outputs: arm_list(layout::output::NAMES, n),
+                };
+                let joints = |base: &str| (0..n).map(|k| element_name(base, &[k + 1])).collect::<Vec<_>>();
+                if friction {
+                    for (base, unit) in FRICTION {
+                        let all = joints(base).into_iter().map(|name| quantity(name, unit, 0.0));
+                        model.parameters.extend(all);
+                    }
+                    for (base, unit) in [("frictionTorque", "N.m"), ("sticking", "")] {
+                        let all = joints(base).into_iter().map(|n| quantity(n, unit, f64::NEG_INFINITY));
+                        model.outputs.extend(all);
+                    }
+                }
+                add_effects(&set, effect::Plant::Arm, &mut model);
+                if !model.structure.led.is_empty() {
+                    let led = model.structure.led.clone();
+                    let replay = Replay::new(arm, &led).ok_or_else(|| {
+                        ModelError::Structure(
+                            "a manipulator with friction cannot follow measured motion; record jointTorque"
+                                .into(),
+                        )
+                    })?;
+                    let all = led.iter().map(|j| element_name("motorAcceleration", &[j + 1]));
+                    model.inputs.extend(all.map(|n| quantity(n, "rad/s2", f64::NEG_INFINITY)));
+                    model.kind = Kind::Led(replay);
+                }
+                Ok(model)
+            }
+            other => Err(ModelError::Unknown(other.into())),
+        }
+    }
+
+    /// The plant that a case names, with these effects added.
+    ///
+    /// # Errors
+    /// As [`Model::new`]; a `jointFlexible` that is no truth value.
+    pub fn of_case(case: &Case, effects: &[&str]) -> Result<Self, ModelError> {
+        let declared = case.elements("jointFlexible");
+        let flexible: Option<Vec<bool>> = declared.iter().map(|v| v.boolean()).collect();
+        let mut flexible = flexible.ok_or_else(|| ModelError::Parameter {
+            name: "jointFlexible".into(),
+            what: "it is true or false; write jointFlexible = true, for an arm one per joint".into(),
+        })?;
+        if flexible.is_empty() {
+            flexible = if case.model == "TwoMassJoint" { vec![true] } else { vec![true, false, false] };
+        }
+        let effects = effects.iter().map(|e| (*e).to_owned()).collect();
+        Self::new(Structure { model: case.model.clone(), flexible, effects, led: Vec::new() })
+    }
+
+    /// The same plant with other effects.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn with_effects(&self, effects: &[&str]) -> Result<Self, ModelError> {
+        let effects = effects.iter().map(|e| (*e).to_owned()).collect();
+        Self::new(Structure { effects, ..self.structure.clone() })
+    }
+    /// The same arm, the motors of these joints (from 0) led along their measured motion.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
+    pub fn with_led(&self, led: &[usize]) -> Result<Self, ModelError> {
+        Self::new(Structure { led: led.to_vec(), ..self.structure.clone() })
+    }
+
+    /// How it is built.
+    pub fn structure(&self) -> &Structure {
+        &self.structure
+    }
+    /// Its joint, if it is one.
+    pub fn joint(&self) -> Option<&TwoMassJoint> {
+        if let Kind::Joint(m) = &self.kind { Some(m) } else { None }
+    }
+    /// Its arm, if it is one.
+    pub fn arm(&self) -> Option<&PlanarManipulator> {
+        match &self.kind {
+            Kind::Joint(_) => None,
+            Kind::Arm(m) => Some(m),
+            Kind::Led(m) => Some(m.arm()),
+        }
+    }
+    /// Parameters in the order of their values.
+    pub fn parameters(&self) -> &[Quantity] {
+        &self.parameters
+    }
+    /// Inputs in their order.
+    pub fn inputs(&self) -> &[Quantity] {
+        &self.inputs
+    }
+    /// Outputs in their order.
+    pub fn outputs(&self) -> &[Quantity] {
+        &self.outputs
+    }
+    /// Index of a parameter.
+    pub fn parameter(&self, name: &str) -> Option<usize> {
+        self.parameters.iter().position(|q| q.name == name)
+    }
+    /// Index of an input.
+    pub fn input(&self, name: &str) -> Option<usize> {
+        self.inputs.iter().position(|q| q.name == name)
+    }
+    /// Index of an output.
+    pub fn output(&self, name: &str) -> Option<usize> {
+        self.outputs.iter().position(|q| q.name == name)
+    }
+
+    /// The variables as the reader of recordings and cases wants them.
+    pub fn variables(&self) -> Vec<Variable> {
+        let list = |all: &[Quantity], role| {
+            let made = all.iter().map(|q| Variable {
+                min: q.min.is_finite().then_some(q.min),
+                max: q.max.is_finite().then_some(q.max),
+                ..Variable::new(&q.name, q.unit, role)
+            });
+            made.collect::<Vec<_>>()
+        };
+        let mut all = list(&self.parameters, Role::Parameter);
+        all.extend(list(&self.inputs, Role::Input));
+        all.extend(list(&self.outputs, Role::Output));
+        // Structural choices stand among the parameters of a case.
+        all.push(Variable::new("numberOfLinks", "", Role::Parameter));
+        match &self.kind {
+            Kind::Joint(_) => all.push(Variable::new("jointFlexible", "", Role::Parameter)),
+            _ => all.extend(
+                (1..=self.structure.flexible.len())
+                    .map(|j| Variable::new(&element_name("jointFlexible", &[j]), "", Role::Parameter)),
+            ),
+        }
+        all
+    }
+
+    /// Start values of all parameters: DELIAN's joint 1 or CBK PAN's test-bed; of effects as they are packed.
+    pub fn defaults(&self) -> Vec<f64> {
+        match &self.kind {
+            Kind::Joint(m) => {
+                let mut p = presets::delian(1).unwrap_or_default().to_vec();
+                for e in m.effects().iter() {
+                    e.spec().parameters.iter().for_each(|s| p.resize(p.len() + e.sites, s.joint_start));
+                }
+                p
+            }
+            Kind::Arm(m) => m.defaults(),
+            Kind::Led(m) => m.arm().defaults(),
+        }
+    }
+
+    /// All parameters by name from another list (a case's, a recording's), the rest from `base`.
+    ///
+    /// # Errors
+    /// A value that is no number, or none that the parameter can have.
+    pub fn set<'a>(
+        &self,
+        base: &[f64],
+        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let mut p = base.to_vec();
+        let mut angles = Vec::new();
+        for (name, value) in given {
+            let Some(i) = self.parameter(name) else { continue };
+            let wrong = |what: String| ModelError::Parameter { name: name.clone(), what };
+            p[i] = match value {
+                Value::Text(item) if name == "motorCoupling" => match item.as_str() {
+                    "paper" => rotor::PAPER,
+                    "geared" => rotor::GEARED,
+                    _ => return Err(wrong(format!("`{item}` is none of paper, geared"))),
+                },
+                _ => value
+                    .number()
+                    .filter(|v| v.is_finite())
+                    .ok_or_else(|| wrong(format!("{value} is no number")))?,
+            };
+            let q = &self.parameters[i];
+            if p[i] < q.min || p[i] > q.max {
+                return Err(wrong(format!("{} is outside {} .. {}", p[i], q.min, q.max)));
+            }
+            angles.push(i);
+        }
+        // Motors that are not set stay with their joints, springs unstrained.
+        for c in self.coordinates() {
+            if let (Some((other, geared)), true) = (c.follows, self.arm().is_some()) {
+                let o = self.coordinates()[other];
+                for (own, of) in [(c.angle, o.angle), (c.velocity, o.velocity)] {
+                    if !geared && !angles.contains(&own) {
+                        p[own] = p[of];
+                    }
+                }
+            }
+        }
+        Ok(p)
+    }
+
+    /// Parameters of this plant from those of another one by name; what that one lacks from `defaults`.
+    pub fn carry(&self, other: &Model, values: &[f64]) -> Vec<f64> {
+        let mut p = self.defaults();
+        for (q, v) in other.parameters.iter().zip(values) {
+            if let Some(i) = self.parameter(&q.name) {
+                p[i] = *v;
+            }
+        }
+        p
+    }
+
+    /// What `identify` estimates unless the case says otherwise.
+    pub fn usual(&self) -> Vec<String> {
+        match &self.kind {
+            Kind::Joint(m) => {
+                let spring: &[&str] = if m.flexible() { &["stiffness", "damping"] } else { &[] };
+                let friction = ["coulombFriction", "viscousFriction", "staticFriction"];
+                spring.iter().chain(&friction).map(|s| (*s).to_owned()).collect()
+            }
+            _ => {
+                let flexible = (0..self.structure.flexible.len()).filter(|j| self.structure.flexible[*j]);
+                let each = |base: &'static str| flexible.clone().map(move |j| element_name(base, &[j + 1]));
+                ["motorInertia", "jointStiffness", "jointDamping"].into_iter().flat_map(each).collect()
+            }
+        }
+    }
+
+    /// Its coordinates, each with where it begins and what shows it.
+    pub fn coordinates(&self) -> Vec<Coordinate> {
+        use trueup_models::arm::{output as ao, parameter as ap};
+        use trueup_models::joint::{output as jo, parameter as jp};
+        if let Kind::Joint(m) = &self.kind {
+            let motor = Coordinate {
+                angle: jp::INITIAL_MOTOR_ANGLE,
+                velocity: jp::INITIAL_MOTOR_VELOCITY,
+                angle_output: jo::MOTOR_ANGLE,
+                velocity_output: jo::MOTOR_VELOCITY,
+                follows: None,
+            };
+            let load = Coordinate {
+                angle: jp::INITIAL_LOAD_ANGLE,
+                velocity: jp::INITIAL_LOAD_VELOCITY,
+                angle_output: jo::LOAD_ANGLE,
+                velocity_output: jo::LOAD_VELOCITY,
+                follows: Some((0, true)),
+            };
+            return if m.flexible() { vec![motor, load] } else { vec![motor] };
+        }
+        let n = self.structure.flexible.len();
+        let mut all: Vec<Coordinate> = (0..2)
+            .map(|i| Coordinate {
+                angle: ap::initial_base_position(n) + i,
+                velocity: ap::initial_base_velocity(n) + i,
+                angle_output: ao::base_position(n) + i,
+                velocity_output: ao::base_velocity(n) + i,
+                follows: None,
+            })
+            .collect();
+        all.push(Coordinate {
+            angle: ap::initial_base_attitude(n),
+            velocity: ap::initial_base_rate(n),
+            angle_output: ao::base_attitude(n),
+            velocity_output: ao::base_rate(n),
+            follows: None,
+        });
+        for j in 0..n {
+            all.push(Coordinate {
+                angle: ap::initial_joint_angle(n) + j,
+                velocity: ap::initial_joint_velocity(n) + j,
+                angle_output: ao::joint_angle(n) + j,
+                velocity_output: ao::joint_velocity(n) + j,
+                follows: None,
+            });
+        }
+        for j in (0..n).filter(|j| self.structure.flexible[*j]) {
+            all.push(Coordinate {
+                angle: ap::initial_motor_angle(n) + j,
+                velocity: ap::initial_motor_velocity(n) + j,
+                angle_output: ao::motor_angle(n) + j,
+                velocity_output: ao::motor_velocity(n) + j,
+                follows: Some((3 + j, false)),
+            });
+        }
+        all
+    }
+
+    /// Names that belong to one array, or the one name itself.
+    pub fn elements<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Quantity> {
+        self.parameters.iter().filter(move |q| q.name == name || base_name(&q.name) == name)
+    }
+}

@@ -1,0 +1,219 @@
+//! From a recording to a [`Run`]: which channels drive, which are compared, how sure each reading is; and how each run
+//! begins, as unknowns with priors.
+
+use nalgebra::{DMatrix, DVector};
+use trueup_signals::{Interpolation, Loaded, Recording, noise};
+
+use crate::model::{Model, ModelError};
+use crate::run::{Between, Channel, Drive, Run};
+use crate::unknown::{Scale, Target, Unknown};
+
+/// Standard deviation of a channel's readings by its name; `None`: not known.
+pub type Noise<'a> = &'a dyn Fn(&str) -> Option<f64>;
+
+/// A recording that cannot be simulated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RecordedError {
+    /// Nothing to compare.
+    #[error(
+        "{0}: no channel is an output of the model that can be compared; record motorAngle or loadAngle (joint), jointAngle or basePosition (arm)"
+    )]
+    NoOutput(String),
+    /// A start value.
+    #[error("{0}: {1}")]
+    Parameter(String, ModelError),
+}
+
+/// What the readings of a channel err by when nobody has said it: from their second differences.
+///
+/// Never below a millionth of their range, so that a reading without noise is no infinite weight.
+pub fn guessed_noise(y: &[f64]) -> f64 {
+    let mut second: Vec<f64> = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
+    second.sort_by(f64::total_cmp);
+    let median = second.get(second.len() / 2).copied().unwrap_or(0.0);
+    let least = y.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    // The median of |N(0, 1)| is 0.6745; a second difference of white noise has the variance 6.
+    (median / 0.6745 / 6f64.sqrt()).max(1e-6 * (most - least)).max(f64::MIN_POSITIVE)
+}
+
+/// A recording for this model; deviations by `noise`, else as the channel declares them, else guessed.
+///
+/// # Errors
+/// See [`RecordedError`].
+pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, RecordedError> {
+    let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
+    for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
+        let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation());
+        if let Some(input) = model.input(&channel.name) {
+            let between = match channel.interpolation {
+                Interpolation::Linear => Between::Linear,
+                Interpolation::Hold => Between::Hold,
+            };
+            let t = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
+            let sigma = deviation().unwrap_or(0.0);
+            run.drives.push(Drive { input, t, u: channel.values.clone(), between, sigma });
+        } else if let Some(output) = model.output(&channel.name) {
+            // What has no unit is a flag: it is shown, not fitted.
+            if model.outputs()[output].unit.is_empty() {
+                continue;
+            }
+            run.channels.push(Channel {
+                name: channel.name.clone(),
+                output,
+                t: channel.time.clone(),
+                y: channel.values.clone(),
+                sigma: deviation().filter(|s| *s > 0.0).unwrap_or_else(|| guessed_noise(&channel.values)),
+                delay: channel.sensor.delay,
+                resolution: channel.sensor.resolution.unwrap_or(0.0),
+                spread: Vec::new(),
+                offset: channel.sensor.estimate_offset,
+            });
+        }
+    }
+    if run.is_empty() {
+        return Err(RecordedError::NoOutput(run.name));
+    }
+    // The motion has to be there before the first reading that shows it.
+    let first = run.channels.iter().filter_map(|c| Some(c.t.first()? - c.delay)).fold(run.start, f64::min);
+    run.start = first;
+    run.channels.iter_mut().for_each(Channel::weigh_rests);
+    let nothing = vec![f64::NAN; model.parameters().len()];
+    let set = model.set(&nothing, &recording.parameters);
+    let set = set.map_err(|e| RecordedError::Parameter(run.name.clone(), e))?;
+    run.known = set.into_iter().enumerate().filter(|(_, v)| !v.is_nan()).collect();
+    Ok(run)
+}
+
+/// The training and the held-out recordings of a case; deviations from its noise floor.
+///
+/// # Errors
+/// See [`RecordedError`].
+pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+    let floor = |name: &str| noise::floor(loaded, name).map(|f| f.deviation);
+    let all =
+        |list: Vec<&Recording>| list.into_iter().map(|r| run(model, r, &floor)).collect::<Result<_, _>>();
+    Ok((all(loaded.train())?, all(loaded.holdout())?))
+}
+
+/// Value and rate of a channel when the run begins, each with a standard deviation, from its first readings.
+struct Begin {
+    value: (f64, f64),
+    rate: (f64, f64),
+}
+
+/// Readings and seconds at most from which a beginning is read.
+const FIRST: (usize, f64) = (25, 0.1);
+/// Sensors repeat themselves and motions bend: what the first readings say is taken to be this many times less sure.
+const CAUTION: f64 = 3.0;
+
+fn begin(channel: &Channel, start: f64) -> Option<Begin> {
+    let t: Vec<f64> = channel.t.iter().map(|t| t - channel.delay - start).collect();
+    let short = t.partition_point(|v| *v <= t[0] + FIRST.1).min(FIRST.0);
+    let m = short.max(4).min(t.len());
+    if m < 2 {
+        let value = (*channel.y.first()?, CAUTION * channel.sigma);
+        return Some(Begin { value, rate: (0.0, f64::INFINITY) });
+    }
+    let fitted = |order: usize| -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let a = DMatrix::from_fn(m, order + 1, |i, j| t[i].powi(j as i32));
+        let y = DVector::from_column_slice(&channel.y[..m]);
+        let covariance = (a.tr_mul(&a)).try_inverse()? * channel.sigma.powi(2);
+        let x = &covariance * a.tr_mul(&y) / channel.sigma.powi(2);
+        Some((x, covariance))
+    };
+    // A bend only where the readings show one.
+    let bent = fitted(2).filter(|(x, c)| m > 5 && x[2].abs() > CAUTION * c[(2, 2)].max(0.0).sqrt());
+    let (x, c) = bent.or_else(|| fitted(1))?;
+    let sure = |k: usize| CAUTION * c[(k, k)].max(0.0).sqrt();
+    Some(Begin { value: (x[0], sure(0) + 0.5 * channel.resolution), rate: (x[1], sure(1)) })
+}
+
+/// A prior as a linear unknown whose scale is that prior's standard deviation.
+fn believed(name: &str, target: Target, run: usize, (mean, sd): (f64, f64)) -> Unknown {
+    let start = if mean.is_finite() { mean } else { 0.0 };
+    Unknown {
+        start,
+        scale: Scale::Linear(sd),
+        prior: Some((start / sd, 1.0)),
+        ..Unknown::free(name, target, Some(run), sd)
+    }
+}
+
+/// How each run begins, and what its sensors read off: initial states of all coordinates that the recording does not
+/// give exactly, and the offsets that are to be estimated. `values` are all parameters of the model.
+///
+/// Priors come from the first readings, widened. What no sensor shows stays near the coordinate that it is joined to by
+/// a spring.
+pub fn nuisance(model: &Model, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
+    let mut all = Vec::new();
+    for (r, run) in runs.iter().enumerate() {
+        let of = |output: usize| run.channels.iter().find(|c| c.output == output);
+        let mut found: Vec<[(f64, f64); 2]> = Vec::new();
+        let coordinates = model.coordinates();
+        for c in &coordinates {
+            let (angle, velocity) = (of(c.angle_output), of(c.velocity_output));
+            let shown = angle.and_then(|c| begin(c, run.start));
+            let direct = velocity.and_then(|c| begin(c, run.start)).map(|b| b.value);
+            // What it would be behind a spring without strain; as unsure as the largest strain.
+            let joined = c.follows.map(|(other, geared)| {
+                let n = if geared { values[model.parameter("gearRatio").unwrap_or(0)] } else { 1.0 };
+                let [(angle, sd), (rate, rate_sd)] = found[other];
+                let strain = if geared { largest_twist(model, values, run) / n } else { 0.05 };
+                [(angle / n, sd / n.abs() + strain), (rate / n, rate_sd / n.abs() + 30.0 * strain)]
+            });
+            let plain = [(values[c.angle], 0.1), (values[c.velocity], 0.1)];
+            let fallback = joined.unwrap_or(plain);
+            let mut value = shown.as_ref().map_or(fallback[0], |b| b.value);
+            let off = angle.is_some_and(|c| c.offset);
+            if off {
+                value = (value.0, value.1 + offset_size(angle, values, model));
+            }
+            let rate = match (direct, shown.map(|b| b.rate)) {
+                (Some(a), Some(b)) if b.1 < a.1 => b,
+                (Some(a), _) => a,
+                (None, Some(b)) if b.1.is_finite() => b,
+                _ => fallback[1],
+            };
+            found.push([value, rate]);
+            let given = |i: usize| run.known.iter().any(|(k, _)| *k == i);
+            for (index, prior) in [(c.angle, value), (c.velocity, rate)] {
+                if !given(index) && !run.at_rest {
+                    let name = &model.parameters()[index].name;
+                    all.push(believed(name, Target::Parameter(index), r, (prior.0, prior.1.max(1e-12))));
+                }
+            }
+        }
+        for c in run.channels.iter().filter(|c| c.offset) {
+            let name = format!("{}.offset", c.name);
+            let size = offset_size(Some(c), values, model);
+            all.push(believed(&name, Target::Offset(c.output), r, (0.0, size)));
+        }
+    }
+    all
+}
+
+/// Standard deviation of an offset that is to be estimated: wide against the sensor and against what it measures.
+fn offset_size(channel: Option<&Channel>, values: &[f64], model: &Model) -> f64 {
+    let Some(c) = channel else { return 0.0 };
+    let least = c.y.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let turn = if c.name.starts_with("motor") && model.joint().is_some() {
+        values.get(2).copied().unwrap_or(1.0).abs()
+    } else {
+        1.0
+    };
+    (0.3 * (most - least)).max(100.0 * c.sigma).max(1e-2 * turn)
+}
+
+/// The twist that the largest torque of the motor makes, motor side, rad.
+fn largest_twist(model: &Model, values: &[f64], run: &Run) -> f64 {
+    let value = |name: &str| model.parameter(name).map_or(0.0, |i| values[i]);
+    let largest = |input: &str| {
+        let drive = run.drives.iter().find(|d| Some(d.input) == model.input(input));
+        drive.map_or(0.0, |d| d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs())))
+    };
+    let torque = value("torqueConstant").abs() * largest("motorCurrent")
+        + largest("externalTorque") / value("gearRatio").abs().max(1.0);
+    (torque / value("stiffness").max(f64::MIN_POSITIVE)).clamp(1e-9, 1e3)
+}

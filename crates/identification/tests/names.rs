@@ -1,0 +1,76 @@
+//! The variables by name are those of the FMUs, in the same order, with the same units and bounds.
+
+#![allow(clippy::unwrap_used)]
+
+use fmu_plant::Plant;
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi::table::{Kind, Storage, Variable};
+use trueup_fmi_export::FmuModel;
+use trueup_identification::model::{Model, Quantity, Structure};
+use trueup_models::effect::{self, ALL};
+use trueup_signals::element_name;
+
+fn elements(v: &Variable) -> Vec<String> {
+    match v.dimensions[..] {
+        [] => vec![v.name.clone()],
+        [n] => (1..=n).map(|i| element_name(&v.name, &[i])).collect(),
+        [n, m] => (1..=n)
+            .flat_map(|i| (1..=m).map(move |j| (i, j)))
+            .map(|(i, j)| element_name(&v.name, &[i, j]))
+            .collect(),
+        _ => unreachable!("no such array"),
+    }
+}
+
+fn agree(model: &str, flexible: &[bool], effects: &[&str]) {
+    let c = Configuration {
+        model: model.into(),
+        joint_flexible: flexible.to_vec(),
+        effects: effects.iter().map(|e| (*e).to_owned()).collect(),
+        ..Configuration::default()
+    };
+    let table = Plant::build(&c).unwrap().table();
+    let ours = Model::new(Structure {
+        model: model.into(),
+        flexible: flexible.to_vec(),
+        effects: c.effects.clone(),
+        led: Vec::new(),
+    })
+    .unwrap();
+    let place = |v: &Variable| match v.storage {
+        Storage::Parameter(i) => Some((ours.parameters(), i)),
+        Storage::Input(i) => Some((ours.inputs(), i)),
+        Storage::Output(i) => Some((ours.outputs(), i)),
+        _ => None,
+    };
+    let mut seen = 0;
+    for v in &table.variables {
+        let Some((list, begin)): Option<(&[Quantity], usize)> = place(v) else { continue };
+        for (k, name) in elements(v).iter().enumerate() {
+            let q = &list[begin + k];
+            assert_eq!(&q.name, name, "{model} {effects:?}");
+            assert_eq!(q.unit, v.unit, "{name}");
+            if matches!(v.kind, Kind::Real) && matches!(v.storage, Storage::Parameter(_)) {
+                assert_eq!(q.min, v.min.unwrap_or(f64::NEG_INFINITY), "{name}");
+            }
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, ours.parameters().len() + ours.inputs().len() + ours.outputs().len());
+}
+
+#[test]
+fn names_units_and_order_are_those_of_the_fmus() {
+    agree("TwoMassJoint", &[true], &[]);
+    agree("TwoMassJoint", &[false], &[]);
+    agree("PlanarManipulator", &[true, false, false], &[]);
+    agree("PlanarManipulator", &[true], &[]);
+    for kind in ALL {
+        for plant in kind.spec().plants {
+            match plant {
+                effect::Plant::Joint => agree("TwoMassJoint", &[true], &[kind.spec().id]),
+                effect::Plant::Arm => agree("PlanarManipulator", &[true, false, true], &[kind.spec().id]),
+            }
+        }
+    }
+}
