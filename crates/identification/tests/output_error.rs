@@ -39,7 +39,7 @@ fn recording(model: &TwoMassJoint, q: &[f64], amplitude: f64) -> Run {
     Run {
         name: format!("{amplitude} A"),
         channels: vec![channel(output::MOTOR_ANGLE, 0.004), channel(output::LOAD_ANGLE, 5e-6)],
-        drives: vec![Drive { input: 0, t: t.clone(), u, between: Between::Linear }],
+        drives: vec![Drive { input: 0, t: t.clone(), u, between: Between::Linear, ..Drive::default() }],
         ..Run::default()
     }
 }

@@ -16,7 +16,13 @@ fn run(rate: f64, stop: f64, between: Between, current: impl Fn(f64) -> f64) -> 
     let channel =
         |output| Channel { output, t: t.clone(), y: vec![0.0; t.len()], sigma: 1.0, ..Channel::default() };
     Run {
-        drives: vec![Drive { input: 0, t: t.clone(), u: t.iter().map(|t| current(*t)).collect(), between }],
+        drives: vec![Drive {
+            input: 0,
+            t: t.clone(),
+            u: t.iter().map(|t| current(*t)).collect(),
+            between,
+            ..Drive::default()
+        }],
         channels: vec![
             channel(output::MOTOR_ANGLE),
             channel(output::LOAD_ANGLE),
@@ -149,7 +155,13 @@ fn derivatives_hold_with_runge_kutta_and_play() {
 fn at_rest_the_spring_carries_the_load_torque_and_nothing_moves() {
     let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
     let mut run = run(100.0, 1.0, Between::Hold, |_| 0.0);
-    run.drives.push(Drive { input: 1, t: vec![0.0], u: vec![5.0], between: Between::Hold });
+    run.drives.push(Drive {
+        input: 1,
+        t: vec![0.0],
+        u: vec![5.0],
+        between: Between::Hold,
+        ..Drive::default()
+    });
     let q = delian(2).unwrap();
     let plan = Plan::new(&run, 2);
     let found = predict(&model, &plan, &q, &InputMap::default(), true).unwrap();

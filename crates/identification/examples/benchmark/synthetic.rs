@@ -132,8 +132,14 @@ impl Cell {
         let mut run = Run {
             name: format!("{i}"),
             drives: vec![
-                Drive { input: 0, t: t.clone(), u: t.iter().map(current).collect(), between: Between::Hold },
-                Drive { input: 1, t: vec![0.0], u: vec![load], between: Between::Hold },
+                Drive {
+                    input: 0,
+                    t: t.clone(),
+                    u: t.iter().map(current).collect(),
+                    between: Between::Hold,
+                    ..Drive::default()
+                },
+                Drive { input: 1, t: vec![0.0], u: vec![load], between: Between::Hold, ..Drive::default() },
             ],
             channels: vec![
                 channel("motorAngle", output::MOTOR_ANGLE, 2.0 * std::f64::consts::PI / self.counts),
@@ -141,6 +147,7 @@ impl Cell {
             ],
             start: 0.0,
             at_rest: true,
+            ..Run::default()
         };
         simulate(model, &mut run, q);
         run
