@@ -2,6 +2,7 @@
 
 mod anderson;
 
+use crate::adaptive::Parts;
 use crate::error::{Error, Residual};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::inputs::Inputs;
@@ -173,6 +174,12 @@ impl Coupling {
     /// The FMUs.
     pub fn nodes(&mut self) -> &mut [Node] {
         &mut self.nodes
+    }
+
+    /// Lends everything to the adaptive algorithm.
+    pub(crate) fn parts(&mut self) -> Parts<'_> {
+        let Self { nodes, steppers, exchange, inputs, .. } = self;
+        Parts { nodes, steppers, exchange, inputs: inputs.as_ref() }
     }
 
     /// Values that are exchanged.

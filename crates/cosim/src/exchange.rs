@@ -411,6 +411,19 @@ impl Exchange {
         }
     }
 
+    /// Columns that drive inputs: which, and whether on lines between samples.
+    pub(crate) fn driven(&self) -> impl Iterator<Item = (usize, bool)> {
+        self.driven.iter().map(|d| (d.column, d.linear))
+    }
+
+    /// Those that drive reals: slot, column, whether on lines.
+    pub(crate) fn driven_reals(&self) -> impl Iterator<Item = (usize, usize, bool)> {
+        self.driven.iter().filter_map(|d| match d.to {
+            Spot::Real(slot) => Some((slot, d.column, d.linear)),
+            Spot::Other(..) => None,
+        })
+    }
+
     /// Slopes of driven inputs over `from..to`, by slot.
     pub(crate) fn drive_slopes(&self, inputs: Option<&Inputs>, from: f64, to: f64, slopes: &mut [f64]) {
         let Some(inputs) = inputs else { return };

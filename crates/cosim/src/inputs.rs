@@ -73,6 +73,18 @@ impl Inputs {
             (Some(i), _) => x[i],
         }
     }
+
+    /// The next time after `time` at which a column jumps (held) or bends (on lines); infinite if there is none.
+    pub(crate) fn next_bend(&self, column: usize, time: f64, linear: bool) -> f64 {
+        let (_, t, x) = &self.columns[column];
+        let next = t.partition_point(|t| *t <= time);
+        let slope = |i: usize| match (i.checked_sub(1), i < t.len()) {
+            (Some(before), true) if linear => (x[i] - x[before]) / (t[i] - t[before]),
+            _ => 0.0,
+        };
+        let bends = |i: &usize| if linear { slope(*i) != slope(i + 1) } else { *i == 0 || x[*i] != x[i - 1] };
+        (next..t.len()).find(bends).map_or(f64::INFINITY, |i| t[i])
+    }
 }
 
 fn number(cell: &str) -> Option<f64> {
@@ -92,6 +104,14 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), text).unwrap();
         Inputs::read(file.path()).map_err(|e| e.to_string())
+    }
+
+    #[test]
+    fn bends_and_jumps_are_found() {
+        let inputs = read("time,u\n1,0\n2,1\n3,2\n4,2\n5,3\n").unwrap();
+        let bends = |linear| [0.0, 1.0, 2.5, 3.0, 4.0, 5.0].map(|t| inputs.next_bend(0, t, linear));
+        assert_eq!(bends(true), [1.0, 3.0, 3.0, 4.0, 5.0, f64::INFINITY]);
+        assert_eq!(bends(false), [1.0, 2.0, 3.0, 5.0, 5.0, f64::INFINITY]);
     }
 
     #[test]

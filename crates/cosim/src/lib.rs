@@ -17,6 +17,7 @@
 //! A wrong run never looks like a good one: every status is checked, a value that is not finite ends the run, and
 //! what was computed until then is kept under another name.
 
+mod adaptive;
 mod buffer;
 mod check;
 mod choose;
@@ -45,6 +46,7 @@ pub mod system;
 mod toml;
 mod value;
 
+pub use adaptive::Adapted;
 pub use check::check;
 pub use error::{Error, Residual};
 pub use grid::Grid;

@@ -1,5 +1,6 @@
 //! What a run did.
 
+use crate::adaptive::Adapted;
 use crate::exchange::LoopLog;
 use crate::system::Algorithm;
 
@@ -28,6 +29,8 @@ pub struct RunLog {
     pub loops: Vec<LoopLog>,
     /// Algebraic loops at initialization.
     pub initial_loops: Vec<LoopLog>,
+    /// What the adaptive algorithm did.
+    pub adapted: Option<Adapted>,
     /// The FMU that ended the run before its stop time.
     pub terminated_by: Option<String>,
 }
@@ -46,6 +49,7 @@ impl RunLog {
             events: 0,
             loops: Vec::new(),
             initial_loops: Vec::new(),
+            adapted: None,
             terminated_by: None,
         }
     }

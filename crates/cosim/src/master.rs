@@ -18,11 +18,13 @@
 
 use trueup_fmi_import::Experiment;
 
+use crate::adaptive::{self, Adaptive};
 use crate::choose::{choose, order, units};
 use crate::couple::Coupling;
 use crate::error::Error;
 use crate::events::{Cuts, discrete_inputs};
 use crate::exchange::{Exchange, Phase, Wiring};
+use crate::grid::Grid;
 use crate::log::RunLog;
 use crate::node::Node;
 use crate::plan::Plan;
@@ -184,6 +186,9 @@ impl Master {
     ) -> Result<(), Error> {
         let grid = self.plan.grid;
         let algorithm = self.log.algorithm;
+        if algorithm == Algorithm::Adaptive {
+            return self.adapt(coupling, recorder, sink);
+        }
         let follows = algorithm != Algorithm::Jacobi;
         let cuts = &std::mem::take(&mut self.cuts);
         // The end of a step from `time`, which lies at or behind `point`.
@@ -229,7 +234,7 @@ impl Master {
                     },
                     Algorithm::Extrapolate => coupling.step(end, Within::Line)?,
                     Algorithm::GaussSeidel => coupling.step_in_order(end)?,
-                    Algorithm::Iterative | Algorithm::Adaptive => self.settle(coupling, time, end)?,
+                    _ => self.settle(coupling, time, end)?,
                 };
                 self.log.steps += 1;
                 self.log.discarded += done.discarded;
@@ -240,7 +245,7 @@ impl Master {
                 if between {
                     recorder.row(coupling.nodes(), done.time, None, sink)?;
                 }
-                if !matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
+                if algorithm != Algorithm::Iterative {
                     if follows {
                         coupling.extrapolate_held(end);
                     }
@@ -263,6 +268,43 @@ impl Master {
                     return Ok(());
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Steps of the length that the error of the run allows; a row after each pair of them.
+    fn adapt(
+        &mut self,
+        coupling: &mut Coupling,
+        recorder: &mut Recorder,
+        sink: &mut dyn Sink,
+    ) -> Result<(), Error> {
+        let Grid { start, stop, step, .. } = self.plan.grid;
+        let tolerance = self.plan.tolerance.unwrap_or(adaptive::TOLERANCE);
+        let mut adaptive = Adaptive::new(&mut coupling.parts(), tolerance, [start, stop], step)?;
+        let mut time = start;
+        while time < stop {
+            let done = adaptive.advance(&mut coupling.parts(), time);
+            self.log.adapted = Some(adaptive.log());
+            self.log.steps = adaptive.log().accepted;
+            self.log.rejected = adaptive.log().rejected;
+            let done = done?;
+            time = done.time;
+            self.log.time = time;
+            self.log.discarded += done.discarded;
+            self.log.events += done.events;
+            recorder.row(coupling.nodes(), time, None, sink)?;
+            if done.terminate {
+                self.log.terminated_by = Some(adaptive.ended(coupling.nodes()));
+                break;
+            }
+        }
+        let error = adaptive.log().error;
+        if error > 2.0 * tolerance {
+            self.log.notes.push(format!(
+                "the error of the run is estimated as {error:.1e} (relative), above the tolerance of {tolerance:e}: values jump, or errors grow by \
+                 themselves; to be sure, run again with a smaller tolerance and compare"
+            ));
         }
         Ok(())
     }

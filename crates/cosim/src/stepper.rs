@@ -39,7 +39,7 @@ pub struct Advance {
 pub use crate::model_exchange::Settled;
 
 /// Places for stored states: an algorithm may carry on more than one solution.
-pub const SLOTS: usize = 3;
+pub const SLOTS: usize = 4;
 
 /// A part of the system that goes from one communication point to the next by itself.
 ///
