@@ -1,1 +1,12 @@
 //! The noise floor of compared channels and measured inputs, and the gap against it.
+//!
+//! A gap says nothing until it is known what noise alone leaves: that of the compared channels ([`output`]) *and* that of
+//! the measured inputs ([`input`]), carried through the free-running simulation ([`carried`]).
+
+mod carried;
+mod estimate;
+mod gap;
+
+pub use carried::carried;
+pub use estimate::{Floor, Source, input, output};
+pub use gap::{Gap, Gaps, Replayed, gaps};

@@ -1,0 +1,51 @@
+//! The noise of measured inputs, carried through a simulation.
+
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+
+/// What noise of the inputs leaves in each output: the root mean square over `realisations` and samples of
+/// `simulate(inputs + noise) - simulate(inputs)`.
+///
+/// `inputs` are the measured ones, sample by sample, `deviation` their white noise in the same order (0: known).
+/// `simulate` gives the free-running outputs; where the initial state is estimated anew for every recording, it should do
+/// so here too, for part of the noise goes into it. Without any noise it runs once. Same bits for the same seed.
+///
+/// # Errors
+/// What `simulate` says.
+pub fn carried<E: Send>(
+    inputs: &[Vec<f64>],
+    deviation: &[f64],
+    realisations: usize,
+    seed: u64,
+    simulate: impl Fn(&[Vec<f64>]) -> Result<Vec<Vec<f64>>, E> + Sync,
+) -> Result<Vec<f64>, E> {
+    let base = simulate(inputs)?;
+    let mut power = vec![0.0; base.len()];
+    if realisations == 0 || deviation.iter().all(|d| *d == 0.0) {
+        return Ok(power);
+    }
+    let one = |k: usize| -> Result<Vec<f64>, E> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(k as u64);
+        let noisy: Vec<Vec<f64>> = inputs
+            .iter()
+            .zip(deviation)
+            .map(|(u, sd)| {
+                let noise = |u: &f64| u + sd * Distribution::<f64>::sample(&StandardNormal, &mut rng);
+                if *sd == 0.0 { u.clone() } else { u.iter().map(noise).collect() }
+            })
+            .collect();
+        let square = |(a, b): (&Vec<f64>, &Vec<f64>)| {
+            let n = a.len().min(b.len()).max(1);
+            a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / n as f64
+        };
+        Ok(simulate(&noisy)?.iter().zip(&base).map(square).collect())
+    };
+    let all: Vec<_> = (0..realisations).into_par_iter().map(one).collect();
+    for found in all {
+        power.iter_mut().zip(found?).for_each(|(p, x)| *p += x);
+    }
+    Ok(power.iter().map(|p| (p / realisations as f64).sqrt()).collect())
+}
