@@ -1,6 +1,6 @@
 //! Fits a case by the library alone.
 #![allow(missing_docs, clippy::print_stdout, clippy::unwrap_used)]
-use trueup_identification::fit::{FitOptions, fit, free_run};
+use trueup_identification::fit::{FitOptions, fit_carried, free_run};
 use trueup_identification::model::Model;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::recorded::{nuisance, runs};
@@ -22,8 +22,8 @@ fn main() {
         .map(|n| Unknown::positive(n, model.parameter(n).unwrap(), nominal[model.parameter(n).unwrap()]))
         .collect();
     unknowns.extend(nuisance(&model, &nominal, &train));
-    let problem = OutputError::new(&model, &nominal, &train, unknowns);
-    let f = fit(&problem, &FitOptions::default()).unwrap();
+    let mut problem = OutputError::new(&model, &nominal, &train, unknowns);
+    let f = fit_carried(&mut problem, &FitOptions::default()).unwrap();
     println!("{:?} {} iterations, cost {}, {:?}", f.stop, f.iterations, f.cost, before.elapsed());
     for (k, u) in problem.unknowns().iter().enumerate() {
         println!(

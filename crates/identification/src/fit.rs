@@ -3,7 +3,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
-use trueup_signals::process::nrmse;
+use trueup_signals::process::{nrmse, rms};
 
 use crate::covariance::Information;
 use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
@@ -46,7 +46,8 @@ pub struct Comparison {
     pub measured: Vec<f64>,
     /// Simulated readings, offsets and delay included.
     pub predicted: Vec<f64>,
-    /// (predicted - measured) / standard deviation of the reading.
+    /// (predicted - measured) / standard deviation of the reading; where inputs are noisy and that is carried
+    /// ([`OutputError::carry_noise`]), whitened by their common covariance.
     pub whitened: Vec<f64>,
     /// Where `whitened` begins among the rows of the Jacobian.
     pub row: usize,
@@ -60,7 +61,7 @@ impl Comparison {
     }
     /// Root mean square of the whitened residual: 1 at the noise floor.
     pub fn above_floor(&self) -> f64 {
-        (self.whitened.iter().map(|r| r * r).sum::<f64>() / self.whitened.len().max(1) as f64).sqrt()
+        rms(&self.whitened)
     }
 }
 
@@ -151,30 +152,68 @@ pub fn fit<M: Plant>(problem: &OutputError<M>, options: &FitOptions) -> Result<F
     })
 }
 
+/// Residuals that are this many times the noise come from a wrong model; noise of inputs is then of no account.
+const MODEL_ERROR: f64 = 5.0;
+
+/// Fits a problem whose measured inputs are noisy: a first fit as if they were not, then fits weighed by what their noise
+/// does along the motion found ([`OutputError::carry_noise`]). Without noisy inputs, or where the model is so wrong that
+/// noise explains little, the same as [`fit`].
+///
+/// # Errors
+/// As [`fit`].
+pub fn fit_carried<M: Plant>(
+    problem: &mut OutputError<M>,
+    options: &FitOptions,
+) -> Result<Fit, PredictError> {
+    let first = fit(problem, options)?;
+    if problem.runs().iter().all(|r| r.drives.iter().all(|d| d.sigma <= 0.0)) {
+        return Ok(first);
+    }
+    problem.carry_noise(&first.theta)?;
+    let halfway = FitOptions {
+        starts: vec![first.theta.clone()],
+        iterations: options.iterations / 2,
+        ..options.clone()
+    };
+    let middle = fit(problem, &halfway)?;
+    if rms(&middle.solution.residuals.as_slice()[..problem.readings()]) > MODEL_ERROR {
+        problem.forget_noise();
+        return Ok(first);
+    }
+    problem.carry_noise(&middle.theta)?;
+    let last = fit(problem, &FitOptions { starts: vec![middle.theta], ..options.clone() })?;
+    Ok(Fit { start: first.start, start_costs: first.start_costs, ..last })
+}
+
 /// All channels of all recordings against their simulation at `theta`, without fitting.
 ///
 /// # Errors
 /// See [`PredictError`].
 pub fn compare<M: Plant>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
-    let mut all = Vec::new();
+    let mut all: Vec<Comparison> = Vec::new();
     for (r, run) in problem.runs().iter().enumerate() {
         let found = problem.predict(r, theta)?;
+        let (mut together, first) = (Vec::new(), all.len());
         for (c, channel) in run.channels.iter().enumerate() {
             let range = problem.plans()[r].channels()[c]..problem.plans()[r].channels()[c + 1];
             let row = problem.residuals_of(r).start + range.start;
             let predicted = found.y[range].to_vec();
-            let whitened = (predicted.iter().zip(&channel.y).enumerate())
-                .map(|(k, (p, y))| (p - y) / channel.deviation(k))
-                .collect();
+            let scaled = predicted.iter().zip(&channel.y).enumerate();
+            together.extend(scaled.map(|(k, (p, y))| (p - y) / channel.deviation(k)));
             all.push(Comparison {
                 run: r,
                 channel: channel.name.clone(),
                 t: channel.t.clone(),
                 measured: channel.y.clone(),
                 predicted,
-                whitened,
+                whitened: Vec::new(),
                 row,
             });
+        }
+        problem.whiten(r, &mut together);
+        let begin = problem.residuals_of(r).start;
+        for c in &mut all[first..] {
+            c.whitened = together[c.row - begin..][..c.t.len()].to_vec();
         }
     }
     Ok(all)

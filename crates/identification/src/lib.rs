@@ -1,5 +1,6 @@
 //! Parameters from recordings, with uncertainty.
 
+pub mod carried;
 pub mod covariance;
 pub mod estimate;
 pub mod fit;

@@ -9,9 +9,10 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueup_numerics::{Dual, Scalar};
 
+use crate::carried::{Carried, carried};
 use crate::lsq::{Evaluation, Problem};
 use crate::plant::Plant;
-use crate::predict::{InputMap, Plan, PredictError, Prediction, predict};
+use crate::predict::{InputMap, Moment, Plan, PredictError, Prediction, follow, predict};
 use crate::run::Run;
 use crate::unknown::{Target, Unknown};
 
@@ -29,6 +30,8 @@ pub struct OutputError<'a, M> {
     unknowns: Vec<Unknown>,
     /// Where each run's residuals begin; then those of the priors.
     begin: Vec<usize>,
+    /// What noise of measured inputs does, by run.
+    carried: Vec<Option<Carried>>,
 }
 
 impl<'a, M: Plant> OutputError<'a, M> {
@@ -37,7 +40,39 @@ impl<'a, M: Plant> OutputError<'a, M> {
         let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.sizes().inputs)).collect();
         let mut begin = vec![0];
         plans.iter().for_each(|p| begin.push(begin[begin.len() - 1] + p.len()));
-        Self { model, nominal: nominal.to_vec(), runs, plans, unknowns, begin }
+        Self {
+            model,
+            nominal: nominal.to_vec(),
+            runs,
+            plans,
+            unknowns,
+            begin,
+            carried: vec![None; runs.len()],
+        }
+    }
+    /// Weighs residuals by the noise of the measured inputs too ([`crate::carried`]), as it is at `theta`.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn carry_noise(&mut self, theta: &[f64]) -> Result<(), PredictError> {
+        let all: Result<Vec<_>, _> =
+            (0..self.runs.len()).into_par_iter().map(|run| carried(self, run, theta)).collect();
+        self.carried = all?;
+        Ok(())
+    }
+    /// Weighs residuals by the noise of the readings alone again.
+    pub fn forget_noise(&mut self) {
+        self.carried.fill(None);
+    }
+    /// What noise of measured inputs does to a run's readings.
+    pub fn carried(&self, run: usize) -> Option<&Carried> {
+        self.carried[run].as_ref()
+    }
+    /// A column over the readings of a run, in their deviations, as least squares sees it.
+    pub fn whiten(&self, run: usize, column: &mut [f64]) {
+        if let Some(carried) = &self.carried[run] {
+            carried.whiten(column);
+        }
     }
     /// What is estimated.
     pub fn unknowns(&self) -> &[Unknown] {
@@ -97,7 +132,7 @@ impl<'a, M: Plant> OutputError<'a, M> {
     }
 
     /// Parameters, inputs and offsets of a run; `seed` makes a scalar of unknown, value and dvalue/dtheta.
-    fn arguments<T: Scalar>(
+    pub(crate) fn arguments<T: Scalar>(
         &self,
         run: usize,
         theta: &[f64],
@@ -119,6 +154,21 @@ impl<'a, M: Plant> OutputError<'a, M> {
             }
         }
         (p, map, offsets)
+    }
+
+    /// Simulates a run before the eyes of an onlooker.
+    pub(crate) fn follow<T: Scalar>(
+        &self,
+        run: usize,
+        p: &[T],
+        map: &InputMap<T>,
+        each: &mut dyn FnMut(Moment<T>),
+    ) -> Result<(), PredictError> {
+        follow(self.model, &self.plans[run], p, map, self.runs[run].at_rest, each).map(|_| ())
+    }
+    /// The model.
+    pub fn model(&self) -> &M {
+        self.model
     }
 
     fn predict_with<T: Scalar>(
@@ -190,6 +240,8 @@ impl<'a, M: Plant> OutputError<'a, M> {
             let found = self.predict(run, theta)?;
             residuals = self.weighted(run, &found.y, |_, _, _| {});
         }
+        self.whiten(run, &mut residuals);
+        all.iter_mut().for_each(|(_, column)| self.whiten(run, column));
         Ok((residuals, all))
     }
 }
@@ -223,7 +275,11 @@ impl<M: Plant> Problem for OutputError<'_, M> {
         } else {
             let found: Vec<_> = (0..self.runs.len())
                 .into_par_iter()
-                .map(|run| Ok(self.weighted(run, &self.predict(run, theta)?.y, |_, _, _| {})))
+                .map(|run| {
+                    let mut r = self.weighted(run, &self.predict(run, theta)?.y, |_, _, _| {});
+                    self.whiten(run, &mut r);
+                    Ok(r)
+                })
                 .collect();
             for (run, r) in found.into_iter().enumerate() {
                 residuals.as_mut_slice()[self.residuals_of(run)].copy_from_slice(&r?);

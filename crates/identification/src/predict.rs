@@ -141,6 +141,10 @@ impl Plan {
         let wanted = run.channels.iter().map(|c| c.output).collect();
         Self { nodes, u, du, inputs, wanted, begin, name: run.name.clone() }
     }
+    /// How many instants the simulation stops at.
+    pub fn nodes(&self) -> usize {
+        self.nodes.len()
+    }
     /// How many readings are predicted.
     pub fn len(&self) -> usize {
         self.begin.last().copied().unwrap_or(0)
@@ -153,6 +157,29 @@ impl Plan {
     pub fn channels(&self) -> &[usize] {
         &self.begin
     }
+}
+
+/// What an onlooker of a simulation sees, and may change.
+#[derive(Debug)]
+pub enum Moment<'a, T> {
+    /// At each instant, before anything is read: time in s, states, inputs.
+    Begin {
+        /// s.
+        t: f64,
+        /// States.
+        x: &'a mut [T],
+        /// Inputs.
+        u: &'a mut [T],
+    },
+    /// A reading of a channel.
+    Reading {
+        /// Of the run, by index.
+        channel: usize,
+        /// Of the channel, by index.
+        sample: usize,
+        /// Simulated.
+        y: T,
+    },
 }
 
 /// Input gains and biases: u = gain * measured + bias. Empty: as measured.
@@ -205,6 +232,21 @@ pub fn predict<M: Plant, T: Scalar>(
     map: &InputMap<T>,
     at_rest: bool,
 ) -> Result<Prediction<T>, PredictError> {
+    follow(model, plan, p, map, at_rest, &mut |_| ())
+}
+
+/// [`predict`] with an onlooker.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn follow<M: Plant, T: Scalar>(
+    model: &M,
+    plan: &Plan,
+    p: &[T],
+    map: &InputMap<T>,
+    at_rest: bool,
+    each: &mut dyn FnMut(Moment<T>),
+) -> Result<Prediction<T>, PredictError> {
     let n = model.sizes();
     let input = |i: usize, node: usize| {
         let at = node * plan.inputs + i;
@@ -254,11 +296,13 @@ pub fn predict<M: Plant, T: Scalar>(
             out.events.push((node.t, s.modes.clone()));
         }
         s.enter(node.t, &u);
+        each(Moment::Begin { t: node.t, x: &mut s.x, u: &mut u });
         if !node.readings.is_empty() {
             s.read(node.t, &u, &mut y);
             for &(channel, k) in &node.readings {
                 let at = plan.begin[channel] + k;
                 out.y[at] = y[channel];
+                each(Moment::Reading { channel, sample: k, y: y[channel] });
                 out.modes[at * n.modes..][..n.modes].copy_from_slice(&s.modes);
             }
         }

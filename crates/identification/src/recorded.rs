@@ -122,10 +122,10 @@ fn begin(channel: &Channel, start: f64) -> Option<Begin> {
         let x = &covariance * a.tr_mul(&y) / channel.sigma.powi(2);
         Some((x, covariance))
     };
-    // A bend only where the readings show one.
-    let bent = fitted(2).filter(|(x, c)| m > 5 && x[2].abs() > CAUTION * c[(2, 2)].max(0.0).sqrt());
-    let (x, c) = bent.or_else(|| fitted(1))?;
-    let sure = |k: usize| CAUTION * c[(k, k)].max(0.0).sqrt();
+    // The motion may bend, or begin, within these readings: a line and a parabola differ by as much as that can do.
+    let (x, c) = fitted(1)?;
+    let bent = fitted(2).filter(|_| m > 3).map_or(x.clone(), |(x, _)| x);
+    let sure = |k: usize| CAUTION * c[(k, k)].max(0.0).sqrt() + (bent[k] - x[k]).abs();
     Some(Begin { value: (x[0], sure(0) + 0.5 * channel.resolution), rate: (x[1], sure(1)) })
 }
 
