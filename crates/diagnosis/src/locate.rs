@@ -5,11 +5,16 @@
 
 mod band;
 mod interval;
+mod joint;
 mod order;
 mod regime;
+pub mod unknown_input;
 
 pub use band::{Band, Bands, bands};
 pub use interval::{Interval, change_points, intervals};
+pub use joint::{
+    Balance, JointBalances, JointColumns, joint_balances, joint_edges, joint_intervals, joint_unknown_inputs,
+};
 pub use order::{Order, orders};
 pub use regime::{Feature, Regime, regimes};
 

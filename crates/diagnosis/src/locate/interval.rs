@@ -68,6 +68,9 @@ pub fn intervals(residuals: &[Residual<'_>], shortest: f64) -> Vec<Interval> {
             last_end = Some(pair[1]);
         }
     }
+    // What is quieter than the floor elsewhere is no share of an excess.
+    let sum: f64 = found.iter().map(|i| i.share).sum();
+    found.iter_mut().filter(|_| sum > 1.0).for_each(|i| i.share /= sum);
     found.retain(|i| i.share >= LEAST);
     found.sort_by(|a, b| b.share.total_cmp(&a.share));
     found

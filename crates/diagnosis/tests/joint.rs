@@ -1,0 +1,192 @@
+//! A joint with something missing at one known place: that place has to be found, and what is missing there.
+//!
+//! The truth comes from a solver and friction law of this file's own.
+
+#![allow(clippy::unwrap_used)]
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use trueup_diagnosis::locate::unknown_input::place_shares;
+use trueup_diagnosis::locate::{JointColumns, joint_balances, joint_intervals, joint_unknown_inputs};
+use trueup_models::joint::parameter as j;
+
+const H: f64 = 0.002;
+const N: usize = 5000;
+const GEAR: f64 = 100.0;
+const MOTOR_FLOOR: f64 = 2e-4;
+const LOAD_FLOOR: f64 = 2e-6;
+
+fn parameters() -> [f64; j::COUNT] {
+    let mut p = [0.0; j::COUNT];
+    p[j::MOTOR_INERTIA] = 1e-4;
+    p[j::LOAD_INERTIA] = 3.0;
+    p[j::GEAR_RATIO] = GEAR;
+    p[j::TORQUE_CONSTANT] = 0.05;
+    p[j::STIFFNESS] = 0.4;
+    p[j::DAMPING] = 4e-4;
+    p[j::COULOMB_FRICTION] = 0.008;
+    p[j::STATIC_FRICTION] = 0.008;
+    p[j::VISCOUS_FRICTION] = 2e-4;
+    p
+}
+
+/// Unknown torques on motor, transmission and load (motor side), by time, motor speed and twist.
+type Missing = fn(f64, f64, f64) -> [f64; 3];
+
+struct Run {
+    current: Vec<f64>,
+    motor: Vec<f64>,
+    load: Vec<f64>,
+    /// The unknown torques.
+    missing: Vec<[f64; 3]>,
+}
+
+fn current(t: f64) -> f64 {
+    0.9 * (1.7 * t).sin() + 0.5 * (5.1 * t).cos() + 0.25 * (17.0 * t).sin()
+}
+
+fn simulate(missing: Missing, seed: u64) -> Run {
+    let p = parameters();
+    let reflected = p[j::LOAD_INERTIA] / GEAR.powi(2);
+    let rates = |t: f64, x: &[f64; 4]| {
+        let [q, w, l, v] = *x; // the load's motion times the gear ratio
+        let (twist, rate) = (q - l, w - v);
+        let d = missing(t, w, twist);
+        let spring = p[j::STIFFNESS] * twist + p[j::DAMPING] * rate;
+        let friction = p[j::COULOMB_FRICTION] * (w / 0.05).tanh() + p[j::VISCOUS_FRICTION] * w;
+        let drive = p[j::TORQUE_CONSTANT] * current(t) - friction;
+        [w, (drive - spring - d[1] + d[0]) / p[j::MOTOR_INERTIA], v, (spring + d[1] + d[2]) / reflected]
+    };
+    let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    let mut x = [0.0; 4];
+    let mut run = Run { current: vec![], motor: vec![], load: vec![], missing: vec![] };
+    for k in 0..N {
+        let t = k as f64 * H;
+        run.current.push(current(t));
+        run.motor.push(x[0] + MOTOR_FLOOR * rng.sample::<f64, _>(StandardNormal));
+        run.load.push(x[2] / GEAR + LOAD_FLOOR * rng.sample::<f64, _>(StandardNormal));
+        run.missing.push(missing(t, x[1], x[0] - x[2]));
+        let sub = 20;
+        let h = H / f64::from(sub);
+        for i in 0..sub {
+            let t = t + f64::from(i) * h;
+            let step = |x: &[f64; 4], k: &[f64; 4], h: f64| std::array::from_fn(|i| x[i] + h * k[i]);
+            let a = rates(t, &x);
+            let b = rates(t + h / 2.0, &step(&x, &a, h / 2.0));
+            let c = rates(t + h / 2.0, &step(&x, &b, h / 2.0));
+            let d = rates(t + h, &step(&x, &c, h));
+            x = std::array::from_fn(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i]));
+        }
+    }
+    run
+}
+
+fn columns(run: &Run) -> JointColumns<'_> {
+    JointColumns {
+        step: H,
+        current: &run.current,
+        external: &[],
+        motor: &run.motor,
+        load: &run.load,
+        motor_floor: MOTOR_FLOOR,
+        load_floor: LOAD_FLOOR,
+    }
+}
+
+fn correlation(a: &[f64], b: &[f64]) -> f64 {
+    let n = a.len().min(b.len()) as f64;
+    let mean = |x: &[f64]| x.iter().sum::<f64>() / n;
+    let (ma, mb) = (mean(a), mean(b));
+    let dot = |f: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(x, y)| f(x - ma, y - mb)).sum::<f64>();
+    dot(&|x, y| x * y) / (dot(&|x, _| x * x) * dot(&|_, y| y * y)).sqrt()
+}
+
+const CASES: [(&str, usize, Missing); 5] = [
+    ("motor", 0, |t, _, _| [if (3.0..3.6).contains(&t) { -0.02 } else { 0.0 }, 0.0, 0.0]), // a push on the motor
+    ("motor", 0, |_, w, _| [-0.006 * (w / 0.05).tanh() * (-(w / 4.0).powi(2)).exp(), 0.0, 0.0]), // Stribeck
+    ("transmission", 1, |_, _, e| [0.0, 30.0 * e.powi(3), 0.0]), // a hardening spring
+    ("load", 2, |t, _, _| [0.0, 0.0, if (4.0..4.5).contains(&t) { 0.01 } else { 0.0 }]), // contact
+    ("load", 2, |t, _, _| [0.0, 0.0, 0.004 * (0.9 * t).sin()]),  // gravity
+];
+
+#[test]
+fn the_place_where_something_is_missing_whitens_the_innovations() {
+    for (seed, (place, which, missing)) in CASES.into_iter().enumerate() {
+        let run = simulate(missing, seed as u64);
+        let found = joint_unknown_inputs(&parameters(), true, &columns(&run));
+        for e in &found {
+            println!(
+                "{seed} {place}: {} gain {:.0}, explained {:.3}, white {:.3}",
+                e.place, e.gain, e.explained, e.whiteness
+            );
+        }
+        assert_eq!(found[0].place, place, "case {seed}");
+        assert!(found[0].gain > found[1].gain + 50.0 && found[0].explained > 0.8);
+        let truth: Vec<f64> = run.missing.iter().map(|m| m[which]).collect();
+        let r = correlation(&truth, &found[0].value);
+        println!("  course: correlation {r:.3}");
+        assert!(r > if seed == 1 { 0.5 } else { 0.9 }, "case {seed}: {r}");
+        let shares = place_shares(&found);
+        assert!(shares[0].0 == place && shares.iter().map(|s| s.1).sum::<f64>() <= 1.0 + 1e-12);
+    }
+}
+
+#[test]
+fn an_error_of_a_sensor_is_placed_there() {
+    let mut run = simulate(|_, _, _| [0.0; 3], 11);
+    run.load.iter_mut().enumerate().for_each(|(k, q)| *q += 2e-4 * (k as f64 / N as f64).powi(2));
+    let found = joint_unknown_inputs(&parameters(), true, &columns(&run));
+    assert_eq!(found[0].place, "sensor:loadAngle");
+    let drift = found[0].value[N - 1] - found[0].value[0];
+    assert!((drift / 2e-4 - 1.0).abs() < 0.1, "{drift}");
+}
+
+#[test]
+fn without_anything_missing_no_place_explains_anything() {
+    let run = simulate(|_, _, _| [0.0; 3], 12);
+    let found = joint_unknown_inputs(&parameters(), true, &columns(&run));
+    for e in &found {
+        println!("{}: gain {:.1}, explained {:.3}", e.place, e.gain, e.explained);
+        assert_eq!(e.explained, 0.0, "{}", e.place);
+    }
+    let balances = joint_balances(&parameters(), &columns(&run), 25.0).unwrap();
+    for (name, b) in [("motor", &balances.motor), ("load", &balances.load), ("total", &balances.total)] {
+        let moving: Vec<f64> =
+            b.value.iter().zip(&balances.sliding).filter(|(_, s)| **s).map(|(v, _)| v / b.floor).collect();
+        let rms = (moving.iter().map(|v| v * v).sum::<f64>() / moving.len() as f64).sqrt();
+        println!("{name}: {rms:.2} floors, {} samples", moving.len());
+        assert!((0.85..1.25).contains(&rms), "{name}: {rms}");
+    }
+}
+
+#[test]
+fn the_balance_that_is_not_concerned_stays_quiet() {
+    for (seed, (place, _, missing)) in CASES.into_iter().enumerate() {
+        let run = simulate(missing, seed as u64);
+        let b = joint_balances(&parameters(), &columns(&run), 25.0).unwrap();
+        let size = |x: &trueup_diagnosis::locate::Balance| {
+            let moving =
+                x.value.iter().zip(&b.sliding).filter(|(_, s)| **s).map(|(v, _)| (v / x.floor).powi(2));
+            (moving.sum::<f64>() / b.sliding.iter().filter(|s| **s).count() as f64).sqrt()
+        };
+        let sizes = [("load", size(&b.motor)), ("motor", size(&b.load)), ("transmission", size(&b.total))];
+        println!("{place}: {sizes:.1?}");
+        let quiet = sizes.iter().min_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
+        assert_eq!(quiet.0, place);
+        assert!(quiet.1 < 1.3 && sizes.iter().filter(|s| s.1 > 1.5 * quiet.1).count() == 2, "{sizes:?}");
+    }
+}
+
+#[test]
+fn a_push_is_found_in_time_by_its_estimate() {
+    let run = simulate(CASES[3].2, 3);
+    let found = joint_unknown_inputs(&parameters(), true, &columns(&run));
+    let when = joint_intervals(&parameters(), true, &columns(&run), &found[0], "a.csv", 10.0, 0.05);
+    println!("{when:?}");
+    assert_eq!(when.len(), 1);
+    assert!(when[0].share > 0.7 && when[0].share <= 1.0);
+    for (edge, truth) in [(when[0].start, 14.0), (when[0].end, 14.5)] {
+        assert!((edge - truth).abs() <= f64::max(2.0 * H, 5e-3) + 1e-9, "{edge}");
+    }
+}
