@@ -5,6 +5,7 @@
 
 mod band;
 mod interval;
+pub mod isolability;
 mod joint;
 mod order;
 mod regime;
