@@ -3,7 +3,9 @@
 //! Pure functions on slices: nothing here runs a model. What is handed over is a residual (free-running, or of an equation,
 //! or an estimated unknown input) with the noise that it would have anyway.
 
+mod arm;
 mod band;
+mod derivative;
 mod interval;
 pub mod isolability;
 mod joint;
@@ -11,10 +13,11 @@ mod order;
 mod regime;
 pub mod unknown_input;
 
+pub use arm::{ArmBalances, ArmColumns, arm_balances};
 pub use band::{Band, Bands, bands};
 pub use interval::{Interval, change_points, intervals};
 pub use joint::{
-    Balance, JointBalances, JointColumns, joint_balances, joint_edges, joint_intervals, joint_unknown_inputs,
+    JointBalances, JointColumns, joint_balances, joint_edges, joint_intervals, joint_unknown_inputs,
 };
 pub use order::{Order, orders};
 pub use regime::{Feature, Regime, regimes};
@@ -37,6 +40,26 @@ impl Residual<'_> {
     fn whitened(&self) -> Vec<f64> {
         self.value.iter().map(|r| r / self.floor).collect()
     }
+}
+
+/// A balance that would be 0 if nothing were missing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Balance {
+    /// What is missing, in the balance's unit, sample by sample.
+    pub value: Vec<f64>,
+    /// Standard deviation that the sensors' noise gives it.
+    pub floor: f64,
+}
+
+/// On which side of a free-floating system's boundary the cause of a gap lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// Nothing is missing beyond noise.
+    None,
+    /// Momentum stays, a joint's balance does not: friction, transmission, actuator.
+    Internal,
+    /// Momentum does not stay: a force from outside. Something inside may be missing besides.
+    External,
 }
 
 /// Each channel's share of the overall excess: gap^2 - floor^2 over the sum of all. `gaps` holds pairs (gap, floor).

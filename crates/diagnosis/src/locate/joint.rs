@@ -6,8 +6,9 @@ use nalgebra::{DMatrix, SMatrix, SVector};
 use trueup_models::joint::parameter as j;
 use trueup_signals::process::Butterworth;
 
+use super::derivative::{derivatives, gain};
 use super::unknown_input::{Estimate, Place, Reading, System};
-use super::{Interval, Residual, intervals};
+use super::{Balance, Interval, Residual, intervals};
 
 /// Measured channels of a joint on even steps; a slice that is empty was not measured (inputs: 0).
 #[derive(Clone, Copy, Debug, Default)]
@@ -26,15 +27,6 @@ pub struct JointColumns<'a> {
     pub motor_floor: f64,
     /// Noise of `load`, standard deviation in rad.
     pub load_floor: f64,
-}
-
-/// A balance that would be 0 if nothing were missing.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Balance {
-    /// Motor-side torque in N.m, sample by sample.
-    pub value: Vec<f64>,
-    /// Standard deviation that the encoders' noise gives it.
-    pub floor: f64,
 }
 
 /// The balances of a joint with both encoders, motor-side torques; all columns through the same zero-phase filter.
@@ -125,26 +117,6 @@ pub fn joint_balances(p: &[f64], columns: &JointColumns<'_>, cutoff: f64) -> Opt
     out.total.floor =
         (motor * floor(p[j::MOTOR_INERTIA], 0.0, viscous)).hypot(load * floor(reflected, 0.0, 0.0));
     Some(out)
-}
-
-/// Values and the first two derivatives by central differences of fourth order, one-sided copies at the ends.
-fn derivatives(x: &[f64], h: f64) -> [Vec<f64>; 3] {
-    let n = x.len();
-    let at = |i: usize, k: isize| x[i.clamp(2, n.max(3) - 3).saturating_add_signed(k).min(n - 1)];
-    let first = (0..n).map(|i| (at(i, -2) - 8.0 * at(i, -1) + 8.0 * at(i, 1) - at(i, 2)) / (12.0 * h));
-    let second = (0..n).map(|i| {
-        (-at(i, -2) + 16.0 * at(i, -1) - 30.0 * at(i, 0) + 16.0 * at(i, 1) - at(i, 2)) / (12.0 * h * h)
-    });
-    [x.to_vec(), first.collect(), second.collect()]
-}
-
-/// Standard deviation that white noise of deviation 1 has after the filter and a linear operation: the norm of the
-/// response to one sample.
-fn gain(filter: &Butterworth, operation: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
-    let mut impulse = vec![0.0; 4001];
-    impulse[2000] = 1.0;
-    let smooth = filter.filtfilt(&impulse).unwrap_or(impulse);
-    operation(&smooth).iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// The unknown input at every place of a joint, most likely first: `motor` (actuator or motor friction: no sensor of a

@@ -1,0 +1,147 @@
+//! A free-floating manipulator with something acting from inside or from outside.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout)]
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use trueup_diagnosis::locate::{ArmBalances, ArmColumns, Cause, arm_balances};
+use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_numerics::hybrid::{At, Hybrid};
+
+const H: f64 = 0.01;
+const N: usize = 2000;
+const LINKS: usize = 3;
+const NOISE: f64 = 2e-5;
+
+/// Unknown inputs on top of the commanded ones: by time and velocities.
+type Extra = fn(f64, &[f64], &mut [f64]);
+
+/// Commanded inputs.
+fn command(t: f64) -> Vec<f64> {
+    let mut u = vec![0.0; input::count(LINKS)];
+    u[0] = 0.25 * (1.1 * t).sin();
+    u[1] = 0.06 * (1.7 * t + 0.4).sin();
+    u[2] = 0.02 * (2.3 * t + 1.0).sin();
+    u
+}
+
+/// A run of a system with parameters `p` by Runge-Kutta, read with noise; what is handed over is `command`.
+fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
+    let arm = PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap();
+    let dofs = arm.dofs();
+    let rates = |t: f64, x: &[f64]| {
+        let mut u = command(t);
+        extra(t, &x[dofs..], &mut u);
+        let mut dx = vec![0.0; 2 * dofs];
+        arm.rates(At { t, x, u: &u, p, modes: &[] }, &mut dx);
+        dx
+    };
+    let mut x = vec![0.0; 2 * dofs];
+    arm.start(p, &mut x);
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut columns = vec![Vec::new(); dofs];
+    let mut inputs = vec![Vec::new(); input::count(LINKS)];
+    for k in 0..N {
+        let t = k as f64 * H;
+        columns
+            .iter_mut()
+            .zip(&x)
+            .for_each(|(c, x)| c.push(x + NOISE * rng.sample::<f64, _>(StandardNormal)));
+        inputs.iter_mut().zip(command(t)).for_each(|(c, u)| c.push(u));
+        for i in 0..4 {
+            let (t, h) = (t + f64::from(i) * H / 4.0, H / 4.0);
+            let step = |k: &[f64], h: f64| x.iter().zip(k).map(|(x, k)| x + h * k).collect::<Vec<f64>>();
+            let a = rates(t, &x);
+            let b = rates(t + h / 2.0, &step(&a, h / 2.0));
+            let c = rates(t + h / 2.0, &step(&b, h / 2.0));
+            let d = rates(t + h, &step(&c, h));
+            x = (0..2 * dofs).map(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i])).collect();
+        }
+    }
+    let nominal = arm.defaults();
+    let mut doubts: Vec<(usize, f64)> = [parameter::base_mass(LINKS), parameter::base_inertia(LINKS)]
+        .into_iter()
+        .chain((0..LINKS).flat_map(|j| [parameter::link_mass(LINKS) + j, parameter::link_inertia(LINKS) + j]))
+        .map(|i| (i, 0.1 * nominal[i]))
+        .collect();
+    doubts.extend((0..2 * LINKS).map(|i| (parameter::link_center_of_mass(LINKS) + i, 0.02)));
+    let columns = ArmColumns {
+        step: H,
+        position: columns.iter().map(Vec::as_slice).collect(),
+        velocity: Vec::new(),
+        input: inputs.iter().map(Vec::as_slice).collect(),
+        position_floor: vec![NOISE; dofs],
+        velocity_floor: Vec::new(),
+    };
+    let found = arm_balances(&arm, &nominal, &columns, &doubts, 4.0).unwrap();
+    let rms = |b: &trueup_diagnosis::locate::Balance| {
+        (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len() as f64).sqrt()
+    };
+    println!(
+        "{:?}: drift {:.2}, fitted {:.2}; energy {:.2}; rows {:.2?}",
+        found.cause,
+        found.ratio,
+        found.ratio_fitted,
+        rms(&found.energy),
+        found.ratios
+    );
+    found
+}
+
+fn defaults() -> Vec<f64> {
+    PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap().defaults()
+}
+
+#[test]
+fn nothing_missing_leaves_every_balance_at_its_floor() {
+    let found = diagnose(&defaults(), |_, _, _| {});
+    assert_eq!(found.cause, Cause::None);
+    for b in &found.missing {
+        let rms = (b.value.iter().map(|v| (v / b.floor).powi(2)).sum::<f64>() / b.value.len() as f64).sqrt();
+        assert!((0.6..1.4).contains(&rms), "{rms}");
+    }
+    assert!((0.6..1.3).contains(&found.ratio), "{}", found.ratio);
+}
+
+#[test]
+fn what_pushes_from_outside_moves_momentum() {
+    let cases: [Extra; 4] = [
+        |_, _, u| u[input::base_force(LINKS)] = 0.003, // a tilted table
+        |_, v, u| u[input::base_force(LINKS) + 1] = -0.8 * v[1], // drag
+        |t, _, u| u[input::tip_force(LINKS) + 1] = if t > 8.0 && t < 9.0 { 0.05 } else { 0.0 }, // contact
+        |_, v, u| u[input::base_torque(LINKS)] = -0.5 * v[2],
+    ];
+    for extra in cases {
+        assert_eq!(diagnose(&defaults(), extra).cause, Cause::External);
+    }
+}
+
+#[test]
+fn what_acts_inside_leaves_momentum_and_shows_in_its_row() {
+    // Motor friction of joint 1, joint 2 with ripple, wrong spring and damper of joint 1.
+    let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();
+    let ripple: Extra = |t, _, u| u[1] += 0.01 * (5.0 * t).sin();
+    let mut soft = defaults();
+    soft[parameter::joint_stiffness(LINKS)] *= 0.7;
+    soft[parameter::joint_damping(LINKS)] *= 2.0;
+    let cases: [(Vec<f64>, Extra, &[usize]); 3] =
+        [(defaults(), friction, &[6]), (defaults(), ripple, &[4]), (soft, |_, _, _| {}, &[3, 6])];
+    for (p, extra, rows) in cases {
+        let found = diagnose(&p, extra);
+        assert_eq!(found.cause, Cause::Internal);
+        for (row, ratio) in found.ratios.iter().enumerate() {
+            assert_eq!(*ratio > 1.7, rows.contains(&row), "row {row}: {ratio}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_mass_is_not_taken_for_a_force() {
+    let mut p = defaults();
+    p[parameter::link_mass(LINKS) + 2] *= 1.1;
+    p[parameter::link_center_of_mass(LINKS) + 2] += 0.02;
+    let found = diagnose(&p, |_, _, _| {});
+    assert!(found.ratio > 2.0 && found.ratio_fitted < 1.5, "{} {}", found.ratio, found.ratio_fitted);
+    assert_ne!(found.cause, Cause::External);
+}
