@@ -9,6 +9,7 @@ mod derivative;
 mod interval;
 pub mod isolability;
 mod joint;
+pub mod map;
 mod order;
 mod regime;
 pub mod unknown_input;
