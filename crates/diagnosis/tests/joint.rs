@@ -86,9 +86,11 @@ fn columns(run: &Run) -> JointColumns<'_> {
     JointColumns {
         step: H,
         current: &run.current,
+        hold: false,
         external: &[],
         motor: &run.motor,
         load: &run.load,
+        current_floor: 0.0,
         motor_floor: MOTOR_FLOOR,
         load_floor: LOAD_FLOOR,
     }

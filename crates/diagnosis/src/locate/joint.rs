@@ -17,12 +17,16 @@ pub struct JointColumns<'a> {
     pub step: f64,
     /// `motorCurrent`, A.
     pub current: &'a [f64],
+    /// The current keeps each value until the next sample (else it goes on the line between them).
+    pub hold: bool,
     /// `externalTorque`, N.m.
     pub external: &'a [f64],
     /// `motorAngle`, rad.
     pub motor: &'a [f64],
     /// `loadAngle`, rad.
     pub load: &'a [f64],
+    /// Noise of `current`, standard deviation in A; 0 for a command.
+    pub current_floor: f64,
     /// Noise of `motor`, standard deviation in rad.
     pub motor_floor: f64,
     /// Noise of `load`, standard deviation in rad.
@@ -75,7 +79,13 @@ pub fn joint_balances(p: &[f64], columns: &JointColumns<'_>, cutoff: f64) -> Opt
     let external = if columns.external.len() == n { columns.external } else { &zero };
     let [q, w, a] = derivatives(&smooth(columns.motor)?, h);
     let [ql, wl, al] = derivatives(&smooth(columns.load)?, h);
-    let current = smooth(columns.current)?;
+    // What is held is on the mean that of the middle of its step: half a sample later than its time.
+    let current: Vec<f64> = if columns.hold {
+        (0..n).map(|i| 0.5 * (columns.current[i.saturating_sub(1)] + columns.current[i])).collect()
+    } else {
+        columns.current.to_vec()
+    };
+    let current = smooth(&current)?;
     let external = smooth(external)?;
     // Still: less than what the sensor's noise looks like, or a hundredth of the fastest.
     let noise = |d: usize| columns.motor_floor * gain(&filter, |x| derivatives(x, h)[d].clone());
@@ -112,10 +122,13 @@ pub fn joint_balances(p: &[f64], columns: &JointColumns<'_>, cutoff: f64) -> Opt
     let (motor, load) = (columns.motor_floor, gear * columns.load_floor);
     let reflected = p[j::LOAD_INERTIA] / (gear * gear);
     let viscous = p[j::VISCOUS_FRICTION];
-    out.motor.floor = (motor * floor(p[j::MOTOR_INERTIA], k, d + viscous)).hypot(load * floor(0.0, k, d));
+    let drive = p[j::TORQUE_CONSTANT] * columns.current_floor * gain(&filter, <[f64]>::to_vec);
+    out.motor.floor =
+        (motor * floor(p[j::MOTOR_INERTIA], k, d + viscous)).hypot(load * floor(0.0, k, d)).hypot(drive);
     out.load.floor = (motor * floor(0.0, k, d)).hypot(load * floor(reflected, k, d));
-    out.total.floor =
-        (motor * floor(p[j::MOTOR_INERTIA], 0.0, viscous)).hypot(load * floor(reflected, 0.0, 0.0));
+    out.total.floor = (motor * floor(p[j::MOTOR_INERTIA], 0.0, viscous))
+        .hypot(load * floor(reflected, 0.0, 0.0))
+        .hypot(drive);
     Some(out)
 }
 
@@ -236,22 +249,26 @@ fn system<'a, const N: usize>(p: &[f64], c: &JointColumns<'a>) -> Option<System<
     let fastest = velocity.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
     let still = |v: f64| v.abs() < 0.02 * fastest;
     let dry = |v: f64| if still(v) { 0.0 } else { p[j::COULOMB_FRICTION] * v.signum() };
-    let motor = |k: usize| p[j::TORQUE_CONSTANT] * c.current[k] - dry(velocity[k]);
     let load = |k: usize| c.external.get(k).copied().unwrap_or(0.0) / gear;
     let mean = |f: &dyn Fn(usize) -> f64, k: usize| 0.5 * (f(k) + f(k + 1));
+    let drive = |k: usize| {
+        let dry = 0.5 * (dry(velocity[k]) + dry(velocity[k + 1]));
+        let torque = |k: usize| p[j::TORQUE_CONSTANT] * c.current[k];
+        (if c.hold { torque(k) } else { 0.5 * (torque(k) + torque(k + 1)) }) - dry
+    };
     let column = |m: &SMatrix<f64, N, N>| {
         let mut g = m.column(N - 1).into_owned();
         g[N - 1] = 0.0;
         g
     };
     let (g_m, g_l) = (column(&unit_motor), column(&unit_load));
-    let push = (0..n - 1).map(|k| g_m * mean(&motor, k) + g_l * mean(&load, k)).collect();
+    let push = (0..n - 1).map(|k| g_m * drive(k) + g_l * mean(&load, k)).collect();
     let level = p[j::STATIC_FRICTION].max(p[j::COULOMB_FRICTION]);
     // A torque within the levels that stays for some hundredths of a second.
     let unsure = g_m * g_m.transpose() * (level * level * (0.02 / h).max(1.0));
-    let doubt = (0..n - 1)
-        .map(|k| if still(velocity[k]) || still(velocity[k + 1]) { unsure } else { SMatrix::zeros() })
-        .collect();
+    let noise = g_m * g_m.transpose() * (p[j::TORQUE_CONSTANT] * c.current_floor).powi(2);
+    let sticks = |k: usize| still(velocity[k]) || still(velocity[k + 1]);
+    let doubt = (0..n - 1).map(|k| if sticks(k) { unsure + noise } else { noise }).collect();
 
     let mut readings = Vec::new();
     let mut names = Vec::new();

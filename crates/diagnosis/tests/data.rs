@@ -1,0 +1,140 @@
+//! Example cases and a real drive, from the folder that TRUEUP_DATA names; skipped aloud without it.
+
+#![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use trueup_diagnosis::locate::{JointColumns, joint_intervals, joint_unknown_inputs};
+use trueup_models::joint::parameter as j;
+use trueup_signals::process::Grid;
+use trueup_signals::{Case, Recording};
+
+fn data() -> Option<PathBuf> {
+    let folder = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
+    if folder.is_none() {
+        eprintln!("SKIPPED: TRUEUP_DATA does not name the folder with example cases and real data");
+    }
+    folder
+}
+
+/// Median.
+fn middle(mut x: Vec<f64>) -> f64 {
+    x.sort_by(f64::total_cmp);
+    x[x.len() / 2]
+}
+
+fn parameters(case: &Case) -> Vec<f64> {
+    let names = [
+        "motorInertia",
+        "loadInertia",
+        "gearRatio",
+        "torqueConstant",
+        "stiffness",
+        "damping",
+        "coulombFriction",
+        "staticFriction",
+        "viscousFriction",
+    ];
+    let mut p: Vec<f64> = names.iter().map(|n| case.number(n).unwrap()).collect();
+    p.resize(j::COUNT, 0.0);
+    p
+}
+
+#[test]
+fn the_example_cases_are_missing_something_where_their_keys_say() {
+    let Some(folder) = data() else { return };
+    for (name, place) in [
+        ("backlash", "transmission"),
+        ("gravity-torque", "load"),
+        ("stribeck-friction", "motor"),
+        ("none", ""),
+    ] {
+        let (loaded, _) = Case::load(&folder.join("example-cases").join(name), |_| Ok(Vec::new())).unwrap();
+        let p = parameters(&loaded.case);
+        let mut gains: BTreeMap<String, f64> = BTreeMap::new();
+        for run in loaded.train() {
+            let step = run.channel("motorAngle").unwrap().median_step().unwrap();
+            let grid = Grid::of(run, &["motorCurrent", "motorAngle", "loadAngle"], step).unwrap();
+            let floor = |c: &str| run.channel(c).unwrap().sensor.deviation().unwrap();
+            let columns = JointColumns {
+                step,
+                current: &grid.columns[0],
+                hold: true,
+                external: &[],
+                motor: &grid.columns[1],
+                load: &grid.columns[2],
+                current_floor: floor("motorCurrent"),
+                motor_floor: floor("motorAngle"),
+                load_floor: floor("loadAngle"),
+            };
+            for e in joint_unknown_inputs(&p, true, &columns) {
+                println!(
+                    "{name} {}: {} gain {:.0}, explained {:.2}, white {:.3}",
+                    run.name, e.place, e.gain, e.explained, e.whiteness
+                );
+                *gains.entry(e.place).or_default() += e.gain;
+            }
+        }
+        let best = gains.iter().max_by(|a, b| a.1.total_cmp(b.1)).unwrap();
+        println!("{name}: {gains:.0?}");
+        match place {
+            "" => assert!(*best.1 < 20.0, "{gains:?}"),
+            place => assert_eq!(best.0, place, "{name}"),
+        }
+    }
+}
+
+/// EMPS (A. Janot et al., 2019): a drive with rectangular pulses added to its input, which are withheld here.
+#[test]
+fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
+    let Some(folder) = data() else { return };
+    // With names of its own beside it.
+    let own = tempfile::tempdir().unwrap();
+    let file = own.path().join("pulses.mat");
+    std::fs::copy(folder.join("real/emps/DATA_EMPS_PULSES.mat"), &file).unwrap();
+    std::fs::write(own.path().join("pulses.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
+    let (run, _) = Recording::read(&file, &[], &BTreeMap::new()).unwrap();
+    let all = |name: &str| run.channel(name).unwrap().values.clone();
+    let (time, pulses, motor) = (run.channel("qm").unwrap().time.clone(), all("pulses_N"), all("qm"));
+    let current: Vec<f64> = all("vir").iter().zip(&pulses).map(|(v, p)| v - p).collect();
+    let mut p = vec![0.0; j::COUNT];
+    // As published, without the offset.
+    (p[j::MOTOR_INERTIA], p[j::GEAR_RATIO], p[j::TORQUE_CONSTANT]) = (95.1089, 1.0, 35.150_65);
+    (p[j::VISCOUS_FRICTION], p[j::COULOMB_FRICTION], p[j::STATIC_FRICTION]) = (203.5034, 20.3935, 20.3935);
+    let columns = JointColumns {
+        step: 1e-3,
+        current: &current,
+        hold: true,
+        external: &[],
+        motor: &motor,
+        load: &[],
+        current_floor: 0.0,
+        motor_floor: 1e-6,
+        load_floor: 0.0,
+    };
+    let found = joint_unknown_inputs(&p, false, &columns);
+    for e in &found {
+        println!("{}: gain {:.0}, explained {:.3}", e.place, e.gain, e.explained);
+    }
+    assert_ne!(found[0].place, "sensor:motorAngle");
+    let motor = found.iter().find(|e| e.place == "motor").unwrap();
+    let mut told: Vec<f64> = joint_intervals(&p, false, &columns, motor, "pulses", time[0], 0.05)
+        .iter()
+        .flat_map(|i| [i.start, i.end])
+        .collect();
+    told.sort_by(f64::total_cmp);
+    let edges: Vec<f64> =
+        (1..pulses.len()).filter(|k| pulses[*k] != pulses[k - 1]).map(|k| time[k]).collect();
+    let near = |e: &f64| told.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
+    let errors: Vec<f64> = edges.iter().map(near).collect();
+    let hits = errors.iter().filter(|e| **e <= 5e-3).count();
+    println!(
+        "{} edges, {} told, {hits} within 5 ms, median {:.4} s",
+        edges.len(),
+        told.len(),
+        middle(errors.clone())
+    );
+    println!("{:.3?}", errors);
+    assert!(hits as f64 >= 0.95 * edges.len() as f64 && told.len() <= edges.len() + 2);
+}
