@@ -3,7 +3,7 @@
 use trueup_fmi::table::{
     Causality, Depends, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
 };
-use trueup_models::effect::{EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
+use trueup_models::effect::{Choice, EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
 
 /// A state and its rate: name, unit, unit of the rate, dimensions, nominal value, what the rate depends on, text.
 pub(crate) type State<'a> = (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str);
@@ -157,15 +157,20 @@ impl Builder {
     /// Parameters, states and outputs of the effects.
     pub(crate) fn effects(&mut self, effects: &EffectSet, plant: Plant) {
         for e in effects.iter() {
-            let sites = e.sites;
-            let dims: Vec<usize> =
-                if plant == Plant::Arm && e.spec().scope == Scope::Joint { vec![sites] } else { Vec::new() };
-            for p in e.spec().parameters {
+            let (sites, choice) = (e.sites, e.choice);
+            let vector = choice.scope() == Scope::Joint && plant == Plant::Arm
+                || choice.scope() == Scope::Channel && sites > 1;
+            let dims: Vec<usize> = if vector { vec![sites] } else { Vec::new() };
+            for p in choice.parameters() {
                 let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
-                let v = self.tunable(p.name, p.unit, &dims, &vec![start; sites], p.description);
+                let (name, unit) = (choice.variable(p.name), choice.unit(p.unit));
+                let v = self.tunable(&name, unit, &dims, &vec![start; sites], p.description);
                 bounds(v, p);
             }
-            let states: Vec<_> = e.spec().states.iter().map(|s| state(s, plant, &dims)).collect();
+            let states = e.spec().states;
+            let names: Vec<_> = states.iter().map(|s| choice.variable(s.name_in(plant))).collect();
+            let states: Vec<_> =
+                names.iter().zip(states).map(|(name, s)| state(name, s, choice, &dims)).collect();
             self.states(&states);
             for y in e.spec().outputs {
                 let name = y.name_in(plant);
@@ -179,6 +184,17 @@ impl Builder {
                         Depends::On(vec![format!("state.{name}")]),
                         y.description,
                     );
+                }
+            }
+            // A sensor shows something else than the states alone.
+            if choice.scope() == Scope::Channel
+                && let Some(channel) = choice.place()
+            {
+                let shown = self.table.variables.iter_mut().find(|v| v.name == channel.name);
+                if let Some(v) = shown
+                    && matches!(v.depends, Depends::On(_))
+                {
+                    v.depends = Depends::StatesAnd(Vec::new());
                 }
             }
         }
@@ -207,10 +223,6 @@ fn bounds(v: &mut Variable, p: &ParameterSpec) {
     v.exclusive = p.above_min;
 }
 
-fn state<'a>(
-    s: &'a SignalSpec,
-    plant: Plant,
-    dims: &'a [usize],
-) -> (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str) {
-    (s.name_in(plant), s.unit, s.rate_unit, dims, s.nominal, Depends::All, s.description)
+fn state<'a>(name: &'a str, s: &'a SignalSpec, choice: Choice, dims: &'a [usize]) -> State<'a> {
+    (name, choice.unit(s.unit), choice.unit(s.rate_unit), dims, s.nominal, Depends::All, s.description)
 }

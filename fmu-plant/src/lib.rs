@@ -18,15 +18,12 @@ mod tests {
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
-    use trueup_models::effect::ALL;
+    use trueup_models::effect::Choice;
     use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn the_tables_cover_every_value_of_the_models() {
-        let all = |plant| {
-            let here = ALL.iter().map(|k| k.spec()).filter(move |s| s.plants.contains(&plant));
-            here.map(|s| s.id.to_owned()).collect::<Vec<_>>()
-        };
+        let all = |plant| Choice::all(plant).map(|c| c.id()).collect::<Vec<_>>();
         let (joint, arm) = (all(trueup_models::effect::Plant::Joint), all(trueup_models::effect::Plant::Arm));
         let cases = [
             ("TwoMassJoint", vec![], vec![]),

@@ -5,7 +5,7 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
-use trueup_models::effect::{ALL, Plant, Scope, Spec};
+use trueup_models::effect::{ALL, Choice, Kind, Place, Plant, Scope};
 
 const BEGIN: &str = "<!-- written from the library: TRUEUP_BLESS=1 cargo test -p trueup-acceptance -->\n";
 const END: &str = "<!-- end -->\n";
@@ -24,24 +24,56 @@ fn names<'a>(items: impl Iterator<Item = (&'a str, &'a str)>) -> String {
     if list.is_empty() { "none".into() } else { list.join(", ") }
 }
 
-fn section(spec: &Spec, equation: &str, file: &str) -> String {
-    let plants: Vec<_> = spec
-        .plants
-        .iter()
-        .map(|p| match p {
-            Plant::Joint => "TwoMassJoint",
-            Plant::Arm => "PlanarManipulator",
-        })
-        .collect();
-    let often = if spec.scope == Scope::Joint { "once per joint" } else { "once" };
+fn model(plant: Plant) -> &'static str {
+    match plant {
+        Plant::Joint => "TwoMassJoint",
+        Plant::Arm => "PlanarManipulator",
+    }
+}
+
+fn section(kind: Kind, equation: &str, file: &str) -> String {
+    let spec = kind.spec();
+    let plants: Vec<_> = spec.plants.iter().map(|p| model(*p)).collect();
+    let often = |scope: Scope| match scope {
+        Scope::Joint => "once per joint",
+        Scope::Once => "once",
+        Scope::Channel => "once per element of the channel",
+    };
+    let places = |p: &Place| {
+        let models: Vec<_> = p.plants.iter().map(|p| model(*p)).collect();
+        format!("`:{}` ({})", p.name, models.join(", "))
+    };
     let mut s = String::new();
     let _ = writeln!(s, "### `{}`\n\n{}.\n", spec.id, capital(spec.summary));
     let _ = writeln!(s, "> {}\n", equation.replace('|', "\\|").replace('*', "\\*"));
     let _ = writeln!(s, "| | |\n|---|---|");
-    let _ = writeln!(s, "| acts on | {}, {often} |", spec.component);
+    if spec.places.is_empty() {
+        let _ = writeln!(s, "| acts on | {}, {} |", spec.component, often(spec.scope));
+    } else if spec.scope == Scope::Channel {
+        let _ = writeln!(s, "| acts on | `sensor:<channel>`, {} |", often(spec.scope));
+    } else {
+        let _ = writeln!(s, "| acts on | the place named |");
+    }
     let _ = writeln!(s, "| plants | {} |", plants.join(", "));
-    let _ = writeln!(s, "| parameters | {} |", names(spec.parameters.iter().map(|p| (p.name, p.unit))));
-    let _ = writeln!(s, "| states | {} |", names(spec.states.iter().map(|x| (x.name, x.unit))));
+    if !spec.places.is_empty() {
+        let list: Vec<_> = spec.places.iter().map(places).collect();
+        let _ = writeln!(s, "| places | {} |", list.join(", "));
+    }
+    // Of the channels the first one stands for all.
+    let shown = if spec.scope == Scope::Channel { 1 } else { spec.places.len().max(1) };
+    for place in 0..shown {
+        let c = Choice { kind, place };
+        let at = if shown > 1 { format!(" {}", c.place().map_or("", |p| p.name)) } else { String::new() };
+        let own: Vec<_> = c.parameters().iter().map(|p| (c.variable(p.name), c.unit(p.unit))).collect();
+        let _ = writeln!(s, "| parameters{at} | {} |", names(own.iter().map(|(n, u)| (n.as_str(), *u))));
+    }
+    if !spec.borrows.is_empty() {
+        let list = spec.borrows.iter().map(|b| format!("`{}`", b.joint_name)).collect::<Vec<_>>().join(", ");
+        let _ = writeln!(s, "| the plant's own | {list} |");
+    }
+    let c = Choice { kind, place: 0 };
+    let states: Vec<_> = spec.states.iter().map(|x| (c.variable(x.name), c.unit(x.unit))).collect();
+    let _ = writeln!(s, "| states | {} |", names(states.iter().map(|(n, u)| (n.as_str(), *u))));
     let _ = writeln!(s, "| outputs | {} |", names(spec.outputs.iter().map(|y| (y.name, y.unit))));
     let _ = writeln!(s, "| code | [effect/{file}](../crates/models/src/effect/{file}) |\n");
     s
@@ -61,7 +93,7 @@ fn the_document_says_what_the_library_says() {
         let file = format!("{}.rs", spec.id.replace('-', "_"));
         let source = std::fs::read_to_string(root.join("crates/models/src/effect").join(&file))
             .unwrap_or_else(|e| panic!("the effect {} belongs into effect/{file}: {e}", spec.id));
-        expected += &section(spec, &equation(&source, &file), &file);
+        expected += &section(*kind, &equation(&source, &file), &file);
     }
 
     let path = root.join("docs/effects.md");

@@ -1,5 +1,6 @@
 //! What stands between motor and link of one joint, as the equations and the effects see it.
 
+use crate::friction::Levels;
 use trueup_numerics::Scalar;
 
 /// One joint's drive train at one instant. Angles and torques on the plant's own side of the gear:
@@ -10,18 +11,33 @@ pub struct Drive<T> {
     pub t: T,
     /// Torque that the controller asks of the motor, N.m.
     pub command: T,
+    /// Motor torque as it comes to the effect that looks at it, N.m.
+    pub torque: T,
     /// Motor angle, rad.
     pub theta: T,
     /// Motor velocity, rad/s.
     pub omega: T,
-    /// Motor angle less link angle, both on the drive's side of the gear, rad.
+    /// Turns of the motor's shaft per turn of `theta`.
+    pub shaft: T,
+    /// Motor angle less link angle, both on the drive's side of the gear, less the gear's error, rad.
     pub epsilon: T,
     /// Its rate, rad/s.
     pub epsilon_dot: T,
+    /// Change of the gear's error with `theta`: the motor feels 1 - slope times the spring's torque.
+    pub slope: T,
+    /// Torque that the transmission carries, N.m; of a rigid joint the motor's. Only where an effect of motor friction
+    /// is packed.
+    pub carried: T,
+    /// Motor friction in the direction of motion. Only where an effect of motor friction is packed.
+    pub levels: Levels<T>,
+    /// Velocity of the link against the body that carries it, load side, rad/s.
+    pub joint_rate: T,
     /// Angle of the link itself (load side; for the arm against the inertial frame), rad.
     pub link_angle: T,
     /// Its rate, rad/s.
     pub link_rate: T,
+    /// The base (arm only).
+    pub base: Base<T>,
 }
 
 /// The compliant element of one joint while its torque is being put together:
@@ -42,6 +58,16 @@ pub struct Spring<T> {
     pub extra_energy: T,
     /// Not engaged (within the play), it carries nothing.
     pub engaged: bool,
+}
+
+impl<T: Scalar> Wrench<T> {
+    /// Both at the same point.
+    pub fn plus(self, o: Self) -> Self {
+        Self {
+            force: [self.force[0] + o.force[0], self.force[1] + o.force[1]],
+            torque: self.torque + o.torque,
+        }
+    }
 }
 
 impl<T: Scalar> Spring<T> {

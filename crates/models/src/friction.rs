@@ -21,21 +21,41 @@ pub const SMOOTH: i32 = 2;
 /// The event comes late by this over the deceleration, 1e-9 s and less on DELIAN's joints.
 pub const TURNED: f64 = 1e-11;
 
-/// Magnitudes of the friction torque in one direction of motion, N.m, all >= 0.
+/// Magnitudes of the friction torque in one direction of motion, N.m; below 0 it drives (a strained bristle).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Levels<T> {
     /// Up to this much the joint holds.
     pub breakaway: T,
     /// The dry part of the sliding level far from rest.
     pub coulomb: T,
-    /// This much it brakes while it slides.
+    /// The dry part of what brakes while it slides, at this speed.
     pub sliding: T,
+    /// What brakes because it moves: 0 at rest.
+    pub viscous: T,
+    /// The plant's own Coulomb level: what bristles are strained by.
+    pub nominal: T,
+    /// The dry level that bristles settle at (see `presliding-friction`).
+    pub bristles: T,
+}
+
+impl<T: Scalar> Levels<T> {
+    /// This much it brakes while it slides.
+    pub fn braking(&self) -> T {
+        self.sliding + self.viscous
+    }
 }
 
 /// The friction of the paper: break-away at tau_s, sliding at tau_c + D_m |omega| (S3 eq. 3, 4).
 /// Break-away is never below the Coulomb level.
 pub fn paper<T: Scalar>(tau_c: T, tau_s: T, d_m: T, speed: T) -> Levels<T> {
-    Levels { breakaway: tau_s.max(tau_c), coulomb: tau_c, sliding: tau_c + d_m * speed }
+    Levels {
+        breakaway: tau_s.max(tau_c),
+        coulomb: tau_c,
+        sliding: tau_c,
+        viscous: d_m * speed,
+        nominal: tau_c,
+        bristles: T::zero(),
+    }
 }
 
 /// The direction in which a mode evaluates its levels; `SMOOTH` follows the velocity.
@@ -114,7 +134,8 @@ pub fn first_mode(omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool
 mod tests {
     use super::*;
 
-    const LEVELS: [Levels<f64>; 2] = [Levels { breakaway: 3.0, coulomb: 1.0, sliding: 1.0 }; 2];
+    const LEVELS: [Levels<f64>; 2] =
+        [Levels { breakaway: 3.0, coulomb: 1.0, sliding: 1.0, viscous: 0.0, nominal: 1.0, bristles: 0.0 }; 2];
 
     #[test]
     fn tmj4_modes_follow_velocity_and_applied_torque() {

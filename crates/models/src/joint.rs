@@ -16,9 +16,8 @@
 //! What it gets wrong: one linear spring for the whole gear, friction at the motor alone, a current that is
 //! there at once. Effects add what lacks.
 
-use crate::drive::{Drive, Spring};
-use crate::effect::set::EffectError;
-use crate::effect::{EffectSet, Plant};
+use crate::drive::{Base, Drive, Spring};
+use crate::effect::{EffectError, EffectSet, Plant};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
@@ -66,6 +65,9 @@ pub mod output {
     pub const COUNT: usize = 10;
 }
 
+/// Most modes: friction, and every effect in every place.
+const MAX_MODES: usize = 32;
+
 /// The structure of a two-mass joint.
 #[derive(Clone, Debug)]
 pub struct TwoMassJoint {
@@ -88,8 +90,10 @@ struct Balance<T> {
 }
 
 impl TwoMassJoint {
-    /// A joint; `flexible` false makes it one rigid geared mass (TMJ-5).
+    /// A joint; `flexible` false makes it one rigid geared mass (TMJ-5), unless the effect
+    /// `joint-flexibility` gives it its spring.
     pub fn new<S: AsRef<str>>(flexible: bool, effects: &[S]) -> Result<Self, EffectError> {
+        let flexible = flexible || effects.iter().any(|id| id.as_ref() == "joint-flexibility");
         let mut sizes = Sizes {
             states: if flexible { 4 } else { 2 },
             inputs: input::COUNT,
@@ -114,16 +118,34 @@ impl TwoMassJoint {
         let n = at.p[parameter::GEAR_RATIO];
         let (q_m, w_m) = (at.x[0], at.x[1]);
         let (epsilon, w_l) = if self.flexible { (at.x[2], at.x[3]) } else { (T::zero(), w_m / n) };
-        Drive {
+        let command = at.p[parameter::TORQUE_CONSTANT] * at.u[input::MOTOR_CURRENT];
+        let mut d = Drive {
             t: at.t,
-            command: at.p[parameter::TORQUE_CONSTANT] * at.u[input::MOTOR_CURRENT],
+            command,
+            torque: command,
             theta: q_m,
             omega: w_m,
+            shaft: T::one(),
             epsilon,
             epsilon_dot: w_m - n * w_l,
             link_angle: (q_m - epsilon) / n,
             link_rate: w_l,
+            joint_rate: w_l,
+            base: Base { t: at.t, ..Base::default() },
+            ..Drive::default()
+        };
+        self.effects.gear(at, 0, &mut d);
+        if self.effects.needs_friction() {
+            d.carried =
+                if self.flexible { self.spring(at, &d).torque() } else { self.effects.actuator(at, 0, &d) };
+            d.levels = self.levels(at, &d, friction::direction(friction::SMOOTH, w_m));
         }
+        d
+    }
+
+    fn spring<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Spring<T> {
+        let linear = Spring::linear(at.p[parameter::STIFFNESS], at.p[parameter::DAMPING], d);
+        self.effects.spring(at, 0, d, linear)
     }
 
     fn levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>, direction: f64) -> Levels<T> {
@@ -140,9 +162,10 @@ impl TwoMassJoint {
         let p = at.p;
         let (n, j_l) = (p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let motor_torque = self.effects.actuator(at, 0, d);
-        let tau_load = at.u[input::EXTERNAL_TORQUE] + self.effects.link_torque(at, 0, d);
-        let linear = Spring::linear(p[parameter::STIFFNESS], p[parameter::DAMPING], d);
-        let spring = self.effects.spring(at, 0, d, linear);
+        let tau_load = at.u[input::EXTERNAL_TORQUE]
+            + self.effects.link_torque(at, 0, d)
+            + self.effects.joint_torque(at, 0, d);
+        let spring = self.spring(at, d);
         let mode = at.modes[0];
         // Sticking, the friction torque is what is applied and the motor's acceleration is 0.
         let slide = |applied: T, inertia: T| {
@@ -150,12 +173,12 @@ impl TwoMassJoint {
                 return (applied, T::zero());
             }
             let direction = friction::direction(mode, d.omega);
-            let friction_torque = self.levels(at, d, direction).sliding * direction; // (TMJ-4)
+            let friction_torque = self.levels(at, d, direction).braking() * direction; // (TMJ-4)
             (friction_torque, (applied - friction_torque) / inertia)
         };
         if self.flexible {
             let tau_lm = spring.torque(); // (TMJ-2)
-            let applied = motor_torque - tau_lm;
+            let applied = motor_torque - tau_lm * (-d.slope + 1.0);
             let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-1)
             let load_acceleration = (n * tau_lm + tau_load) / j_l; // (TMJ-3)
             Balance {
@@ -184,13 +207,29 @@ impl TwoMassJoint {
         }
     }
 
+    /// The outputs before the sensors.
+    fn true_outputs<T: Scalar>(&self, at: &At<T>, b: &Balance<T>, d: &Drive<T>, y: &mut [T]) {
+        y[output::MOTOR_ANGLE] = d.theta;
+        y[output::MOTOR_VELOCITY] = d.omega;
+        y[output::MOTOR_ACCELERATION] = b.motor_acceleration;
+        y[output::LOAD_ANGLE] = d.link_angle;
+        y[output::LOAD_VELOCITY] = d.link_rate;
+        y[output::LOAD_ACCELERATION] = b.load_acceleration;
+        y[output::MOTOR_TORQUE] = b.motor_torque;
+        y[output::TRANSMISSION_TORQUE] = b.transmission_torque;
+        y[output::FRICTION_TORQUE] = b.friction_torque;
+        y[output::STICKING] = T::constant(if at.modes[0] == STUCK { 1.0 } else { 0.0 });
+    }
+
     /// What friction brakes, motor side, kg.m2.
     fn inertia<T: Scalar>(&self, p: &[T]) -> T {
         let (j_m, n) = (p[parameter::MOTOR_INERTIA], p[parameter::GEAR_RATIO]);
         if self.flexible { j_m } else { j_m + p[parameter::LOAD_INERTIA] / (n * n) }
     }
     fn dry(&self, at: &At<f64>) -> bool {
-        at.p[parameter::COULOMB_FRICTION] > 0.0 || at.p[parameter::STATIC_FRICTION] > 0.0
+        at.p[parameter::COULOMB_FRICTION] > 0.0
+            || at.p[parameter::STATIC_FRICTION] > 0.0
+            || self.effects.dry(at.p, 0)
     }
     fn both_levels<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> [Levels<T>; 2] {
         [self.levels(at, d, 1.0), self.levels(at, d, -1.0)]
@@ -212,13 +251,19 @@ impl Hybrid for TwoMassJoint {
         let none = [T::zero(); input::COUNT];
         let d = self.drive(&At { t: T::zero(), x, u: &none, p, modes: &[] });
         self.effects.start(p, 0, &d, x);
+        if self.effects.sensors_have_states() {
+            let mut y = [T::zero(); output::COUNT];
+            let at = At { t: T::zero(), x, u: &none, p, modes: &[0] };
+            self.true_outputs(&at, &self.balance(&at, &d), &d, &mut y);
+            self.effects.sensor_start(p, &mut y, x);
+        }
     }
 
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
         let d = self.drive(&at);
         self.effects.update(&at, 0, &d, modes);
         let (kept, rest) = modes.split_at_mut(1);
-        let mut with_effects = [0; 16];
+        let mut with_effects = [0; MAX_MODES];
         with_effects[1..=rest.len()].copy_from_slice(rest);
         let at = At { modes: &with_effects[..=rest.len()], ..at };
         let applied = self.balance(&at, &d).applied;
@@ -235,22 +280,18 @@ impl Hybrid for TwoMassJoint {
             dx[3] = b.load_acceleration;
         }
         self.effects.rates(&at, 0, &d, &b.spring, dx);
+        if self.effects.sensors_have_states() {
+            let mut y = [T::zero(); output::COUNT];
+            self.true_outputs(&at, &b, &d, &mut y);
+            self.effects.sensor_rates(&at, &mut y, dx);
+        }
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let d = self.drive(&at);
         let b = self.balance(&at, &d);
-        let sensor = |channel, reading| self.effects.sensor(&at, 0, channel, &d, reading);
-        y[output::MOTOR_ANGLE] = sensor("motorAngle", d.theta);
-        y[output::MOTOR_VELOCITY] = sensor("motorVelocity", d.omega);
-        y[output::MOTOR_ACCELERATION] = b.motor_acceleration;
-        y[output::LOAD_ANGLE] = sensor("loadAngle", d.link_angle);
-        y[output::LOAD_VELOCITY] = sensor("loadVelocity", d.link_rate);
-        y[output::LOAD_ACCELERATION] = b.load_acceleration;
-        y[output::MOTOR_TORQUE] = b.motor_torque;
-        y[output::TRANSMISSION_TORQUE] = b.transmission_torque;
-        y[output::FRICTION_TORQUE] = b.friction_torque;
-        y[output::STICKING] = T::constant(if at.modes[0] == STUCK { 1.0 } else { 0.0 });
+        self.true_outputs(&at, &b, &d, y);
+        self.effects.sense(&at, y);
         self.effects.outputs(&at, 0, &d, y);
     }
 
@@ -264,7 +305,7 @@ impl Hybrid for TwoMassJoint {
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
         let before = modes[0];
         let d = self.drive(&At { t, x, u, p, modes });
-        let mut frozen = [0; 16];
+        let mut frozen = [0; MAX_MODES];
         let frozen = &mut frozen[..modes.len()];
         frozen.copy_from_slice(modes);
         let effects_changed = self.effects.update(&At { t, x, u, p, modes: frozen }, 0, &d, modes);
@@ -281,5 +322,9 @@ impl Hybrid for TwoMassJoint {
             x[1] = 0.0;
         }
         Update { modes: effects_changed || mode != before, states: stopped }
+    }
+
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.effects.next_event(p, modes)
     }
 }

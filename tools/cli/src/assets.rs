@@ -34,6 +34,7 @@ const EFFECTS: &str = include_str!("../../../docs/effects.md");
 
 /// What the effect is and its equation, as HTML, from the document on effects.
 pub(crate) fn effect(id: &str) -> Option<String> {
+    let id = id.split(':').next()?;
     let section = EFFECTS.split("\n### ").find_map(|s| s.strip_prefix(&format!("`{id}`\n")))?;
     let mut paragraphs = section.split("\n\n").map(str::trim).filter(|p| !p.is_empty());
     let summary = html(paragraphs.next()?);

@@ -1,6 +1,6 @@
 //! What can be packed: the models with their presets and effects.
 
-use trueup_models::effect::{self, Plant};
+use trueup_models::effect::{self, Choice, Plant};
 use trueup_models::presets::{PRESETS, Preset};
 
 /// A model.
@@ -15,6 +15,8 @@ pub(crate) struct Effect {
     pub(crate) id: &'static str,
     pub(crate) description: &'static str,
     pub(crate) models: Vec<&'static str>,
+    /// Where it can stand, if in several places: `id:place`.
+    pub(crate) places: Vec<&'static str>,
 }
 
 pub(crate) fn models() -> impl Iterator<Item = Model> {
@@ -39,7 +41,20 @@ pub(crate) fn effects() -> impl Iterator<Item = Effect> {
         id: s.id,
         description: s.summary,
         models: s.plants.iter().map(|p| model_of(*p)).collect(),
+        places: s.places.iter().map(|p| p.name).collect(),
     })
+}
+
+/// Those of the ids that act in this model, in the order in which they act, each once; `None` where one does not.
+pub(crate) fn in_order(model: &str, ids: &[String]) -> Option<Vec<String>> {
+    if ids.is_empty() {
+        return Some(Vec::new());
+    }
+    let plant = [Plant::Joint, Plant::Arm].into_iter().find(|p| model_of(*p) == model)?;
+    let asked: Option<Vec<_>> = ids.iter().map(|id| Choice::parse(id, plant).ok()).collect();
+    let asked = asked?;
+    let named = |c: Choice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
+    Some(Choice::all(plant).filter_map(named).collect())
 }
 
 fn model_of(plant: Plant) -> &'static str {

@@ -39,19 +39,37 @@ impl PlanarManipulator {
         let v = &rest[..self.dofs()];
         let chain = Chain::new(n, at.p);
         let turned = chain.turned(q, v);
+        let base =
+            Base { t: at.t, position: [q[0], q[1]], attitude: q[2], velocity: [v[0], v[1]], rate: v[2] };
         let mut drives = [Drive::default(); MAX_LINKS];
         for j in 0..n {
             let (motor, joint) = (self.motor(j), 3 + j);
+            let command = at.u[input::joint_torque(n) + j];
             drives[j] = Drive {
                 t: at.t,
-                command: at.u[input::joint_torque(n) + j],
+                command,
+                torque: command,
+                shaft: at.p[parameter::gear_ratio(n) + j],
+                joint_rate: v[joint],
+                base,
                 theta: q[motor],
                 omega: v[motor],
                 epsilon: q[motor] - q[joint],
                 epsilon_dot: v[motor] - v[joint],
                 link_angle: turned.angle[j + 1],
                 link_rate: turned.rate[j + 1],
+                ..Drive::default()
             };
+            let d = &mut drives[j];
+            self.effects().gear(at, j, d);
+            if self.friction_effects() {
+                d.carried = if self.flexible()[j] {
+                    self.spring(at, j, d).torque()
+                } else {
+                    self.effects().actuator(at, j, d)
+                };
+                d.levels = self.levels(at, j, d, friction::direction(SMOOTH, d.omega));
+            }
         }
         Motion { q, v, chain, turned, drives }
     }
@@ -83,15 +101,15 @@ impl PlanarManipulator {
         springs: &mut [Spring<T>; MAX_LINKS],
     ) -> [T; MAX_DOFS] {
         let (n, u, effects) = (self.links(), at.u, self.effects());
-        let Motion { q, v, turned, drives, .. } = motion;
+        let Motion { turned, drives, .. } = motion;
         let mut f = [T::zero(); MAX_DOFS];
         turned.bias(&mut f);
         f.iter_mut().for_each(|f| *f = -*f);
 
-        let base =
-            Base { t: at.t, position: [q[0], q[1]], attitude: q[2], velocity: [v[0], v[1]], rate: v[2] };
-        let on_base = effects.base(at, &base);
-        let tip_force = [u[input::tip_force(n)], u[input::tip_force(n) + 1]];
+        let base = &drives[0].base;
+        let (on_base, on_tip) = (effects.base(at, base), effects.tip(at, base));
+        let tip_force =
+            [u[input::tip_force(n)] + on_tip.force[0], u[input::tip_force(n) + 1] + on_tip.force[1]];
         for i in 0..2 {
             f[i] += u[input::base_force(n) + i] + on_base.force[i] + tip_force[i];
         }
@@ -100,7 +118,7 @@ impl PlanarManipulator {
             absolute[k] = dot(quarter(turned.arm[k]), tip_force);
         }
         absolute[0] += u[input::base_torque(n)] + on_base.torque;
-        absolute[n] += u[input::tip_torque(n)];
+        absolute[n] += u[input::tip_torque(n)] + on_tip.torque;
         for j in 0..n {
             absolute[j + 1] += effects.link_torque(at, j, &drives[j]);
         }
@@ -112,9 +130,10 @@ impl PlanarManipulator {
             springs[j] = self.spring(at, j, &drives[j]);
             if self.flexible()[j] {
                 let torque = springs[j].torque();
-                f[motor] -= torque;
+                f[motor] -= torque * (-drives[j].slope + 1.0);
                 f[3 + j] += torque;
             }
+            f[3 + j] += effects.joint_torque(at, j, &drives[j]);
         }
         let field = effects.field(at);
         for i in 0..self.dofs() {
@@ -161,7 +180,7 @@ impl PlanarManipulator {
             for j in (0..n).filter(|j| at.modes[*j] != STUCK) {
                 let d = &motion.drives[j];
                 let way = friction::direction(at.modes[j], d.omega);
-                friction_torque[j] = self.levels(at, j, d, way).sliding * way;
+                friction_torque[j] = self.levels(at, j, d, way).braking() * way;
                 f[self.motor(j)] -= friction_torque[j];
             }
         }

@@ -20,7 +20,7 @@ pub use layout::{input, output, parameter};
 pub use model::PlanarManipulator;
 pub use replay::Replay;
 
-use crate::effect::set::EffectError;
+use crate::effect::EffectError;
 
 /// Most links of one manipulator: all arrays of the equations have this fixed capacity.
 pub const MAX_LINKS: usize = 8;

@@ -1,9 +1,11 @@
 //! `PlanarManipulator` in the form that every model takes.
 
+use super::balance::Motion;
 use super::layout::{input, output, parameter};
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
-use crate::effect::{ALL, EffectSet, Plant};
+use crate::drive::Spring;
+use crate::effect::{Choice, EffectSet, Plant};
 use crate::friction::STUCK;
 use crate::presets;
 use trueup_numerics::Scalar;
@@ -25,7 +27,8 @@ pub struct PlanarManipulator {
 }
 
 impl PlanarManipulator {
-    /// A manipulator with one link per entry of `flexible`, and with the effects of those ids.
+    /// A manipulator with one link per entry of `flexible` (`joint-flexibility` makes all joints flexible), and with
+    /// the effects of those ids.
     ///
     /// # Errors
     /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant.
@@ -34,6 +37,8 @@ impl PlanarManipulator {
         if n == 0 || n > MAX_LINKS {
             return Err(ArmError::Links(n));
         }
+        let all = effects.iter().any(|id| id.as_ref() == "joint-flexibility");
+        let flexible: Vec<bool> = flexible.iter().map(|f| *f || all).collect();
         let mut motor = [0; MAX_LINKS];
         let mut dofs = 3 + n;
         for (j, flexible) in flexible.iter().enumerate() {
@@ -41,7 +46,7 @@ impl PlanarManipulator {
             dofs += usize::from(*flexible);
         }
         let friction =
-            ALL.iter().any(|k| k.spec().friction && effects.iter().any(|id| id.as_ref() == k.spec().id));
+            effects.iter().any(|id| Choice::parse(id.as_ref(), Plant::Arm).is_ok_and(|c| c.spec().friction));
         let mut sizes = Sizes {
             states: 2 * dofs,
             inputs: input::count(n),
@@ -54,7 +59,7 @@ impl PlanarManipulator {
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible: flexible.to_vec(), motor, dofs, friction, effects, sizes })
+        Ok(Self { flexible, motor, dofs, friction, effects, sizes })
     }
     /// Which joints have a spring.
     pub fn flexible(&self) -> &[bool] {
@@ -92,7 +97,7 @@ impl PlanarManipulator {
             }
         }
         for e in self.effects.iter() {
-            for spec in e.spec().parameters {
+            for spec in e.choice.parameters() {
                 p.resize(p.len() + e.sites, spec.arm_start);
             }
         }
@@ -177,6 +182,51 @@ impl PlanarManipulator {
         self.mass(p, &motion)
     }
 
+    /// An effect shapes motor friction.
+    pub(super) fn friction_effects(&self) -> bool {
+        self.effects.needs_friction()
+    }
+
+    /// Rates of the effects' states.
+    pub(super) fn effect_rates<T: Scalar>(
+        &self,
+        at: &At<T>,
+        motion: &Motion<T>,
+        springs: &[Spring<T>; MAX_LINKS],
+        dx: &mut [T],
+    ) {
+        for j in 0..self.links() {
+            self.effects.rates(at, j, &motion.drives[j], &springs[j], dx);
+        }
+        if self.effects.sensors_have_states() {
+            let mut y = [T::zero(); output::count(MAX_LINKS)];
+            self.true_motion(motion, &mut y);
+            self.effects.sensor_rates(at, &mut y, dx);
+        }
+    }
+
+    /// What the sensors look at, before they do.
+    fn true_motion<T: Scalar>(&self, motion: &Motion<T>, y: &mut [T]) {
+        let n = self.links();
+        let (q, v, t) = (motion.q, motion.v, &motion.turned);
+        for i in 0..2 {
+            y[output::base_position(n) + i] = q[i];
+            y[output::base_velocity(n) + i] = v[i];
+        }
+        y[output::base_attitude(n)] = q[2];
+        y[output::base_rate(n)] = v[2];
+        for j in 0..n {
+            y[output::joint_angle(n) + j] = q[3 + j];
+            y[output::joint_velocity(n) + j] = v[3 + j];
+            y[output::motor_angle(n) + j] = motion.drives[j].theta;
+            y[output::motor_velocity(n) + j] = motion.drives[j].omega;
+        }
+        let tip = kinematics::tip(t, q, v);
+        y[output::tip_position(n)..][..2].copy_from_slice(&tip.position);
+        y[output::tip_attitude(n)] = tip.attitude;
+        y[output::tip_velocity(n)..][..2].copy_from_slice(&tip.velocity);
+    }
+
     /// The effects' modes that fit this instant; true where one changed.
     fn update_effects(&self, at: &At<f64>, modes: &mut [i32]) -> bool {
         let drives = self.motion(at).drives;
@@ -217,6 +267,11 @@ impl Hybrid for PlanarManipulator {
         for j in 0..n {
             self.effects.start(p, j, &drives[j], x);
         }
+        if self.effects.sensors_have_states() {
+            let mut y = [T::zero(); output::count(MAX_LINKS)];
+            self.true_motion(&self.motion(&At { t: T::zero(), x, u: &none, p, modes: &[] }), &mut y);
+            self.effects.sensor_start(p, &mut y, x);
+        }
     }
 
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
@@ -234,30 +289,19 @@ impl Hybrid for PlanarManipulator {
         let b = self.balance(&at, &motion);
         dx[..self.dofs].copy_from_slice(motion.v);
         dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
-        for j in 0..self.links() {
-            self.effects.rates(&at, j, &motion.drives[j], &b.springs[j], dx);
-        }
+        self.effect_rates(&at, &motion, &b.springs, dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let n = self.links();
         let motion = self.motion(&at);
         let (q, v, t) = (motion.q, motion.v, &motion.turned);
-        for i in 0..2 {
-            y[output::base_position(n) + i] = q[i];
-            y[output::base_velocity(n) + i] = v[i];
-        }
-        y[output::base_attitude(n)] = q[2];
-        y[output::base_rate(n)] = v[2];
+        self.true_motion(&motion, y);
+        self.effects.sense(&at, y);
 
         let mut own = [T::zero(); 3]; // kinetic and potential energy, angular momentum of springs and effects
         for j in 0..n {
             let d = &motion.drives[j];
-            let sensor = |channel, reading| self.effects.sensor(&at, j, channel, d, reading);
-            y[output::joint_angle(n) + j] = sensor("jointAngle", q[3 + j]);
-            y[output::joint_velocity(n) + j] = sensor("jointVelocity", v[3 + j]);
-            y[output::motor_angle(n) + j] = sensor("motorAngle", d.theta);
-            y[output::motor_velocity(n) + j] = sensor("motorVelocity", d.omega);
             if self.flexible[j] {
                 own[1] += self.spring(&at, j, d).energy(); // (eq. 7)
             }
@@ -267,11 +311,6 @@ impl Hybrid for PlanarManipulator {
             own[2] += self.effects.angular_momentum(&at, j, d);
             self.effects.outputs(&at, j, d, y);
         }
-        let tip = kinematics::tip(t, q, v);
-        y[output::tip_position(n)..][..2].copy_from_slice(&tip.position);
-        y[output::tip_attitude(n)] = tip.attitude;
-        y[output::tip_velocity(n)..][..2].copy_from_slice(&tip.velocity);
-
         // Generalized momenta; that of q_0 is the angular momentum about the satellite's centre of mass (ARM-12).
         let mass = self.mass(at.p, &motion);
         let mut momentum = [T::zero(); MAX_DOFS];
@@ -323,5 +362,9 @@ impl Hybrid for PlanarManipulator {
             return Update { modes: changed, states: false };
         }
         self.update_friction(t, x, u, p, modes)
+    }
+
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.effects.next_event(p, modes)
     }
 }

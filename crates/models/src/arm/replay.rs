@@ -76,9 +76,7 @@ impl Hybrid for Replay {
         }
         dx[..n].copy_from_slice(motion.v);
         dx[n..2 * n].copy_from_slice(&acceleration[..n]);
-        for j in 0..arm.links() {
-            arm.effects().rates(&at, j, &motion.drives[j], &springs[j], dx);
-        }
+        arm.effect_rates(&at, &motion, &springs, dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

@@ -11,7 +11,9 @@ use trueup_numerics::hybrid::{At, Update};
 impl PlanarManipulator {
     fn dry(&self, p: &[f64], joint: usize) -> bool {
         let n = self.links();
-        p[parameter::coulomb_friction(n) + joint] > 0.0 || p[parameter::static_friction(n) + joint] > 0.0
+        p[parameter::coulomb_friction(n) + joint] > 0.0
+            || p[parameter::static_friction(n) + joint] > 0.0
+            || self.effects().dry(p, joint)
     }
 
     /// The mode of each motor by its velocity alone, and whether it comes to rest. A sticking motor keeps
@@ -39,11 +41,13 @@ impl PlanarManipulator {
         let mut worst = None;
         let mut most = 0.0;
         for j in (0..self.links()).filter(stuck) {
-            let way = if applied[j] < 0.0 { -1 } else { 1 };
-            let level = self.levels(at, j, &motion.drives[j], f64::from(way)).breakaway;
-            let excess = applied[j].abs() - level;
-            if excess >= most {
-                (worst, most) = (Some((j, way)), excess);
+            // A strained bristle may drive against what is applied: both ways are looked at.
+            for way in [1, -1] {
+                let level = self.levels(at, j, &motion.drives[j], f64::from(way)).breakaway;
+                let excess = applied[j] * f64::from(way) - level;
+                if excess >= most {
+                    (worst, most) = (Some((j, way)), excess);
+                }
             }
         }
         worst

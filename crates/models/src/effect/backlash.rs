@@ -34,9 +34,12 @@ impl Effect for Backlash {
             description: "Width of the gap between the faces, on the drive's side of the gear, g (EF-3)",
             min: 0.0,
             joint_start: 5.0,
+            scale: Scale::of(0.3, &[(Measure::Deflection, 1)]),
             arm_start: 0.01,
             ..ParameterSpec::NONE
         }],
+        compliant: true,
+        passive: true,
         modes: 1,
         indicators: 2,
         ..Spec::NONE

@@ -22,6 +22,7 @@ impl Effect for BaseDrag {
                 description: "Force per velocity of the base, c_t (EF-9)",
                 min: 0.0,
                 arm_start: 2.0,
+                scale: Scale::of(0.3, &[(Measure::Force, 1), (Measure::Velocity, -1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -30,9 +31,11 @@ impl Effect for BaseDrag {
                 description: "Torque per rate of the base, c_r (EF-9)",
                 min: 0.0,
                 arm_start: 0.2,
+                scale: Scale::of(0.3, &[(Measure::BaseTorque, 1), (Measure::BaseRate, -1)]),
                 ..ParameterSpec::NONE
             },
         ],
+        passive: true,
         ..Spec::NONE
     };
 

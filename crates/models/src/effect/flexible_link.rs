@@ -12,6 +12,10 @@ use super::*;
 pub(crate) struct FlexibleLink;
 
 fn tip_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
+    // A tip without inertia is none.
+    if l.p(0).value() <= 0.0 {
+        return T::zero();
+    }
     l.p(1) * (l.x(0) - d.link_angle) + l.p(2) * (l.x(1) - d.link_rate)
 }
 
@@ -27,10 +31,11 @@ impl Effect for FlexibleLink {
                 name: "tipInertia",
                 unit: "kg.m2",
                 description: "Moment of inertia of the tip, J_2 (EF-6)",
-                min: 0.0,
-                above_min: true,
                 joint_start: 6.0,
                 arm_start: 0.05,
+                min: 0.0,
+                scale: Scale::of(0.5, &[(Measure::LoadInertia, 1)]),
+                log: true,
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -40,6 +45,9 @@ impl Effect for FlexibleLink {
                 min: 0.0,
                 joint_start: 1555.0,
                 arm_start: 5.0,
+                log: true,
+                role: Role::Shape,
+                scale: Scale::of(0.5, &[(Measure::LoadInertia, 1), (Measure::Mode, 2)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -49,9 +57,12 @@ impl Effect for FlexibleLink {
                 min: 0.0,
                 joint_start: 0.966,
                 arm_start: 0.02,
+                role: Role::Shape,
+                scale: Scale::of(0.02, &[(Measure::LoadInertia, 1), (Measure::Mode, 1)]),
                 ..ParameterSpec::NONE
             },
         ],
+        passive: true,
         states: &[
             SignalSpec {
                 name: "tipAngle",
@@ -102,13 +113,15 @@ impl Effect for FlexibleLink {
         tip_torque(l, d)
     }
     fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
-        (dx[0], dx[1]) = (l.x(1), -tip_torque(l, d) / l.p(0));
+        if l.p(0).value() > 0.0 {
+            (dx[0], dx[1]) = (l.x(1), -tip_torque(l, d) / l.p(0));
+        }
     }
     fn outputs<T: Scalar>(l: &Local<T>, _d: &Drive<T>, y: &mut [T]) {
         (y[0], y[1]) = (l.x(0), l.x(1));
     }
     fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
-        let twist = l.x(0) - d.link_angle;
+        let twist = if l.p(0).value() > 0.0 { l.x(0) - d.link_angle } else { T::zero() };
         [l.p(0) * l.x(1) * l.x(1) * 0.5, l.p(1) * twist * twist * 0.5]
     }
     fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &Drive<T>) -> T {

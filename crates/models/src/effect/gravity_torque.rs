@@ -20,6 +20,7 @@ impl Effect for GravityTorque {
                 description: "Largest gravity torque on the load, tau_g (EF-7)",
                 min: 0.0,
                 joint_start: 5.0,
+                scale: Scale::of(0.2, &[(Measure::LoadTorque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -27,9 +28,11 @@ impl Effect for GravityTorque {
                 unit: "rad",
                 description: "Load angle at which the load hangs at rest, q_g (EF-7)",
                 joint_start: -core::f64::consts::FRAC_PI_2,
+                role: Role::Shape,
                 ..ParameterSpec::NONE
             },
         ],
+        passive: true,
         ..Spec::NONE
     };
 

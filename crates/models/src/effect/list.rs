@@ -19,13 +19,18 @@ macro_rules! effects {
         pub const ALL: &[Kind] = &[$(Kind::$name),*];
 
         effects! { @hooks [$($module::$name),*]
+            gear<T>(l: &Local<T>, d: &mut Drive<T>) -> ();
             actuator<T>(l: &Local<T>, d: &Drive<T>, torque: T) -> T;
             friction<T>(l: &Local<T>, d: &Drive<T>, direction: f64, levels: &mut Levels<T>) -> ();
             spring<T>(l: &Local<T>, d: &Drive<T>, s: &mut Spring<T>) -> ();
             link_torque<T>(l: &Local<T>, d: &Drive<T>) -> T;
+            joint_torque<T>(l: &Local<T>, d: &Drive<T>) -> T;
             field<T>(l: &Local<T>) -> [T; 2];
             base<T>(l: &Local<T>, b: &Base<T>) -> Wrench<T>;
-            sensor<T>(l: &Local<T>, channel: &str, d: &Drive<T>, reading: T) -> T;
+            tip<T>(l: &Local<T>, b: &Base<T>) -> Wrench<T>;
+            sensor<T>(l: &Local<T>, t: T, reading: T) -> T;
+            sensor_start<T>(l: &Local<T>, reading: T, x: &mut [T]) -> ();
+            sensor_rates<T>(l: &Local<T>, reading: T, dx: &mut [T]) -> ();
             start<T>(l: &Local<T>, d: &Drive<T>, x: &mut [T]) -> ();
             rates<T>(l: &Local<T>, d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) -> ();
             outputs<T>(l: &Local<T>, d: &Drive<T>, y: &mut [T]) -> ();
@@ -38,6 +43,12 @@ macro_rules! effects {
             /// What it tells of itself.
             pub fn spec(self) -> &'static Spec {
                 match self { $(Self::$name => &<$module::$name as Effect>::SPEC),* }
+            }
+            pub(crate) fn dry(self, l: &Local<f64>) -> bool {
+                match self { $(Self::$name => $module::$name::dry(l)),* }
+            }
+            pub(crate) fn next_event(self, l: &Local<f64>) -> f64 {
+                match self { $(Self::$name => $module::$name::next_event(l)),* }
             }
             pub(crate) fn update(self, l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
                 match self { $(Self::$name => $module::$name::update(l, d, modes)),* }
@@ -69,13 +80,32 @@ macro_rules! effects {
 // In the order in which they act on the same thing: what changes the deflection of a spring comes before
 // what adds to its torque, what sets a friction level before what shapes it.
 effects! {
+    external_force::ExternalForce,
+    current_saturation::CurrentSaturation,
+    actuator_lag::ActuatorLag,
+    torque_ripple::TorqueRipple,
     motor_friction::MotorFriction,
     stribeck_friction::StribeckFriction,
+    asymmetric_friction::AsymmetricFriction,
+    load_dependent_friction::LoadDependentFriction,
+    nonlinear_viscous_friction::NonlinearViscousFriction,
+    friction_drift::FrictionDrift,
+    presliding_friction::PreslidingFriction,
+    kinematic_error::KinematicError,
+    joint_flexibility::JointFlexibility,
     backlash::Backlash,
     nonlinear_stiffness::NonlinearStiffness,
     transmission_hysteresis::TransmissionHysteresis,
+    nonlinear_damping::NonlinearDamping,
     flexible_link::FlexibleLink,
+    load_friction::LoadFriction,
     gravity_torque::GravityTorque,
+    cable_stiffness::CableStiffness,
     table_tilt::TableTilt,
     base_drag::BaseDrag,
+    base_thrust::BaseThrust,
+    appendage_mode::AppendageMode,
+    sensor_eccentricity::SensorEccentricity,
+    sensor_drift::SensorDrift,
+    sensor_delay::SensorDelay,
 }

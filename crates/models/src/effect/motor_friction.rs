@@ -17,6 +17,21 @@ impl Effect for MotorFriction {
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,
+        passive: true,
+        borrows: &[
+            Borrowed {
+                joint_name: "coulombFriction",
+                arm_name: "coulombFriction",
+                neutral: Neutral::Value(0.0),
+                scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+            },
+            Borrowed {
+                joint_name: "viscousFriction",
+                arm_name: "viscousFriction",
+                neutral: Neutral::Value(0.0),
+                scale: Scale::of(0.2, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
+            },
+        ],
         ..Spec::NONE
     };
 }

@@ -22,8 +22,11 @@ impl Effect for NonlinearStiffness {
             description: "Torque per cube of the deflection, K_3 (EF-4)",
             joint_start: 1.0e-6,
             arm_start: 500.0,
+            scale: Scale::of(0.3, &[(Measure::Torque, 1), (Measure::Deflection, -3)]),
             ..ParameterSpec::NONE
         }],
+        compliant: true,
+        passive: true,
         ..Spec::NONE
     };
 

@@ -1,6 +1,6 @@
 //! The effects packed into one plant, and where their values lie in the plant's vectors.
 
-use super::{ALL, Kind, Local, Plant, Scope, Spec};
+use super::{Choice, EffectError, Kind, Local, Plant, Scope, Spec, channel};
 use crate::drive::{Base, Drive, Spring, Wrench};
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
@@ -9,74 +9,50 @@ use trueup_numerics::hybrid::{At, Sizes};
 /// One effect in a plant: where its values begin.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
-    /// Which effect.
-    pub kind: Kind,
-    /// How many sites it has (joints, or 1).
+    /// Which effect, and where it stands.
+    pub choice: Choice,
+    /// How many sites it has (joints, elements of an output, or 1).
     pub sites: usize,
     /// Begin of its values in each of the plant's vectors.
     pub begin: Sizes,
+    /// First element of the output that a sensor effect acts on.
+    channel: usize,
 }
 
 impl Placed {
     /// What it is.
     pub fn spec(&self) -> &'static Spec {
-        self.kind.spec()
+        self.choice.spec()
+    }
+    fn kind(&self) -> Kind {
+        self.choice.kind
     }
     fn local<'a, T: Scalar>(&self, at: &At<'a, T>, site: usize) -> Local<'a, T> {
-        Local::new(
-            &at.p[self.begin.parameters..],
-            &at.x[self.begin.states..],
-            at.modes.get(self.begin.modes..).unwrap_or_default(),
-            site,
-            self.sites,
-        )
+        let modes = at.modes.get(self.begin.modes..).unwrap_or_default();
+        self.local_of(&at.p[self.begin.parameters..], &at.x[self.begin.states..], modes, site)
     }
-    /// The sites at which it acts on joint `joint` (none if it stands once and the joint is not the first).
+    fn local_of<'a, T: Scalar>(&self, p: &'a [T], x: &'a [T], modes: &'a [i32], site: usize) -> Local<'a, T> {
+        Local::new(p, x, modes, site, self.sites).in_place(self.choice.place)
+    }
+    /// It acts on joint `joint` (one that stands once: with the first).
     fn acts_at(&self, joint: usize) -> bool {
-        joint < self.sites
+        joint < self.sites && self.choice.scope() != Scope::Channel
+    }
+    fn is_sensor(&self) -> bool {
+        self.choice.scope() == Scope::Channel
     }
 }
-
-/// An effect that was asked for and cannot be had.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum EffectError {
-    /// No effect has that id.
-    Unknown(String),
-    /// It does not act in that plant.
-    NotHere(&'static str, Plant),
-    /// Named twice.
-    Twice(&'static str),
-}
-
-impl std::fmt::Display for EffectError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Self::Unknown(id) => {
-                let known: Vec<_> = ALL.iter().map(|k| k.spec().id).collect();
-                write!(f, "there is no effect {id:?}; choose from {}", known.join(", "))
-            }
-            Self::NotHere(id, plant) => {
-                let (here, other) = match plant {
-                    Plant::Joint => ("TwoMassJoint", "PlanarManipulator"),
-                    Plant::Arm => ("PlanarManipulator", "TwoMassJoint"),
-                };
-                write!(f, "the effect {id:?} does not act in {here}; pack it with {other}")
-            }
-            Self::Twice(id) => write!(f, "the effect {id:?} is named twice; name it once"),
-        }
-    }
-}
-impl std::error::Error for EffectError {}
 
 /// The effects of one plant, in the order in which they act.
 #[derive(Clone, Debug, Default)]
 pub struct EffectSet {
     placed: Vec<Placed>,
     friction: bool,
+    sensed: bool,
 }
 
-/// Most states, outputs or indicators of one effect at one site.
-const MOST: usize = 4;
+/// Most states, outputs, modes or indicators of one effect at one site.
+const MOST: usize = 8;
 
 impl EffectSet {
     /// The effects of those ids in `plant` with `joints` joints; their values are laid behind `sizes`, which
@@ -87,30 +63,35 @@ impl EffectSet {
         joints: usize,
         sizes: &mut Sizes,
     ) -> Result<Self, EffectError> {
-        for (i, id) in ids.iter().enumerate() {
-            let id = id.as_ref();
-            let kind =
-                ALL.iter().find(|k| k.spec().id == id).ok_or_else(|| EffectError::Unknown(id.to_owned()))?;
-            if !kind.spec().plants.contains(&plant) {
-                return Err(EffectError::NotHere(kind.spec().id, plant));
+        let mut asked = Vec::new();
+        for id in ids {
+            let choice = Choice::parse(id.as_ref(), plant)?;
+            if asked.contains(&choice) {
+                return Err(EffectError::Twice(id.as_ref().to_owned()));
             }
-            if ids[..i].iter().any(|other| other.as_ref() == id) {
-                return Err(EffectError::Twice(kind.spec().id));
-            }
+            asked.push(choice);
         }
         let mut placed = Vec::new();
-        for kind in ALL.iter().filter(|k| ids.iter().any(|id| id.as_ref() == k.spec().id)) {
-            let spec = kind.spec();
-            let sites = if spec.scope == Scope::Joint { joints } else { 1 };
-            placed.push(Placed { kind: *kind, sites, begin: *sizes });
-            sizes.parameters += spec.parameters.len() * sites;
+        for choice in Choice::all(plant).filter(|c| asked.contains(c)) {
+            let spec = choice.spec();
+            let (channel, sites) = match choice.scope() {
+                Scope::Joint => (0, joints),
+                Scope::Once => (0, 1),
+                Scope::Channel => {
+                    let name = choice.place().map_or("", |p| p.name);
+                    channel::span(name, plant, joints).ok_or(EffectError::NotHere(spec.id, plant))?
+                }
+            };
+            placed.push(Placed { choice, sites, begin: *sizes, channel });
+            sizes.parameters += choice.parameters().len() * sites;
             sizes.states += spec.states.len() * sites;
             sizes.outputs += spec.outputs.len() * sites;
             sizes.modes += spec.modes * sites;
             sizes.indicators += spec.indicators * sites;
         }
         let friction = placed.iter().any(|e| e.spec().friction);
-        Ok(Self { placed, friction })
+        let sensed = placed.iter().any(|e| e.is_sensor() && !e.spec().states.is_empty());
+        Ok(Self { placed, friction, sensed })
     }
     /// One after another.
     pub fn iter(&self) -> impl Iterator<Item = &Placed> {
@@ -120,13 +101,21 @@ impl EffectSet {
     pub fn needs_friction(&self) -> bool {
         self.friction
     }
+    /// A sensor has states: their rates need the plant's outputs.
+    pub fn sensors_have_states(&self) -> bool {
+        self.sensed
+    }
     fn at_joint(&self, joint: usize) -> impl Iterator<Item = &Placed> {
         self.placed.iter().filter(move |e| e.acts_at(joint))
     }
 
+    /// What the gear does to a joint's deflection.
+    pub fn gear<T: Scalar>(&self, at: &At<T>, joint: usize, d: &mut Drive<T>) {
+        self.at_joint(joint).for_each(|e| e.kind().gear(&e.local(at, joint), d));
+    }
     /// Motor torque of a joint after the amplifier.
     pub fn actuator<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
-        self.at_joint(joint).fold(d.command, |torque, e| e.kind.actuator(&e.local(at, joint), d, torque))
+        self.at_joint(joint).fold(d.command, |torque, e| e.kind().actuator(&e.local(at, joint), d, torque))
     }
     /// Friction levels of a joint in direction +1 or -1, beginning with the plant's own.
     pub fn friction<T: Scalar>(
@@ -138,8 +127,12 @@ impl EffectSet {
         own: Levels<T>,
     ) -> Levels<T> {
         let mut levels = own;
-        self.at_joint(joint).for_each(|e| e.kind.friction(&e.local(at, joint), d, direction, &mut levels));
+        self.at_joint(joint).for_each(|e| e.kind().friction(&e.local(at, joint), d, direction, &mut levels));
         levels
+    }
+    /// An effect makes dry friction at a joint.
+    pub fn dry(&self, p: &[f64], joint: usize) -> bool {
+        self.at_joint(joint).any(|e| e.kind().dry(&e.local_of(&p[e.begin.parameters..], &[], &[], joint)))
     }
     /// The spring of a joint.
     pub fn spring<T: Scalar>(
@@ -149,66 +142,103 @@ impl EffectSet {
         d: &Drive<T>,
         mut spring: Spring<T>,
     ) -> Spring<T> {
-        self.at_joint(joint).for_each(|e| e.kind.spring(&e.local(at, joint), d, &mut spring));
+        self.at_joint(joint).for_each(|e| e.kind().spring(&e.local(at, joint), d, &mut spring));
         spring
     }
     /// Torque on the link of a joint from outside the drive train.
     pub fn link_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
-        self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind.link_torque(&e.local(at, joint), d))
+        self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().link_torque(&e.local(at, joint), d))
+    }
+    /// Torque between the link of a joint and the body that carries it.
+    pub fn joint_torque<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
+        self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().joint_torque(&e.local(at, joint), d))
     }
     /// The uniform acceleration field.
     pub fn field<T: Scalar>(&self, at: &At<T>) -> [T; 2] {
         self.placed.iter().fold([T::zero(); 2], |sum, e| {
-            let a = e.kind.field(&e.local(at, 0));
+            let a = e.kind().field(&e.local(at, 0));
             [sum[0] + a[0], sum[1] + a[1]]
         })
     }
     /// The wrench on the base.
     pub fn base<T: Scalar>(&self, at: &At<T>, b: &Base<T>) -> Wrench<T> {
-        self.placed.iter().fold(Wrench::default(), |sum, e| {
-            let w = e.kind.base(&e.local(at, 0), b);
-            Wrench {
-                force: [sum.force[0] + w.force[0], sum.force[1] + w.force[1]],
-                torque: sum.torque + w.torque,
-            }
-        })
+        self.placed.iter().fold(Wrench::default(), |sum, e| sum.plus(e.kind().base(&e.local(at, 0), b)))
     }
-    /// What a sensor of a joint shows.
-    pub fn sensor<T: Scalar>(&self, at: &At<T>, joint: usize, channel: &str, d: &Drive<T>, reading: T) -> T {
-        self.at_joint(joint).fold(reading, |r, e| e.kind.sensor(&e.local(at, joint), channel, d, r))
+    /// The wrench on the last link at its tip.
+    pub fn tip<T: Scalar>(&self, at: &At<T>, b: &Base<T>) -> Wrench<T> {
+        self.placed.iter().fold(Wrench::default(), |sum, e| sum.plus(e.kind().tip(&e.local(at, 0), b)))
+    }
+    /// Turns the plant's outputs into what the sensors show.
+    pub fn sense<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
+        for e in self.placed.iter().filter(|e| e.is_sensor()) {
+            for (site, y) in y[e.channel..][..e.sites].iter_mut().enumerate() {
+                *y = e.kind().sensor(&e.local(at, site), at.t, *y);
+            }
+        }
+    }
+    /// Initial states of the sensors from the plant's outputs `y`, which become what the sensors show.
+    pub fn sensor_start<T: Scalar>(&self, p: &[T], y: &mut [T], x: &mut [T]) {
+        for e in self.placed.iter().filter(|e| e.is_sensor()) {
+            for site in 0..e.sites {
+                let reading = y[e.channel + site];
+                let mut own = [T::zero(); MOST];
+                let l = e.local_of(&p[e.begin.parameters..], &[], &[], site);
+                e.kind().sensor_start(&l, reading, &mut own);
+                scatter(&own[..e.spec().states.len()], &mut x[e.begin.states..], site, e.sites);
+                let l = e.local_of(&p[e.begin.parameters..], &x[e.begin.states..], &[], site);
+                y[e.channel + site] = e.kind().sensor(&l, T::zero(), reading);
+            }
+        }
+    }
+    /// Rates of the sensors' states from the plant's outputs `y`, which become what the sensors show.
+    pub fn sensor_rates<T: Scalar>(&self, at: &At<T>, y: &mut [T], dx: &mut [T]) {
+        for e in self.placed.iter().filter(|e| e.is_sensor()) {
+            for site in 0..e.sites {
+                let (reading, l) = (y[e.channel + site], e.local(at, site));
+                let mut own = [T::zero(); MOST];
+                e.kind().sensor_rates(&l, reading, &mut own);
+                scatter(&own[..e.spec().states.len()], &mut dx[e.begin.states..], site, e.sites);
+                y[e.channel + site] = e.kind().sensor(&l, at.t, reading);
+            }
+        }
     }
     /// Energy of their own at a joint: kinetic, potential.
     pub fn energy<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> [T; 2] {
         self.at_joint(joint).fold([T::zero(); 2], |sum, e| {
-            let own = e.kind.energy(&e.local(at, joint), d);
+            let own = e.kind().energy(&e.local(at, joint), d);
             [sum[0] + own[0], sum[1] + own[1]]
         })
     }
     /// Angular momentum of their own at a joint.
     pub fn angular_momentum<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>) -> T {
-        self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind.angular_momentum(&e.local(at, joint), d))
+        self.at_joint(joint).fold(T::zero(), |sum, e| sum + e.kind().angular_momentum(&e.local(at, joint), d))
     }
     /// Initial states at a joint into the plant's `x`.
     pub fn start<T: Scalar>(&self, p: &[T], joint: usize, d: &Drive<T>, x: &mut [T]) {
         for e in self.at_joint(joint) {
             let mut own = [T::zero(); MOST];
-            e.kind.start(&Local::new(&p[e.begin.parameters..], &[], &[], joint, e.sites), d, &mut own);
+            e.kind().start(&e.local_of(&p[e.begin.parameters..], &[], &[], joint), d, &mut own);
             scatter(&own[..e.spec().states.len()], &mut x[e.begin.states..], joint, e.sites);
         }
     }
     /// Rates of the states at a joint into the plant's `dx`.
     pub fn rates<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, s: &Spring<T>, dx: &mut [T]) {
-        for e in self.at_joint(joint).filter(|e| !e.spec().states.is_empty()) {
-            let mut own = [T::zero(); MOST];
-            e.kind.rates(&e.local(at, joint), d, s, &mut own);
-            scatter(&own[..e.spec().states.len()], &mut dx[e.begin.states..], joint, e.sites);
+        let mut d = Drive { torque: d.command, ..*d };
+        for e in self.at_joint(joint) {
+            let l = e.local(at, joint);
+            if !e.spec().states.is_empty() {
+                let mut own = [T::zero(); MOST];
+                e.kind().rates(&l, &d, s, &mut own);
+                scatter(&own[..e.spec().states.len()], &mut dx[e.begin.states..], joint, e.sites);
+            }
+            d.torque = e.kind().actuator(&l, &d, d.torque);
         }
     }
     /// Outputs at a joint into the plant's `y`.
     pub fn outputs<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, y: &mut [T]) {
         for e in self.at_joint(joint).filter(|e| !e.spec().outputs.is_empty()) {
             let mut own = [T::zero(); MOST];
-            e.kind.outputs(&e.local(at, joint), d, &mut own);
+            e.kind().outputs(&e.local(at, joint), d, &mut own);
             scatter(&own[..e.spec().outputs.len()], &mut y[e.begin.outputs..], joint, e.sites);
         }
     }
@@ -216,7 +246,7 @@ impl EffectSet {
     pub fn indicators<T: Scalar>(&self, at: &At<T>, joint: usize, d: &Drive<T>, z: &mut [T]) {
         for e in self.at_joint(joint).filter(|e| e.spec().indicators > 0) {
             let mut own = [T::one(); MOST];
-            e.kind.indicators(&e.local(at, joint), d, &mut own);
+            e.kind().indicators(&e.local(at, joint), d, &mut own);
             scatter(&own[..e.spec().indicators], &mut z[e.begin.indicators..], joint, e.sites);
         }
     }
@@ -228,11 +258,25 @@ impl EffectSet {
             let mut own = [0; MOST];
             (0..n).for_each(|k| own[k] = stretch[k * e.sites + joint]);
             let before = own;
-            e.kind.update(&e.local(at, joint), d, &mut own);
+            e.kind().update(&e.local(at, joint), d, &mut own);
             changed |= before != own;
             scatter(&own[..n], stretch, joint, e.sites);
         }
         changed
+    }
+    /// The time of the next event that an effect knows beforehand, s.
+    pub fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        let sites = self.placed.iter().flat_map(|e| (0..e.sites).map(move |site| (e, site)));
+        let times = sites.map(|(e, site)| {
+            let modes = modes.get(e.begin.modes..).unwrap_or_default();
+            e.kind().next_event(&e.local_of(&p[e.begin.parameters..], &[], modes, site))
+        });
+        times.fold(
+            None,
+            |first: Option<f64>, t| {
+                if t.is_finite() { Some(first.map_or(t, |f| f.min(t))) } else { first }
+            },
+        )
     }
 }
 
@@ -249,19 +293,22 @@ mod tests {
 
     #[test]
     fn every_effect_fits_and_names_are_unique() {
-        let mut names = Vec::new();
-        for kind in ALL {
-            let spec = kind.spec();
-            assert!(spec.states.len() <= MOST && spec.outputs.len() <= MOST, "{}", spec.id);
-            assert!(spec.indicators <= MOST && spec.modes <= MOST, "{}", spec.id);
-            assert!(!spec.plants.is_empty() && !spec.summary.is_empty(), "{}", spec.id);
-            for p in spec.parameters {
-                for (plant, start) in [(Plant::Joint, p.joint_start), (Plant::Arm, p.arm_start)] {
+        for plant in [Plant::Joint, Plant::Arm] {
+            let mut names = Vec::new();
+            for choice in Choice::all(plant) {
+                let (spec, id) = (choice.spec(), choice.id());
+                assert_eq!(Choice::parse(&id, plant), Ok(choice));
+                assert!(spec.states.len() <= MOST && spec.outputs.len() <= MOST, "{id}");
+                assert!(spec.indicators <= MOST && spec.modes <= MOST, "{id}");
+                assert!(!choice.component().is_empty() && !spec.summary.is_empty(), "{id}");
+                for p in choice.parameters() {
+                    let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
                     let fits = start <= p.max && (start > p.min || (start == p.min && !p.above_min));
-                    assert!(fits || !spec.plants.contains(&plant), "{}: start of {}", spec.id, p.name);
+                    assert!(fits, "{id}: start of {}", p.name);
+                    let name = choice.variable(p.name);
+                    assert!(!names.contains(&name), "{name} is named twice");
+                    names.push(name);
                 }
-                assert!(!names.contains(&p.name), "{} is named twice", p.name);
-                names.push(p.name);
             }
         }
     }
@@ -274,5 +321,6 @@ mod tests {
         assert!(place(&["slop"], Plant::Joint, &mut s).contains("backlash"));
         assert!(place(&["base-drag"], Plant::Joint, &mut s).contains("PlanarManipulator"));
         assert!(place(&["backlash", "backlash"], Plant::Arm, &mut s).contains("twice"));
+        assert!(place(&["backlash:here"], Plant::Arm, &mut s).contains("choose from backlash"));
     }
 }

@@ -18,15 +18,21 @@ impl Effect for StribeckFriction {
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,
+        passive: true,
+        borrows: &[Borrowed {
+            joint_name: "staticFriction",
+            arm_name: "staticFriction",
+            neutral: Neutral::Of("coulombFriction"),
+            scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+        }],
         parameters: &[ParameterSpec {
             name: "stribeckVelocity",
             unit: "rad/s",
             description: "Motor speed at which the excess of break-away over Coulomb friction has fallen to 1/e, omega_s (EF-2)",
-            min: 0.0,
-            above_min: true,
             joint_start: 20.0,
             arm_start: 0.05,
-            ..ParameterSpec::NONE
+            scale: Scale::of(0.05, &[(Measure::Speed, 1)]),
+            ..ParameterSpec::SHAPE
         }],
         ..Spec::NONE
     };
@@ -51,7 +57,7 @@ mod tests {
         let at = |omega: f64| {
             let mut levels = paper(1.0, 4.0, 0.0, omega);
             StribeckFriction::friction(&l, &Drive { omega, ..Drive::default() }, 1.0, &mut levels);
-            levels.sliding
+            levels.braking()
         };
         assert_eq!(at(0.0), 4.0);
         assert!((at(20.0) - (1.0 + 3.0 * (-1.0f64).exp())).abs() < 1e-15);

@@ -19,6 +19,7 @@ impl Effect for TableTilt {
                 unit: "m/s2",
                 description: "Gravity in the table's plane along inertial x, a_x (EF-8); 1 mrad of tilt makes 0.0098",
                 arm_start: 0.002,
+                scale: Scale::plain(0.005),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -26,9 +27,11 @@ impl Effect for TableTilt {
                 unit: "m/s2",
                 description: "The same along inertial y, a_y (EF-8)",
                 arm_start: 0.0,
+                scale: Scale::plain(0.005),
                 ..ParameterSpec::NONE
             },
         ],
+        passive: true,
         ..Spec::NONE
     };
 

@@ -24,19 +24,21 @@ impl Effect for TransmissionHysteresis {
                 min: 0.0,
                 joint_start: 1.0e-5,
                 arm_start: 0.02,
+                scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "hysteresisDisplacement",
                 unit: "rad",
                 description: "Deflection over which the loop closes after a reversal, x_h (EF-5)",
-                min: 0.0,
-                above_min: true,
                 joint_start: 0.5,
                 arm_start: 0.002,
-                ..ParameterSpec::NONE
+                scale: Scale::of(0.3, &[(Measure::Deflection, 1)]),
+                ..ParameterSpec::SHAPE
             },
         ],
+        compliant: true,
+        passive: true,
         states: &[SignalSpec {
             name: "hysteresis",
             arm_name: "",

@@ -17,6 +17,9 @@ pub(crate) fn run() -> Result<(), Error> {
     out += "\nEffects (--effect)\n";
     for e in catalog::effects() {
         out += &format!("  {:<30}{} [{}]\n", e.id, e.description, e.models.join(", "));
+        if !e.places.is_empty() {
+            out += &format!("{:34}as {}:PLACE, PLACE one of {}\n", "", e.id, e.places.join(", "));
+        }
     }
     say(&out)
 }

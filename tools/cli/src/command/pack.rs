@@ -16,7 +16,7 @@ use crate::output::{folder, say};
 
 pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     for e in &args.effect {
-        if !catalog::effects().any(|known| known.id == e) {
+        if !catalog::effects().any(|known| Some(known.id) == e.split(':').next()) {
             return Err(Error::Usage(format!("there is no effect `{e}`: `trueup fmu list` shows them")));
         }
     }
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
 }
 
 fn acts(model: Model, effect: &str) -> bool {
-    catalog::effects().any(|e| e.id == effect && e.models.contains(&model.name))
+    catalog::in_order(model.name, &[effect.to_owned()]).is_some()
 }
 
 fn has_preset(model: Model, preset: &str) -> bool {
@@ -95,11 +95,10 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
 
 fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
-    let ids = catalog::effects().map(|e| e.id);
     let mut configuration = Configuration {
         joint_flexible: args.flexible.clone(),
         // In the order in which they act; given twice, an effect is packed once.
-        effects: ids.filter(|id| args.effect.iter().any(|e| e == id)).map(str::to_owned).collect(),
+        effects: catalog::in_order(model.name, &args.effect).unwrap_or_default(),
         ..Configuration::of(model.name)
     };
     // Start values are read against the variables that this structure has.
@@ -150,7 +149,7 @@ fn pack(
     .map_err(|e| failed(e.to_string()))?;
     let mut name = model.name.to_owned();
     for e in &configuration.effects {
-        name += &format!("+{e}");
+        name += &format!("+{}", e.replace(':', "-"));
     }
     Ok((format!("{name}.fmi{}.fmu", version.major()), bytes))
 }

@@ -1,0 +1,105 @@
+//! `appendage-mode`: a flexible appendage of the base (solar panel, sloshing).
+//!
+//! (EF-24) dd(q_a) = -omega_a^2 (q_a - q_0) - 2 zeta omega_a (d(q_a) - d(q_0)), and the base feels -J_a dd(q_a): a body of
+//! inertia J_a on a spring about the base's centre of mass. `baseInertia` is that of the stiff part.
+//!
+//! What it gets wrong: one mode, rotation only; the appendage does not shake the base's position.
+
+use super::*;
+
+pub(crate) struct AppendageMode;
+
+/// Acceleration of the appendage.
+fn acceleration<T: Scalar>(l: &Local<T>, b: &Base<T>) -> T {
+    let omega = l.p(1);
+    -omega * (omega * (l.x(0) - b.attitude) + l.p(2) * 2.0 * (l.x(1) - b.rate))
+}
+
+const fn signal(
+    name: &'static str,
+    unit: &'static str,
+    rate_unit: &'static str,
+    description: &'static str,
+) -> SignalSpec {
+    SignalSpec { name, unit, arm_name: "", description, nominal: 1e-3, rate_unit, boolean: false }
+}
+
+impl Effect for AppendageMode {
+    const SPEC: Spec = Spec {
+        id: "appendage-mode",
+        component: "base",
+        summary: "a flexible appendage (solar panel, sloshing)",
+        scope: Scope::Once,
+        plants: &[Plant::Arm],
+        passive: true,
+        parameters: &[
+            ParameterSpec {
+                name: "appendageInertia",
+                unit: "kg.m2",
+                description: "Moment of inertia of the appendage, J_a (EF-24)",
+                min: 0.0,
+                arm_start: 0.5,
+                scale: Scale::of(0.2, &[(Measure::BaseInertia, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "appendageFrequency",
+                unit: "rad/s",
+                description: "Natural frequency with the base held, omega_a (EF-24)",
+                arm_start: 5.0,
+                scale: Scale::of(1.0, &[(Measure::Mode, 1)]),
+                ..ParameterSpec::SHAPE
+            },
+            ParameterSpec {
+                name: "appendageDampingRatio",
+                unit: "1",
+                description: "Share of critical damping, zeta (EF-24)",
+                min: 0.0,
+                above_min: false,
+                arm_start: 0.02,
+                scale: Scale::plain(0.02),
+                ..ParameterSpec::SHAPE
+            },
+        ],
+        states: &[
+            signal("appendageAngle", "rad", "rad/s", "Angle of the appendage, q_a (EF-24)"),
+            signal("appendageRate", "rad/s", "rad/s2", "Rate of the appendage (EF-24)"),
+        ],
+        ..Spec::NONE
+    };
+
+    fn start<T: Scalar>(_l: &Local<T>, d: &Drive<T>, x: &mut [T]) {
+        (x[0], x[1]) = (d.base.attitude, d.base.rate);
+    }
+    fn rates<T: Scalar>(l: &Local<T>, d: &Drive<T>, _s: &Spring<T>, dx: &mut [T]) {
+        (dx[0], dx[1]) = (l.x(1), acceleration(l, &d.base));
+    }
+    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+        Wrench { torque: -l.p(0) * acceleration(l, b), ..Wrench::default() }
+    }
+    fn energy<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> [T; 2] {
+        let twist = (l.x(0) - d.base.attitude) * l.p(1);
+        [l.p(0) * l.x(1) * l.x(1) * 0.5, l.p(0) * twist * twist * 0.5]
+    }
+    fn angular_momentum<T: Scalar>(l: &Local<T>, _d: &Drive<T>) -> T {
+        l.p(0) * l.x(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef24_acts_and_reacts() {
+        let (p, x) = ([0.5, 4.0, 0.1], [0.3, -0.2]);
+        let l = Local::new(&p, &x, &[], 0, 1);
+        let base = Base { attitude: 0.1, rate: 0.4, ..Base::default() };
+        let mut dx = [0.0; 2];
+        AppendageMode::rates(&l, &Drive { base, ..Drive::default() }, &Spring::default(), &mut dx);
+        let torque: f64 = AppendageMode::base(&l, &base).torque;
+        // Stiffness J omega^2 = 8, damping 2 J zeta omega = 0.4.
+        assert!((torque - (8.0 * 0.2 + 0.4 * -0.6)).abs() < 1e-14);
+        assert!((0.5 * dx[1] + torque).abs() < 1e-14);
+    }
+}

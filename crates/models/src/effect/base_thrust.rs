@@ -1,0 +1,77 @@
+//! `base-thrust`: a steady force or torque on the base (leak, air jet, umbilical).
+//!
+//! (EF-23) force R(q_0) (F_x, F_y) at the base's centre of mass and torque T: steady in the satellite's axes.
+//!
+//! What it gets wrong: a jet that weakens as the tank empties.
+
+use super::*;
+
+pub(crate) struct BaseThrust;
+
+const fn part(
+    name: &'static str,
+    unit: &'static str,
+    description: &'static str,
+    start: f64,
+    measure: &'static [(Measure, i32)],
+) -> ParameterSpec {
+    ParameterSpec {
+        name,
+        unit,
+        description,
+        arm_start: start,
+        scale: Scale::of(0.2, measure),
+        ..ParameterSpec::NONE
+    }
+}
+
+impl Effect for BaseThrust {
+    const SPEC: Spec = Spec {
+        id: "base-thrust",
+        component: "base",
+        summary: "a steady force or torque on the base (leak, air jet, umbilical)",
+        scope: Scope::Once,
+        plants: &[Plant::Arm],
+        parameters: &[
+            part(
+                "thrustForceX",
+                "N",
+                "Force along the satellite's x axis, F_x (EF-23)",
+                0.05,
+                &[(Measure::Force, 1)],
+            ),
+            part(
+                "thrustForceY",
+                "N",
+                "Force along the satellite's y axis, F_y (EF-23)",
+                0.0,
+                &[(Measure::Force, 1)],
+            ),
+            part(
+                "thrustTorque",
+                "N.m",
+                "Torque on the satellite, T (EF-23)",
+                0.01,
+                &[(Measure::BaseTorque, 1)],
+            ),
+        ],
+        ..Spec::NONE
+    };
+
+    fn base<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
+        let (sine, cosine) = b.attitude.sin_cos();
+        Wrench { force: [cosine * l.p(0) - sine * l.p(1), sine * l.p(0) + cosine * l.p(1)], torque: l.p(2) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef23_turns_with_the_satellite() {
+        let b = Base { attitude: core::f64::consts::FRAC_PI_2, ..Base::default() };
+        let w = BaseThrust::base(&Local::new(&[0.3, 0.1, -0.2], &[], &[], 0, 1), &b);
+        assert!((w.force[0] + 0.1).abs() < 1e-15 && (w.force[1] - 0.3).abs() < 1e-15 && w.torque == -0.2);
+    }
+}

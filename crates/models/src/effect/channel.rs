@@ -1,0 +1,85 @@
+//! The outputs that a sensor effect can act on.
+
+use super::{Place, Plant, Scope};
+use crate::arm::output as arm;
+
+const fn channel(
+    name: &'static str,
+    component: &'static str,
+    unit: &'static str,
+    plants: &'static [Plant],
+) -> Place {
+    Place { name, prefix: name, component, plants, scope: Scope::Channel, unit, parameters: &[] }
+}
+
+const JOINT: &[Plant] = &[Plant::Joint];
+const ARM: &[Plant] = &[Plant::Arm];
+const BOTH: &[Plant] = &[Plant::Joint, Plant::Arm];
+
+/// All channels, encoders first.
+pub(super) const ALL: &[Place] = &[
+    channel("motorAngle", "sensor:motorAngle", "rad", BOTH),
+    channel("loadAngle", "sensor:loadAngle", "rad", JOINT),
+    channel("jointAngle", "sensor:jointAngle", "rad", ARM),
+    channel("motorVelocity", "sensor:motorVelocity", "rad/s", BOTH),
+    channel("loadVelocity", "sensor:loadVelocity", "rad/s", JOINT),
+    channel("motorAcceleration", "sensor:motorAcceleration", "rad/s2", JOINT),
+    channel("loadAcceleration", "sensor:loadAcceleration", "rad/s2", JOINT),
+    channel("motorTorque", "sensor:motorTorque", "N.m", JOINT),
+    channel("transmissionTorque", "sensor:transmissionTorque", "N.m", JOINT),
+    channel("jointVelocity", "sensor:jointVelocity", "rad/s", ARM),
+    channel("basePosition", "sensor:basePosition", "m", ARM),
+    channel("baseAttitude", "sensor:baseAttitude", "rad", ARM),
+    channel("baseVelocity", "sensor:baseVelocity", "m/s", ARM),
+    channel("baseRate", "sensor:baseRate", "rad/s", ARM),
+    channel("tipPosition", "sensor:tipPosition", "m", ARM),
+    channel("tipAttitude", "sensor:tipAttitude", "rad", ARM),
+    channel("tipVelocity", "sensor:tipVelocity", "m/s", ARM),
+];
+
+/// Channels that read an angle of a joint.
+pub(super) const ENCODERS: &[Place] = ALL.split_at(3).0;
+
+/// Outputs of TwoMassJoint in their order.
+const JOINT_OUTPUTS: &[&str] = &[
+    "motorAngle",
+    "motorVelocity",
+    "motorAcceleration",
+    "loadAngle",
+    "loadVelocity",
+    "loadAcceleration",
+    "motorTorque",
+    "transmissionTorque",
+];
+
+/// First element and number of elements of that output.
+pub(super) fn span(channel: &str, plant: Plant, joints: usize) -> Option<(usize, usize)> {
+    match plant {
+        Plant::Joint => JOINT_OUTPUTS.iter().position(|name| *name == channel).map(|first| (first, 1)),
+        Plant::Arm => {
+            let at = arm::NAMES.iter().position(|(name, _)| *name == channel)?;
+            let first = arm::NAMES[..at].iter().map(|(_, length)| length(joints)).sum();
+            Some((first, arm::NAMES[at].1(joints)))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::joint::output as joint;
+
+    #[test]
+    fn every_channel_is_where_the_plants_have_it() {
+        for c in ALL {
+            for plant in c.plants {
+                assert!(span(c.name, *plant, 3).is_some(), "{} on {plant:?}", c.name);
+            }
+        }
+        let first = |name, plant| span(name, plant, 3).map(|s| s.0);
+        assert_eq!(first("loadVelocity", Plant::Joint), Some(joint::LOAD_VELOCITY));
+        assert_eq!(first("transmissionTorque", Plant::Joint), Some(joint::TRANSMISSION_TORQUE));
+        assert_eq!(span("motorVelocity", Plant::Arm, 3), Some((arm::motor_velocity(3), 3)));
+        assert_eq!(span("tipPosition", Plant::Arm, 2), Some((arm::tip_position(2), 2)));
+    }
+}

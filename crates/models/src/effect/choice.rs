@@ -1,0 +1,140 @@
+//! Which effect, in which place: what an id says.
+
+use super::{ALL, Kind, ParameterSpec, Place, Plant, Scope, Spec};
+
+/// An effect and the place in which it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Choice {
+    /// Which effect.
+    pub kind: Kind,
+    /// Which of its specification's places; 0 where it has none.
+    pub place: usize,
+}
+
+impl Choice {
+    /// From `id` or `id:place`; an effect with places stands in the first one that the plant has if none is named.
+    ///
+    /// # Errors
+    /// No effect has that id, or it has not that place, or it does not act in that plant.
+    pub fn parse(id: &str, plant: Plant) -> Result<Self, EffectError> {
+        let (effect, wanted) = id.split_once(':').map_or((id, None), |(effect, place)| (effect, Some(place)));
+        let kind = *ALL
+            .iter()
+            .find(|k| k.spec().id == effect)
+            .ok_or_else(|| EffectError::Unknown(effect.to_owned()))?;
+        let spec = kind.spec();
+        if !spec.plants.contains(&plant) {
+            return Err(EffectError::NotHere(spec.id, plant));
+        }
+        if spec.places.is_empty() && wanted.is_none() {
+            return Ok(Self { kind, place: 0 });
+        }
+        spec.places
+            .iter()
+            .position(|p| p.plants.contains(&plant) && wanted.is_none_or(|name| p.name == name))
+            .map(|place| Self { kind, place })
+            .ok_or_else(|| EffectError::NoPlace(spec.id, id.to_owned(), plant))
+    }
+    /// All effects of a plant, each in each of its places, in the order in which they act.
+    pub fn all(plant: Plant) -> impl Iterator<Item = Self> {
+        ALL.iter().filter(move |k| k.spec().plants.contains(&plant)).flat_map(move |kind| {
+            let places = kind.spec().places;
+            let here = move |i: &usize| places.get(*i).is_none_or(|p| p.plants.contains(&plant));
+            (0..places.len().max(1)).filter(here).map(|place| Self { kind: *kind, place })
+        })
+    }
+    /// `id` or `id:place`.
+    pub fn id(&self) -> String {
+        match self.place() {
+            Some(place) => format!("{}:{}", self.spec().id, place.name),
+            None => self.spec().id.to_owned(),
+        }
+    }
+    /// What it is.
+    pub fn spec(&self) -> &'static Spec {
+        self.kind.spec()
+    }
+    /// Its place, where it has several.
+    pub fn place(&self) -> Option<&'static Place> {
+        self.spec().places.get(self.place)
+    }
+    /// Where it acts.
+    pub fn component(&self) -> &'static str {
+        self.place().map_or(self.spec().component, |p| p.component)
+    }
+    /// How often it stands there.
+    pub fn scope(&self) -> Scope {
+        self.place().map_or(self.spec().scope, |p| p.scope)
+    }
+    /// Its own parameters there.
+    pub fn parameters(&self) -> &'static [ParameterSpec] {
+        match self.place() {
+            Some(place) if !place.parameters.is_empty() => place.parameters,
+            _ => self.spec().parameters,
+        }
+    }
+    /// The FMU variable of one of its parameters or states of that name.
+    pub fn variable(&self, name: &str) -> String {
+        let prefix = self.place().map_or("", |p| p.prefix);
+        let mut letters = name.chars();
+        match letters.next() {
+            Some(first) if !prefix.is_empty() => {
+                format!("{prefix}{}{}", first.to_uppercase(), letters.as_str())
+            }
+            _ => name.to_owned(),
+        }
+    }
+    /// The unit of one of its parameters or states.
+    pub fn unit(&self, unit: &'static str) -> &'static str {
+        let Some(behind) = unit.strip_prefix('*') else { return unit };
+        let channel = self.place().map_or("", |p| p.unit);
+        match (channel, behind) {
+            (own, "") => own,
+            ("rad", "/s") => "rad/s",
+            ("rad/s", "/s") => "rad/s2",
+            ("rad/s2", "/s") => "rad/s3",
+            ("m", "/s") => "m/s",
+            ("m/s", "/s") => "m/s2",
+            ("N.m", "/s") => "N.m/s",
+            _ => "1",
+        }
+    }
+}
+
+/// An effect that was asked for and cannot be had.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum EffectError {
+    /// No effect has that id.
+    Unknown(String),
+    /// It does not act in that plant.
+    NotHere(&'static str, Plant),
+    /// It has places, and that is none of them.
+    NoPlace(&'static str, String, Plant),
+    /// Named twice.
+    Twice(String),
+}
+
+impl std::fmt::Display for EffectError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Unknown(id) => {
+                let known: Vec<_> = ALL.iter().map(|k| k.spec().id).collect();
+                write!(f, "there is no effect {id:?}; choose from {}", known.join(", "))
+            }
+            Self::NotHere(id, plant) => {
+                let (here, other) = match plant {
+                    Plant::Joint => ("TwoMassJoint", "PlanarManipulator"),
+                    Plant::Arm => ("PlanarManipulator", "TwoMassJoint"),
+                };
+                write!(f, "the effect {id:?} does not act in {here}; pack it with {other}")
+            }
+            Self::NoPlace(id, asked, plant) => {
+                let ids: Vec<_> =
+                    Choice::all(*plant).filter(|c| c.spec().id == *id).map(|c| c.id()).collect();
+                write!(f, "there is no effect {asked:?}; choose from {}", ids.join(", "))
+            }
+            Self::Twice(id) => write!(f, "the effect {id:?} is named twice; name it once"),
+        }
+    }
+}
+impl std::error::Error for EffectError {}

@@ -1,0 +1,84 @@
+//! `kinematic-error`: a gear error that repeats with the angle of the wave generator.
+//!
+//! (EF-19) the deflection is epsilon - e(phi) with e = e_s sin(k phi) + e_c cos(k phi), phi being the angle of the
+//! motor's shaft; the motor feels (1 - de/dtheta) times the spring's torque, as the work demands.
+//!
+//! What it gets wrong: one order only; on a rigid joint it does nothing.
+
+use super::*;
+
+pub(crate) struct KinematicError;
+
+impl Effect for KinematicError {
+    const SPEC: Spec = Spec {
+        id: "kinematic-error",
+        component: "transmission",
+        summary: "a gear error that repeats with the angle of the wave generator",
+        scope: Scope::Joint,
+        plants: &[Plant::Joint, Plant::Arm],
+        compliant: true,
+        passive: true,
+        parameters: &[
+            ParameterSpec {
+                name: "kinematicErrorSine",
+                unit: "rad",
+                description: "Gear error that goes with the sine, on the drive's side, e_s (EF-19)",
+                joint_start: 0.5,
+                arm_start: 0.001,
+                scale: Scale::of(0.05, &[(Measure::Deflection, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "kinematicErrorCosine",
+                unit: "rad",
+                description: "Gear error that goes with the cosine, on the drive's side, e_c (EF-19)",
+                scale: Scale::of(0.05, &[(Measure::Deflection, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "kinematicErrorOrder",
+                unit: "1",
+                description: "Periods per turn of the motor's shaft, k (EF-19)",
+                joint_start: 0.005,
+                arm_start: 2.0,
+                scale: Scale::plain(2.0),
+                ..ParameterSpec::SHAPE
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn gear<T: Scalar>(l: &Local<T>, d: &mut Drive<T>) {
+        let k = d.shaft * l.p(2);
+        let (sine, cosine) = (d.theta * k).sin_cos();
+        let slope = k * (l.p(0) * cosine - l.p(1) * sine);
+        d.epsilon = d.epsilon - (l.p(0) * sine + l.p(1) * cosine);
+        d.epsilon_dot = d.epsilon_dot - slope * d.omega;
+        d.slope += slope;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueup_numerics::Dual;
+
+    #[test]
+    fn ef19_rate_and_slope_are_the_derivatives_of_the_error() {
+        let p = [0.03, 0.02, 2.0].map(Dual::<1>::constant);
+        let theta = Dual::variable(0.7, 0);
+        let mut d = Drive {
+            theta,
+            epsilon: theta,
+            omega: Dual::constant(3.0),
+            epsilon_dot: Dual::constant(3.0),
+            shaft: Dual::constant(10.0),
+            ..Drive::default()
+        };
+        KinematicError::gear(&Local::new(&p, &[], &[], 0, 1), &mut d);
+        let error = 0.03 * f64::sin(14.0) + 0.02 * f64::cos(14.0);
+        assert!((d.epsilon.re - (0.7 - error)).abs() < 1e-14);
+        assert!((1.0 - d.slope.re - d.epsilon.eps[0]).abs() < 1e-14);
+        assert!((d.epsilon_dot.re - 3.0 * d.epsilon.eps[0]).abs() < 1e-14);
+    }
+}

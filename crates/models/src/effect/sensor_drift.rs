@@ -1,0 +1,68 @@
+//! `sensor-drift`: an offset that moves.
+//!
+//! (EF-32) reading y = y_true + r T (1 - exp(-t/T)): it begins with the rate r and settles with the time T; a long T is
+//! a steady drift r t.
+//!
+//! What it gets wrong: offsets that wander to and fro.
+
+use super::*;
+
+pub(crate) struct SensorDrift;
+
+impl Effect for SensorDrift {
+    const SPEC: Spec = Spec {
+        id: "sensor-drift",
+        component: "sensor:motorAngle",
+        summary: "an offset that moves",
+        scope: Scope::Channel,
+        plants: &[Plant::Joint, Plant::Arm],
+        places: channel::ALL,
+        parameters: &[
+            ParameterSpec {
+                name: "driftRate",
+                unit: "*/s",
+                description: "Rate of the offset at the start, r (EF-32)",
+                joint_start: 0.01,
+                arm_start: 0.001,
+                scale: Scale::of(0.03, &[(Measure::Reading, 1), (Measure::Duration, -1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "driftTime",
+                unit: "s",
+                description: "Time in which the offset settles, T (EF-32)",
+                joint_start: 10.0,
+                arm_start: 10.0,
+                scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
+                ..ParameterSpec::SHAPE
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn sensor<T: Scalar>(l: &Local<T>, t: T, reading: T) -> T {
+        reading + l.p(0) * settling(t, l.p(1))
+    }
+}
+
+/// T (1 - exp(-t/T)): grows like t and settles at T, s.
+pub(super) fn settling<T: Scalar>(t: T, time: T) -> T {
+    let x = t / time;
+    // Digits would be lost in 1 - exp of nearly nothing.
+    if x.value() < 1e-4 { t * (-x * 0.5 + 1.0 + x * x / 6.0) } else { time * (-(-x).exp() + 1.0) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef32_begins_with_its_rate_and_settles() {
+        let at =
+            |t: f64, time: f64| SensorDrift::sensor(&Local::new(&[0.3, time], &[], &[], 0, 1), t, 1.0) - 1.0;
+        assert!((at(1e-3, 2.0) / 3e-4 - 1.0).abs() < 1e-3 && (at(100.0, 2.0) - 0.6).abs() < 1e-14);
+        assert!((at(5.0, 1e6) - 1.5).abs() < 1e-5);
+        // Where the series takes over nothing jumps.
+        assert!((settling(0.9999e-4, 1.0) / settling(1.0001e-4, 1.0) - 0.9998).abs() < 1e-7);
+    }
+}

@@ -1,0 +1,280 @@
+//! What an effect tells of itself, for packers and for whoever looks for effects in data.
+
+/// The two plants.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Plant {
+    /// TwoMassJoint: angles and torques of the drive are referred to the motor.
+    Joint,
+    /// PlanarManipulator: they are referred to the joint.
+    Arm,
+}
+
+/// How often an effect stands in a plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Scope {
+    /// Once per joint: on the arm its parameters, states and outputs are vectors.
+    Joint,
+    /// Once.
+    Once,
+    /// Once per element of the output that it acts on.
+    Channel,
+}
+
+/// What kind of number a parameter is, for an estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The effect grows with it; where all amplitudes are neutral the effect vanishes.
+    Amplitude,
+    /// Forms the effect; without meaning where the amplitudes are neutral.
+    Shape,
+    /// Sets a unit of measure; not to be estimated.
+    Reference,
+}
+
+/// What sizes in a plant and its recordings the size of an effect is measured by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Typical motor torque, drive's side, N.m.
+    Torque,
+    /// Typical motor speed, drive's side, rad/s.
+    Speed,
+    /// Typical deflection of the transmission (torque over stiffness), drive's side, rad.
+    Deflection,
+    /// Typical rate of the deflection, rad/s.
+    DeflectionRate,
+    /// Typical torque on the load, N.m.
+    LoadTorque,
+    /// Range of the load's angle, rad.
+    LoadAngle,
+    /// Typical speed of the load, rad/s.
+    LoadSpeed,
+    /// Moment of inertia of the load (of the link), kg.m2.
+    LoadInertia,
+    /// Typical force on the base, N.
+    Force,
+    /// Range of the base's position, m.
+    Position,
+    /// Typical velocity of the base, m/s.
+    Velocity,
+    /// Typical torque on the base, N.m.
+    BaseTorque,
+    /// Range of the base's attitude, rad.
+    BaseAngle,
+    /// Typical rate of the base, rad/s.
+    BaseRate,
+    /// Moment of inertia of the base, kg.m2.
+    BaseInertia,
+    /// Total mass, kg.
+    Mass,
+    /// Range of the reading, in its unit.
+    Reading,
+    /// Length of a recording, s.
+    Duration,
+    /// Angular frequency of the plant's slowest mode, rad/s.
+    Mode,
+}
+
+/// A size at which a parameter of an effect makes itself felt: a factor times powers of [`Measure`]s. It serves as the
+/// standard deviation of a prior on an amplitude, and as the middle of one on a shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Scale {
+    /// Share of the product, or the value itself where there are no powers.
+    pub factor: f64,
+    /// Measures and their exponents.
+    pub powers: &'static [(Measure, i32)],
+}
+
+impl Scale {
+    /// A plain number in the parameter's unit.
+    pub const fn plain(value: f64) -> Self {
+        Self { factor: value, powers: &[] }
+    }
+    /// `factor` times the measures to their powers.
+    pub const fn of(factor: f64, powers: &'static [(Measure, i32)]) -> Self {
+        Self { factor, powers }
+    }
+    /// In the parameter's unit, given the sizes of a plant at hand.
+    pub fn value(&self, size: impl Fn(Measure) -> f64) -> f64 {
+        self.powers.iter().fold(self.factor, |product, (m, n)| product * size(*m).powi(*n))
+    }
+}
+
+/// A parameter of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct ParameterSpec {
+    /// FMU variable (behind the place's prefix, where the effect has places).
+    pub name: &'static str,
+    /// Unit; where it begins with `*` the unit of the channel stands before (`*/s` of a reading in rad: rad/s).
+    pub unit: &'static str,
+    /// With symbol.
+    pub description: &'static str,
+    /// Smallest value.
+    pub min: f64,
+    /// `min` itself is not allowed.
+    pub above_min: bool,
+    /// Largest value.
+    pub max: f64,
+    /// Start value when packed into a [`Plant::Joint`] (DELIAN joint 1): visible, not neutral.
+    pub joint_start: f64,
+    /// Start value when packed into a [`Plant::Arm`] (CBK PAN test-bed).
+    pub arm_start: f64,
+    /// What kind of number it is.
+    pub role: Role,
+    /// Value of an amplitude at which the effect vanishes exactly.
+    pub neutral: f64,
+    /// Its size.
+    pub scale: Scale,
+    /// Estimated best by its logarithm.
+    pub log: bool,
+}
+
+impl ParameterSpec {
+    /// What an amplitude is filled up with: no bounds, neutral at 0.
+    pub const NONE: Self = Self {
+        name: "",
+        unit: "1",
+        description: "",
+        min: f64::NEG_INFINITY,
+        above_min: false,
+        max: f64::INFINITY,
+        joint_start: 0.0,
+        arm_start: 0.0,
+        role: Role::Amplitude,
+        neutral: 0.0,
+        scale: Scale::plain(1.0),
+        log: false,
+    };
+    /// What a shape is filled up with: positive, by its logarithm.
+    pub const SHAPE: Self = Self { min: 0.0, above_min: true, role: Role::Shape, log: true, ..Self::NONE };
+}
+
+/// A parameter that the plant has by itself (on the arm: with its motor friction) and without which the effect is
+/// not there.
+#[derive(Clone, Copy, Debug)]
+pub struct Borrowed {
+    /// Its name on TwoMassJoint.
+    pub joint_name: &'static str,
+    /// Its name on PlanarManipulator.
+    pub arm_name: &'static str,
+    /// Where it makes the effect vanish.
+    pub neutral: Neutral,
+    /// Its size.
+    pub scale: Scale,
+}
+
+/// Where a borrowed parameter makes an effect vanish.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Neutral {
+    /// At this value.
+    Value(f64),
+    /// At the value of that other parameter.
+    Of(&'static str),
+    /// At no value: the structure decides (a rigid joint).
+    Structure,
+}
+
+/// A state or an output of an effect.
+#[derive(Clone, Copy, Debug)]
+pub struct SignalSpec {
+    /// FMU variable (of a state: without the prefix `state.`; behind the place's prefix).
+    pub name: &'static str,
+    /// Unit, as that of a parameter.
+    pub unit: &'static str,
+    /// FMU variable on the arm, where `name` means something else there; else empty.
+    pub arm_name: &'static str,
+    /// With symbol.
+    pub description: &'static str,
+    /// Magnitude that a solver should resolve, for a state.
+    pub nominal: f64,
+    /// Unit of the derivative, for a state.
+    pub rate_unit: &'static str,
+    /// A Boolean (outputs only).
+    pub boolean: bool,
+}
+
+impl SignalSpec {
+    /// Its name in that plant, without the place's prefix.
+    pub fn name_in(&self, plant: Plant) -> &'static str {
+        if plant == Plant::Arm && !self.arm_name.is_empty() { self.arm_name } else { self.name }
+    }
+}
+
+/// One of the places in which an effect can stand, where it has several: `id:name`.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Behind the colon of the id.
+    pub name: &'static str,
+    /// Begin of the names of parameters and states there.
+    pub prefix: &'static str,
+    /// Where it acts.
+    pub component: &'static str,
+    /// The plants that have this place.
+    pub plants: &'static [Plant],
+    /// How often it stands there.
+    pub scope: Scope,
+    /// Unit of the channel, for a sensor.
+    pub unit: &'static str,
+    /// Parameters there; empty: those of the specification.
+    pub parameters: &'static [ParameterSpec],
+}
+
+/// What an effect tells of itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Spec {
+    /// The id that users see.
+    pub id: &'static str,
+    /// Where it acts: actuator, motor-friction, transmission, load, base, sensor; where it has places: that of the
+    /// first.
+    pub component: &'static str,
+    /// One line.
+    pub summary: &'static str,
+    /// Once per joint, or once.
+    pub scope: Scope,
+    /// The plants that it can act in.
+    pub plants: &'static [Plant],
+    /// The places in which it can stand, the first of a plant being meant where none is named; none: one way only.
+    pub places: &'static [Place],
+    /// Parameters of its own.
+    pub parameters: &'static [ParameterSpec],
+    /// Parameters of the plant that belong to it.
+    pub borrows: &'static [Borrowed],
+    /// States of its own.
+    pub states: &'static [SignalSpec],
+    /// Outputs of its own.
+    pub outputs: &'static [SignalSpec],
+    /// Modes of its own (per site).
+    pub modes: usize,
+    /// Event indicators of its own (per site).
+    pub indicators: usize,
+    /// It needs the motor friction of S3 eq. 3, 4, which the joint has and the arm gets with the effect.
+    pub friction: bool,
+    /// It acts in the compliant element: on a rigid joint it does nothing.
+    pub compliant: bool,
+    /// It takes energy out or stores it, and never makes any.
+    pub passive: bool,
+}
+
+impl Spec {
+    /// What a specification is filled up with.
+    pub const NONE: Self = Self {
+        id: "",
+        component: "",
+        summary: "",
+        scope: Scope::Joint,
+        plants: &[],
+        places: &[],
+        parameters: &[],
+        borrows: &[],
+        states: &[],
+        outputs: &[],
+        modes: 0,
+        indicators: 0,
+        friction: false,
+        compliant: false,
+        passive: false,
+    };
+    /// The places that a plant has.
+    pub fn places_in(&self, plant: Plant) -> impl Iterator<Item = &'static Place> {
+        self.places.iter().filter(move |p| p.plants.contains(&plant))
+    }
+}

@@ -1,0 +1,75 @@
+//! `torque-ripple`: torque that repeats with the motor's position (cogging, commutation).
+//!
+//! (EF-12) adds T_s sin(k phi) + T_c cos(k phi) to the motor's torque, phi being the angle of the motor's shaft (on the
+//! arm: gearRatio times the motor's angle).
+//!
+//! What it gets wrong: it does not grow with the current, as the ripple of a commutation does; one order only.
+
+use super::*;
+
+pub(crate) struct TorqueRipple;
+
+impl Effect for TorqueRipple {
+    const SPEC: Spec = Spec {
+        id: "torque-ripple",
+        component: "actuator",
+        summary: "torque that repeats with motor position (cogging, commutation)",
+        scope: Scope::Joint,
+        plants: &[Plant::Joint, Plant::Arm],
+        parameters: &[
+            ParameterSpec {
+                name: "rippleSine",
+                unit: "N.m",
+                description: "Torque that goes with the sine of the shaft's angle, T_s (EF-12)",
+                joint_start: 2.0e-5,
+                arm_start: 0.01,
+                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "rippleCosine",
+                unit: "N.m",
+                description: "Torque that goes with the cosine of the shaft's angle, T_c (EF-12)",
+                scale: Scale::of(0.1, &[(Measure::Torque, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "rippleOrder",
+                unit: "1",
+                description: "Periods per turn of the shaft, k (EF-12)",
+                joint_start: 4.0,
+                arm_start: 4.0,
+                scale: Scale::plain(4.0),
+                ..ParameterSpec::SHAPE
+            },
+        ],
+        ..Spec::NONE
+    };
+
+    fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
+        let (sine, cosine) = (d.theta * d.shaft * l.p(2)).sin_cos();
+        torque + (l.p(0) * sine + l.p(1) * cosine)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ef12_does_no_work_over_a_turn() {
+        let l = Local::new(&[0.3, -0.2, 3.0], &[], &[], 0, 1);
+        let at = |theta: f64| {
+            TorqueRipple::actuator(&l, &Drive { theta, shaft: 10.0, ..Drive::default() }, 1.0) - 1.0
+        };
+        // Over one period: the mean is 0, the mean square half the sum of the squares of both amplitudes.
+        let period = 2.0 * core::f64::consts::PI / 30.0;
+        let n = 12;
+        let mean = |f: &dyn Fn(f64) -> f64| {
+            (0..n).map(|i| f(period * f64::from(i) / f64::from(n))).sum::<f64>() / f64::from(n)
+        };
+        assert!(mean(&at).abs() < 1e-15);
+        assert!((mean(&|x| at(x).powi(2)) - 0.5 * (0.09 + 0.04)).abs() < 1e-15);
+        assert!((at(0.0) + 0.2).abs() < 1e-15 && (at(0.25 * period) - 0.3).abs() < 1e-15);
+    }
+}

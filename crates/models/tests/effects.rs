@@ -1,0 +1,281 @@
+//! What holds for every effect: it vanishes where it is neutral, it goes along with every other, and a passive one
+//! never makes energy.
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
+
+mod arm_common;
+
+use arm_common::Random;
+use trueup_models::arm::{PlanarManipulator, output as arm_output};
+use trueup_models::effect::set::Placed;
+use trueup_models::effect::{Choice, EffectSet, Plant, Role};
+use trueup_models::joint::{TwoMassJoint, parameter};
+use trueup_models::presets::delian;
+use trueup_numerics::Scalar;
+use trueup_numerics::driver::{Options, Run, simulate};
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+const FLEXIBLE: [bool; 3] = [true, false, true];
+
+/// A plant with those effects and the start values of all parameters.
+fn joint(ids: &[String]) -> (TwoMassJoint, Vec<f64>) {
+    let model = TwoMassJoint::new(true, ids).unwrap();
+    let mut p = delian(1).unwrap().to_vec();
+    for e in model.effects().iter() {
+        p.extend(e.choice.parameters().iter().map(|s| s.joint_start));
+    }
+    (model, p)
+}
+fn arm(ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
+    let model = PlanarManipulator::new(&FLEXIBLE, ids).unwrap();
+    let p = model.defaults();
+    (model, p)
+}
+
+/// Sets the amplitudes of an effect to `f` of their specification, element by element.
+fn amplitudes(effects: &EffectSet, p: &mut [f64], f: impl Fn(&Placed, usize) -> f64) {
+    for e in effects.iter() {
+        for (k, spec) in e.choice.parameters().iter().enumerate() {
+            if spec.role == Role::Amplitude {
+                p[e.begin.parameters + k * e.sites..][..e.sites].fill(f(e, k));
+            }
+        }
+    }
+}
+
+/// Rates of the first `states` states and the first `outputs` outputs at a random instant.
+fn seen(model: &impl Hybrid, p: &[f64], x: &[f64], u: &[f64], own: Sizes) -> Vec<f64> {
+    let s = model.sizes();
+    let (mut dx, mut y) = (vec![0.0; s.states], vec![0.0; s.outputs]);
+    let mut modes = vec![0; s.modes];
+    let mut x = x.to_vec();
+    x.resize(s.states, 0.3);
+    model.start_modes(At { t: 2.0, x: &x, u, p, modes: &[] }, &mut modes);
+    while !model.update(2.0, &mut x, u, p, &mut modes).settled() {}
+    let at = At { t: 2.0, x: &x, u, p, modes: &modes };
+    model.rates(at, &mut dx);
+    model.outputs(at, &mut y);
+    [&dx[..own.states], &y[..own.outputs]].concat()
+}
+
+fn same(id: &str, with: &[f64], without: &[f64]) {
+    for (i, (a, b)) in with.iter().zip(without).enumerate() {
+        assert!((a - b).abs() <= 1e-12 * (1.0 + b.abs()), "{id}, value {i}: {a}, without it {b}");
+    }
+}
+
+/// Runs a model for a while and gives the states at the end.
+fn run(id: &str, model: &impl Hybrid, p: &[f64], u: &dyn Fn(f64, &mut [f64]), times: &[f64]) -> Run {
+    let options = Options { tolerance: 1e-8, ..Options::default() };
+    let run = simulate(model, p, &vec![0.01; model.sizes().states], options, u, times);
+    let run = run.unwrap_or_else(|e| panic!("{id}: {e}"));
+    for v in run.x.iter().chain(&run.y).flatten() {
+        assert!(v.is_finite(), "{id}");
+    }
+    run
+}
+fn drive_joint(t: f64, u: &mut [f64]) {
+    u[0] = if t < 0.05 { 0.02 } else { -0.018 };
+    u[1] = 3.0 * (40.0 * t).sin();
+}
+fn drive_arm(t: f64, u: &mut [f64]) {
+    u[0] = if t < 0.05 { 0.3 } else { -0.2 };
+    (u[1], u[2]) = (-0.05, 0.03 * (40.0 * t).sin());
+}
+
+#[test]
+fn every_effect_vanishes_where_it_is_neutral() {
+    let mut random = Random(3);
+    for choice in Choice::all(Plant::Joint) {
+        let id = choice.id();
+        let ((with, mut p), (without, q)) = (joint(std::slice::from_ref(&id)), joint(&[]));
+        amplitudes(with.effects(), &mut p, |e, k| e.choice.parameters()[k].neutral);
+        p[parameter::STATIC_FRICTION] = p[parameter::COULOMB_FRICTION]; // neutral for stribeck-friction
+        let mut q = q;
+        q[parameter::STATIC_FRICTION] = q[parameter::COULOMB_FRICTION];
+        for still in [false, true] {
+            let speed = if still { 0.0 } else { 900.0 };
+            let x =
+                [random.within(-9.0, 9.0), random.within(-1.0, 1.0) * speed, random.within(-2.0, 2.0), 0.01];
+            let u = [random.within(-0.02, 0.02), 1.5];
+            let own = without.sizes();
+            same(&id, &seen(&with, &p, &x, &u, own), &seen(&without, &q, &x, &u, own));
+        }
+    }
+    for choice in Choice::all(Plant::Arm) {
+        let id = choice.id();
+        let with = arm(std::slice::from_ref(&id));
+        // What a plant with that structure is without the effect: with friction where the effect brings it along.
+        let base: Vec<String> =
+            if choice.spec().friction { vec!["motor-friction".into()] } else { Vec::new() };
+        let plain = if id == "joint-flexibility" { vec![id.clone()] } else { base };
+        let ((with, mut p), (without, mut q)) = (with, arm(&plain));
+        amplitudes(with.effects(), &mut p, |e, k| e.choice.parameters()[k].neutral);
+        if with.has_friction() {
+            let n = without.sizes().parameters;
+            for p in [&mut p, &mut q] {
+                let (sticking, sliding) = (n - 6, n - 9);
+                p.copy_within(sliding..sliding + 3, sticking);
+            }
+        }
+        for _ in 0..3 {
+            let x = random.vector(without.sizes().states, 0.5);
+            let u = random.vector(9, 0.5);
+            let own = without.sizes();
+            same(&id, &seen(&with, &p, &x, &u, own), &seen(&without, &q, &x, &u, own));
+        }
+    }
+}
+
+#[test]
+fn every_effect_shows_at_its_start_values() {
+    let times = [0.0, 0.055, 0.4];
+    let differs = |id: &str, a: &Run, b: &Run, outputs: usize| {
+        let (a, b) = (a.y.iter(), b.y.iter());
+        let mut both = a.zip(b).flat_map(|(a, b)| a[..outputs].iter().zip(&b[..outputs]));
+        let shows = both.any(|(a, b)| (a - b).abs() > (1e-5 * (a.abs() + b.abs())).min(1e-3));
+        assert!(shows, "{id}");
+    };
+    let (plain, q) = joint(&[]);
+    let without = run("", &plain, &q, &drive_joint, &times);
+    for id in Choice::all(Plant::Joint).map(|c| c.id()) {
+        // The joint has these by itself.
+        if ["motor-friction", "joint-flexibility"].contains(&id.as_str()) {
+            continue;
+        }
+        let (model, p) = joint(std::slice::from_ref(&id));
+        differs(&id, &run(&id, &model, &p, &drive_joint, &times), &without, plain.sizes().outputs);
+    }
+    let times = [0.0, 0.055, 1.5];
+    let (plain, q) = arm(&[]);
+    let without = run("", &plain, &q, &drive_arm, &times);
+    for id in Choice::all(Plant::Arm).map(|c| c.id()) {
+        let (model, p) = arm(std::slice::from_ref(&id));
+        differs(&id, &run(&id, &model, &p, &drive_arm, &times), &without, plain.sizes().outputs);
+    }
+}
+
+/// Effects, the sensors on one channel each.
+fn ids(plant: Plant) -> Vec<String> {
+    let one = |c: &Choice| c.component().strip_prefix("sensor:").is_none_or(|name| name == "motorAngle");
+    Choice::all(plant).filter(one).map(|c| c.id()).collect()
+}
+
+#[test]
+fn every_pair_runs() {
+    let times = [0.0, 0.1];
+    let mut count = 0;
+    for plant in [Plant::Joint, Plant::Arm] {
+        let all = ids(plant);
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[i + 1..] {
+                let pair = [a.clone(), b.clone()];
+                let name = pair.join("+");
+                if plant == Plant::Joint {
+                    let (model, p) = joint(&pair);
+                    run(&name, &model, &p, &drive_joint, &times);
+                } else {
+                    let (model, p) = arm(&pair);
+                    run(&name, &model, &p, &drive_arm, &times);
+                }
+                count += 1;
+            }
+        }
+        let name = "all together";
+        if plant == Plant::Joint {
+            let (model, p) = joint(&all);
+            run(name, &model, &p, &drive_joint, &times);
+        } else {
+            let (model, p) = arm(&all);
+            run(name, &model, &p, &drive_arm, &times);
+        }
+    }
+    println!("{count} pairs");
+}
+
+/// A plant with one more state: the work that its inputs have done.
+struct Audited<M>(M, fn(&M, &At<f64>) -> f64);
+
+impl<M: Hybrid> Hybrid for Audited<M> {
+    fn sizes(&self) -> Sizes {
+        let s = self.0.sizes();
+        Sizes { states: s.states + 1, ..s }
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        let n = x.len() - 1;
+        self.0.start(p, &mut x[..n]);
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        self.0.start_modes(at, modes);
+    }
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let n = dx.len() - 1;
+        self.0.rates(at, &mut dx[..n]);
+        let [x, u, p] = [at.x, at.u, at.p].map(|v| v.iter().map(|v| v.value()).collect::<Vec<_>>());
+        let power = self.1(&self.0, &At { t: at.t.value(), x: &x, u: &u, p: &p, modes: at.modes });
+        dx[n] = T::constant(power);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        self.0.outputs(at, y);
+    }
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        self.0.indicators(at, z);
+    }
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        self.0.update(t, x, u, p, modes)
+    }
+}
+
+/// Passive effects whose energy is least in the plant at rest at 0: the inputs' work then is never less than the
+/// kinetic energy.
+fn passive(plant: Plant) -> Vec<String> {
+    let low = |c: &&Choice| c.spec().passive && c.spec().id != "table-tilt";
+    Choice::all(plant).collect::<Vec<_>>().iter().filter(low).map(|c| c.id()).collect()
+}
+
+/// The largest excess of the kinetic energy over the work, as a share of the largest kinetic energy.
+fn made(run: &Run, kinetic: impl Fn(usize) -> f64) -> f64 {
+    let energy: Vec<f64> = (0..run.t.len()).map(kinetic).collect();
+    let excess = run.x.iter().zip(&energy).map(|(x, e)| e - x[x.len() - 1]).fold(0.0, f64::max);
+    excess / energy.iter().copied().fold(0.0, f64::max)
+}
+
+#[test]
+fn passive_effects_make_no_energy_alone_or_in_pairs() {
+    let times: Vec<f64> = (0..=40).map(|k| 0.01 * f64::from(k)).collect();
+    let mut worst = 0.0f64;
+    for plant in [Plant::Joint, Plant::Arm] {
+        let all = passive(plant);
+        for (i, a) in all.iter().enumerate() {
+            for b in &all[i..] {
+                let mut pair = vec![a.clone(), b.clone()];
+                pair.dedup();
+                let name = pair.join("+");
+                let share = if plant == Plant::Joint {
+                    let (model, mut p) = joint(&pair);
+                    for e in model.effects().iter().filter(|e| e.spec().id == "gravity-torque") {
+                        p[e.begin.parameters + 1] = 0.0;
+                    }
+                    let power = |_: &TwoMassJoint, at: &At<f64>| {
+                        at.p[parameter::TORQUE_CONSTANT] * at.u[0] * at.x[1] + at.u[1] * at.x[3]
+                    };
+                    let inertia = [p[parameter::MOTOR_INERTIA], p[parameter::LOAD_INERTIA]];
+                    let run = run(&name, &Audited(model, power), &p, &drive_joint, &times);
+                    made(&run, |k| {
+                        0.5 * (inertia[0] * run.x[k][1].powi(2) + inertia[1] * run.x[k][3].powi(2))
+                    })
+                } else {
+                    let (model, p) = arm(&pair);
+                    let power = |m: &PlanarManipulator, at: &At<f64>| {
+                        (0..3).map(|j| at.u[j] * at.x[m.dofs() + m.motor(j)]).sum()
+                    };
+                    let run = run(&name, &Audited(model, power), &p, &drive_arm, &times);
+                    made(&run, |k| run.y[k][arm_output::kinetic_energy(3)])
+                };
+                // What the integrator makes: its tolerance is 1e-8 per step, and there are some hundred steps.
+                assert!(share < 1e-5, "{name}: {share:e}");
+                worst = worst.max(share);
+            }
+        }
+    }
+    println!("energy made: at most {worst:.1e} of the largest kinetic energy");
+}
