@@ -52,8 +52,8 @@ impl Effect for KinematicError {
         let k = d.shaft * l.p(2);
         let (sine, cosine) = (d.theta * k).sin_cos();
         let slope = k * (l.p(0) * cosine - l.p(1) * sine);
-        d.epsilon = d.epsilon - (l.p(0) * sine + l.p(1) * cosine);
-        d.epsilon_dot = d.epsilon_dot - slope * d.omega;
+        d.epsilon -= l.p(0) * sine + l.p(1) * cosine;
+        d.epsilon_dot -= slope * d.omega;
         d.slope += slope;
     }
 }
