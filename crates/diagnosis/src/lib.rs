@@ -1,7 +1,9 @@
 //! Where the gap between a simulation and recordings lies, which effect causes it, and how far it shrinks.
 //!
+//! - [`engine`]: which effect;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances.
 
+pub mod engine;
 pub mod floor;
 pub mod locate;

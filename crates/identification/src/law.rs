@@ -2,7 +2,8 @@
 //!
 //! An affine law dx/dt = A x + B u + c is stepped exactly (Taylor series of the matrix exponential, step times largest
 //! eigenvalue below [`AFFINE_STEP`]); its matrices come from the rates at unit vectors, so with duals they carry their
-//! derivatives. Any other law is stepped by the classical Runge-Kutta method of order 4.
+//! derivatives. Any other law is stepped by the exponential Runge-Kutta method of order 4 (Cox and Matthews 2002), which
+//! takes the rates of [`Plant::followers`] exactly and is the classical one for all other states.
 
 use std::collections::HashMap;
 
@@ -50,7 +51,64 @@ pub(crate) struct Law<T> {
     states: usize,
     inputs: usize,
     z: Vec<T>,
-    k: [Vec<T>; 5],
+    k: [Vec<T>; 8],
+    followers: Vec<usize>,
+    /// Per state: the weights of a step that follows at a rate of its own.
+    weights: Vec<Weights>,
+}
+
+/// Weights of the exponential method for dx/dt = g + lambda x over a step h; with lambda = 0 those of Runge and Kutta.
+#[derive(Clone, Copy, Debug)]
+struct Weights {
+    lambda: f64,
+    /// e^(lambda h/2), e^(lambda h), phi_1(lambda h/2)/2.
+    half: f64,
+    whole: f64,
+    stage: f64,
+    /// Of g at the four stages: first, both in the middle, last.
+    first: f64,
+    middle: f64,
+    last: f64,
+}
+
+impl Weights {
+    const PLAIN: Self =
+        Self { lambda: 0.0, half: 1.0, whole: 1.0, stage: 0.5, first: 1.0 / 6.0, middle: 1.0 / 3.0, last: 1.0 / 6.0 };
+
+    fn new(lambda: f64, h: f64) -> Self {
+        let z = lambda * h;
+        if z > -1e-3 {
+            return Self::PLAIN;
+        }
+        let [_, phi1, phi2, phi3] = phi(z);
+        Self {
+            lambda,
+            half: (0.5 * z).exp(),
+            whole: z.exp(),
+            stage: 0.5 * phi(0.5 * z)[1],
+            first: phi1 - 3.0 * phi2 + 4.0 * phi3,
+            middle: 2.0 * phi2 - 4.0 * phi3,
+            last: 4.0 * phi3 - phi2,
+        }
+    }
+}
+
+/// phi_k(z) = sum_j z^j / (j + k)!.
+fn phi(z: f64) -> [f64; 4] {
+    if z.abs() > 0.5 {
+        let phi1 = z.exp_m1() / z;
+        let phi2 = (phi1 - 1.0) / z;
+        return [z.exp(), phi1, phi2, (phi2 - 0.5) / z];
+    }
+    let mut phi3 = 0.0;
+    let mut term = 1.0 / 6.0;
+    for j in 1..14 {
+        phi3 += term;
+        term *= z / (j + 3) as f64;
+    }
+    let phi2 = 0.5 + z * phi3;
+    let phi1 = 1.0 + z * phi2;
+    [1.0 + z * phi1, phi1, phi2, phi3]
 }
 
 /// The model with its parameters.
@@ -84,6 +142,8 @@ impl<T: Scalar> Law<T> {
             inputs: n.inputs,
             z: vec![T::zero(); n.states + 2 * n.inputs + 1],
             k: core::array::from_fn(|_| vec![T::zero(); n.states]),
+            followers: f.model.followers(),
+            weights: vec![Weights::PLAIN; n.states],
         };
         if law.affine {
             law.find_matrices(f, wanted);
@@ -137,6 +197,8 @@ impl<T: Scalar> Law<T> {
             inputs: self.inputs,
             z: vec![0.0; self.z.len()],
             k: core::array::from_fn(|_| vec![0.0; self.states]),
+            followers: self.followers.clone(),
+            weights: self.weights.clone(),
         }
     }
 
@@ -236,23 +298,47 @@ impl<T: Scalar> Law<T> {
     }
 
     fn runge_kutta<M: Plant>(&mut self, f: &Frozen<M, T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
-        let [k1, k2, k3, k4, y] = &mut self.k;
-        let mut input = u.to_vec();
-        let mut stage = |c: f64, k: Option<&[T]>, out: &mut [T]| {
-            for i in 0..x.len() {
-                y[i] = k.map_or(x[i], |k| x[i] + k[i] * (c * h));
+        for i in 0..self.followers.len() {
+            let row = self.followers[i];
+            self.weights[row] = Weights::new(own_rate(f, t, x, u, row), h);
+        }
+        let [k1, k2, k3, k4, a, b, c, input] = &mut self.k;
+        input.clear();
+        input.extend_from_slice(u);
+        let w = &self.weights;
+        // g = f - lambda x at a stage.
+        let mut rates = |at: f64, y: &[T], g: &mut [T]| {
+            input.iter_mut().zip(u.iter().zip(du)).for_each(|(v, (u, du))| *v = *u + *du * at);
+            f.rates(t + at, y, input, g);
+            for i in 0..y.len() {
+                if w[i].lambda != 0.0 {
+                    g[i] -= y[i] * w[i].lambda;
+                }
             }
-            input.iter_mut().zip(u.iter().zip(du)).for_each(|(v, (u, du))| *v = *u + *du * (c * h));
-            f.rates(t + c * h, y, &input, out);
         };
-        stage(0.0, None, k1);
-        stage(0.5, Some(k1), k2);
-        stage(0.5, Some(k2), k3);
-        stage(1.0, Some(k3), k4);
-        for i in 0..x.len() {
-            x[i] += (k1[i] + k2[i] * 2.0 + k3[i] * 2.0 + k4[i]) * (h / 6.0);
+        let n = x.len();
+        rates(0.0, x, k1);
+        (0..n).for_each(|i| a[i] = x[i] * w[i].half + k1[i] * (w[i].stage * h));
+        rates(0.5 * h, a, k2);
+        (0..n).for_each(|i| b[i] = x[i] * w[i].half + k2[i] * (w[i].stage * h));
+        rates(0.5 * h, b, k3);
+        (0..n).for_each(|i| c[i] = a[i] * w[i].half + (k3[i] * 2.0 - k1[i]) * (w[i].stage * h));
+        rates(h, c, k4);
+        for i in 0..n {
+            let w = &w[i];
+            x[i] = x[i] * w.whole + (k1[i] * w.first + (k2[i] + k3[i]) * w.middle + k4[i] * w.last) * h;
         }
     }
+}
+
+/// df_i/dx_i of a state.
+fn own_rate<M: Plant, T: Scalar>(f: &Frozen<M, T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
+    let dual = |v: &[T]| v.iter().map(|v| Dual::<1>::constant(v.value())).collect::<Vec<_>>();
+    let (p, u, mut x) = (dual(f.p), dual(u), dual(x));
+    x[i] = Dual::variable(x[i].value(), 0);
+    let mut dx = vec![Dual::<1>::constant(0.0); x.len()];
+    Frozen { model: f.model, p: &p, modes: f.modes }.rates(t, &x, &u, &mut dx);
+    dx[i].eps[0]
 }
 
 /// Rates and outputs wanted at unit states and inputs, less those at 0; last those at 0.
@@ -286,12 +372,13 @@ fn fastest<M: Plant>(f: &Frozen<M, f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
     let dual = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
     let (p, u) = (dual(f.p), dual(u));
     let frozen = Frozen { model: f.model, p: &p, modes: f.modes };
+    let followers = f.model.followers();
     let mut a = nalgebra::DMatrix::<f64>::zeros(n, n);
-    for column in 0..n {
+    for column in (0..n).filter(|c| !followers.contains(c)) {
         let (mut at, mut dx) = (dual(x), dual(x));
         at[column] = Dual::variable(x[column], 0);
         frozen.rates(t, &at, &u, &mut dx);
-        (0..n).for_each(|row| a[(row, column)] = dx[row].eps[0]);
+        (0..n).filter(|r| !followers.contains(r)).for_each(|row| a[(row, column)] = dx[row].eps[0]);
     }
     let mut log = 0.0;
     for k in 0..6 {

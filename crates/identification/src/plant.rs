@@ -1,5 +1,6 @@
 //! What identification has to know of a model beyond its equations.
 
+use trueup_models::effect::EffectSet;
 use trueup_models::joint::{TwoMassJoint, input as ji, parameter as j};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::Hybrid;
@@ -11,17 +12,33 @@ pub trait Plant: Hybrid + Sync {
     fn affine(&self) -> bool {
         false
     }
+    /// States that follow others at a rate of their own, however fast (strained bristles): dx/dt = g - lambda x. Steps
+    /// take lambda exactly, so that they need not be as short.
+    fn followers(&self) -> Vec<usize> {
+        Vec::new()
+    }
     /// Sets the initial-state parameters such that the run starts at rest, in equilibrium with the inputs `u`.
     /// What the equilibrium does not determine stays.
     fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]);
 }
 
 /// Effects that leave a joint affine between its events.
-const AFFINE: &[&str] = &["motor-friction", "flexible-link"];
+const AFFINE: &[&str] = &["motor-friction", "asymmetric-friction", "base-drag", "table-tilt", "flexible-link"];
+/// Effects whose states follow: Dahl's bristles.
+const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
+
+/// The states of effects that follow.
+fn followers(effects: &EffectSet) -> Vec<usize> {
+    let following = effects.iter().filter(|e| FOLLOWING.contains(&e.spec().id));
+    following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
+}
 
 impl Plant for TwoMassJoint {
     fn affine(&self) -> bool {
         self.effects().iter().all(|e| AFFINE.contains(&e.spec().id))
+    }
+    fn followers(&self) -> Vec<usize> {
+        followers(self.effects())
     }
     /// Both velocities 0, the spring carries the external torque; the motor angle stays, friction holds it.
     fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]) {

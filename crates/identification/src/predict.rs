@@ -232,7 +232,7 @@ pub fn predict<M: Plant, T: Scalar>(
     map: &InputMap<T>,
     at_rest: bool,
 ) -> Result<Prediction<T>, PredictError> {
-    follow(model, plan, p, map, at_rest, &mut |_| ())
+    drive(model, plan, p, map, at_rest, &mut |_| (), &mut |_| false)
 }
 
 /// [`predict`] with an onlooker.
@@ -246,6 +246,49 @@ pub fn follow<M: Plant, T: Scalar>(
     map: &InputMap<T>,
     at_rest: bool,
     each: &mut dyn FnMut(Moment<T>),
+) -> Result<Prediction<T>, PredictError> {
+    drive(model, plan, p, map, at_rest, each, &mut |_| false)
+}
+
+/// What a simulation that is kept near the recording sees at an instant with readings.
+#[derive(Debug)]
+pub struct Sight<'a, T> {
+    /// Time in s.
+    pub t: f64,
+    /// Readings due: channel, sample.
+    pub readings: &'a [(usize, usize)],
+    /// What the sensor of each channel shows in the simulation, offsets left out.
+    pub shown: &'a [T],
+    /// States, to be corrected.
+    pub x: &'a mut [T],
+    /// Modes.
+    pub modes: &'a [i32],
+}
+
+/// As [`predict`], with the states corrected wherever something is read: an observer. `correct` says whether it changed
+/// a state. What is predicted is what is shown *before* the correction.
+///
+/// # Errors
+/// See [`PredictError`].
+pub fn predict_corrected<M: Plant, T: Scalar>(
+    model: &M,
+    plan: &Plan,
+    p: &[T],
+    map: &InputMap<T>,
+    at_rest: bool,
+    mut correct: impl FnMut(Sight<'_, T>) -> bool,
+) -> Result<Prediction<T>, PredictError> {
+    drive(model, plan, p, map, at_rest, &mut |_| (), &mut correct)
+}
+
+fn drive<M: Plant, T: Scalar>(
+    model: &M,
+    plan: &Plan,
+    p: &[T],
+    map: &InputMap<T>,
+    at_rest: bool,
+    each: &mut dyn FnMut(Moment<T>),
+    correct: &mut dyn FnMut(Sight<'_, T>) -> bool,
 ) -> Result<Prediction<T>, PredictError> {
     let n = model.sizes();
     let input = |i: usize, node: usize| {
@@ -304,6 +347,12 @@ pub fn follow<M: Plant, T: Scalar>(
                 out.y[at] = y[channel];
                 each(Moment::Reading { channel, sample: k, y: y[channel] });
                 out.modes[at * n.modes..][..n.modes].copy_from_slice(&s.modes);
+            }
+            let sight =
+                Sight { t: node.t, readings: &node.readings, shown: &y, x: &mut s.x, modes: &s.modes };
+            if correct(sight) {
+                s.update(node.t, &u)?;
+                s.enter(node.t, &u);
             }
         }
         s.advance(node, &mut u, &du, &mut out.events)?;
@@ -389,11 +438,15 @@ impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
         let longest = self.laws.known[self.laws.current].1.longest;
         let mut h = even(node.h, longest);
         while left > 0.0 {
-            if h < node.h / MOST_STEPS {
+            if h < node.h / MOST_STEPS && h < left {
                 return Err(PredictError::Stiff { run: self.plan.name.clone(), t, step: h });
             }
             if left < 1.5 * h {
                 h = left;
+            }
+            let due = self.model.next_event(&self.values, &self.modes).filter(|due| *due < t + h);
+            if let Some(due) = due {
+                h = (due - t).max(TICK.min(left));
             }
             x0.iter_mut().zip(&self.x).for_each(|(a, b)| *a = b.value());
             for (i, (a, b)) in u0.iter_mut().zip(&mut u1).enumerate() {
@@ -412,6 +465,17 @@ impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
             if crossed.is_empty() {
                 (t, left) = (t + h, left - h);
                 u.iter_mut().zip(du).for_each(|(u, du)| *u += *du * h);
+                if due.is_some() {
+                    met += 1;
+                    if self.update(t, u)? {
+                        events.push((t, self.modes.clone()));
+                        self.enter(t, u);
+                    }
+                    h = even(left, self.laws.known[self.laws.current].1.longest);
+                }
+                if met > MOST_EVENTS {
+                    return Err(PredictError::Chatter { run: self.plan.name.clone(), t });
+                }
                 continue;
             }
             met += 1;

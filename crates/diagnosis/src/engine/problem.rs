@@ -1,0 +1,404 @@
+//! Innovations of a model against recordings, and their derivatives by what is unknown.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use trueup_identification::lsq::{Evaluation, Problem};
+use trueup_identification::predict::{InputMap, Plan, PredictError, predict_corrected};
+use trueup_identification::run::{Between, Drive, Run};
+use trueup_identification::unknown::Scale;
+use trueup_numerics::hybrid::Hybrid;
+use trueup_numerics::{Dual, Scalar};
+
+use super::observer::{Coordinate, Gains};
+use super::subject::Model;
+
+/// What an unknown sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// This parameter of the model.
+    Parameter(usize),
+    /// By how much parameter `at` exceeds parameter `base`.
+    Above {
+        /// Which parameter.
+        at: usize,
+        /// The one that it is compared with.
+        base: usize,
+    },
+    /// A constant reading offset of the channels that show this output.
+    Offset(usize),
+    /// By how many seconds the channels that show this output are late.
+    SensorDelay(usize),
+    /// By how many seconds this input acts late.
+    InputDelay(usize),
+    /// Time constant of a first-order lag of this input, s.
+    InputLag(usize),
+}
+
+impl Target {
+    /// Changes when things happen: the derivative is a difference.
+    fn shifts(self) -> bool {
+        matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
+    }
+}
+
+/// One unknown.
+#[derive(Clone, Debug)]
+pub struct Unknown {
+    /// FMU variable, or what it is.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+    /// What it sets.
+    pub target: Target,
+    /// In this recording only; `None`: in all.
+    pub run: Option<usize>,
+    /// Value to start from.
+    pub start: f64,
+    /// How it is searched.
+    pub scale: Scale,
+    /// Smallest value.
+    pub lower: f64,
+    /// Largest value.
+    pub upper: f64,
+    /// Believed value and standard deviation, as coordinates of `scale`.
+    pub prior: Option<(f64, f64)>,
+}
+
+impl Unknown {
+    /// The coordinate of its start.
+    pub fn coordinate(&self) -> f64 {
+        self.scale.coordinate(self.start)
+    }
+}
+
+/// A recording ready to be compared.
+#[derive(Clone, Debug)]
+pub struct Compared {
+    /// Inputs and readings.
+    pub run: Run,
+    /// Parameters that hold for this recording: first states.
+    pub known: Vec<(usize, f64)>,
+    plan: Plan,
+}
+
+impl Compared {
+    /// Of a plant with `inputs` inputs.
+    pub fn new(run: Run, known: Vec<(usize, f64)>, inputs: usize) -> Self {
+        let plan = Plan::new(&run, inputs);
+        Self { run, known, plan }
+    }
+    /// How many readings there are.
+    pub fn len(&self) -> usize {
+        self.plan.len()
+    }
+    /// None.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A model, recordings, and what is unknown.
+#[derive(Clone, Debug)]
+pub struct Comparison<'a> {
+    /// With its effects.
+    pub model: &'a Model,
+    /// All parameters.
+    pub nominal: Vec<f64>,
+    /// Parameters that follow another: `(which, whom)`.
+    pub ties: Vec<(usize, usize)>,
+    /// The recordings.
+    pub runs: &'a [Compared],
+    /// Coordinates, and gains of each recording; `None`: free-running.
+    pub observer: Option<(&'a [Coordinate], &'a [Gains])>,
+    /// What is estimated.
+    pub unknowns: Vec<Unknown>,
+}
+
+impl Comparison<'_> {
+    /// Coordinates to start from.
+    pub fn start(&self) -> Vec<f64> {
+        self.unknowns.iter().map(Unknown::coordinate).collect()
+    }
+    /// Values at `theta`.
+    pub fn values(&self, theta: &[f64]) -> Vec<f64> {
+        self.unknowns.iter().zip(theta).map(|(u, x)| u.scale.value(*x).0).collect()
+    }
+    /// How many readings there are: the residuals before those of the priors.
+    pub fn readings(&self) -> usize {
+        self.runs.iter().map(Compared::len).sum()
+    }
+    /// Where each recording's residuals begin; last: where they end.
+    pub fn begins(&self) -> Vec<usize> {
+        let mut begin = vec![0];
+        self.runs.iter().for_each(|r| begin.push(begin[begin.len() - 1] + r.len()));
+        begin
+    }
+    /// All parameters in one recording at `theta`.
+    pub fn parameters(&self, run: usize, theta: &[f64]) -> Vec<f64> {
+        self.arguments(run, theta, |_, v, _| v).0
+    }
+
+    fn acting(&self, run: usize) -> Vec<usize> {
+        (0..self.unknowns.len()).filter(|&k| self.unknowns[k].run.is_none_or(|r| r == run)).collect()
+    }
+
+    /// Parameters and offsets per output; `seed` makes a scalar of unknown, value and dvalue/dtheta.
+    fn arguments<T: Scalar>(
+        &self,
+        run: usize,
+        theta: &[f64],
+        seed: impl Fn(usize, f64, f64) -> T,
+    ) -> (Vec<T>, Vec<T>) {
+        let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
+        self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
+        let mut offsets = vec![T::zero(); self.model.sizes().outputs];
+        let mut above = Vec::new();
+        for k in self.acting(run) {
+            let (value, slope) = self.unknowns[k].scale.value(theta[k]);
+            let v = seed(k, value, slope);
+            match self.unknowns[k].target {
+                Target::Parameter(i) => p[i] = v,
+                Target::Above { at, base } => above.push((at, base, v)),
+                Target::Offset(i) => offsets[i] = v,
+                Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_) => {}
+            }
+        }
+        self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);
+        above.into_iter().for_each(|(at, base, v)| p[at] = p[base] + v);
+        (p, offsets)
+    }
+
+    /// The recording with its delays as `theta` has them; `None`: as it is.
+    fn shifted(&self, run: usize, theta: &[f64]) -> Option<(Run, Plan)> {
+        let acting = self.acting(run);
+        if !acting.iter().any(|&k| self.unknowns[k].target.shifts()) {
+            return None;
+        }
+        let mut shifted = self.runs[run].run.clone();
+        for k in acting {
+            let value = self.unknowns[k].scale.value(theta[k]).0;
+            match self.unknowns[k].target {
+                Target::SensorDelay(output) => {
+                    let late = shifted.channels.iter_mut().filter(|c| c.output == output);
+                    late.for_each(|c| c.delay += value);
+                }
+                Target::InputDelay(input) => {
+                    let late = shifted.drives.iter_mut().filter(|d| d.input == input);
+                    late.for_each(|d| d.t.iter_mut().for_each(|t| *t += value));
+                }
+                Target::InputLag(input) => {
+                    let late = shifted.drives.iter_mut().filter(|d| d.input == input);
+                    late.for_each(|d| *d = lagged(d, value));
+                }
+                _ => {}
+            }
+        }
+        let plan = Plan::new(&shifted, self.model.sizes().inputs);
+        Some((shifted, plan))
+    }
+
+    /// What the channels show beyond what is measured (simulated less measured), channel after channel.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn innovations(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
+        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
+        let shifted = self.shifted(run, theta);
+        self.differences(run, &p, &offsets, shifted.as_ref())
+    }
+
+    fn differences<T: Scalar>(
+        &self,
+        run: usize,
+        p: &[T],
+        offsets: &[T],
+        shifted: Option<&(Run, Plan)>,
+    ) -> Result<Vec<T>, PredictError> {
+        let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
+        let map = InputMap { gain: Vec::new(), bias: Vec::new() };
+        let mut found = predict_corrected(self.model, plan, p, &map, data.at_rest, |sight| {
+            let Some((coordinates, gains)) = self.observer else { return false };
+            for &(channel, k) in sight.readings {
+                let Some(gain) = &gains[run][channel] else { continue };
+                let c = &data.channels[channel];
+                let missed = -(sight.shown[channel] + offsets[c.output]) + c.y[k];
+                let coordinate = &coordinates[gain.coordinate];
+                for (state, factor) in &coordinate.position {
+                    sight.x[*state] += missed * (gain.position * factor);
+                }
+                if coordinate.held.is_some_and(|mode| sight.modes[mode] == 0) {
+                    continue;
+                }
+                for (state, factor) in &coordinate.velocity {
+                    sight.x[*state] += missed * (gain.velocity * factor);
+                }
+            }
+            true
+        })?;
+        for (c, channel) in data.channels.iter().enumerate() {
+            let range = plan.channels()[c]..plan.channels()[c + 1];
+            for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {
+                *y = *y + offsets[channel.output] - T::constant(*measured);
+            }
+        }
+        Ok(found.y)
+    }
+
+    /// 1 over the standard deviation of each reading's innovation, 0 while the observer settles.
+    pub fn weights(&self, run: usize) -> Vec<f64> {
+        let data = &self.runs[run].run;
+        let mut all = Vec::with_capacity(self.runs[run].len());
+        let gains = self.observer.map(|(_, gains)| &gains[run]);
+        let memory = gains.map_or(0.0, |g| g.iter().flatten().map(|g| g.memory).fold(0.0, f64::max));
+        for (c, channel) in data.channels.iter().enumerate() {
+            let gain = gains.and_then(|g| g[c]);
+            for (k, t) in channel.t.iter().enumerate() {
+                let deviation = gain.map_or(channel.sigma, |g| g.deviation) * channel.deviation(k) / channel.sigma;
+                all.push(if *t < data.start + memory { 0.0 } else { 1.0 / deviation });
+            }
+        }
+        all
+    }
+
+    fn columns<const N: usize>(
+        &self,
+        run: usize,
+        theta: &[f64],
+        acting: &[usize],
+        weights: &[f64],
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
+        let (p, offsets) = self.arguments(run, theta, |k, value, slope| {
+            let mut v = Dual::<N>::constant(value);
+            if let Some(i) = acting.iter().position(|a| *a == k) {
+                v.eps[i] = slope;
+            }
+            v
+        });
+        let found = self.differences(run, &p, &offsets, self.shifted(run, theta).as_ref())?;
+        let columns = (0..acting.len())
+            .map(|i| found.iter().zip(weights).map(|(y, w)| y.eps[i] * w).collect())
+            .collect();
+        Ok((found.iter().zip(weights).map(|(y, w)| y.value() * w).collect(), columns))
+    }
+
+    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Vec<(usize, Vec<f64>)>), PredictError> {
+        let weights = self.weights(run);
+        let (shifts, smooth): (Vec<usize>, Vec<usize>) =
+            self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
+        let (mut residuals, mut all) = (Vec::new(), Vec::new());
+        for piece in smooth.chunks(24) {
+            let (r, columns) = match piece.len() {
+                0..=4 => self.columns::<4>(run, theta, piece, &weights)?,
+                5..=8 => self.columns::<8>(run, theta, piece, &weights)?,
+                9..=12 => self.columns::<12>(run, theta, piece, &weights)?,
+                13..=16 => self.columns::<16>(run, theta, piece, &weights)?,
+                _ => self.columns::<24>(run, theta, piece, &weights)?,
+            };
+            residuals = r;
+            all.extend(piece.iter().copied().zip(columns));
+        }
+        if residuals.is_empty() {
+            residuals = weighted(self.innovations(run, theta)?, &weights);
+        }
+        for k in shifts {
+            let mut moved = theta.to_vec();
+            let step = 0.02;
+            moved[k] += step;
+            let there = weighted(self.innovations(run, &moved)?, &weights);
+            let column = there.iter().zip(&residuals).map(|(a, b)| (a - b) / step).collect();
+            all.push((k, column));
+        }
+        Ok((residuals, all))
+    }
+
+    /// Residuals of the readings, without derivatives and priors.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn residuals(&self, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
+        let found: Vec<_> = (0..self.runs.len())
+            .into_par_iter()
+            .map(|run| Ok(weighted(self.innovations(run, theta)?, &self.weights(run))))
+            .collect();
+        let mut all = Vec::with_capacity(self.readings());
+        for r in found {
+            all.extend(r?);
+        }
+        Ok(all)
+    }
+}
+
+fn weighted(mut v: Vec<f64>, weights: &[f64]) -> Vec<f64> {
+    v.iter_mut().zip(weights).for_each(|(v, w)| *v *= w);
+    v
+}
+
+/// An input behind a first-order lag T dx/dt = u - x, exactly at its samples and at three instants between.
+fn lagged(drive: &Drive, lag: f64) -> Drive {
+    if lag <= 0.0 || drive.t.len() < 2 {
+        return drive.clone();
+    }
+    let (mut t, mut u) = (Vec::new(), Vec::new());
+    let mut x = drive.u[0];
+    for k in 0..drive.t.len() - 1 {
+        let h = (drive.t[k + 1] - drive.t[k]) / 4.0;
+        let slope = match drive.between {
+            Between::Hold => 0.0,
+            Between::Linear => (drive.u[k + 1] - drive.u[k]) / (4.0 * h),
+        };
+        let decay = (-h / lag).exp();
+        for i in 0..4 {
+            t.push(drive.t[k] + h * f64::from(i));
+            u.push(x);
+            // Response to a ramp that begins at u0: u0 + slope (h - T) + (x - u0 + slope T) e^(-h/T).
+            let u0 = drive.u[k] + slope * h * f64::from(i);
+            x = u0 + slope * (h - lag) + (x - u0 + slope * lag) * decay;
+        }
+    }
+    t.push(drive.t[drive.t.len() - 1]);
+    u.push(x);
+    Drive { input: drive.input, t, u, between: Between::Linear }
+}
+
+impl Problem for Comparison<'_> {
+    type Error = PredictError;
+
+    fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |v: f64, u: &Unknown| if v.is_finite() { u.scale.coordinate(v) } else { v };
+        (
+            self.unknowns.iter().map(|u| of(u.lower, u)).collect(),
+            self.unknowns.iter().map(|u| of(u.upper, u)).collect(),
+        )
+    }
+
+    fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {
+        let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
+        let (readings, rows) = (self.readings(), self.readings() + believed.len());
+        let begin = self.begins();
+        let mut residuals = DVector::zeros(rows);
+        let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
+        if let Some(j) = &mut columns {
+            let found: Vec<_> =
+                (0..self.runs.len()).into_par_iter().map(|run| self.derivatives(run, theta)).collect();
+            for (run, found) in found.into_iter().enumerate() {
+                let (r, all) = found?;
+                let range = begin[run]..begin[run + 1];
+                residuals.as_mut_slice()[range.clone()].copy_from_slice(&r);
+                for (k, column) in all {
+                    j.column_mut(k).as_mut_slice()[range.clone()].copy_from_slice(&column);
+                }
+            }
+        } else {
+            residuals.as_mut_slice()[..readings].copy_from_slice(&self.residuals(theta)?);
+        }
+        for (row, &k) in believed.iter().enumerate() {
+            if let Some((mean, sd)) = self.unknowns[k].prior {
+                residuals[readings + row] = (theta[k] - mean) / sd;
+                if let Some(j) = &mut columns {
+                    j[(readings + row, k)] = 1.0 / sd;
+                }
+            }
+        }
+        Ok(Evaluation { residuals, jacobian: columns })
+    }
+}

@@ -1,0 +1,282 @@
+//! A case with its recordings as numbers that a model can be compared with.
+
+use std::collections::BTreeMap;
+
+use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_models::{effect, joint};
+use trueup_numerics::hybrid::Hybrid;
+use trueup_signals::case::{Case, Loaded};
+use trueup_signals::noise;
+use trueup_signals::recording::{Interpolation, Recording};
+
+use super::observer::Coordinate;
+use super::problem::Compared;
+use super::subject::{Model, Subject};
+
+/// A case that cannot be diagnosed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Unfit {
+    /// Not one of the plants.
+    #[error("case.toml: there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
+    Model(String),
+    /// The structure asked for cannot be built.
+    #[error("case.toml: {0}")]
+    Structure(String),
+    /// A channel whose noise nobody knows.
+    #[error(
+        "{recording}: nothing is known of the noise of {channel}, and its readings do not show it; declare [channels.{channel}] noise or resolution"
+    )]
+    Noise {
+        /// Recording.
+        recording: String,
+        /// FMU variable.
+        channel: String,
+    },
+    /// No recording to learn from.
+    #[error("case.toml: train is empty; name at least one recording that may be used for fitting")]
+    Empty,
+    /// Nothing to compare.
+    #[error("{0}: no channel is an output of the model; name the columns as the FMU names its outputs, or map them in the sidecar")]
+    NoOutput(String),
+}
+
+/// A case ready for diagnosis.
+#[derive(Clone, Debug)]
+pub struct Prepared {
+    /// The plant as its owner declares it.
+    pub subject: Subject,
+    /// Without effects.
+    pub model: Model,
+    /// Its parameters as the owner believes them.
+    pub nominal: Vec<f64>,
+    /// Relative doubt per parameter, where declared.
+    pub doubt: BTreeMap<String, f64>,
+    /// Recordings for fitting.
+    pub train: Vec<Compared>,
+    /// Recordings for the figures reported.
+    pub holdout: Vec<Compared>,
+    /// Its coordinates.
+    pub coordinates: Vec<Coordinate>,
+    /// Standard deviation of the noise of measured inputs, by input.
+    pub input_noise: Vec<f64>,
+    /// Outputs whose constant reading offset is to be estimated.
+    pub offsets: Vec<usize>,
+}
+
+impl Subject {
+    /// The plant that a case names, with its structure.
+    ///
+    /// # Errors
+    /// It names none of ours.
+    pub fn of(case: &Case) -> Result<Self, Unfit> {
+        let declared: Vec<bool> =
+            case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+        match case.model.as_str() {
+            "TwoMassJoint" => {
+                let flexible = declared.first().copied().unwrap_or(true);
+                Ok(Self { plant: effect::Plant::Joint, flexible: vec![flexible] })
+            }
+            "PlanarManipulator" => {
+                let links = case.elements("linkMass").len();
+                let n = if declared.is_empty() { if links > 0 { links } else { 3 } } else { declared.len() };
+                let flexible = if declared.is_empty() { (0..n).map(|j| j == 0).collect() } else { declared };
+                Ok(Self { plant: effect::Plant::Arm, flexible })
+            }
+            other => Err(Unfit::Model(other.to_owned())),
+        }
+    }
+}
+
+impl Prepared {
+    /// From a case with its recordings.
+    ///
+    /// # Errors
+    /// See [`Unfit`].
+    pub fn new(loaded: &Loaded) -> Result<Self, Unfit> {
+        let case = &loaded.case;
+        let subject = Subject::of(case)?;
+        let model = subject.model(&[] as &[&str]).map_err(Unfit::Structure)?;
+        let names = subject.parameters(&model);
+        let mut nominal = subject.defaults(&model);
+        let mut doubt = BTreeMap::new();
+        for (value, named) in nominal.iter_mut().zip(&names) {
+            if let Some(v) = case.number(&named.name) {
+                *value = v;
+            }
+            if let Some(d) = case.doubt(&named.name) {
+                doubt.insert(named.name.clone(), d);
+            }
+        }
+        if matches!(model, Model::Joint(_)) && case.number("staticFriction").is_none() {
+            nominal[joint::parameter::STATIC_FRICTION] = nominal[joint::parameter::COULOMB_FRICTION];
+        }
+        let gear = nominal.get(joint::parameter::GEAR_RATIO).copied().unwrap_or(1.0);
+        let coordinates = subject.coordinates(&model, gear);
+        let inputs = subject.inputs();
+        let index: BTreeMap<&str, usize> = names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
+        let compared = |list: Vec<&Recording>| -> Result<Vec<Compared>, Unfit> {
+            list.into_iter()
+                .map(|r| {
+                    let run = run(loaded, &subject, r)?;
+                    let mut known = first_states(&subject, &model, &nominal, &coordinates, &run);
+                    for (name, value) in &r.parameters {
+                        if let (Some(i), Some(v)) = (index.get(name.as_str()), value.number()) {
+                            known.retain(|(k, _)| k != i);
+                            known.push((*i, v));
+                        }
+                    }
+                    Ok(Compared::new(run, known, model.sizes().inputs))
+                })
+                .collect()
+        };
+        let (train, holdout) = (compared(loaded.train())?, compared(loaded.holdout())?);
+        if train.is_empty() {
+            return Err(Unfit::Empty);
+        }
+        let input_noise =
+            inputs.iter().map(|name| noise::floor(loaded, name).map_or(0.0, |f| f.deviation)).collect();
+        let estimated = |name: &String| {
+            loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.estimate_offset))
+        };
+        let offsets = subject.outputs().iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
+        Ok(Self { subject, model, nominal, doubt, train, holdout, coordinates, input_noise, offsets })
+    }
+}
+
+fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {
+    let (inputs, outputs) = (subject.inputs(), subject.outputs());
+    let mut run = Run { name: r.name.clone(), start: r.start, ..Run::default() };
+    for c in &r.channels {
+        if let Some(input) = inputs.iter().position(|n| *n == c.name) {
+            let between = match c.interpolation {
+                Interpolation::Linear => Between::Linear,
+                Interpolation::Hold => Between::Hold,
+            };
+            let t = c.time.iter().map(|t| t - c.sensor.delay).collect();
+            run.drives.push(Drive { input, t, u: c.values.clone(), between });
+        } else if let Some(output) = outputs.iter().position(|n| *n == c.name) {
+            let quiet = c.range().is_none_or(|(low, high)| high <= low);
+            if quiet {
+                continue;
+            }
+            let sigma = noise::floor(loaded, &c.name)
+                .map(|f| f.deviation)
+                .filter(|d| *d > 0.0)
+                .or_else(|| rough(&c.values))
+                .ok_or_else(|| Unfit::Noise { recording: r.name.clone(), channel: c.name.clone() })?;
+            run.channels.push(Channel {
+                name: c.name.clone(),
+                output,
+                t: c.time.clone(),
+                y: c.values.clone(),
+                sigma,
+                delay: c.sensor.delay,
+                resolution: c.sensor.resolution.unwrap_or(0.0),
+                spread: Vec::new(),
+            });
+        }
+    }
+    if run.channels.is_empty() {
+        return Err(Unfit::NoOutput(r.name.clone()));
+    }
+    Ok(run)
+}
+
+/// Noise where nobody declares it: from third differences, which a smooth motion does not have.
+fn rough(y: &[f64]) -> Option<f64> {
+    let mut d: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();
+    if d.len() < 20 {
+        return None;
+    }
+    let middle = d.len() / 2;
+    let median = *d.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // White noise of deviation s makes third differences of deviation s sqrt(20); the median of |N(0, 1)| is 0.6745.
+    (median > 0.0).then(|| median / (0.6745 * 20f64.sqrt()))
+}
+
+/// Position and velocity of every coordinate at the start, from a parabola through its first readings; of those that
+/// nobody measures as of the neighbour: the load as the motor has it.
+fn first_states(
+    subject: &Subject,
+    model: &Model,
+    nominal: &[f64],
+    coordinates: &[Coordinate],
+    run: &Run,
+) -> Vec<(usize, f64)> {
+    let mut found: Vec<Option<[f64; 2]>> = Vec::new();
+    for c in coordinates {
+        let seen = |list: &[(usize, f64)]| {
+            list.iter().find_map(|(o, f)| {
+                let channel = run.channels.iter().find(|ch| ch.output == *o)?;
+                let fit = parabola(channel, run.start)?;
+                Some([fit[0] / f, fit[1] / f])
+            })
+        };
+        let (position, velocity) = (seen(&c.positions), seen(&c.velocities));
+        found.push(match (position, velocity) {
+            (Some(p), Some(v)) => Some([p[0], v[0]]),
+            (p, None) => p,
+            (None, Some(v)) => Some([0.0, v[0]]),
+        });
+    }
+    // Of two that share a spring one follows the other.
+    if let (effect::Plant::Joint, [a, b]) = (subject.plant, &mut found[..]) {
+        let n = nominal[joint::parameter::GEAR_RATIO];
+        match (*a, *b) {
+            (Some(m), None) => *b = Some([m[0] / n, m[1] / n]),
+            (None, Some(l)) => *a = Some([l[0] * n, l[1] * n]),
+            _ => {}
+        }
+    }
+    if let Model::Arm(m) = model {
+        let mut row = 3;
+        for flexible in m.flexible() {
+            if *flexible {
+                match (found[row], found[row + 1]) {
+                    (Some(j), None) => found[row + 1] = Some(j),
+                    (None, Some(j)) => found[row] = Some(j),
+                    _ => {}
+                }
+            }
+            row += 1 + usize::from(*flexible);
+        }
+    }
+    let mut known = Vec::new();
+    for (c, v) in coordinates.iter().zip(found) {
+        if let (Some(start), Some(v)) = (c.start, v) {
+            known.extend([(start[0], v[0]), (start[1], v[1])]);
+        }
+    }
+    if let Model::Arm(m) = model {
+        // A rigid joint's motor is the joint.
+        use trueup_models::arm::parameter as p;
+        let n = m.links();
+        for (j, _) in m.flexible().iter().enumerate().filter(|(_, f)| !**f) {
+            for (from, to) in [
+                (p::initial_joint_angle(n) + j, p::initial_motor_angle(n) + j),
+                (p::initial_joint_velocity(n) + j, p::initial_motor_velocity(n) + j),
+            ] {
+                if let Some((_, v)) = known.iter().find(|(k, _)| *k == from).copied() {
+                    known.push((to, v));
+                }
+            }
+        }
+    }
+    known
+}
+
+/// Value and slope at `start` of the least-squares parabola through the first readings of a channel.
+fn parabola(channel: &Channel, start: f64) -> Option<[f64; 2]> {
+    let count = channel.t.iter().take_while(|t| **t <= start + 0.05).count().clamp(8, 60);
+    let n = count.min(channel.t.len());
+    if n < 3 {
+        return channel.y.first().map(|y| [*y, 0.0]);
+    }
+    let span = (channel.t[n - 1] - start).max(f64::MIN_POSITIVE);
+    let rows = nalgebra::DMatrix::from_fn(n, 3, |i, j| {
+        ((channel.t[i] - channel.delay - start) / span).powi(j as i32)
+    });
+    let y = nalgebra::DVector::from_fn(n, |i, _| channel.y[i] - channel.y[0]);
+    let fit = rows.svd(true, true).solve(&y, 1e-12).ok()?;
+    Some([fit[0] + channel.y[0], fit[1] / span])
+}

@@ -1,0 +1,270 @@
+//! The plant under diagnosis: its structure, with any effects, and where a named value lies in it.
+
+use trueup_identification::plant::Plant;
+use trueup_models::arm::{self, PlanarManipulator};
+use trueup_models::effect::{self, Choice, EffectSet, Role, Scope};
+use trueup_models::joint::{self, TwoMassJoint};
+use trueup_models::presets;
+use trueup_numerics::Scalar;
+use trueup_numerics::delegate_hybrid;
+use trueup_numerics::hybrid::Hybrid;
+
+/// One of the plants, with effects.
+#[derive(Clone, Debug)]
+pub enum Model {
+    /// TwoMassJoint.
+    Joint(TwoMassJoint),
+    /// PlanarManipulator.
+    Arm(PlanarManipulator),
+}
+
+delegate_hybrid!(Model {
+    Model::Joint(m) => m,
+    Model::Arm(m) => m,
+});
+
+/// Effects whose states follow: Dahl's bristles.
+const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
+
+impl Plant for Model {
+    fn affine(&self) -> bool {
+        match self {
+            Self::Joint(m) => m.affine(),
+            Self::Arm(_) => false,
+        }
+    }
+    fn followers(&self) -> Vec<usize> {
+        let following = self.effects().iter().filter(|e| FOLLOWING.contains(&e.spec().id));
+        following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
+    }
+    fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]) {
+        if let Self::Joint(m) = self {
+            m.rest(p, u);
+        }
+    }
+}
+
+impl Model {
+    /// Its effects.
+    pub fn effects(&self) -> &EffectSet {
+        match self {
+            Self::Joint(m) => m.effects(),
+            Self::Arm(m) => m.effects(),
+        }
+    }
+}
+
+/// The plant without effects, as its owner declares it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject {
+    /// Which plant.
+    pub plant: effect::Plant,
+    /// Which joints have a spring.
+    pub flexible: Vec<bool>,
+}
+
+/// A value's name and unit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Named {
+    /// FMU variable, an element with its index.
+    pub name: String,
+    /// Its unit.
+    pub unit: String,
+}
+
+const JOINT_PARAMETERS: [(&str, &str); joint::parameter::COUNT] = [
+    ("motorInertia", "kg.m2"),
+    ("loadInertia", "kg.m2"),
+    ("gearRatio", "1"),
+    ("torqueConstant", "N.m/A"),
+    ("stiffness", "N.m/rad"),
+    ("damping", "N.m.s/rad"),
+    ("coulombFriction", "N.m"),
+    ("staticFriction", "N.m"),
+    ("viscousFriction", "N.m.s/rad"),
+    ("initialMotorAngle", "rad"),
+    ("initialMotorVelocity", "rad/s"),
+    ("initialLoadAngle", "rad"),
+    ("initialLoadVelocity", "rad/s"),
+];
+const JOINT_OUTPUTS: [&str; joint::output::COUNT] = [
+    "motorAngle",
+    "motorVelocity",
+    "motorAcceleration",
+    "loadAngle",
+    "loadVelocity",
+    "loadAcceleration",
+    "motorTorque",
+    "transmissionTorque",
+    "frictionTorque",
+    "sticking",
+];
+const JOINT_INPUTS: [&str; joint::input::COUNT] = ["motorCurrent", "externalTorque"];
+
+fn arm_unit(name: &str) -> &'static str {
+    match name {
+        "baseMass" | "linkMass" => "kg",
+        "baseInertia" | "linkInertia" | "motorInertia" => "kg.m2",
+        "mountPosition" | "linkLength" | "linkCenterOfMass" | "initialBasePosition" => "m",
+        "jointStiffness" => "N.m/rad",
+        "jointDamping" | "viscousFriction" => "N.m.s/rad",
+        "coulombFriction" | "staticFriction" => "N.m",
+        "initialBaseVelocity" => "m/s",
+        n if n.starts_with("initial") && (n.ends_with("Rate") || n.ends_with("Velocity")) => "rad/s",
+        n if n.starts_with("initial") => "rad",
+        _ => "1",
+    }
+}
+
+/// Elements of a vector or, for centres of mass, of a matrix with two columns.
+fn elements(name: &str, length: usize, vector: bool) -> Vec<String> {
+    match name {
+        "linkCenterOfMass" => {
+            (0..length).map(|i| format!("{name}[{},{}]", i / 2 + 1, i % 2 + 1)).collect()
+        }
+        _ if vector => (1..=length).map(|i| format!("{name}[{i}]")).collect(),
+        _ => vec![name.to_owned()],
+    }
+}
+
+const ARM_SCALARS: &[&str] = &[
+    "baseMass",
+    "baseInertia",
+    "initialBaseAttitude",
+    "initialBaseRate",
+    "motorCoupling",
+    "baseTorque",
+    "tipTorque",
+    "baseAttitude",
+    "baseRate",
+    "tipAttitude",
+    "angularMomentum",
+    "kineticEnergy",
+    "potentialEnergy",
+];
+
+fn arm_names(list: &[(&str, fn(usize) -> usize)], n: usize) -> Vec<String> {
+    list.iter().flat_map(|(name, length)| elements(name, length(n), !ARM_SCALARS.contains(name))).collect()
+}
+
+impl Subject {
+    /// With these effects (ids, places behind a colon).
+    ///
+    /// # Errors
+    /// An effect that this plant cannot have.
+    pub fn model<S: AsRef<str>>(&self, effects: &[S]) -> Result<Model, String> {
+        match self.plant {
+            effect::Plant::Joint => TwoMassJoint::new(self.flexible[0], effects)
+                .map(Model::Joint)
+                .map_err(|e| e.to_string()),
+            effect::Plant::Arm => PlanarManipulator::new(&self.flexible, effects)
+                .map(Model::Arm)
+                .map_err(|e| e.to_string()),
+        }
+    }
+    /// Number of joints.
+    pub fn joints(&self) -> usize {
+        self.flexible.len()
+    }
+    /// Inputs in their order.
+    pub fn inputs(&self) -> Vec<String> {
+        match self.plant {
+            effect::Plant::Joint => JOINT_INPUTS.map(str::to_owned).to_vec(),
+            effect::Plant::Arm => arm_names(arm::input::NAMES, self.joints()),
+        }
+    }
+    /// Outputs in their order (those of the plant without effects).
+    pub fn outputs(&self) -> Vec<String> {
+        match self.plant {
+            effect::Plant::Joint => JOINT_OUTPUTS.map(str::to_owned).to_vec(),
+            effect::Plant::Arm => arm_names(arm::output::NAMES, self.joints()),
+        }
+    }
+    /// All parameters of a model in their order.
+    pub fn parameters(&self, model: &Model) -> Vec<Named> {
+        let mut all: Vec<Named> = match model {
+            Model::Joint(_) => JOINT_PARAMETERS
+                .iter()
+                .map(|(name, unit)| Named { name: (*name).into(), unit: (*unit).into() })
+                .collect(),
+            Model::Arm(m) => {
+                let mut list = arm::parameter::NAMES.to_vec();
+                if m.has_friction() {
+                    for name in ["coulombFriction", "staticFriction", "viscousFriction"] {
+                        list.push((name, |n| n));
+                    }
+                }
+                list.iter()
+                    .flat_map(|(name, length)| {
+                        let names =
+                            elements(name, length(self.joints()), !ARM_SCALARS.contains(name)).into_iter();
+                        names.map(|n| Named { name: n, unit: arm_unit(name).into() })
+                    })
+                    .collect()
+            }
+        };
+        for e in model.effects().iter() {
+            let vector = self.plant == effect::Plant::Arm && e.choice.scope() != Scope::Once && e.sites > 1;
+            for spec in e.choice.parameters() {
+                let unit = e.choice.unit(spec.unit);
+                let names = elements(&e.choice.variable(spec.name), e.sites, vector);
+                all.extend(names.into_iter().map(|name| Named { name, unit: unit.into() }));
+            }
+        }
+        all
+    }
+    /// Values to begin with: those of the preset; effects are neutral.
+    pub fn defaults(&self, model: &Model) -> Vec<f64> {
+        let mut p = match model {
+            Model::Joint(_) => presets::delian(1).map_or_else(Vec::new, |p| p.to_vec()),
+            Model::Arm(m) => {
+                let mut p = presets::cbk_pan(&self.flexible);
+                if m.has_friction() {
+                    p.resize(p.len() + 3 * self.joints(), 0.0);
+                }
+                p
+            }
+        };
+        for e in model.effects().iter() {
+            for spec in e.choice.parameters() {
+                let start = match (spec.role, self.plant) {
+                    (Role::Amplitude, _) => spec.neutral,
+                    (_, effect::Plant::Joint) => spec.joint_start,
+                    (_, effect::Plant::Arm) => spec.arm_start,
+                };
+                p.resize(p.len() + e.sites, start);
+            }
+        }
+        p
+    }
+    /// Every effect that can act here, in every place.
+    pub fn choices(&self) -> impl Iterator<Item = Choice> {
+        Choice::all(self.plant)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_defaults_cover_every_parameter() {
+        for (plant, flexible) in
+            [(effect::Plant::Joint, vec![true]), (effect::Plant::Arm, vec![true, false, false])]
+        {
+            let subject = Subject { plant, flexible };
+            let all: Vec<String> = subject.choices().map(|c| c.id()).collect();
+            for effects in [&[][..], &all] {
+                let model = subject.model(effects).unwrap();
+                let n = model.sizes().parameters;
+                let names = subject.parameters(&model);
+                assert_eq!((names.len(), subject.defaults(&model).len()), (n, n));
+                let mut distinct: Vec<_> = names.iter().map(|n| &n.name).collect();
+                distinct.sort();
+                distinct.dedup();
+                assert_eq!(distinct.len(), n);
+            }
+            assert_eq!(subject.inputs().len(), subject.model(&[] as &[&str]).unwrap().sizes().inputs);
+        }
+    }
+}
