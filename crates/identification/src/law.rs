@@ -72,8 +72,15 @@ struct Weights {
 }
 
 impl Weights {
-    const PLAIN: Self =
-        Self { lambda: 0.0, half: 1.0, whole: 1.0, stage: 0.5, first: 1.0 / 6.0, middle: 1.0 / 3.0, last: 1.0 / 6.0 };
+    const PLAIN: Self = Self {
+        lambda: 0.0,
+        half: 1.0,
+        whole: 1.0,
+        stage: 0.5,
+        first: 1.0 / 6.0,
+        middle: 1.0 / 3.0,
+        last: 1.0 / 6.0,
+    };
 
     fn new(lambda: f64, h: f64) -> Self {
         let z = lambda * h;

@@ -23,7 +23,8 @@ pub trait Plant: Hybrid + Sync {
 }
 
 /// Effects that leave a joint affine between its events.
-const AFFINE: &[&str] = &["motor-friction", "asymmetric-friction", "base-drag", "table-tilt", "flexible-link"];
+const AFFINE: &[&str] =
+    &["motor-friction", "asymmetric-friction", "base-drag", "table-tilt", "flexible-link"];
 /// Effects whose states follow: Dahl's bristles.
 const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
 

@@ -4,4 +4,6 @@ pub mod hypothesis;
 pub mod observer;
 pub mod problem;
 pub mod recordings;
+pub mod search;
+pub mod select;
 pub mod subject;

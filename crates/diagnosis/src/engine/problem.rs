@@ -253,7 +253,8 @@ impl Comparison<'_> {
         for (c, channel) in data.channels.iter().enumerate() {
             let gain = gains.and_then(|g| g[c]);
             for (k, t) in channel.t.iter().enumerate() {
-                let deviation = gain.map_or(channel.sigma, |g| g.deviation) * channel.deviation(k) / channel.sigma;
+                let deviation =
+                    gain.map_or(channel.sigma, |g| g.deviation) * channel.deviation(k) / channel.sigma;
                 all.push(if *t < data.start + memory { 0.0 } else { 1.0 / deviation });
             }
         }
@@ -281,7 +282,11 @@ impl Comparison<'_> {
         Ok((found.iter().zip(weights).map(|(y, w)| y.value() * w).collect(), columns))
     }
 
-    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Vec<(usize, Vec<f64>)>), PredictError> {
+    fn derivatives(
+        &self,
+        run: usize,
+        theta: &[f64],
+    ) -> Result<(Vec<f64>, Vec<(usize, Vec<f64>)>), PredictError> {
         let weights = self.weights(run);
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());

@@ -5,9 +5,8 @@ use std::collections::BTreeMap;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::{effect, joint};
 use trueup_numerics::hybrid::Hybrid;
-use trueup_signals::case::{Case, Loaded};
 use trueup_signals::noise;
-use trueup_signals::recording::{Interpolation, Recording};
+use trueup_signals::{Case, Interpolation, Loaded, Recording};
 
 use super::observer::Coordinate;
 use super::problem::Compared;
@@ -17,7 +16,9 @@ use super::subject::{Model, Subject};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// Not one of the plants.
-    #[error("case.toml: there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
+    #[error(
+        "case.toml: there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator"
+    )]
     Model(String),
     /// The structure asked for cannot be built.
     #[error("case.toml: {0}")]
@@ -36,7 +37,9 @@ pub enum Unfit {
     #[error("case.toml: train is empty; name at least one recording that may be used for fitting")]
     Empty,
     /// Nothing to compare.
-    #[error("{0}: no channel is an output of the model; name the columns as the FMU names its outputs, or map them in the sidecar")]
+    #[error(
+        "{0}: no channel is an output of the model; name the columns as the FMU names its outputs, or map them in the sidecar"
+    )]
     NoOutput(String),
 }
 
@@ -69,8 +72,7 @@ impl Subject {
     /// # Errors
     /// It names none of ours.
     pub fn of(case: &Case) -> Result<Self, Unfit> {
-        let declared: Vec<bool> =
-            case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+        let declared: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
         match case.model.as_str() {
             "TwoMassJoint" => {
                 let flexible = declared.first().copied().unwrap_or(true);
@@ -110,10 +112,10 @@ impl Prepared {
         if matches!(model, Model::Joint(_)) && case.number("staticFriction").is_none() {
             nominal[joint::parameter::STATIC_FRICTION] = nominal[joint::parameter::COULOMB_FRICTION];
         }
-        let gear = nominal.get(joint::parameter::GEAR_RATIO).copied().unwrap_or(1.0);
-        let coordinates = subject.coordinates(&model, gear);
+        let coordinates = subject.coordinates(&model, &nominal);
         let inputs = subject.inputs();
-        let index: BTreeMap<&str, usize> = names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
+        let index: BTreeMap<&str, usize> =
+            names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
         let compared = |list: Vec<&Recording>| -> Result<Vec<Compared>, Unfit> {
             list.into_iter()
                 .map(|r| {
@@ -138,7 +140,8 @@ impl Prepared {
         let estimated = |name: &String| {
             loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.estimate_offset))
         };
-        let offsets = subject.outputs().iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
+        let offsets =
+            subject.outputs().iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
         Ok(Self { subject, model, nominal, doubt, train, holdout, coordinates, input_noise, offsets })
     }
 }

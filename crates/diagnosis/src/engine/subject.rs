@@ -7,7 +7,6 @@ use trueup_models::joint::{self, TwoMassJoint};
 use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_numerics::delegate_hybrid;
-use trueup_numerics::hybrid::Hybrid;
 
 /// One of the plants, with effects.
 #[derive(Clone, Debug)]
@@ -119,9 +118,7 @@ fn arm_unit(name: &str) -> &'static str {
 /// Elements of a vector or, for centres of mass, of a matrix with two columns.
 fn elements(name: &str, length: usize, vector: bool) -> Vec<String> {
     match name {
-        "linkCenterOfMass" => {
-            (0..length).map(|i| format!("{name}[{},{}]", i / 2 + 1, i % 2 + 1)).collect()
-        }
+        "linkCenterOfMass" => (0..length).map(|i| format!("{name}[{},{}]", i / 2 + 1, i % 2 + 1)).collect(),
         _ if vector => (1..=length).map(|i| format!("{name}[{i}]")).collect(),
         _ => vec![name.to_owned()],
     }
@@ -154,12 +151,12 @@ impl Subject {
     /// An effect that this plant cannot have.
     pub fn model<S: AsRef<str>>(&self, effects: &[S]) -> Result<Model, String> {
         match self.plant {
-            effect::Plant::Joint => TwoMassJoint::new(self.flexible[0], effects)
-                .map(Model::Joint)
-                .map_err(|e| e.to_string()),
-            effect::Plant::Arm => PlanarManipulator::new(&self.flexible, effects)
-                .map(Model::Arm)
-                .map_err(|e| e.to_string()),
+            effect::Plant::Joint => {
+                TwoMassJoint::new(self.flexible[0], effects).map(Model::Joint).map_err(|e| e.to_string())
+            }
+            effect::Plant::Arm => {
+                PlanarManipulator::new(&self.flexible, effects).map(Model::Arm).map_err(|e| e.to_string())
+            }
         }
     }
     /// Number of joints.
@@ -246,6 +243,7 @@ impl Subject {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn names_and_defaults_cover_every_parameter() {

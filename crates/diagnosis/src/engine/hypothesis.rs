@@ -1,0 +1,689 @@
+//! What may be missing: effects of the library and wrong parameters, each with what is unknown about it and where to
+//! look for it.
+
+use std::collections::BTreeMap;
+
+use trueup_identification::run::{Channel, Run};
+use trueup_identification::unknown::Scale;
+use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
+use trueup_models::{arm, joint};
+
+use super::problem::{Target, Unknown};
+use super::recordings::Prepared;
+
+/// What a hypothesis says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Claim {
+    /// This effect is missing.
+    Effect(Choice),
+    /// The parameters (by index in the model without effects) are further off than their doubt says.
+    Parameter(usize),
+    /// A channel of this output has a constant reading offset.
+    Offset(usize),
+}
+
+/// One possible cause.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hypothesis {
+    /// What it says.
+    pub claim: Claim,
+    /// Effect id of the contract, or the parameter's name.
+    pub id: String,
+    /// Where it acts.
+    pub component: String,
+    /// Which joint or element, from 0.
+    pub site: usize,
+    /// Whether the arm has it per joint.
+    pub per_joint: bool,
+}
+
+/// A point to look from: values of the hypothesis' unknowns.
+pub type Look = Vec<f64>;
+
+/// A hypothesis put into numbers.
+#[derive(Clone, Debug)]
+pub struct Posed {
+    /// Its unknowns.
+    pub unknowns: Vec<Unknown>,
+    /// Index of each amplitude among the unknowns, with its neutral value.
+    pub amplitudes: Vec<(usize, f64)>,
+    /// Where to look from; amplitudes at a size that shows.
+    pub looks: Vec<Look>,
+}
+
+impl Hypothesis {
+    /// Effects that the model has to be built with.
+    pub fn effect(&self) -> Option<String> {
+        match self.claim {
+            Claim::Effect(c) if !shifts(&c) => Some(c.id()),
+            _ => None,
+        }
+    }
+    /// It is an effect, not a parameter.
+    pub fn is_effect(&self) -> bool {
+        matches!(self.claim, Claim::Effect(_))
+    }
+    /// Its name with the joint.
+    pub fn label(&self) -> String {
+        let place = match self.claim {
+            Claim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
+            _ => String::new(),
+        };
+        if self.per_joint {
+            format!("{}{place}[{}]", self.id, self.site + 1)
+        } else {
+            format!("{}{place}", self.id)
+        }
+    }
+}
+
+/// Effects that are simulated by shifting signals in time; the FMU has them as effects.
+fn shifts(c: &Choice) -> bool {
+    matches!(c.spec().id, "sensor-delay" | "actuator-lag")
+}
+
+/// Typical sizes of a plant and its recordings.
+#[derive(Clone, Debug)]
+pub struct Sizes {
+    typical: BTreeMap<(usize, u8), f64>,
+    /// Typical reading range per output.
+    ranges: BTreeMap<usize, f64>,
+    duration: f64,
+}
+
+impl Sizes {
+    /// Of the recordings for fitting.
+    pub fn of(p: &Prepared) -> Self {
+        let mut s = Self { typical: BTreeMap::new(), ranges: BTreeMap::new(), duration: 0.0 };
+        for c in &p.train {
+            let run = &c.run;
+            let ends = run.channels.iter().filter_map(|c| Some((*c.t.first()?, *c.t.last()?)));
+            for (a, b) in ends {
+                s.duration = s.duration.max(b - a);
+            }
+            for channel in &run.channels {
+                let e = s.ranges.entry(channel.output).or_insert(0.0);
+                *e = e.max(range(&channel.y));
+            }
+        }
+        match p.subject.plant {
+            effect::Plant::Joint => s.joint(p),
+            effect::Plant::Arm => s.arm(p),
+        }
+        s
+    }
+    fn set(&mut self, site: usize, m: Measure, v: f64) {
+        if v.is_finite() && v > 0.0 {
+            self.typical.insert((site, m as u8), v);
+        }
+    }
+    /// A size at a site; 1 where nothing is known.
+    pub fn get(&self, site: usize, m: Measure) -> f64 {
+        match m {
+            Measure::Duration => self.duration.max(1e-3),
+            _ => self.typical.get(&(site, m as u8)).copied().unwrap_or(1.0),
+        }
+    }
+    /// Range of the readings of an output.
+    pub fn range(&self, output: usize) -> f64 {
+        self.ranges.get(&output).copied().unwrap_or(1.0)
+    }
+
+    fn joint(&mut self, p: &Prepared) {
+        use joint::{input, output as o, parameter as q};
+        let v = &p.nominal;
+        let (n, k) = (v[q::GEAR_RATIO], v[q::STIFFNESS]);
+        let torque = v[q::TORQUE_CONSTANT] * rms_input(&p.train, input::MOTOR_CURRENT);
+        let find =
+            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+        let speed = speed_of(find(o::MOTOR_ANGLE))
+            .or_else(|| rms_of(find(o::MOTOR_VELOCITY)))
+            .or_else(|| speed_of(find(o::LOAD_ANGLE)).map(|s| s * n))
+            .or_else(|| rms_of(find(o::LOAD_VELOCITY)).map(|s| s * n))
+            .unwrap_or(1.0);
+        let angle = if self.ranges.contains_key(&o::LOAD_ANGLE) {
+            self.range(o::LOAD_ANGLE)
+        } else {
+            self.range(o::MOTOR_ANGLE) / n
+        };
+        let mode = (k * (1.0 / v[q::MOTOR_INERTIA] + n * n / v[q::LOAD_INERTIA])).sqrt();
+        let deflection = torque / k;
+        for (m, value) in [
+            (Measure::Torque, torque),
+            (Measure::Speed, speed),
+            (Measure::Deflection, deflection),
+            (Measure::DeflectionRate, deflection * mode * 0.1),
+            (Measure::LoadTorque, torque * n),
+            (Measure::LoadAngle, angle),
+            (Measure::LoadSpeed, speed / n),
+            (Measure::LoadInertia, v[q::LOAD_INERTIA]),
+            (Measure::Mode, mode),
+        ] {
+            self.set(0, m, value);
+        }
+    }
+
+    fn arm(&mut self, p: &Prepared) {
+        use arm::{input as i, output as o, parameter as q};
+        let n = p.subject.joints();
+        let v = &p.nominal;
+        let find =
+            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+        let mass = v[q::base_mass(n)] + v[q::link_mass(n)..][..n].iter().sum::<f64>();
+        let base_inertia = v[q::base_inertia(n)];
+        let torques: Vec<f64> = (0..n).map(|j| rms_input(&p.train, i::joint_torque(n) + j)).collect();
+        let most = torques.iter().fold(0.0f64, |m, t| m.max(*t)).max(1e-6);
+        let base_speed =
+            (0..2).filter_map(|a| speed_of(find(o::base_position(n) + a))).fold(0.0, f64::max).max(1e-4);
+        let base_rate = speed_of(find(o::base_attitude(n))).unwrap_or(1e-3);
+        for j in 0..n {
+            let speed =
+                speed_of(find(o::joint_angle(n) + j)).or_else(|| speed_of(find(o::motor_angle(n) + j)));
+            let speed = speed.unwrap_or(base_rate).max(1e-4);
+            let torque = torques[j].max(0.02 * most);
+            let k = v[q::joint_stiffness(n) + j].max(1e-6);
+            let inertia = v[q::link_inertia(n) + j].max(1e-9);
+            let mode = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
+            let deflection = torque / k;
+            let angle = self.range(o::joint_angle(n) + j);
+            for (m, value) in [
+                (Measure::Torque, torque),
+                (Measure::Speed, speed),
+                (Measure::Deflection, deflection),
+                (Measure::DeflectionRate, deflection * mode * 0.1),
+                (Measure::LoadTorque, torque),
+                (Measure::LoadAngle, angle),
+                (Measure::LoadSpeed, speed),
+                (Measure::LoadInertia, inertia),
+                (Measure::Mode, mode),
+                (Measure::Force, mass * base_speed * base_speed / 0.05 + most),
+                (Measure::Position, self.range(o::base_position(n)).max(self.range(o::base_position(n) + 1))),
+                (Measure::Velocity, base_speed),
+                (Measure::BaseTorque, most),
+                (Measure::BaseAngle, self.range(o::base_attitude(n))),
+                (Measure::BaseRate, base_rate),
+                (Measure::BaseInertia, base_inertia),
+                (Measure::Mass, mass),
+            ] {
+                self.set(j, m, value);
+            }
+        }
+    }
+}
+
+fn range(y: &[f64]) -> f64 {
+    y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - y.iter().fold(f64::INFINITY, |m, v| m.min(*v))
+}
+fn rms_input(train: &[super::problem::Compared], input: usize) -> f64 {
+    let all = train.iter().flat_map(|c| &c.run.drives).filter(|d| d.input == input).flat_map(|d| &d.u);
+    let (mut sum, mut count) = (0.0, 0.0f64);
+    all.for_each(|u| (sum, count) = (sum + u * u, count + 1.0));
+    (sum / count.max(1.0)).sqrt()
+}
+fn rms_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    channels.flat_map(|c| &c.y).for_each(|y| (sum, count) = (sum + y * y, count + 1.0));
+    (count > 0.0).then(|| f64::sqrt(sum / count))
+}
+/// Typical speed: differences over at least 50 ms.
+fn speed_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for c in channels {
+        let mut k = 0;
+        for i in 0..c.t.len() {
+            if c.t[i] - c.t[k] >= 0.05 {
+                sum += ((c.y[i] - c.y[k]) / (c.t[i] - c.t[k])).powi(2);
+                count += 1.0;
+                k = i;
+            }
+        }
+    }
+    (count > 0.0).then(|| f64::sqrt(sum / count))
+}
+
+fn shown(runs: &[super::problem::Compared], output: usize) -> bool {
+    runs.iter().any(|r| r.run.channels.iter().any(|c| c.output == output))
+}
+fn driven(run: &Run, input: usize) -> bool {
+    run.drives.iter().any(|d| d.input == input)
+}
+
+/// Parameters that may be refitted: index, name. Lengths of time and first states are not among them.
+pub fn own_parameters(p: &Prepared) -> Vec<usize> {
+    use joint::parameter as j;
+    let names = p.subject.parameters(&p.model);
+    match p.subject.plant {
+        effect::Plant::Joint => {
+            let v = &p.nominal;
+            let mut all = vec![j::MOTOR_INERTIA, j::LOAD_INERTIA, j::TORQUE_CONSTANT];
+            if p.subject.flexible[0] {
+                all.extend([j::STIFFNESS, j::DAMPING]);
+            }
+            all.extend([j::COULOMB_FRICTION, j::VISCOUS_FRICTION]);
+            if v[j::STATIC_FRICTION] > v[j::COULOMB_FRICTION] {
+                all.push(j::STATIC_FRICTION);
+            }
+            if p.doubt.contains_key("gearRatio") {
+                all.push(j::GEAR_RATIO);
+            }
+            all.retain(|i| v[*i] > 0.0);
+            all
+        }
+        effect::Plant::Arm => {
+            const OWN: &[&str] = &[
+                "baseMass",
+                "baseInertia",
+                "linkMass",
+                "linkInertia",
+                "linkCenterOfMass",
+                "motorInertia",
+                "jointStiffness",
+                "jointDamping",
+            ];
+            let base = |n: &str| n.split('[').next().unwrap_or(n).to_owned();
+            (0..names.len())
+                .filter(|i| {
+                    let name = base(&names[*i].name);
+                    let spring = matches!(name.as_str(), "motorInertia" | "jointStiffness" | "jointDamping");
+                    let element = names[*i]
+                        .name
+                        .split('[')
+                        .nth(1)
+                        .and_then(|e| e.trim_end_matches(']').parse::<usize>().ok());
+                    let flexible = element.is_some_and(|e| p.subject.flexible[e - 1]);
+                    OWN.contains(&name.as_str()) && p.nominal[*i] != 0.0 && (!spring || flexible)
+                        || p.doubt.contains_key(&names[*i].name) && p.nominal[*i] != 0.0
+                })
+                .collect()
+        }
+    }
+}
+
+/// Doubt of a parameter that its owner holds to be known.
+pub const KNOWN: f64 = 0.01;
+/// Doubt of one that a hypothesis holds to be wrong, of its logarithm.
+pub const WRONG: f64 = 0.5;
+
+/// The unknown of a parameter of the plant with that relative doubt.
+pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
+    let named = &p.subject.parameters(&p.model)[index];
+    let start = p.nominal[index];
+    let (scale, prior) = if start > 0.0 {
+        (Scale::Log, (start.ln(), doubt))
+    } else {
+        (Scale::Linear(start.abs()), (start.signum(), doubt))
+    };
+    let (lower, upper) =
+        if start > 0.0 { (start * 0.02, start * 50.0) } else { (start * 50.0, start * 0.02) };
+    Unknown {
+        name: named.name.clone(),
+        unit: named.unit.clone(),
+        target: Target::Parameter(index),
+        run: None,
+        start,
+        scale,
+        lower,
+        upper,
+        prior: Some(prior),
+    }
+}
+
+/// Everything that may be the cause.
+pub fn all(p: &Prepared) -> Vec<Hypothesis> {
+    let mut list = Vec::new();
+    let joints = p.subject.joints();
+    for choice in p.subject.choices() {
+        let spec = choice.spec();
+        let sites = match choice.scope() {
+            Scope::Joint => joints,
+            _ => 1,
+        };
+        for site in 0..sites {
+            if spec.compliant && !p.subject.flexible[site] {
+                continue;
+            }
+            let h = |component: &str, site: usize, per_joint: bool| Hypothesis {
+                claim: Claim::Effect(choice),
+                id: spec.id.to_owned(),
+                component: component.to_owned(),
+                site,
+                per_joint,
+            };
+            if choice.scope() == Scope::Channel {
+                // One element of an output each.
+                for (element, output, name) in elements_of(p, choice.place().map_or("", |p| p.name)) {
+                    let indexed = name.contains('[');
+                    if shown(&p.train, output) {
+                        list.push(h(&format!("sensor:{name}"), element, indexed));
+                    }
+                }
+                continue;
+            }
+            if !possible(p, &choice, site) {
+                continue;
+            }
+            let per_joint = p.subject.plant == effect::Plant::Arm && choice.scope() == Scope::Joint;
+            list.push(h(choice.component(), site, per_joint));
+        }
+    }
+    for index in own_parameters(p) {
+        let name = p.subject.parameters(&p.model)[index].name.clone();
+        list.push(Hypothesis {
+            claim: Claim::Parameter(index),
+            id: name,
+            component: "parameter".into(),
+            site: 0,
+            per_joint: false,
+        });
+    }
+    if p.subject.plant == effect::Plant::Joint {
+        let index = joint::parameter::GEAR_RATIO;
+        if !own_parameters(p).contains(&index) {
+            list.push(Hypothesis {
+                claim: Claim::Parameter(index),
+                id: "gearRatio".into(),
+                component: "parameter".into(),
+                site: 0,
+                per_joint: false,
+            });
+        }
+        let output = joint::output::LOAD_ANGLE;
+        if shown(&p.train, output)
+            && shown(&p.train, joint::output::MOTOR_ANGLE)
+            && !p.offsets.contains(&output)
+        {
+            list.push(Hypothesis {
+                claim: Claim::Offset(output),
+                id: "loadAngle offset".into(),
+                component: "parameter".into(),
+                site: 0,
+                per_joint: false,
+            });
+        }
+    }
+    list
+}
+
+fn elements_of(p: &Prepared, channel: &str) -> Vec<(usize, usize, String)> {
+    let outputs = p.subject.outputs();
+    let named = outputs.iter().enumerate().filter(|(_, n)| n.split('[').next() == Some(channel));
+    named.enumerate().map(|(element, (output, name))| (element, output, name.clone())).collect()
+}
+
+/// It is not there already, and something would show it.
+fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
+    let flexible = p.subject.flexible[site];
+    match (choice.spec().id, p.subject.plant) {
+        ("joint-flexibility", effect::Plant::Joint) => !flexible,
+        // On the arm it makes every rigid joint flexible.
+        ("joint-flexibility", effect::Plant::Arm) => !flexible && site == first_rigid(p),
+        ("motor-friction", effect::Plant::Joint) => {
+            p.nominal[joint::parameter::COULOMB_FRICTION] == 0.0
+                && p.nominal[joint::parameter::VISCOUS_FRICTION] == 0.0
+        }
+        ("stribeck-friction", effect::Plant::Joint) => {
+            p.nominal[joint::parameter::STATIC_FRICTION] <= p.nominal[joint::parameter::COULOMB_FRICTION]
+        }
+        // Friction of the plant that it has none of: only as motor-friction.
+        ("asymmetric-friction" | "friction-drift" | "presliding-friction", effect::Plant::Joint) => {
+            p.nominal[joint::parameter::COULOMB_FRICTION] > 0.0
+        }
+        (
+            "asymmetric-friction" | "friction-drift" | "presliding-friction" | "stribeck-friction",
+            effect::Plant::Arm,
+        ) => false,
+        ("actuator-lag" | "current-saturation", effect::Plant::Joint) => {
+            p.train.iter().any(|c| driven(&c.run, joint::input::MOTOR_CURRENT))
+        }
+        ("actuator-lag" | "current-saturation", effect::Plant::Arm) => {
+            let n = p.subject.joints();
+            p.train.iter().any(|c| driven(&c.run, arm::input::joint_torque(n) + site))
+        }
+        ("external-force", _) => false,
+        _ => true,
+    }
+}
+
+fn first_rigid(p: &Prepared) -> usize {
+    p.subject.flexible.iter().position(|f| !f).unwrap_or(usize::MAX)
+}
+
+impl Hypothesis {
+    /// In numbers, for a model that has its effect. `names` are the model's parameters.
+    pub fn pose(&self, p: &Prepared, sizes: &Sizes, names: &BTreeMap<String, usize>) -> Posed {
+        match self.claim {
+            Claim::Parameter(index) => {
+                let doubt =
+                    if p.subject.plant == effect::Plant::Joint && index == joint::parameter::GEAR_RATIO {
+                        0.02
+                    } else {
+                        WRONG
+                    };
+                let u = parameter(p, index, doubt);
+                Posed { unknowns: vec![u], amplitudes: vec![], looks: vec![] }
+            }
+            Claim::Offset(output) => {
+                let s = sizes.range(output).max(1e-12) * 0.02;
+                let u =
+                    amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
+                Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]] }
+            }
+            Claim::Effect(choice) if shifts(&choice) => self.pose_shift(p, choice),
+            Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
+        }
+    }
+
+    fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
+        let late = |name: &str, target: Target, s: f64| Unknown {
+            name: name.to_owned(),
+            unit: "s".into(),
+            target,
+            run: None,
+            start: 0.0,
+            scale: Scale::Linear(s),
+            lower: 0.0,
+            upper: 0.2,
+            prior: Some((0.0, 1.0)),
+        };
+        if choice.spec().id == "sensor-delay" {
+            let place = choice.place().map_or("", |p| p.name);
+            let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
+            let u = late(&choice.variable("delay"), Target::SensorDelay(output), 0.01);
+            return Posed {
+                unknowns: vec![u],
+                amplitudes: vec![(0, 0.0)],
+                looks: vec![vec![0.002], vec![0.01]],
+            };
+        }
+        let input = match p.subject.plant {
+            effect::Plant::Joint => joint::input::MOTOR_CURRENT,
+            effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
+        };
+        let unknowns = vec![
+            late("actuatorLag", Target::InputLag(input), 0.01),
+            late("actuatorDelay", Target::InputDelay(input), 0.01),
+        ];
+        Posed {
+            unknowns,
+            amplitudes: vec![(0, 0.0), (1, 0.0)],
+            looks: vec![vec![0.003, 0.003], vec![0.012, 0.012]],
+        }
+    }
+
+    fn pose_effect(
+        &self,
+        p: &Prepared,
+        sizes: &Sizes,
+        names: &BTreeMap<String, usize>,
+        choice: Choice,
+    ) -> Posed {
+        let spec = choice.spec();
+        let measure = |m: Measure| match m {
+            Measure::Reading => {
+                let place = choice.place().map_or("", |p| p.name);
+                elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(1.0, |e| sizes.range(e.1))
+            }
+            m => sizes.get(self.site, m),
+        };
+        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]] };
+        let find = |name: &str| {
+            names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
+        };
+        for b in spec.borrows {
+            let name = match p.subject.plant {
+                effect::Plant::Joint => b.joint_name,
+                effect::Plant::Arm => b.arm_name,
+            };
+            let Some(at) = find(name) else { continue };
+            let size = b.scale.value(measure);
+            match b.neutral {
+                effect::Neutral::Of(base) => {
+                    let Some(base) = find(base) else { continue };
+                    let target = Target::Above { at, base };
+                    posed.amplitude(amplitude(name, "N.m", target, size, (0.0, f64::INFINITY)), 0.0, &[1.0]);
+                }
+                effect::Neutral::Value(v) => {
+                    let u = amplitude(name, "", Target::Parameter(at), size, (v, f64::INFINITY));
+                    posed.amplitude(u, v, &[1.0]);
+                }
+                effect::Neutral::Structure => {
+                    let start = if p.nominal[at] > 0.0 { p.nominal[at] } else { size };
+                    posed.shape(
+                        logarithmic(name, "", Target::Parameter(at), start, 2.0),
+                        &[0.3, 1.0, 3.0, 10.0],
+                    );
+                }
+            }
+        }
+        for s in choice.parameters() {
+            let name = choice.variable(s.name);
+            let Some(at) = find(&name) else { continue };
+            self.pose_parameter(&mut posed, s, &choice, &name, at, s.scale.value(measure));
+        }
+        posed
+    }
+
+    fn pose_parameter(
+        &self,
+        posed: &mut Posed,
+        s: &ParameterSpec,
+        choice: &Choice,
+        name: &str,
+        at: usize,
+        size: f64,
+    ) {
+        let target = Target::Parameter(at);
+        let unit = choice.unit(s.unit);
+        let id = choice.spec().id;
+        match s.role {
+            Role::Reference => {
+                // The typical size at hand is the unit of measure.
+                posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
+            }
+            Role::Amplitude if s.neutral.is_finite() && !s.log => {
+                let signs: &[f64] = if s.min >= s.neutral { &[1.0] } else { &[1.0] };
+                posed.amplitude(amplitude(name, unit, target, size, (s.min, s.max)), s.neutral, signs);
+            }
+            Role::Amplitude if s.neutral.is_infinite() => {
+                let u = logarithmic(name, unit, target, size, 0.7);
+                posed.shape(u, &[0.6, 1.0, 1.6, 2.4]);
+            }
+            Role::Amplitude => {
+                let u = amplitude(name, unit, target, size, (s.min, s.max));
+                posed.amplitude(u, s.neutral, &[1.0]);
+            }
+            Role::Shape if s.log => {
+                let factors: &[f64] = match (id, s.name.ends_with("Order")) {
+                    (_, true) => &[],
+                    ("friction-drift" | "sensor-drift", _) => &[0.5, 3.0],
+                    ("flexible-link" | "appendage-mode", _) => &[0.3, 1.0, 3.0],
+                    _ => &[0.25, 1.0, 4.0],
+                };
+                let mut u = logarithmic(name, unit, target, size, 1.0);
+                (u.lower, u.upper) = (s.min.max(size * 1e-3), s.max.min(size * 1e3));
+                if s.name.ends_with("Order") {
+                    u.prior = Some((size.ln(), 1.5));
+                    (u.lower, u.upper) = (0.02, 200.0);
+                    let orders: Vec<f64> =
+                        [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].iter().map(|o| o / size).collect();
+                    posed.shape(u, &orders);
+                } else {
+                    posed.shape(u, factors);
+                }
+            }
+            Role::Shape => {
+                let angles = s.unit == "rad";
+                let size = if angles { 1.0 } else { size };
+                let mut u = amplitude(name, unit, target, size, (s.min, s.max));
+                u.prior = Some((0.0, 2.0));
+                let looks: &[f64] = if angles {
+                    &[-core::f64::consts::FRAC_PI_2, 0.0, core::f64::consts::FRAC_PI_2, core::f64::consts::PI]
+                } else {
+                    &[-1.0, 0.0, 1.0]
+                };
+                posed.plain(u, looks);
+            }
+        }
+    }
+}
+
+impl Posed {
+    fn amplitude(&mut self, u: Unknown, neutral: f64, sizes: &[f64]) {
+        let Scale::Linear(s) = u.scale else { return };
+        self.amplitudes.push((self.unknowns.len(), neutral));
+        self.unknowns.push(u);
+        self.spread(&sizes.iter().map(|f| neutral + f * s).collect::<Vec<_>>());
+    }
+    fn shape(&mut self, u: Unknown, factors: &[f64]) {
+        let start = u.start;
+        self.unknowns.push(u);
+        self.spread(&factors.iter().map(|f| f * start).collect::<Vec<_>>());
+    }
+    fn plain(&mut self, u: Unknown, values: &[f64]) {
+        self.unknowns.push(u);
+        self.spread(values);
+    }
+    /// Not searched: its bounds hold it.
+    fn fixed(&mut self, u: Unknown) {
+        let start = u.start;
+        self.unknowns.push(Unknown { lower: start, upper: start, ..u });
+        self.spread(&[start]);
+    }
+    fn spread(&mut self, values: &[f64]) {
+        let looks = core::mem::take(&mut self.looks);
+        for look in looks {
+            for v in values {
+                let mut look = look.clone();
+                look.push(*v);
+                self.looks.push(look);
+            }
+        }
+    }
+}
+
+fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f64)) -> Unknown {
+    Unknown {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        target,
+        run: None,
+        start: 0.0,
+        scale: Scale::Linear(size),
+        lower: bounds.0,
+        upper: bounds.1,
+        prior: Some((0.0, 1.0)),
+    }
+}
+fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) -> Unknown {
+    Unknown {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        target,
+        run: None,
+        start: size,
+        scale: Scale::Log,
+        lower: size * 1e-4,
+        upper: size * 1e4,
+        prior: Some((size.ln(), doubt)),
+    }
+}

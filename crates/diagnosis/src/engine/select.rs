@@ -1,0 +1,144 @@
+//! Which set of causes: a beam search by evidence.
+
+use trueup_identification::lsq::Options;
+
+use super::hypothesis::Hypothesis;
+use super::search::{Fitted, Search};
+
+/// How far to look.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Causes that are fitted in full after each screen.
+    pub refits: usize,
+    /// Sets that are followed further.
+    pub beam: usize,
+    /// Most causes in a set.
+    pub most: usize,
+    /// Iterations per fit.
+    pub iterations: usize,
+}
+
+impl Default for Effort {
+    fn default() -> Self {
+        Self { refits: 7, beam: 2, most: 4, iterations: 10 }
+    }
+}
+
+/// What the search found.
+#[derive(Debug)]
+pub struct Found {
+    /// Nothing added.
+    pub plain: Fitted,
+    /// Every set that was fitted, best first.
+    pub sets: Vec<Fitted>,
+    /// The set chosen.
+    pub best: Fitted,
+}
+
+/// A step has to explain this share of the excess that is left.
+pub const SHARE: f64 = 0.12;
+/// An excess that is a smaller share of the floor's power than this is none.
+pub const NEGLIGIBLE: f64 = 0.04;
+
+impl Fitted {
+    /// Readings that count.
+    pub fn count(&self) -> f64 {
+        let rows = self.residuals.len() - self.stated.unknowns.iter().filter(|u| u.prior.is_some()).count();
+        rows as f64
+    }
+    /// Power of the residuals over that of the floor, what the priors object included.
+    pub fn excess(&self) -> f64 {
+        (self.chi2 + self.prior2) / self.count() - 1.0
+    }
+}
+
+impl Search<'_> {
+    /// Searches.
+    ///
+    /// # Errors
+    /// Why the nominal model cannot be fitted.
+    pub fn select(&self, effort: Effort, mut tell: impl FnMut(&str)) -> Result<Found, String> {
+        let options = Options {
+            max_iterations: effort.iterations,
+            cost_tolerance: 1e-4,
+            radius: 1.0,
+            ..Options::default()
+        };
+        let stated = self.state(&[])?;
+        let start = self.compare(&stated).start();
+        let plain = self.fit(stated, &start, options).map_err(|e| e.to_string())?;
+        tell(&format!("nothing added: excess {:.3}", plain.excess()));
+        let mut sets: Vec<Fitted> = Vec::new();
+        let mut best = plain.clone();
+        let mut beam = vec![plain.clone()];
+        for depth in 1..=effort.most {
+            let mut grown: Vec<Fitted> = Vec::new();
+            for base in &beam {
+                let screened = self.screen(base);
+                let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
+                let tried: Vec<Fitted> = screened
+                    .iter()
+                    .take(refits)
+                    .filter(|s| s.gain > 2.0)
+                    .filter_map(|s| {
+                        let mut set: Vec<Hypothesis> = base.stated.set.clone();
+                        set.push(self.causes[s.index].clone());
+                        if grown.iter().any(|g| same(&g.stated.set, &set)) {
+                            return None;
+                        }
+                        let stated = self.state(&set).ok()?;
+                        self.fit(stated, &s.start, options).ok()
+                    })
+                    .collect();
+                grown.extend(tried);
+            }
+            grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+            let Some(top) = grown.first() else { break };
+            tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
+            let (before, after) = (best.excess(), top.excess());
+            let gained = before - after;
+            let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
+                && gained > NEGLIGIBLE
+                && gained > SHARE * before.max(0.0);
+            if worth {
+                best = top.clone();
+            }
+            beam = grown.iter().take(effort.beam).cloned().collect();
+            sets.extend(grown);
+            if !worth || after < NEGLIGIBLE {
+                break;
+            }
+        }
+        best = self.without_needless(best, options);
+        sets.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+        Ok(Found { plain, sets, best })
+    }
+
+    /// Leaves out what the others make needless.
+    fn without_needless(&self, mut best: Fitted, options: Options) -> Fitted {
+        while best.stated.set.len() > 1 {
+            let fits = (0..best.stated.set.len()).filter_map(|i| {
+                let mut set = best.stated.set.clone();
+                set.remove(i);
+                let stated = self.state(&set).ok()?;
+                let start = self.begin_with(&stated, &best);
+                self.fit(stated, &start, options).ok()
+            });
+            let Some(less) = fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0))) else { break };
+            let lost = less.excess() - best.excess();
+            if less.evidence(1.0) > best.evidence(1.0) - 10.0
+                || lost < NEGLIGIBLE
+                || lost < SHARE * less.excess()
+            {
+                best = less;
+            } else {
+                break;
+            }
+        }
+        best
+    }
+}
+
+fn same(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
+    a.len() == b.len() && a.iter().all(|h| b.contains(h))
+}
