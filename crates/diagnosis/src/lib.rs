@@ -7,3 +7,4 @@
 pub mod engine;
 pub mod floor;
 pub mod locate;
+pub mod outcome;

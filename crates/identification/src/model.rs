@@ -1,7 +1,7 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
 use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
-use trueup_models::effect::set::EffectError;
+use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Scope};
 use trueup_models::joint::TwoMassJoint;
 use trueup_models::presets;

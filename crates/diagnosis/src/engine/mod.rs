@@ -4,6 +4,7 @@ pub mod hypothesis;
 pub mod observer;
 pub mod problem;
 pub mod recordings;
+pub mod replay;
 pub mod search;
 pub mod select;
 pub mod subject;

@@ -305,7 +305,7 @@ impl Comparison<'_> {
         if residuals.is_empty() {
             residuals = weighted(self.innovations(run, theta)?, &weights);
         }
-        for k in shifts {
+        for k in shifts.into_iter().filter(|&k| self.unknowns[k].lower < self.unknowns[k].upper) {
             let mut moved = theta.to_vec();
             let step = 0.02;
             moved[k] += step;
@@ -362,7 +362,7 @@ fn lagged(drive: &Drive, lag: f64) -> Drive {
     }
     t.push(drive.t[drive.t.len() - 1]);
     u.push(x);
-    Drive { input: drive.input, t, u, between: Between::Linear }
+    Drive { t, u, between: Between::Linear, ..drive.clone() }
 }
 
 impl Problem for Comparison<'_> {

@@ -156,7 +156,7 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 Interpolation::Hold => Between::Hold,
             };
             let t = c.time.iter().map(|t| t - c.sensor.delay).collect();
-            run.drives.push(Drive { input, t, u: c.values.clone(), between });
+            run.drives.push(Drive { input, t, u: c.values.clone(), between, ..Drive::default() });
         } else if let Some(output) = outputs.iter().position(|n| *n == c.name) {
             let quiet = c.range().is_none_or(|(low, high)| high <= low);
             if quiet {
@@ -176,6 +176,7 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 delay: c.sensor.delay,
                 resolution: c.sensor.resolution.unwrap_or(0.0),
                 spread: Vec::new(),
+                offset: c.sensor.estimate_offset,
             });
         }
     }

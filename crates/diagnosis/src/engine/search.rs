@@ -305,7 +305,7 @@ impl<'a> Search<'a> {
     }
 }
 
-fn offset(output: usize, run: usize, size: f64) -> Unknown {
+pub(crate) fn offset(output: usize, run: usize, size: f64) -> Unknown {
     Unknown {
         name: format!("offset {output}"),
         unit: String::new(),

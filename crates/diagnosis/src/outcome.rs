@@ -1,0 +1,223 @@
+//! What a diagnosis says: `diagnosis.json`, schema `trueup.diagnosis/1`.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// What the gap is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Verdict {
+    /// Nothing beyond the sensors' noise.
+    NoGap,
+    /// Refitting what the model already has is enough.
+    Parameters,
+    /// The listed effects.
+    Effects,
+    /// The data cannot tell the members of a set apart.
+    Ambiguous,
+    /// A real effect is there that no candidate explains.
+    Unknown,
+}
+
+/// Gaps: RMS(simulated - measured) / RMS(measured - its mean) over held-out recordings.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Gap {
+    /// Nominal parameters.
+    pub before: f64,
+    /// Own parameters refitted, nothing added.
+    pub tuned: f64,
+    /// With the effects.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
+    /// (before - after) / (before - floor).
+    pub closed: Option<f64>,
+    /// 95 % interval of `closed`.
+    pub ci95: Option<[f64; 2]>,
+}
+
+/// Overall and by channel.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GapReport {
+    /// Root mean square over the channels.
+    pub overall: Option<Gap>,
+    /// By channel.
+    pub channels: BTreeMap<String, Gap>,
+    /// Channels without variation, left out.
+    #[serde(default)]
+    pub left_out: Vec<String>,
+}
+
+/// A component's share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ComponentShare {
+    /// As in the list of effects.
+    pub id: String,
+    /// Share of the excess over the floor.
+    pub share: f64,
+    /// Which joint, from 1 (arms).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<usize>,
+}
+/// A channel's share.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ChannelShare {
+    /// FMU variable.
+    pub name: String,
+    /// Share of the excess.
+    pub share: f64,
+}
+/// A stretch of time.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct IntervalShare {
+    /// Recording.
+    pub recording: String,
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+    /// Share of the excess.
+    pub share: f64,
+}
+/// An operating regime.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RegimeShare {
+    /// Variable.
+    pub variable: String,
+    /// From; open: `null`.
+    pub low: Option<f64>,
+    /// To; open: `null`.
+    pub high: Option<f64>,
+    /// Share of the excess.
+    pub share: f64,
+}
+/// A band of frequencies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BandShare {
+    /// Hz.
+    pub low_hz: f64,
+    /// Hz.
+    pub high_hz: f64,
+    /// Share of the excess.
+    pub share: f64,
+}
+
+/// Where the gap lies.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Where {
+    /// By component.
+    pub components: Vec<ComponentShare>,
+    /// By channel.
+    pub channels: Vec<ChannelShare>,
+    /// By time.
+    pub intervals: Vec<IntervalShare>,
+    /// By regime.
+    pub regimes: Vec<RegimeShare>,
+    /// By frequency.
+    pub bands: Vec<BandShare>,
+}
+
+/// A value with its interval.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Amount {
+    /// Value.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
+    /// 95 % interval; an open end is `null`.
+    pub ci95: [Option<f64>; 2],
+}
+
+/// A claimed effect.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Claimed {
+    /// Effect id.
+    pub id: String,
+    /// Where it acts.
+    pub component: String,
+    /// Which joint, from 1; of the joint model 1.
+    pub joint: Option<usize>,
+    /// That it is there.
+    pub probability: f64,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, Amount>,
+    /// How much of the gap it closes by itself.
+    pub closed_alone: Option<f64>,
+}
+
+/// A candidate, whether claimed or not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Candidate {
+    /// Effect id.
+    pub id: String,
+    /// Where it would act.
+    pub component: String,
+    /// Which joint, from 1.
+    pub joint: Option<usize>,
+    /// That it is there.
+    pub probability: f64,
+    /// log of the evidence over that of nothing added.
+    pub evidence: f64,
+    /// Held-out gap with it; `null` where it was not worth a fit.
+    pub holdout_gap: Option<f64>,
+}
+
+/// None of these.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Unknown {
+    /// Something is there that no candidate explains.
+    pub present: bool,
+    /// How surely.
+    pub probability: f64,
+}
+
+/// The experiment that would tell.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct NextExperiment {
+    /// In words.
+    pub why: String,
+    /// What it tells apart.
+    pub separates: Vec<String>,
+    /// Recording of its inputs.
+    pub input: String,
+    /// Predicted probability that it will.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub probability: Option<f64>,
+}
+
+/// All of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Diagnosis {
+    /// `trueup.diagnosis/1`.
+    pub schema: String,
+    /// Model.
+    pub model: String,
+    /// What the gap is.
+    pub verdict: Verdict,
+    /// How large.
+    pub gap: GapReport,
+    /// Where.
+    #[serde(rename = "where")]
+    pub location: Where,
+    /// What is claimed, most probable first.
+    pub effects: Vec<Claimed>,
+    /// Ranked.
+    pub candidates: Vec<Candidate>,
+    /// The plant's own, refitted.
+    pub parameters: BTreeMap<String, Amount>,
+    /// Sets that these recordings cannot tell apart.
+    pub indistinguishable: Vec<Vec<String>>,
+    /// None of these.
+    pub unknown: Unknown,
+    /// What to do next.
+    pub next_experiment: Option<NextExperiment>,
+    /// Files of the augmented model.
+    pub augmented: Option<Vec<String>>,
+    /// What should be said beside it.
+    #[serde(default)]
+    pub notes: Vec<String>,
+}
+
+/// The schema's name.
+pub const SCHEMA: &str = "trueup.diagnosis/1";
