@@ -223,14 +223,16 @@ fn arm_list(names: &Layout, n: usize) -> Vec<Quantity> {
 fn add_effects(set: &EffectSet, plant: effect::Plant, model: &mut Model) {
     for e in set.iter() {
         let spec = e.spec();
-        let indexed = plant == effect::Plant::Arm && spec.scope == Scope::Joint;
+        let scope = e.choice.scope();
+        let indexed =
+            plant == effect::Plant::Arm && scope == Scope::Joint || scope == Scope::Channel && e.sites > 1;
         let name = |base: &str, k: usize| {
             if indexed { element_name(base, &[k + 1]) } else { base.to_owned() }
         };
-        for p in spec.parameters {
+        for p in e.choice.parameters() {
             model.parameters.extend((0..e.sites).map(|k| Quantity {
-                name: name(p.name, k),
-                unit: p.unit,
+                name: name(&e.choice.variable(p.name), k),
+                unit: e.choice.unit(p.unit),
                 min: p.min,
                 max: p.max,
             }));
@@ -421,7 +423,7 @@ impl Model {
             Kind::Joint(m) => {
                 let mut p = presets::delian(1).unwrap_or_default().to_vec();
                 for e in m.effects().iter() {
-                    e.spec().parameters.iter().for_each(|s| p.resize(p.len() + e.sites, s.joint_start));
+                    e.choice.parameters().iter().for_each(|s| p.resize(p.len() + e.sites, s.joint_start));
                 }
                 p
             }

@@ -5,7 +5,8 @@ use super::{Complaints, File, files, none, root};
 use std::collections::BTreeSet;
 
 /// Files of crates/models/src/effect that are no effect.
-const NO_EFFECT: &[&str] = &["mod", "list", "set", "tests"];
+/// Files beside the effects: what they are made of.
+const NO_EFFECT: &[&str] = &["mod", "list", "set", "tests", "spec", "choice", "channel", "memory", "power"];
 
 fn unnamed_effects(sources: &[File], document: &File) -> Complaints {
     let effects = sources.iter().filter_map(|f| {

@@ -201,7 +201,9 @@ impl Subject {
             }
         };
         for e in model.effects().iter() {
-            let vector = self.plant == effect::Plant::Arm && e.choice.scope() != Scope::Once && e.sites > 1;
+            let scope = e.choice.scope();
+            let vector = self.plant == effect::Plant::Arm && scope == Scope::Joint
+                || scope == Scope::Channel && e.sites > 1;
             for spec in e.choice.parameters() {
                 let unit = e.choice.unit(spec.unit);
                 let names = elements(&e.choice.variable(spec.name), e.sites, vector);
