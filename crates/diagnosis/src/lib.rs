@@ -4,6 +4,7 @@
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances.
 
+pub mod diagnose;
 pub mod engine;
 pub mod floor;
 pub mod locate;

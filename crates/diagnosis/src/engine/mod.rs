@@ -1,5 +1,6 @@
 //! From recordings to a verdict.
 
+pub mod decide;
 pub mod hypothesis;
 pub mod observer;
 pub mod problem;

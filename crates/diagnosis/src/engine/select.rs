@@ -110,8 +110,58 @@ impl Search<'_> {
             }
         }
         best = self.without_needless(best, options);
+        best = self.exchanged(best, &mut sets, effort, options, &mut tell);
         sets.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
         Ok(Found { plain, sets, best })
+    }
+
+    /// Tries other causes in the place of each of several.
+    fn exchanged(
+        &self,
+        mut best: Fitted,
+        sets: &mut Vec<Fitted>,
+        effort: Effort,
+        options: Options,
+        tell: &mut impl FnMut(&str),
+    ) -> Fitted {
+        let mut i = 0;
+        let mut rounds = 0;
+        while best.stated.set.len() > 1 && i < best.stated.set.len() && rounds < 6 {
+            rounds += 1;
+            let mut fewer = best.stated.set.clone();
+            let out = fewer.remove(i);
+            let Ok(stated) = self.state(&fewer) else { break };
+            let start = self.begin_with(&stated, &best);
+            let Ok(base) = self.fit(stated, &start, options) else { break };
+            let mut better: Option<Fitted> = None;
+            for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(effort.refits.saturating_sub(2))
+            {
+                let h = &self.causes[s.index];
+                if *h == out {
+                    continue;
+                }
+                let mut set = fewer.clone();
+                set.push(h.clone());
+                if sets.iter().any(|f| same(&f.stated.set, &set)) {
+                    continue;
+                }
+                let Ok(stated) = self.state(&set) else { continue };
+                let Ok(fit) = self.fit(stated, &s.start, options) else { continue };
+                if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + 5.0 {
+                    better = Some(fit.clone());
+                }
+                sets.push(fit);
+            }
+            match better {
+                Some(found) => {
+                    tell(&format!("exchanged: {:?}: excess {:.3}", found.labels(), found.excess()));
+                    best = found;
+                    i = 0;
+                }
+                None => i += 1,
+            }
+        }
+        best
     }
 
     /// Leaves out what the others make needless.
