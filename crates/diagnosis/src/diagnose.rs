@@ -76,8 +76,17 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// Held-out recordings (of cases without: those for fitting).
     pub traces: Vec<Trace>,
-    /// Effects of the augmented model (ids, places behind a colon), and its parameter values by name.
-    pub augmented: Option<(Vec<String>, Vec<(String, f64)>)>,
+    /// The augmented model, where an effect is claimed.
+    pub augmented: Option<Augmented>,
+}
+
+/// The model with what was claimed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Augmented {
+    /// Effects that it is packed with (ids, places behind a colon).
+    pub effects: Vec<String>,
+    /// Its parameters by name.
+    pub values: Vec<(String, f64)>,
 }
 
 /// Diagnoses a case; `tell` hears how far it is (0 to 1) and what is being done.
@@ -474,10 +483,9 @@ fn effects(search: &Search<'_>, found: &Found, decision: &Decision) -> Vec<Claim
             for (at, odds) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0).take(2) {
                 let f = &found.sets[*at];
                 let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
-                if let Some(other) = other.filter(|o| o.is_effect()) {
-                    if !all.iter().any(|c| c.id == other.id && c.component == other.component) {
-                        all.push(claim(f, other, decision.probability[i] * odds.exp()));
-                    }
+                let known = |o: &&Hypothesis| all.iter().any(|c| c.id == o.id && c.component == o.component);
+                if let Some(other) = other.filter(|o| o.is_effect() && !known(o)) {
+                    all.push(claim(f, other, decision.probability[i] * odds.exp()));
                 }
             }
         }
@@ -558,16 +566,15 @@ fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<String>> {
     sets
 }
 
-fn augmented(search: &Search<'_>, after: &Complete) -> (Vec<String>, Vec<(String, f64)>) {
+fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
     let stated = &after.stated;
     let problem = search.compare(stated);
     let values = problem.parameters(0, &after.theta);
     let named = search.case.subject.parameters(&stated.model);
-    let first: Vec<&str> = vec!["initial"];
     let mut all: Vec<(String, f64)> = named
         .iter()
         .zip(values)
-        .filter(|(n, _)| !first.iter().any(|f| n.name.starts_with(f)))
+        .filter(|(n, _)| !n.name.starts_with("initial"))
         .map(|(n, v)| (n.name.clone(), v))
         .collect();
     // What the search makes by shifting signals the FMU has as effects.
@@ -586,5 +593,5 @@ fn augmented(search: &Search<'_>, after: &Complete) -> (Vec<String>, Vec<(String
             all.push((u.name.clone(), u.scale.value(*x).0));
         }
     }
-    (effects, all)
+    Augmented { effects, values: all }
 }

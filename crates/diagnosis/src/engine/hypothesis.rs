@@ -581,8 +581,7 @@ impl Hypothesis {
                 posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
             }
             Role::Amplitude if s.neutral.is_finite() && !s.log => {
-                let signs: &[f64] = if s.min >= s.neutral { &[1.0] } else { &[1.0] };
-                posed.amplitude(amplitude(name, unit, target, size, (s.min, s.max)), s.neutral, signs);
+                posed.amplitude(amplitude(name, unit, target, size, (s.min, s.max)), s.neutral, &[1.0]);
             }
             Role::Amplitude if s.neutral.is_infinite() => {
                 let u = logarithmic(name, unit, target, size, 0.7);

@@ -97,6 +97,9 @@ impl Compared {
     }
 }
 
+/// Columns of a Jacobian with the unknown that each belongs to.
+type Columns = Vec<(usize, Vec<f64>)>;
+
 /// A model, recordings, and what is unknown.
 #[derive(Clone, Debug)]
 pub struct Comparison<'a> {
@@ -282,11 +285,7 @@ impl Comparison<'_> {
         Ok((found.iter().zip(weights).map(|(y, w)| y.value() * w).collect(), columns))
     }
 
-    fn derivatives(
-        &self,
-        run: usize,
-        theta: &[f64],
-    ) -> Result<(Vec<f64>, Vec<(usize, Vec<f64>)>), PredictError> {
+    fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
         let weights = self.weights(run);
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());

@@ -140,7 +140,10 @@ const ARM_SCALARS: &[&str] = &[
     "potentialEnergy",
 ];
 
-fn arm_names(list: &[(&str, fn(usize) -> usize)], n: usize) -> Vec<String> {
+/// A name and its number of elements for so many links.
+type Length = (&'static str, fn(usize) -> usize);
+
+fn arm_names(list: &[Length], n: usize) -> Vec<String> {
     list.iter().flat_map(|(name, length)| elements(name, length(n), !ARM_SCALARS.contains(name))).collect()
 }
 
