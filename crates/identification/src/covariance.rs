@@ -49,7 +49,13 @@ impl Information {
         let lost: Vec<DVector<f64>> =
             (0..values.len()).filter(|&i| !kept(i)).map(|i| v_t.row(i).transpose()).collect();
         let null = if lost.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&lost) };
-        Self { rank, condition: largest / smallest.max(f64::MIN_POSITIVE), covariance, undetermined, null }
+        Self {
+            rank,
+            condition: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
+            covariance,
+            undetermined,
+            null,
+        }
     }
 
     /// Whether the data determine unknown `i`.

@@ -11,6 +11,7 @@
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
+use trueup_signals::process::rms;
 
 use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, search};
@@ -128,10 +129,15 @@ pub fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &S
     let information = Information::new(&weighted);
     let robust = sandwich(problem, found, &information, settings.loss);
     // Residuals of a few hundred samples underrate their own correlation; counts do not.
-    let least = if problem.runs().iter().all(|r| r.channels.iter().all(Channel::counts)) { 0.1 } else { 1.0 };
+    let counts =
+        |r: usize| problem.carried(r).is_none() && problem.runs()[r].channels.iter().all(Channel::counts);
+    let least = if (0..problem.runs().len()).all(counts) { 0.1 } else { 1.0 };
     let inflation: Vec<f64> = (0..n)
         .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(least))
         .collect();
+    // Of a wrong model the likelihood says nothing.
+    let readings = problem.readings();
+    let wrong = rms(&found.residuals.as_slice()[..readings]) > 5.0;
     let estimates = (0..n)
         .into_par_iter()
         .map(|k| {
@@ -144,7 +150,7 @@ pub fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &S
             let wald = |sign: f64| Some(u.scale.value(found.x[k] + sign * Z95 * se).0);
             let ci95 = if !given && found.at_bound[k] == 0 && !information.determines(k) {
                 [None, None]
-            } else if settings.profile.contains(&k) {
+            } else if settings.profile.contains(&k) && !wrong {
                 [-1.0, 1.0].map(|sign| {
                     profile(problem, found, &information, k, sign, se, inflation[k], settings.loss)
                 })
@@ -193,7 +199,13 @@ fn why_not<M: Plant>(
         ));
     }
     if found.jacobian.column(k).norm() == 0.0 {
-        return Some("no reading depends on it in these recordings".into());
+        let why = match unknowns[k].name.as_str() {
+            "staticFriction" => {
+                ": nothing breaks away in them, or it lies at or below the Coulomb level, where it does nothing"
+            }
+            _ => "",
+        };
+        return Some(format!("no reading depends on it in these recordings{why}"));
     }
     if !information.determines(k) {
         let mut partners: Vec<(f64, &str)> = Vec::new();
@@ -219,6 +231,17 @@ fn why_not<M: Plant>(
     None
 }
 
+/// Residuals so many times the noise come from a wrong model.
+const WRONG: f64 = 2.0;
+
+/// Twice the lag at which residuals have forgotten what they were; at most a quarter of them, and 300.
+fn memory(r: &[f64]) -> usize {
+    let power: f64 = r.iter().map(|r| r * r).sum();
+    let most = (r.len() / 8).min(150);
+    let at = |lag: usize| r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum::<f64>();
+    2 * (1..most).find(|lag| at(*lag) < 0.1 * power).unwrap_or(most)
+}
+
 /// Shifts of the counts for which quantisation errors are worked out.
 const SHIFTS: usize = 32;
 
@@ -241,7 +264,9 @@ fn sandwich<M: Plant>(
         let rows = influence.rows(first, len);
         let mut meat = DMatrix::<f64>::zeros(n, n);
         let step = channel.resolution;
-        if channel.counts() {
+        let power = (first..first + len).map(|i| found.residuals[i].powi(2)).sum::<f64>() / len.max(1) as f64;
+        // Innovations are white if the model is right; what a wrong model leaves is no quantisation.
+        if channel.counts() && problem.carried(run).is_none() && power < WRONG * WRONG {
             // What was there, by the fit.
             let shown: Vec<f64> =
                 (0..len).map(|k| channel.y[k] + found.residuals[first + k] * channel.deviation(k)).collect();
@@ -259,7 +284,12 @@ fn sandwich<M: Plant>(
         let mut score = rows.into_owned();
         score.row_iter_mut().enumerate().for_each(|(i, mut row)| row *= scored(first + i));
         meat += score.tr_mul(&score);
-        let lags = (4.0 * (len as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
+        let least = (4.0 * (len as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
+        let lags = if power < WRONG * WRONG {
+            least
+        } else {
+            memory(&found.residuals.as_slice()[first..first + len]).max(least)
+        };
         for lag in 1..=lags.min(len.saturating_sub(1)) {
             let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
             let cross = score.rows(lag, len - lag).tr_mul(&score.rows(0, len - lag)) * weight;

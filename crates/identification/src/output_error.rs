@@ -151,6 +151,7 @@ impl<'a, M: Plant> OutputError<'a, M> {
                 Target::Offset(i) => offsets[i] = v,
                 Target::InputGain(i) => map.gain[i] = v,
                 Target::InputBias(i) => map.bias[i] = v,
+                Target::InputOffset(i) => map.bias[i] = -v,
             }
         }
         (p, map, offsets)

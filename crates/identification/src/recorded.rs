@@ -52,7 +52,8 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
             };
             let t = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
             let sigma = deviation().unwrap_or(0.0);
-            run.drives.push(Drive { input, t, u: channel.values.clone(), between, sigma });
+            let (u, offset) = (channel.values.clone(), channel.sensor.estimate_offset);
+            run.drives.push(Drive { input, t, u, between, sigma, offset });
         } else if let Some(output) = model.output(&channel.name) {
             // What has no unit is a flag: it is shown, not fitted.
             if model.outputs()[output].unit.is_empty() {
@@ -188,6 +189,12 @@ pub fn nuisance(model: &Model, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
             let name = format!("{}.offset", c.name);
             let size = offset_size(Some(c), values, model);
             all.push(believed(&name, Target::Offset(c.output), r, (0.0, size)));
+        }
+        for d in run.drives.iter().filter(|d| d.offset) {
+            let name = format!("{}.offset", model.inputs()[d.input].name);
+            let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let size = (0.3 * largest).max(100.0 * d.sigma).max(1e-9);
+            all.push(believed(&name, Target::InputOffset(d.input), r, (0.0, size)));
         }
     }
     all

@@ -23,6 +23,8 @@ pub struct Drive {
     pub between: Between,
     /// Standard deviation of a sample's noise; 0: not known, or none.
     pub sigma: f64,
+    /// It may read a constant off, which is to be estimated.
+    pub offset: bool,
 }
 
 /// A measured output.

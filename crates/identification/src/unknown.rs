@@ -11,6 +11,8 @@ pub enum Target {
     InputGain(usize),
     /// A constant added to this input.
     InputBias(usize),
+    /// A constant that the readings of this input have too much.
+    InputOffset(usize),
 }
 
 /// The coordinate in which an unknown is searched.

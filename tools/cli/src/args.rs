@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
+use trueup_identification::identify::Method;
 
 /// Digital twins of flexible manipulators as FMUs, and what separates them from the real ones.
 #[derive(Debug, Parser)]
@@ -20,6 +21,8 @@ pub(crate) enum Command {
     Fmu(Fmu),
     /// Run an FMU in Co-Simulation and write its outputs as CSV or Parquet
     Simulate(Simulate),
+    /// Parameters from recordings, with their uncertainty
+    Identify(Identify),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
 }
@@ -34,6 +37,24 @@ pub(crate) enum Fmu {
     Info(Info),
     /// Check anybody's FMU and say what is wrong with it
     Validate(Validate),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Identify {
+    /// A folder of recordings with a case.toml, or that file
+    pub(crate) case: PathBuf,
+    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead
+    #[arg(long, value_name = "NAME", default_value = "output-error")]
+    pub(crate) method: Method,
+    /// Machine-readable
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Also draw fit and residuals: one HTML file that opens offline
+    #[arg(long, value_name = "FILE.html")]
+    pub(crate) plot: Option<PathBuf>,
+    /// Intervals from standard errors alone, without profiles: faster
+    #[arg(long)]
+    pub(crate) fast: bool,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod demo;
+mod identify;
 mod info;
 mod list;
 mod pack;
@@ -13,6 +14,7 @@ use crate::error::Error;
 pub(crate) fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Demo(a) => demo::demo(&a),
+        Command::Identify(a) => identify::run(&a),
         Command::Simulate(a) => simulate::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),

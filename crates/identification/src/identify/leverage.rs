@@ -1,0 +1,70 @@
+//! By how much estimates move with what is held to be known.
+
+use nalgebra::DMatrix;
+
+use crate::estimate;
+use crate::fit::Fit;
+use crate::lsq::Problem;
+use crate::model::Model;
+use crate::output_error::OutputError;
+use crate::unknown::{Target, Unknown};
+
+/// d(estimate)/estimate over d(known)/known; of a sensor's zero, over one step of its reading.
+#[derive(Clone, Debug, Default)]
+pub struct Leverage {
+    /// What is held to be known.
+    pub known: Vec<String>,
+    /// One row per parameter and uncertain one, one column per known.
+    pub values: DMatrix<f64>,
+}
+
+/// What is held to be known of a joint and of an arm, if it is not fitted.
+const JOINT: [&str; 4] = ["motorInertia", "torqueConstant", "gearRatio", "loadInertia"];
+const ARM: [&str; 7] =
+    ["baseMass", "baseInertia", "linkMass", "linkInertia", "linkLength", "motorInertia", "jointStiffness"];
+
+pub(super) fn of(
+    model: &Model,
+    nominal: &[f64],
+    problem: &OutputError<Model>,
+    fit: &Fit,
+    order: &[usize],
+) -> Leverage {
+    let mut extra: Vec<Unknown> = Vec::new();
+    let fitted = |t: Target| problem.unknowns().iter().any(|u| u.target == t);
+    let names: &[&str] = if model.joint().is_some() { &JOINT } else { &ARM };
+    for q in names.iter().flat_map(|n| model.elements(n)) {
+        let Some(i) = model.parameter(&q.name) else { continue };
+        if nominal[i] > 0.0 && !fitted(Target::Parameter(i)) {
+            extra.push(Unknown::positive(&q.name, i, nominal[i]));
+        }
+    }
+    let mut seen = Vec::new();
+    for c in problem.runs().iter().flat_map(|r| &r.channels) {
+        let target = Target::Offset(c.output);
+        if c.name.ends_with("Angle") && !fitted(target) && !seen.contains(&c.output) {
+            seen.push(c.output);
+            let step = if c.resolution > 0.0 { c.resolution } else { c.sigma };
+            extra.push(Unknown::free(&format!("{} zero, one step", c.name), target, None, step));
+        }
+    }
+    let known: Vec<String> = extra.iter().map(|u| u.name.clone()).collect();
+    let none = Leverage { values: DMatrix::zeros(order.len(), 0), known: Vec::new() };
+    let count = fit.theta.len();
+    let mut theta = fit.theta.clone();
+    theta.extend(extra.iter().map(|u| u.scale.coordinate(u.start)));
+    let unknowns = [problem.unknowns(), &extra].concat();
+    let mut wider = OutputError::new(model, nominal, problem.runs(), unknowns);
+    if (0..problem.runs().len()).any(|r| problem.carried(r).is_some()) && wider.carry_noise(&theta).is_err() {
+        return none;
+    }
+    let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };
+    let all =
+        estimate::leverage(&j.columns(0, count).into_owned(), &j.columns(count, extra.len()).into_owned());
+    let size = |k: usize| {
+        let (value, slope) = problem.unknowns()[k].scale.value(fit.theta[k]);
+        slope / value
+    };
+    let values = DMatrix::from_fn(order.len(), extra.len(), |i, c| all[(order[i], c)] * size(order[i]));
+    Leverage { known, values }
+}

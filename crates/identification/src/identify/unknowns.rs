@@ -1,0 +1,105 @@
+//! What a case asks to be fitted, and what it is unsure of.
+
+use trueup_signals::{Case, base_name};
+
+use super::IdentifyError;
+use crate::model::Model;
+use crate::run::Run;
+use crate::unknown::{Scale, Target, Unknown};
+
+/// An unknown of all recordings.
+#[derive(Clone, Debug)]
+pub(super) struct Fitted {
+    pub unknown: Unknown,
+    /// The case asks for it; else it is only uncertain.
+    pub asked_for: bool,
+    /// Relative, from the case.
+    pub doubt: Option<f64>,
+}
+
+/// Asked for, then uncertain ones that are not.
+pub(super) fn of(
+    model: &Model,
+    case: &Case,
+    nominal: &[f64],
+    runs: &[Run],
+) -> Result<Vec<Fitted>, IdentifyError> {
+    let asked: Vec<String> = match &case.fit {
+        None => model.usual(),
+        Some(list) => list.iter().flat_map(|name| model.elements(name)).map(|q| q.name.clone()).collect(),
+    };
+    if asked.is_empty() {
+        return Err(IdentifyError::Unknowns(format!(
+            "{}: there is nothing to fit: no joint is flexible; write [fit] parameters = [\"linkMass[3]\"] in it",
+            case.file.display()
+        )));
+    }
+    let mut all = Vec::new();
+    for name in &asked {
+        if name.starts_with("initial") || base_name(name) == "motorCoupling" {
+            return Err(IdentifyError::Unknowns(format!(
+                "{}: `{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters",
+                case.file.display()
+            )));
+        }
+        if !all.iter().any(|f: &Fitted| &f.unknown.name == name) {
+            all.push(one(model, case, nominal, runs, name, true));
+        }
+    }
+    let uncertain = case.parameters.keys().filter(|n| case.doubt(n).is_some_and(|d| d > 0.0));
+    for name in uncertain.filter(|n| !n.starts_with("initial") && base_name(n) != "motorCoupling") {
+        if model.parameter(name).is_some() && !asked.contains(name) {
+            all.push(one(model, case, nominal, runs, name, false));
+        }
+    }
+    Ok(all)
+}
+
+fn one(model: &Model, case: &Case, nominal: &[f64], runs: &[Run], name: &str, asked_for: bool) -> Fitted {
+    let index = model.parameter(name).unwrap_or(0);
+    let (value, q) = (nominal[index], &model.parameters()[index]);
+    let doubt = case.doubt(name).filter(|d| *d > 0.0);
+    let mut unknown = Unknown::positive(name, index, value);
+    if !(value > 0.0 && q.min >= 0.0) {
+        let size = if value == 0.0 { typical(model, nominal, runs, name) } else { value.abs() };
+        let start = if value == 0.0 && q.min >= 0.0 { 0.1 * size } else { value };
+        let free = Unknown::free(name, Target::Parameter(index), None, size);
+        unknown = Unknown { start, lower: q.min, scale: Scale::Linear(size), ..free };
+    }
+    if unknown.scale == Scale::Log {
+        // A case that is off by more is a case of another drive; far out simulations only cost time.
+        (unknown.lower, unknown.upper) = (1e-2 * value, 1e2 * value);
+    }
+    unknown.upper = unknown.upper.min(q.max);
+    unknown.lower = unknown.lower.max(if q.min > 0.0 { q.min } else { unknown.lower });
+    if let Some(d) = doubt {
+        unknown = unknown.believed(d);
+    }
+    Fitted { unknown, asked_for, doubt }
+}
+
+/// How large a value is likely to be of which the case says 0.
+fn typical(model: &Model, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
+    let value = |n: &str| model.parameter(n).map_or(1.0, |i| nominal[i]);
+    let largest = |i: usize| {
+        let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == i).flat_map(|d| &d.u);
+        all.fold(0.0, |m: f64, v| m.max(v.abs()))
+    };
+    let torque =
+        if model.joint().is_some() { value("torqueConstant").abs() * largest(0) } else { largest(0) };
+    let speeds = runs
+        .iter()
+        .flat_map(|r| &r.channels)
+        .filter(|c| c.name.ends_with("Angle") || c.name.contains("Angle["));
+    let fastest = speeds
+        .flat_map(|c| c.t.windows(9).zip(c.y.windows(9)))
+        .map(|(t, y)| ((y[8] - y[0]) / (t[8] - t[0])).abs())
+        .fold(0.0, f64::max);
+    let size = match base_name(name) {
+        "coulombFriction" | "staticFriction" => 0.2 * torque,
+        "viscousFriction" | "damping" | "jointDamping" => 0.2 * torque / fastest.max(1e-9),
+        "motorInertia" | "loadInertia" | "linkInertia" | "baseInertia" => torque / fastest.max(1e-9),
+        _ => 0.1,
+    };
+    if size > 0.0 && size.is_finite() { size } else { 0.1 }
+}

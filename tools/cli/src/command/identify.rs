@@ -1,0 +1,85 @@
+//! `trueup identify`
+
+mod json;
+mod page;
+mod table;
+
+use trueup_identification::identify::{Settings, identify};
+use trueup_identification::model::Model;
+use trueup_signals::check::{self, Relation};
+use trueup_signals::{Case, Finding, Kind, Loaded, Severity};
+
+use crate::args::Identify;
+use crate::error::Error;
+use crate::output::say;
+
+/// Findings that are told; the rest is counted.
+const MOST: usize = 20;
+
+pub(crate) fn run(args: &Identify) -> Result<(), Error> {
+    let loaded = load(&args.case)?;
+    let progress = |what: &str| eprintln!("{what} ...");
+    let settings = Settings { method: args.method, profile: !args.fast, progress: &progress };
+    let found = identify(&loaded, &settings).map_err(|e| Error::at(&loaded.case.file, e))?;
+    if let Some(file) = &args.plot {
+        crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
+    }
+    say(&if args.json { format!("{:#}\n", json::json(&found)) } else { table::text(&found) })
+}
+
+/// A case with its recordings, all that is wrong with them told on standard error.
+pub(crate) fn load(path: &std::path::Path) -> Result<Loaded, Error> {
+    let wrong = |case: &Case, what: String| {
+        trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, what, "")])
+    };
+    let variables = |case: &Case| {
+        Model::of_case(case, &[]).map(|m| m.variables()).map_err(|e| wrong(case, e.to_string()))
+    };
+    let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
+    let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
+    findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
+    tell(&findings);
+    match findings.iter().filter(|f| f.is_error()).count() {
+        0 => Ok(loaded),
+        1 => Err(Error::Said),
+        _ => Err(Error::Said),
+    }
+}
+
+/// Which channels go with each other.
+fn relations(model: &Model, case: &Case) -> Vec<Relation> {
+    let rate = |rate: &str, of: &str| Relation::Rate { rate: rate.into(), of: of.into() };
+    if model.joint().is_some() {
+        let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
+        let (left, right) = ("motorAngle".into(), "loadAngle".into());
+        return vec![
+            Relation::Proportional { left, right, factor: n },
+            rate("motorVelocity", "motorAngle"),
+            rate("loadVelocity", "loadAngle"),
+        ];
+    }
+    let joints = 1..=model.structure().flexible.len();
+    joints
+        .flat_map(|j| {
+            [("jointVelocity", "jointAngle"), ("motorVelocity", "motorAngle")]
+                .map(|(r, a)| rate(&format!("{r}[{j}]"), &format!("{a}[{j}]")))
+        })
+        .chain([rate("baseRate", "baseAttitude")])
+        .collect()
+}
+
+fn tell(findings: &[Finding]) {
+    let mut worst_first: Vec<&Finding> = findings.iter().collect();
+    worst_first.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    for f in worst_first.iter().take(MOST) {
+        let kind = match f.severity {
+            Severity::Error => "error",
+            Severity::Warning => "warning",
+            Severity::Note => "note",
+        };
+        eprintln!("{kind}: {f}");
+    }
+    if findings.len() > MOST {
+        eprintln!("and {} more", findings.len() - MOST);
+    }
+}
