@@ -15,11 +15,13 @@
 //! ```
 
 mod chart;
+mod diagnosis;
 mod join;
 mod number;
 mod page;
 mod svg;
 
 pub use chart::{Axis, Chart, Style};
+pub use diagnosis::{Evidence, Map, Trace, diagnosis_page, effect_name, sentence};
 pub use number::number;
 pub use page::{Page, escape};

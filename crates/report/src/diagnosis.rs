@@ -1,0 +1,143 @@
+//! The page of a diagnosis: for a project lead in a minute, for an expert to the bottom.
+
+mod bars;
+mod heat;
+mod parts;
+mod words;
+
+use trueup_diagnosis::locate::Bands;
+use trueup_diagnosis::locate::map::{Curve, Surface};
+use trueup_diagnosis::outcome::Diagnosis;
+
+use crate::page::Page;
+
+pub use words::{effect_name, sentence};
+
+/// What the page shows besides `diagnosis.json`; whatever is empty is left out.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence<'a> {
+    /// Name of the case.
+    pub case: &'a str,
+    /// Compared channels over time, the held-out recordings first.
+    pub traces: Vec<Trace<'a>>,
+    /// What is missing, as pictures.
+    pub maps: Vec<Map<'a>>,
+    /// The noise floor of each channel: channel, its standard deviation with unit, where it comes from.
+    pub floors: Vec<[String; 3]>,
+    /// Components that these sensors cannot tell apart by structure, class by class.
+    pub classes: Vec<Vec<String>>,
+    /// Components whose faults these sensors cannot see at all.
+    pub hidden: Vec<String>,
+    /// Inputs of the next experiment: name, unit, times in s, values.
+    pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
+    /// How it was done: setting and value.
+    pub settings: Vec<[String; 2]>,
+    /// With what: program or library and version.
+    pub versions: Vec<[String; 2]>,
+}
+
+/// A channel of a recording, measured and simulated.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Trace<'a> {
+    /// The recording.
+    pub recording: &'a str,
+    /// The channel.
+    pub channel: &'a str,
+    /// Its unit.
+    pub unit: &'a str,
+    /// Times in s.
+    pub time: &'a [f64],
+    /// What was measured.
+    pub measured: &'a [f64],
+    /// Simulated with nominal parameters.
+    pub before: &'a [f64],
+    /// With the model's own parameters refitted.
+    pub tuned: &'a [f64],
+    /// With the effects.
+    pub after: &'a [f64],
+    /// Standard deviation that noise alone leaves.
+    pub floor: f64,
+}
+
+/// A picture of what is missing.
+#[derive(Clone, Copy, Debug)]
+pub enum Map<'a> {
+    /// A quantity along another, with the band of its mean.
+    Curve {
+        /// What it is.
+        title: &'a str,
+        /// Quantity and unit along x.
+        x: [&'a str; 2],
+        /// Unit of the quantity.
+        unit: &'a str,
+        /// Before the effects were added.
+        before: &'a Curve,
+        /// With them.
+        after: Option<&'a Curve>,
+    },
+    /// A quantity over two others.
+    Surface {
+        /// What it is.
+        title: &'a str,
+        /// Quantity and unit along x.
+        x: [&'a str; 2],
+        /// Quantity and unit along y.
+        y: [&'a str; 2],
+        /// Unit of the quantity.
+        unit: &'a str,
+        /// The cells.
+        surface: &'a Surface,
+    },
+    /// Spectrum of a residual against that of noise.
+    Spectrum {
+        /// What it is.
+        title: &'a str,
+        /// Unit of the residual.
+        unit: &'a str,
+        /// The spectra.
+        bands: &'a Bands,
+    },
+    /// Amplitudes over the order of an angle.
+    Orders {
+        /// What it is.
+        title: &'a str,
+        /// Unit of the amplitude.
+        unit: &'a str,
+        /// Periods per turn.
+        order: &'a [f64],
+        /// Amplitudes.
+        amplitude: &'a [f64],
+    },
+    /// An unknown quantity over time.
+    Course {
+        /// What it is.
+        title: &'a str,
+        /// The recording.
+        recording: &'a str,
+        /// Its unit.
+        unit: &'a str,
+        /// Times in s.
+        time: &'a [f64],
+        /// Its estimate.
+        value: &'a [f64],
+    },
+}
+
+/// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
+pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String {
+    let title = match evidence.case {
+        "" => format!("Diagnosis of {}", diagnosis.model),
+        case => format!("Diagnosis of {case}"),
+    };
+    let mut page = Page::new(&title, "");
+    parts::summary(&mut page, diagnosis);
+    parts::gap(&mut page, diagnosis);
+    parts::location(&mut page, diagnosis);
+    parts::candidates(&mut page, diagnosis);
+    parts::told_apart(&mut page, diagnosis, evidence);
+    parts::next(&mut page, diagnosis, evidence);
+    parts::series(&mut page, diagnosis, evidence);
+    parts::maps(&mut page, evidence);
+    parts::method(&mut page, diagnosis, evidence);
+    page.finish()
+}

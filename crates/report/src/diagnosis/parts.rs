@@ -1,0 +1,410 @@
+//! The sections, one after the other.
+
+use trueup_diagnosis::outcome::{Amount, Candidate, Diagnosis, Gap, Verdict};
+
+use super::bars::{Bar, bars};
+use super::heat::heat;
+use super::words::{badge, effect_name, percent, place, sentence};
+use super::{Evidence, Map};
+use crate::chart::{Axis, Chart, Style};
+use crate::number::number;
+use crate::page::{Page, escape};
+
+/// Candidates beyond these are not worth a row.
+const CANDIDATES: usize = 15;
+/// Of the recordings so many are drawn.
+const RECORDINGS: usize = 4;
+
+/// `[a, b]`, open ends as words.
+fn interval(ci: &[Option<f64>; 2]) -> String {
+    match ci {
+        [Some(a), Some(b)] => format!("{} to {}", number(*a), number(*b)),
+        [Some(a), None] => format!("at least {}", number(*a)),
+        [None, Some(b)] => format!("at most {}", number(*b)),
+        [None, None] => "not bounded by these recordings".to_owned(),
+    }
+}
+
+fn amount(a: &Amount) -> String {
+    format!("{} {}", number(a.value), a.unit).trim_end().to_owned()
+}
+
+fn closed(g: &Gap) -> String {
+    let Some(closed) = g.closed else { return "–".to_owned() };
+    match g.ci95 {
+        Some([a, b]) => format!("{} ({} to {})", percent(closed), percent(a), percent(b)),
+        None => percent(closed),
+    }
+}
+
+/// The verdict, its figures, and what is claimed.
+pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
+    page.section("Verdict", "");
+    page.html(&format!(
+        "<p class=\"verdict\"><b class=\"badge\">{}</b> {}</p>",
+        badge(d.verdict),
+        escape(&sentence(d))
+    ));
+    if !d.effects.is_empty() {
+        let rows: Vec<Vec<String>> = d
+            .effects
+            .iter()
+            .flat_map(|e| {
+                let head =
+                    [effect_name(&e.id).to_owned(), place(&e.component, e.joint), percent(e.probability)];
+                let alone = e.closed_alone.map_or_else(|| "–".to_owned(), percent);
+                let first = e.parameters.iter().enumerate().map(move |(k, (name, a))| {
+                    let lead = if k == 0 { head.clone() } else { Default::default() };
+                    let alone = if k == 0 { alone.clone() } else { String::new() };
+                    [lead.to_vec(), vec![alone, name.clone(), amount(a), interval(&a.ci95)]].concat()
+                });
+                let mut rows: Vec<_> = first.collect();
+                if rows.is_empty() {
+                    let alone = e.closed_alone.map_or_else(|| "–".to_owned(), percent);
+                    let head = vec![
+                        effect_name(&e.id).to_owned(),
+                        place(&e.component, e.joint),
+                        percent(e.probability),
+                    ];
+                    rows.push([head, vec![alone, String::new(), String::new(), String::new()]].concat());
+                }
+                rows
+            })
+            .collect();
+        page.table(
+            &["effect", "where", "probability", "closes alone", "parameter", "value", "95 % interval"],
+            &rows,
+        );
+    }
+    if !d.parameters.is_empty() {
+        page.html("<details><summary>The plant's own parameters, refitted</summary>");
+        let rows: Vec<Vec<String>> =
+            d.parameters.iter().map(|(name, a)| vec![name.clone(), amount(a), interval(&a.ci95)]).collect();
+        page.table(&["parameter", "value", "95 % interval"], &rows);
+        page.html("</details>");
+    }
+}
+
+/// How far the gap shrinks.
+pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
+    let Some(overall) = &d.gap.overall else { return };
+    page.section(
+        "How far",
+        "The gap of a channel is the RMS of simulated minus measured over the RMS of the measured signal about its mean, in \
+         free-running simulations of recordings that were never used for fitting; overall it is the root mean square over the \
+         channels.",
+    );
+    let stages = |g: &Gap| {
+        [
+            ("before", g.before, 1),
+            ("own parameters refitted", g.tuned, 4),
+            ("with the effects", g.after, 2),
+            ("noise alone", g.floor, 7),
+        ]
+    };
+    let longest = stages(overall).iter().fold(1e-300, |m: f64, s| m.max(s.1));
+    let rows: Vec<Bar> = stages(overall)
+        .iter()
+        .filter(|s| s.0 != "with the effects" || !d.effects.is_empty())
+        .map(|(label, x, colour)| Bar {
+            label: (*label).to_owned(),
+            length: x / longest,
+            figure: percent(*x),
+            colour: *colour,
+        })
+        .collect();
+    bars(page, "Overall", &rows);
+    let row = |name: &str, g: &Gap| {
+        vec![
+            name.to_owned(),
+            percent(g.before),
+            percent(g.tuned),
+            percent(g.after),
+            percent(g.floor),
+            closed(g),
+        ]
+    };
+    let mut rows = vec![row("overall", overall)];
+    rows.extend(d.gap.channels.iter().map(|(name, g)| row(name, g)));
+    page.table(&["channel", "before", "tuned", "after", "noise alone", "closed (95 % interval)"], &rows);
+    if !d.gap.left_out.is_empty() {
+        page.text(&format!("Without variation and left out: {}.", d.gap.left_out.join(", ")));
+    }
+}
+
+/// Where it lies.
+pub(super) fn location(page: &mut Page, d: &Diagnosis) {
+    let w = &d.location;
+    let nothing = w.components.is_empty()
+        && w.channels.is_empty()
+        && w.intervals.is_empty()
+        && w.regimes.is_empty()
+        && w.bands.is_empty();
+    if nothing {
+        return;
+    }
+    page.section("Where", "Shares of what is left over the noise floor with nominal structure.");
+    let bar = |label: String, share: f64, colour: usize| Bar {
+        label,
+        length: share,
+        figure: percent(share),
+        colour,
+    };
+    page.html("<div class=\"columns\">");
+    let rows: Vec<Bar> = w.components.iter().map(|c| bar(place(&c.id, c.joint), c.share, 0)).collect();
+    bars(page, "Component", &rows);
+    let rows: Vec<Bar> = w.channels.iter().map(|c| bar(c.name.clone(), c.share, 5)).collect();
+    bars(page, "Channel", &rows);
+    let rows: Vec<Bar> = w
+        .bands
+        .iter()
+        .map(|b| bar(format!("{} to {} Hz", number(b.low_hz), number(b.high_hz)), b.share, 3))
+        .collect();
+    bars(page, "Frequency", &rows);
+    let rows: Vec<Bar> = w
+        .regimes
+        .iter()
+        .map(|r| {
+            let label = match (r.low, r.high) {
+                (Some(a), Some(b)) => format!("{} from {} to {}", r.variable, number(a), number(b)),
+                (Some(a), None) => format!("{} above {}", r.variable, number(a)),
+                (None, Some(b)) => format!("{} below {}", r.variable, number(b)),
+                (None, None) => r.variable.clone(),
+            };
+            bar(label, r.share, 4)
+        })
+        .collect();
+    bars(page, "Operating regime", &rows);
+    let rows: Vec<Bar> = w
+        .intervals
+        .iter()
+        .map(|i| bar(format!("{}: {} s to {} s", i.recording, number(i.start), number(i.end)), i.share, 1))
+        .collect();
+    bars(page, "Time", &rows);
+    page.html("</div>");
+}
+
+/// What was looked at.
+pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
+    if d.candidates.is_empty() {
+        return;
+    }
+    page.section(
+        "Which",
+        "Every candidate was added to the model and everything fitted again. Evidence is the logarithm of its odds against \
+         nothing added, on the recordings for fitting; the gap is on the others.",
+    );
+    let claimed = |c: &Candidate| d.effects.iter().any(|e| e.id == c.id && e.joint == c.joint);
+    let shown = d.candidates.iter().take(CANDIDATES);
+    let rows: Vec<Bar> = shown
+        .clone()
+        .map(|c| Bar {
+            label: format!("{} ({})", effect_name(&c.id), place(&c.component, c.joint)),
+            length: c.probability,
+            figure: percent(c.probability),
+            colour: if claimed(c) { 2 } else { 7 },
+        })
+        .collect();
+    bars(page, "Probability", &rows);
+    page.html("<details><summary>Evidence, candidate by candidate</summary>");
+    let rows: Vec<Vec<String>> = shown
+        .map(|c| {
+            let gap = c.holdout_gap.map_or_else(|| "not worth a fit".to_owned(), percent);
+            vec![c.id.clone(), place(&c.component, c.joint), percent(c.probability), number(c.evidence), gap]
+        })
+        .collect();
+    page.table(&["candidate", "where", "probability", "log evidence", "held-out gap"], &rows);
+    if d.candidates.len() > CANDIDATES {
+        page.text(&format!("And {} more with less: see diagnosis.json.", d.candidates.len() - CANDIDATES));
+    }
+    page.html("</details>");
+    if d.unknown.present || d.unknown.probability > 0.01 {
+        page.text(&format!("None of these: probability {}.", percent(d.unknown.probability)));
+    }
+}
+
+/// What was not told apart from what, and what the sensors could tell at all.
+pub(super) fn told_apart(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
+    let structural = e.classes.iter().any(|c| c.len() > 1) || !e.hidden.is_empty();
+    if d.indistinguishable.is_empty() && !structural {
+        return;
+    }
+    page.section("What was not told apart", "");
+    if !d.indistinguishable.is_empty() {
+        page.text("These recordings cannot say which member of a set it is:");
+        let items = d.indistinguishable.iter().map(|set| {
+            let names: Vec<&str> = set.iter().map(|id| effect_name(id)).collect();
+            format!("<li>{}</li>", escape(&names.join(" / ")))
+        });
+        page.html(&format!("<ul>{}</ul>", items.collect::<String>()));
+    }
+    if structural {
+        page.text(
+            "What the equations alone allow with these channels: components in one class can only be told apart by the form \
+             of an effect, as long as nothing else is missing.",
+        );
+        let mut rows: Vec<Vec<String>> = e
+            .classes
+            .iter()
+            .map(|c| vec![c.join(", "), if c.len() > 1 { "one class" } else { "told apart" }.to_owned()])
+            .collect();
+        if !e.hidden.is_empty() {
+            rows.push(vec![e.hidden.join(", "), "not seen by these sensors".to_owned()]);
+        }
+        page.table(&["component", "by structure"], &rows);
+    }
+}
+
+/// What to record next.
+pub(super) fn next(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
+    let Some(n) = &d.next_experiment else { return };
+    page.section("Next experiment", "");
+    let names: Vec<&str> = n.separates.iter().map(|id| effect_name(id)).collect();
+    let chance = n
+        .probability
+        .map_or_else(String::new, |p| format!(" Predicted to tell with probability {}.", percent(p)));
+    let apart =
+        if names.is_empty() { String::new() } else { format!(" It tells apart: {}.", names.join(" / ")) };
+    page.text(&format!("{}{apart}{chance} Its inputs: {}.", n.why, n.input));
+    for (name, unit, time, values) in &e.next {
+        page.chart(&Chart::over_time(name, unit).line(name, time, values));
+    }
+}
+
+/// Measured and simulated over time.
+pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
+    if e.traces.is_empty() {
+        return;
+    }
+    page.section(
+        "Measured and simulated",
+        "Drag to zoom, double click for all, click in the legend to hide; charts zoom together. Shaded: stretches that stand out.",
+    );
+    let mut recordings: Vec<&str> = Vec::new();
+    for t in &e.traces {
+        if !recordings.contains(&t.recording) {
+            recordings.push(t.recording);
+        }
+    }
+    let with = matches!(d.verdict, Verdict::Effects | Verdict::Ambiguous) || !d.effects.is_empty();
+    for recording in recordings.iter().take(RECORDINGS) {
+        for t in e.traces.iter().filter(|t| t.recording == *recording) {
+            let (last, name) =
+                if with { (t.after, "with the effects") } else { (t.tuned, "own parameters refitted") };
+            let shade = |mut chart: Chart<'_>| {
+                for i in d.location.intervals.iter().filter(|i| i.recording == t.recording) {
+                    chart = chart.band(i.start, i.end);
+                }
+                page.chart(&chart);
+            };
+            let mut shade = shade;
+            let title = format!("{}, {}", t.channel, t.recording);
+            shade(
+                Chart::over_time(&title, t.unit)
+                    .line("measured", t.time, t.measured)
+                    .line("before", t.time, t.before)
+                    .line(name, t.time, last),
+            );
+            let difference = |x: &[f64]| x.iter().zip(t.measured).map(|(x, m)| x - m).collect::<Vec<f64>>();
+            let (before, after) = (difference(t.before), difference(last));
+            let ends: Vec<f64> = [t.time.first(), t.time.last()].into_iter().flatten().copied().collect();
+            let (high, low) = (vec![2.0 * t.floor; ends.len()], vec![-2.0 * t.floor; ends.len()]);
+            let title = format!("{}, {}: simulated minus measured", t.channel, t.recording);
+            let zero = vec![0.0; ends.len()];
+            // Colours as in the chart above.
+            let mut chart = Chart::over_time(&title, t.unit)
+                .line("measured", &ends, &zero)
+                .line("before", t.time, &before)
+                .line(name, t.time, &after);
+            if t.floor > 0.0 {
+                chart = chart.line("+2 sigma of noise", &ends, &high).line("-2 sigma", &ends, &low);
+            }
+            shade(chart);
+        }
+    }
+    if recordings.len() > RECORDINGS {
+        page.text(&format!("Not drawn: {}.", recordings[RECORDINGS..].join(", ")));
+    }
+}
+
+/// What is missing, as pictures.
+pub(super) fn maps(page: &mut Page, e: &Evidence<'_>) {
+    if e.maps.is_empty() {
+        return;
+    }
+    page.section(
+        "What is missing, without a formula",
+        "Whatever the verdict, this is what the recordings ask for.",
+    );
+    for map in &e.maps {
+        match map {
+            Map::Curve { title, x, unit, before, after } => {
+                let mut chart = Chart::new(title, Axis::new(x[0], x[1]), Axis::new("", unit))
+                    .series("mean", &before.x, &before.mean, Style::LineAndPoints)
+                    .line("95 % low", &before.x, &before.low)
+                    .line("95 % high", &before.x, &before.high);
+                if let Some(after) = after {
+                    chart =
+                        chart.series("left with the effects", &after.x, &after.mean, Style::LineAndPoints);
+                }
+                page.chart(&chart);
+            }
+            Map::Surface { title, x, y, unit, surface } => heat(page, title, *x, *y, unit, surface),
+            Map::Spectrum { title, unit, bands } => {
+                let unit = format!("({unit})²/Hz");
+                let mut chart =
+                    Chart::new(title, Axis::new("frequency", "Hz"), Axis::new("", &unit).logarithmic())
+                        .line("residual", &bands.frequency, &bands.residual)
+                        .line("noise alone", &bands.frequency, &bands.floor);
+                for b in &bands.bands {
+                    chart = chart.band(b.low, b.high);
+                }
+                page.chart(&chart);
+            }
+            Map::Orders { title, unit, order, amplitude } => page.chart(
+                &Chart::new(title, Axis::new("periods per turn", ""), Axis::new("amplitude", unit)).line(
+                    "amplitude",
+                    order,
+                    amplitude,
+                ),
+            ),
+            Map::Course { title, recording, unit, time, value } => {
+                let title = format!("{title}, {recording}");
+                page.chart(&Chart::over_time(&title, unit).line("estimate", time, value));
+            }
+        }
+    }
+}
+
+/// How it was done.
+pub(super) fn method(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
+    page.section(
+        "Method and settings",
+        "Parameters first: can refitting what the model has, within its owner's doubts, explain the gap? Then every effect of \
+         the library by a score test, the survivors by output-error refits with all nuisance parameters, chosen by evidence and \
+         by held-out prediction together; probabilities are calibrated on trials with sealed truth.",
+    );
+    if !d.notes.is_empty() {
+        let items: String = d.notes.iter().map(|n| format!("<li>{}</li>", escape(n))).collect();
+        page.html(&format!("<ul>{items}</ul>"));
+    }
+    if !e.floors.is_empty() {
+        page.html("<h3>Noise floor</h3>");
+        page.table(
+            &["channel", "standard deviation", "from"],
+            &e.floors.iter().map(|r| r.to_vec()).collect::<Vec<_>>(),
+        );
+    }
+    let pairs = |rows: &[[String; 2]]| rows.iter().map(|r| r.to_vec()).collect::<Vec<_>>();
+    if !e.settings.is_empty() {
+        page.html("<h3>Settings</h3>");
+        page.table(&["setting", "value"], &pairs(&e.settings));
+    }
+    if let Some(files) = &d.augmented {
+        page.text(&format!("The augmented model: {}.", files.join(", ")));
+    }
+    let mut versions = vec![["format".to_owned(), d.schema.clone()]];
+    versions.extend(e.versions.iter().cloned());
+    page.html("<h3>Versions</h3>");
+    page.table(&["what", "version"], &pairs(&versions));
+}

@@ -1,0 +1,308 @@
+//! The page of a diagnosis: what it says, that it is one file, and that a browser shows it.
+
+#![allow(clippy::unwrap_used, clippy::print_stderr, clippy::print_stdout)]
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use trueup_diagnosis::locate::map::{curve, surface};
+use trueup_diagnosis::locate::{Residual, bands};
+use trueup_diagnosis::outcome::*;
+use trueup_report::{Evidence, Map, Trace, diagnosis_page, sentence};
+
+fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> Amount {
+    Amount { value, unit: unit.into(), ci95 }
+}
+
+fn gap() -> Gap {
+    Gap { before: 0.21, tuned: 0.12, after: 0.013, floor: 0.011, closed: Some(0.99), ci95: Some([0.98, 1.0]) }
+}
+
+fn diagnosis(verdict: Verdict) -> Diagnosis {
+    let claimed = |id: &str, probability| Claimed {
+        id: id.into(),
+        component: "motor-friction".into(),
+        joint: Some(1),
+        probability,
+        parameters: [
+            ("staticFriction".to_owned(), amount(2.9e-4, "N.m", [Some(2.7e-4), Some(3.1e-4)])),
+            ("stribeckVelocity".to_owned(), amount(12.0, "rad/s", [None, Some(25.0)])),
+        ]
+        .into(),
+        closed_alone: Some(0.95),
+    };
+    let candidate = |id: &str, component: &str, probability, evidence, holdout_gap| Candidate {
+        id: id.into(),
+        component: component.into(),
+        joint: Some(1),
+        probability,
+        evidence,
+        holdout_gap,
+    };
+    let effects = match verdict {
+        Verdict::Effects => vec![claimed("stribeck-friction", 0.97)],
+        Verdict::Ambiguous => vec![claimed("stribeck-friction", 0.6), claimed("presliding-friction", 0.35)],
+        _ => vec![],
+    };
+    Diagnosis {
+        schema: SCHEMA.into(),
+        model: "TwoMassJoint".into(),
+        verdict,
+        gap: GapReport {
+            overall: Some(gap()),
+            channels: BTreeMap::from([("motorAngle".to_owned(), gap()), ("loadAngle".to_owned(), gap())]),
+            left_out: vec!["tipAngle".into()],
+        },
+        location: Where {
+            components: vec![
+                ComponentShare { id: "motor-friction".into(), share: 0.94, joint: Some(1) },
+                ComponentShare { id: "load".into(), share: 0.04, joint: None },
+            ],
+            channels: vec![
+                ChannelShare { name: "motorAngle".into(), share: 0.55 },
+                ChannelShare { name: "loadAngle".into(), share: 0.45 },
+            ],
+            intervals: vec![IntervalShare {
+                recording: "holdout-1.csv".into(),
+                start: 2.1,
+                end: 3.4,
+                share: 0.5,
+            }],
+            regimes: vec![RegimeShare {
+                variable: "motorVelocity".into(),
+                low: Some(-0.4),
+                high: Some(0.4),
+                share: 0.7,
+            }],
+            bands: vec![BandShare { low_hz: 0.0, high_hz: 2.0, share: 0.9 }],
+        },
+        effects,
+        candidates: vec![
+            candidate("stribeck-friction", "motor-friction", 0.97, 412.3, Some(0.013)),
+            candidate("presliding-friction", "motor-friction", 0.02, 371.0, Some(0.05)),
+            candidate("backlash", "transmission", 0.0, 3.0, None),
+        ],
+        parameters: BTreeMap::from([(
+            "stiffness".to_owned(),
+            amount(3.07e-5, "N.m/rad", [Some(3.0e-5), None]),
+        )]),
+        indistinguishable: vec![vec!["stribeck-friction".into(), "presliding-friction".into()]],
+        unknown: Unknown { present: verdict == Verdict::Unknown, probability: 0.02 },
+        next_experiment: Some(NextExperiment {
+            why: "Slow reversals of small amplitude show the spring before sliding.".into(),
+            separates: vec!["stribeck-friction".into(), "presliding-friction".into()],
+            input: "next-experiment.csv".into(),
+            probability: Some(0.93),
+        }),
+        augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
+        notes: vec!["No repeats were given: <declared> noise is the floor.".into()],
+    }
+}
+
+/// Everything that a page can hold.
+fn page(verdict: Verdict) -> String {
+    let n = 5000;
+    let t: Vec<f64> = (0..n).map(|k| 0.002 * f64::from(k)).collect();
+    let noise: Vec<f64> =
+        (0..n).map(|k| 0.004 * ((f64::from(k) * 12.9898).sin() * 43758.547).fract()).collect();
+    let truth: Vec<f64> = t.iter().map(|t| (1.3 * t).sin() + 0.4 * (3.1 * t).cos()).collect();
+    let speed: Vec<f64> = t.iter().map(|t| 1.3 * (1.3 * t).cos() - 1.24 * (3.1 * t).sin()).collect();
+    let measured: Vec<f64> = truth.iter().zip(&noise).map(|(x, e)| x + e).collect();
+    let before: Vec<f64> = truth.iter().zip(&t).map(|(x, t)| x + 0.2 * (0.7 * t).sin()).collect();
+    let tuned: Vec<f64> = truth.iter().zip(&t).map(|(x, t)| x + 0.1 * (0.7 * t).sin()).collect();
+    let torque: Vec<f64> =
+        speed.iter().zip(&noise).map(|(v, e)| 0.3 * v.tanh() + 0.1 * v + 5.0 * e).collect();
+    let left: Vec<f64> = noise.iter().map(|e| 5.0 * e).collect();
+    let (law, rest) = (curve(&speed, &torque, 24).unwrap(), curve(&speed, &left, 24).unwrap());
+    let cells = surface(&truth, &speed, &torque, 14).unwrap();
+    let residual: Vec<f64> = before.iter().zip(&measured).map(|(b, m)| b - m).collect();
+    let spectrum =
+        bands(&[Residual { recording: "a", time: &t, value: &residual, floor: 0.0023 }], None).unwrap();
+    let orders: Vec<f64> = (1..40).map(|k| 0.5 * f64::from(k)).collect();
+    let amplitudes: Vec<f64> = orders.iter().map(|o| if *o == 2.0 { 0.08 } else { 0.004 / o }).collect();
+    let trace = |channel| Trace {
+        recording: "holdout-1.csv",
+        channel,
+        unit: "rad",
+        time: &t,
+        measured: &measured,
+        before: &before,
+        tuned: &tuned,
+        after: &truth,
+        floor: 0.0023,
+    };
+    let evidence = Evidence {
+        case: "a <case>",
+        traces: vec![trace("motorAngle"), trace("loadAngle")],
+        maps: vec![
+            Map::Curve {
+                title: "Braking torque against speed",
+                x: ["speed", "rad/s"],
+                unit: "N.m",
+                before: &law,
+                after: Some(&rest),
+            },
+            Map::Surface {
+                title: "Transmission torque over twist and rate",
+                x: ["twist", "rad"],
+                y: ["rate", "rad/s"],
+                unit: "N.m",
+                surface: &cells,
+            },
+            Map::Spectrum { title: "Residual of motorAngle", unit: "rad", bands: &spectrum },
+            Map::Orders {
+                title: "Orders of the motor angle",
+                unit: "rad",
+                order: &orders,
+                amplitude: &amplitudes,
+            },
+            Map::Course {
+                title: "Unknown torque at the motor",
+                recording: "train-1.csv",
+                unit: "N.m",
+                time: &t,
+                value: &torque,
+            },
+        ],
+        floors: vec![["motorAngle".into(), "0.0023 rad".into(), "declared noise and resolution".into()]],
+        classes: vec![
+            vec!["actuator".into(), "motor-friction".into(), "sensor:motorCurrent".into()],
+            vec!["transmission".into()],
+        ],
+        hidden: vec![],
+        next: vec![("motorCurrent", "A", &t, &speed)],
+        settings: vec![["seed".into(), "1".into()]],
+        versions: vec![["trueup".into(), "0.1.0".into()]],
+    };
+    diagnosis_page(&diagnosis(verdict), &evidence)
+}
+
+const VERDICTS: [(Verdict, &str); 5] = [
+    (Verdict::NoGap, "agrees with the recordings"),
+    (Verdict::Parameters, "parameters are off"),
+    (Verdict::Effects, "lacks is break-away (Stribeck) friction"),
+    (Verdict::Ambiguous, "cannot say which"),
+    (Verdict::Unknown, "no known effect explains"),
+];
+
+#[test]
+fn the_first_sentence_says_the_verdict_and_the_figures() {
+    for (verdict, words) in VERDICTS {
+        let d = diagnosis(verdict);
+        let text = sentence(&d);
+        assert!(text.contains(words), "{text}");
+        let html = page(verdict);
+        let at = html.find(words).unwrap();
+        assert!(at < html.find("How far").unwrap(), "the verdict comes first");
+    }
+    let text = sentence(&diagnosis(Verdict::Effects)).replace('\u{a0}', " ");
+    assert!(text.contains("from 21.0 % to 1.30 %") && text.contains("alone leaves 1.10 %"), "{text}");
+}
+
+#[test]
+fn it_is_one_file_with_everything_in_it_and_text_is_text() {
+    let html = page(Verdict::Effects).replace('\u{a0}', " ");
+    for elsewhere in [" src=", "href=", "@import", "url("] {
+        assert!(!html.contains(elsewhere), "{elsewhere}");
+    }
+    for part in [
+        "a &lt;case&gt;",
+        "&lt;declared&gt; noise",
+        "motor-friction, joint 1",
+        "motorVelocity from -0.4 to 0.4",
+        "holdout-1.csv: 2.1 s to 3.4 s",
+        "at most 25",
+        "not worth a fit",
+        "99.0 % (98.0 % to 100 %)",
+        "Predicted to tell with probability 93.0 %",
+        "next-experiment.csv",
+        "one class",
+        "tipAngle",
+        "0.1.0",
+        "TwoMassJoint.augmented.fmi3.fmu",
+    ] {
+        assert!(html.contains(part), "{part} is missing");
+    }
+    // Two channels with two charts each, four maps with axes, one input; and the surface.
+    assert_eq!(html.matches("<figure class=\"chart\">").count(), 9);
+    assert_eq!(html.matches("<svg ").count(), 10);
+    assert!(html.len() < 3_000_000, "{} bytes", html.len());
+}
+
+#[test]
+fn a_diagnosis_with_nothing_in_it_is_a_page() {
+    let mut d = diagnosis(Verdict::NoGap);
+    d.gap = GapReport::default();
+    d.location = Where::default();
+    (d.candidates, d.indistinguishable, d.next_experiment, d.augmented) = (vec![], vec![], None, None);
+    let html = diagnosis_page(&d, &Evidence::default());
+    assert!(html.contains("agrees with the recordings") && html.contains("trueup.diagnosis/1"));
+    d.gap.overall =
+        Some(Gap { before: f64::NAN, tuned: 0.0, after: 0.0, floor: 0.0, closed: None, ci95: None });
+    assert!(diagnosis_page(&d, &Evidence::default()).contains("NaN"));
+}
+
+/// A headless browser, if this machine has one.
+fn chromium() -> Option<PathBuf> {
+    let named = std::env::var_os("TRUEUP_CHROMIUM").map(PathBuf::from);
+    let found = named.or_else(|| {
+        let path = std::env::var_os("PATH")?;
+        let names = ["chromium", "chromium-browser", "google-chrome"];
+        std::env::split_paths(&path).flat_map(|p| names.map(|n| p.join(n))).find(|p| p.is_file())
+    });
+    if found.is_none() {
+        eprintln!(
+            "SKIPPED: no chromium on PATH (or named by TRUEUP_CHROMIUM), so no browser has looked at the page"
+        );
+    }
+    found
+}
+
+fn browse(browser: &Path, folder: &Path, file: &str, arguments: &[&str]) -> (String, String) {
+    let url = format!("file://{}", folder.join(file).display());
+    let profile = format!("--user-data-dir={}", folder.join("profile").display());
+    let fixed =
+        ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking"];
+    let more = [
+        "--disable-component-update",
+        "--disable-sync",
+        "--enable-logging=stderr",
+        "--virtual-time-budget=5000",
+    ];
+    let done =
+        Command::new(browser).args(fixed).args(more).arg(profile).args(arguments).arg(url).output().unwrap();
+    (String::from_utf8_lossy(&done.stdout).into(), String::from_utf8_lossy(&done.stderr).into())
+}
+
+#[test]
+fn a_browser_shows_it_with_and_without_script() {
+    let Some(browser) = chromium() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("report.html"), page(Verdict::Ambiguous)).unwrap();
+    let (dom, log) = browse(&browser, folder.path(), "report.html", &["--dump-dom"]);
+    let complaints: Vec<&str> = log.lines().filter(|l| l.contains("CONSOLE")).collect();
+    assert!(complaints.is_empty(), "{complaints:?}");
+    // Every chart became one that can be zoomed; the surface stays a picture.
+    assert_eq!((dom.matches("<canvas").count(), dom.matches("chart live").count()), (9, 9));
+    // Without script: nothing runs, the pictures stay.
+    let html = page(Verdict::Ambiguous);
+    let still = html.split("<!-- uPlot").next().unwrap();
+    std::fs::write(folder.path().join("still.html"), format!("{still}</body></html>")).unwrap();
+    let (dom, _) = browse(&browser, folder.path(), "still.html", &["--dump-dom"]);
+    assert_eq!((dom.matches("<canvas").count(), dom.matches("<svg ").count()), (0, 10));
+    // What it looks like, on a desk and on a telephone.
+    for (width, file) in [(1100, "report.html"), (390, "still.html")] {
+        let name = folder.path().join(format!("{width}.png"));
+        let (shot, size) =
+            (format!("--screenshot={}", name.display()), format!("--window-size={width},5200"));
+        browse(&browser, folder.path(), file, &[&shot, &size, "--hide-scrollbars"]);
+        let bytes = std::fs::metadata(&name).unwrap().len();
+        assert!(bytes > 60_000, "{width}: {bytes} bytes of a picture");
+        if let Some(keep) = std::env::var_os("TRUEUP_KEEP_PAGES") {
+            let keep = PathBuf::from(keep);
+            std::fs::copy(&name, keep.join(format!("diagnosis-{width}.png"))).unwrap();
+            std::fs::copy(folder.path().join(file), keep.join(format!("diagnosis-{width}.html"))).unwrap();
+        }
+    }
+}
