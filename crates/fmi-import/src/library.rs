@@ -132,7 +132,7 @@ impl Fmu {
             )));
         };
         preload_libm();
-        open(&path).map_err(|e| fail(format!("its library cannot be loaded: {e}")))
+        open(&path).or_else(|e| python::retry(&path, e)).map_err(|e| fail(format!("its library cannot be loaded: {e}")))
     }
 }
 
@@ -162,19 +162,21 @@ fn preload_libm() {
     });
 }
 
-fn open(path: &Path) -> Result<Library, libloading::Error> {
+/// The library, or why it cannot be loaded.
+fn open(path: &Path) -> Result<Library, String> {
+    // SAFETY: loading runs the FMU's own initialisers; whoever opens an FMU trusts its code.
     #[cfg(unix)]
-    {
+    let library = unsafe {
         use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
-        // SAFETY: loading runs the FMU's own initialisers; whoever opens an FMU trusts its code.
-        unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL) }.map(Into::into)
-    }
+        Library::open(Some(path), RTLD_NOW | RTLD_LOCAL).map(Into::into)
+    };
     #[cfg(not(unix))]
     // SAFETY: as above.
-    unsafe {
-        Library::new(path)
-    }
+    let library = unsafe { Library::new(path) };
+    library.map_err(|e| std::error::Error::source(&e).map_or_else(|| e.to_string(), ToString::to_string))
 }
+
+mod python;
 
 /// A struct with one optional pointer per function of a version.
 macro_rules! function_table {

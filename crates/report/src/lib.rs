@@ -19,6 +19,7 @@ mod diagnosis;
 mod join;
 mod number;
 mod page;
+mod picture;
 mod svg;
 
 pub use chart::{Axis, Chart, Style};

@@ -17,8 +17,8 @@ const INK: &str = "#4a5058";
 const BAND: &str = "#f3e6c8";
 
 /// Drawn larger than shown: plotters knows whole pixels only.
-const SCALE: u32 = 5;
-const SIZE: (u32, u32) = (920 * SCALE, 300 * SCALE);
+pub(crate) const SCALE: u32 = 5;
+pub(crate) const SIZE: (u32, u32) = (920 * SCALE, 300 * SCALE);
 /// Samples drawn; a pixel cannot show more.
 const POINTS: usize = 4000;
 

@@ -59,6 +59,8 @@ pub(super) struct Loop {
     r: Vec<f64>,
     du: Vec<f64>,
     old: Vec<f64>,
+    /// Why an FMU refused the values tried last.
+    refused: Option<Error>,
     pub(super) log: LoopLog,
 }
 
@@ -98,6 +100,7 @@ impl Loop {
             r: vec![0.0; n],
             du: vec![0.0; n],
             old: vec![0.0; n],
+            refused: None,
             log: LoopLog { variables, ..LoopLog::default() },
         }
     }
@@ -142,7 +145,10 @@ impl Loop {
             bank.reals[unknown.to] = *u;
         }
         match self.call(bank, nodes, time, due) {
-            Err(e) if is_discard(&e) => return Ok(f64::INFINITY),
+            Err(e) if is_discard(&e) => {
+                self.refused = Some(e);
+                return Ok(f64::INFINITY);
+            }
             done => done?,
         }
         let mut size = 0.0_f64;
@@ -210,7 +216,9 @@ impl Loop {
         }
         let mut size = self.evaluate(bank, nodes, time, due)?;
         if !size.is_finite() {
-            return Err(self.unsolved(bank, nodes, time, "an FMU refuses the values to start from"));
+            // Not the loop's fault: its values are those that were exchanged last.
+            let refused = self.refused.take();
+            return Err(refused.unwrap_or_else(|| self.unsolved(bank, nodes, time, "its values overflow")));
         }
         let mut fresh = false;
         for iteration in 0..ITERATIONS {

@@ -330,14 +330,19 @@ impl Stepper for SlaveStepper {
         within: Within,
     ) -> Result<Option<Box<Advance>>, Box<Error>> {
         let node = &mut nodes[self.node[0]];
-        if within == Within::Held && self.is_regular(from, to) {
+        let held = within == Within::Held || node.line.slots.is_empty();
+        if held && self.is_regular(from, to) {
             return match node.slave.step(from, self.regular, !self.rolls_back) {
                 Ok(None) => Ok(None),
                 Ok(Some(first)) => Ok(Some(Box::new(self.resume(nodes, from, to, *first)?))),
                 Err(source) => Err(Box::new(Error::Call { time: from, source: *source })),
             };
         }
-        self.step(nodes, from, to, within).map(|done| Some(Box::new(done))).map_err(Box::new)
+        let whole = Advance { time: to, ..Advance::default() };
+        match self.step(nodes, from, to, within) {
+            Ok(done) => Ok((done != whole).then(|| Box::new(done))),
+            Err(error) => Err(Box::new(error)),
+        }
     }
 
     fn is_plain(&self) -> bool {
