@@ -57,6 +57,8 @@ pub struct Master {
 struct Ready {
     nodes: Vec<Node>,
     shared: Vec<Option<std::sync::Arc<crate::stepper::Shared>>>,
+    /// There is one FMU, and its events are handled as FMI 3.0 has it.
+    event_mode: bool,
 }
 
 impl Master {
@@ -71,16 +73,29 @@ impl Master {
         let follows = algorithm != Algorithm::Jacobi;
         let (mut nodes, mut shared) = (Vec::new(), Vec::new());
         let start = plan.grid.start;
+        let mut event_mode = false;
         for planned in std::mem::take(&mut plan.components) {
-            let (mut how, lines) = if follows && planned.interface == Interface::CoSimulation {
-                intermediate(&planned)
-            } else {
-                Default::default()
+            let slave_of = |event_mode: bool| {
+                let co_simulation = planned.interface == Interface::CoSimulation;
+                let (mut how, lines) =
+                    if follows && co_simulation { intermediate(&planned) } else { Default::default() };
+                (how.event_mode_used, how.early_return_allowed) = (event_mode, event_mode);
+                Node::instantiate(&planned, how).map(|slave| (slave, lines))
             };
-            if units.len() == 1 && has_event_mode(&planned) {
-                (how.event_mode_used, how.early_return_allowed) = (true, true);
-            }
-            let mut node = Node::new(planned, how)?;
+            event_mode = units.len() == 1 && has_event_mode(&planned);
+            let (slave, lines) = match slave_of(event_mode) {
+                // Declared, and yet refused.
+                Err(_) if event_mode => {
+                    event_mode = false;
+                    plan.notes.push(format!(
+                        "{}: refuses its event mode, runs without",
+                        planned.fmu.file().display()
+                    ));
+                    slave_of(false)?
+                }
+                other => other?,
+            };
+            let mut node = Node::new(planned, slave);
             let at = |source| Error::Call { time: start, source };
             node.slave.configure(&node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
@@ -90,7 +105,8 @@ impl Master {
         let uniform = nodes.iter().all(|n| n.planned.every <= 1);
         let cuts = Cuts::new(&nodes, &plan.driven, plan.inputs.as_mut().filter(|_| uniform), &plan.grid);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
-        Ok(Self { plan, units, order, ready: Some(Ready { nodes, shared }), cuts, log })
+        let ready = Some(Ready { nodes, shared, event_mode });
+        Ok(Self { plan, units, order, ready, cuts, log })
     }
 
     /// What was chosen and, after a run, what it did; also of a run that failed.
@@ -120,7 +136,7 @@ impl Master {
     }
 
     fn initialize(&mut self, ready: Ready, sink: &mut dyn Sink) -> Result<(Coupling, Recorder), Error> {
-        let Ready { mut nodes, shared } = ready;
+        let Ready { mut nodes, shared, event_mode } = ready;
         let Plan { links, driven, maps, inputs, recorded, grid, tolerance, .. } = &self.plan;
         let start = grid.start;
         for node in &mut nodes {
@@ -155,7 +171,7 @@ impl Master {
                         let lines = shared[unit[0]].clone();
                         let slave = SlaveStepper::new(nodes, unit[0], step, rolls_back, lines);
                         match &nodes[unit[0]] {
-                            node if alone && has_event_mode(&node.planned) => Box::new(EventStepper::new(
+                            node if event_mode => Box::new(EventStepper::new(
                                 slave,
                                 unit[0],
                                 discrete_inputs(node, unit[0], wiring),

@@ -21,17 +21,21 @@ pub struct Node {
 }
 
 impl Node {
-    /// Instantiates; `how` is for Co-Simulation of FMI 3.0.
+    /// An instance of what was planned; `how` is for Co-Simulation of FMI 3.0.
     ///
     /// # Errors
     /// The FMU gives no instance.
-    pub fn new(planned: Planned, how: fmi3::CoSimulation) -> Result<Self, Error> {
+    pub fn instantiate(planned: &Planned, how: fmi3::CoSimulation) -> Result<Slave, Error> {
         let options = Options::named(planned.name.clone());
-        let slave = match planned.interface {
+        Ok(match planned.interface {
             Interface::CoSimulation => Slave::co_simulation(&planned.fmu, options, how)?,
             Interface::ModelExchange => Slave::model_exchange(&planned.fmu, options)?,
-        };
-        Ok(Self { planned, slave, line: Line::default() })
+        })
+    }
+
+    /// With the instance made of it.
+    pub fn new(planned: Planned, slave: Slave) -> Self {
+        Self { planned, slave, line: Line::default() }
     }
 
     /// Its description, arrays sized as they are in this system.

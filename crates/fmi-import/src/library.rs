@@ -132,7 +132,9 @@ impl Fmu {
             )));
         };
         preload_libm();
-        open(&path).or_else(|e| python::retry(&path, e)).map_err(|e| fail(format!("its library cannot be loaded: {e}")))
+        open(&path)
+            .or_else(|e| python::retry(&path, e))
+            .map_err(|e| fail(format!("its library cannot be loaded: {e}")))
     }
 }
 

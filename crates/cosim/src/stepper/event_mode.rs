@@ -5,6 +5,7 @@ use crate::error::Error;
 use crate::node::Node;
 use crate::plan::Planned;
 use crate::slave::{Block, Slave};
+use crate::system::Interface;
 
 /// Passes of one event iteration after which it is held to be without end.
 const PASSES: u32 = 100;
@@ -31,7 +32,8 @@ pub(crate) struct EventStepper {
 
 /// The FMU has event mode, and steps of any length, so that it may return early.
 pub(crate) fn has_event_mode(planned: &Planned) -> bool {
-    let offered = planned.description().co_simulation.as_ref();
+    let co_simulation = planned.interface == Interface::CoSimulation;
+    let offered = planned.description().co_simulation.as_ref().filter(|_| co_simulation);
     offered.is_some_and(|i| i.has_event_mode && i.can_handle_variable_communication_step_size)
 }
 

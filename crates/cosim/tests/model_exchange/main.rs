@@ -35,7 +35,8 @@ impl Single {
             start: Vec::new(),
             every: 1,
         };
-        let mut node = Node::new(planned, fmi3::CoSimulation::default()).unwrap();
+        let slave = Node::instantiate(&planned, fmi3::CoSimulation::default()).unwrap();
+        let mut node = Node::new(planned, slave);
         node.slave.enter_initialization_mode(Experiment::default()).unwrap();
         node.slave.exit_initialization_mode().unwrap();
         let mut nodes = vec![node];
