@@ -1,11 +1,12 @@
 //! What the master costs: `speed SYSTEM.toml STEP STEPS [ALGORITHM]` prints ns per FMU and step of the fastest fiftieth
-//! of a run with logging off; tests/masters/compare.py sets it beside other masters and a plain C loop.
+//! of a run with logging off; `speed SYSTEM.toml STEP STEPS ALGORITHM RESULTS` ns per step of a whole run that logs all
+//! outputs at every step, the file finished. tests/masters/compare.py sets it beside other masters and a plain C loop.
 #![allow(clippy::print_stdout)]
 
 use std::time::Instant;
 
 use trueup_cosim::system::{Algorithm, Record, System};
-use trueup_cosim::{Column, Error, Master, Row, Sink, check};
+use trueup_cosim::{Column, Error, Master, Results, Row, Sink, check};
 
 /// Looks at the clock now and then.
 struct Clock {
@@ -32,7 +33,7 @@ impl Sink for Clock {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [file, step, steps, ..] = &arguments[..] else {
-        return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM]".into());
+        return Err("speed SYSTEM.toml STEP STEPS [ALGORITHM [RESULTS]]".into());
     };
     let (step, steps): (f64, u64) = (step.parse()?, steps.parse()?);
     let mut system = System::read(file.as_ref())?;
@@ -44,6 +45,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Some("iterative") => Algorithm::Iterative,
         _ => Algorithm::Jacobi,
     });
+    if let Some(file) = arguments.get(4) {
+        let mut master = Master::new(check(&system)?)?;
+        let mut results = Results::create(file.as_ref())?;
+        let begin = Instant::now();
+        master.run(&mut results)?;
+        results.finish()?;
+        println!("{:.3}", begin.elapsed().as_secs_f64() / steps as f64 * 1e9);
+        return Ok(());
+    }
     let chunk = (steps / 50).max(1);
     let name = format!("{}.x1", system.components[0].name);
     system.record = vec![Record { name, every: u32::try_from(chunk)?, ..Record::default() }];

@@ -148,7 +148,12 @@ impl<'a> Parts<'a> {
 }
 
 fn part(component: &Component, library: &mut Library, report: &mut Report) -> Option<Part> {
-    let fmu = library.open(&component.fmu).map_err(|why| report.wrong(&component.place, why)).ok()?;
+    let opened = library.open(&component.fmu).map_err(|why| {
+        // Said once, where the FMU is the file that was named.
+        let named = format!("{}: ", component.place);
+        report.wrong(&component.place, why.strip_prefix(&named).unwrap_or(&why))
+    });
+    let fmu = opened.ok()?;
     let d = fmu.description();
     let offered = |interface| match interface {
         Interface::CoSimulation => d.co_simulation.is_some(),

@@ -97,10 +97,7 @@ pub(crate) fn choose(plan: &Plan) -> Result<(Algorithm, String), Error> {
     let how = if parts.is_empty() {
         "all FMUs follow inputs on lines".to_owned()
     } else {
-        format!(
-            "{} cannot follow lines and is stepped with inputs held at their middle",
-            crate::mistake::quoted(&parts)
-        )
+        format!("{}: no lines within a step, so each step is made in parts", crate::mistake::quoted(&parts))
     };
     Ok((
         Algorithm::Extrapolate,

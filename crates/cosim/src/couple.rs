@@ -32,7 +32,7 @@ pub(crate) struct Turn {
 ///
 /// A step that may be repeated or rejected:
 ///
-/// ```ignore
+/// ```text
 /// coupling.save(t)?;                             // everything: FMUs, values, slopes
 /// loop {
 ///     let attempt = coupling.iterate(t, t + h, tolerance)?;

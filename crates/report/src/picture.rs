@@ -6,6 +6,9 @@ use crate::chart::Chart;
 use crate::page::escape;
 use crate::svg::{COLOURS, SCALE, SIZE, svg};
 
+/// Of the title and the legend.
+const MARGIN: u32 = 12 * SCALE;
+
 impl Chart<'_> {
     /// The chart with its title and its legend as an SVG file, for documents; empty if there is nothing to draw.
     pub fn picture(&self) -> String {
@@ -13,29 +16,33 @@ impl Chart<'_> {
         if inner.is_empty() {
             return inner;
         }
-        let (width, height, head) = (SIZE.0, SIZE.1, 62 * SCALE);
-        let (title, size) = (escape(&self.title), 15 * SCALE);
-        let mut out = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {}\" font-family=\"sans-serif\" \
-             font-size=\"{size}\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
-             <text x=\"{}\" y=\"{}\" font-weight=\"bold\">{title}</text>\n",
-            height + head,
-            12 * SCALE,
-            24 * SCALE
-        );
-        let mut x = 12 * SCALE;
+        // The legend, as many lines as it needs.
+        let (mut legend, mut x, mut y) = (String::new(), MARGIN, 42 * SCALE);
         for (s, colour) in self.series.iter().zip(COLOURS.iter().cycle()) {
-            let (y, text) = (42 * SCALE, x + 16 * SCALE);
+            let width = (30 + 8 * s.name.chars().count() as u32) * SCALE;
+            if x > MARGIN && x + width > SIZE.0 {
+                (x, y) = (MARGIN, y + 22 * SCALE);
+            }
             let _ = writeln!(
-                out,
-                "<rect x=\"{x}\" y=\"{y}\" width=\"{0}\" height=\"{0}\" fill=\"{colour}\"/><text x=\"{text}\" y=\"{1}\">{2}</text>",
+                legend,
+                "<rect x=\"{x}\" y=\"{y}\" width=\"{0}\" height=\"{0}\" fill=\"{colour}\"/><text x=\"{1}\" y=\"{2}\">{3}</text>",
                 11 * SCALE,
+                x + 16 * SCALE,
                 y + 11 * SCALE,
                 escape(s.name)
             );
-            x = text + (9 * s.name.chars().count() as u32 + 16) * SCALE;
+            x += width;
         }
-        let _ = writeln!(out, "<g transform=\"translate(0,{head})\">{inner}</g>\n</svg>");
-        out
+        let (width, head) = (SIZE.0, y + 20 * SCALE);
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width} {}\" font-family=\"sans-serif\" \
+             font-size=\"{}\" fill=\"#222\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n\
+             <text x=\"{MARGIN}\" y=\"{}\" font-weight=\"bold\">{}</text>\n{legend}\
+             <g transform=\"translate(0,{head})\">{inner}</g>\n</svg>\n",
+            SIZE.1 + head,
+            15 * SCALE,
+            24 * SCALE,
+            escape(&self.title)
+        )
     }
 }

@@ -59,3 +59,21 @@ fn nothing_to_draw_is_no_reason_to_fail() {
     ]);
     assert_eq!(parts(&html, "<svg ", "</svg>").len(), 6);
 }
+
+#[test]
+fn a_picture_has_its_title_its_legend_and_all_series() {
+    let (x, y) = ([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]);
+    let names: Vec<String> = (0..6).map(|k| format!("a curve with the long name <{k}>")).collect();
+    let chart = Chart::over_time("This & that", "m");
+    let picture = names.iter().fold(chart, |c, n| c.line(n, &x, &y)).picture();
+    assert!(picture.starts_with("<svg ") && picture.trim_end().ends_with("</svg>"));
+    assert!(picture.contains("This &amp; that") && picture.contains("long name &lt;5&gt;"));
+    // Each colour in the legend and in the plot.
+    for colour in ["#1f6fb4", "#d9541e", "#2e8b57", "#8e4ec6", "#b8860b", "#0f9aa8"] {
+        let all = picture.to_lowercase().matches(colour).count();
+        assert!(all >= 2, "{colour}: {all}");
+    }
+    // Nothing of the legend lies outside.
+    let places = parts(&picture, "<rect x=\"", "\"");
+    assert!(places.iter().filter_map(|x| x.parse::<f64>().ok()).all(|x| x < 4600.0));
+}

@@ -28,6 +28,7 @@ const OUTPUTS: [&str; 5] = ["left.x1", "left.v1", "right.F", "right.x2", "right.
 #[test]
 fn tolerances_are_met_within_a_factor_of_3() {
     let Some(bench) = Bench::new(problems::two_mass(), Version::Two) else { return };
+    let mut errors = Vec::new();
     for tolerance in [1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8] {
         let it = bench.well(&run(tolerance, 10.0, 0.01));
         let error = worst(&it, bench.problem(), &OUTPUTS);
@@ -43,7 +44,12 @@ fn tolerances_are_met_within_a_factor_of_3() {
         assert!((tolerance / 3.0..=3.0 * tolerance).contains(&error), "{tolerance:e}: {error:e}");
         // What the log says is the error, to a factor of 3 (a root mean square against a maximum).
         assert!((error / 3.0..=3.0 * error).contains(&adapted.error), "{tolerance:e}: {error:e} {adapted:?}");
+        errors.push((adapted.accepted as f64, error));
     }
+    let [(few, large), .., (many, small)] = errors[..] else { unreachable!() };
+    let order = (large / small).ln() / (many / few).ln();
+    eprintln!("order {order:.2}");
+    assert!((order - 4.0).abs() < 0.5, "order {order}");
 }
 
 /// 1e-4 at the end took other masters 3,000 to 300,000 steps of each FMU.

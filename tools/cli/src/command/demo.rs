@@ -2,6 +2,7 @@
 
 mod loops;
 mod metric;
+mod waves;
 
 use std::path::Path;
 
@@ -36,7 +37,7 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     eprintln!("[3/5] PlanarManipulator: a free-floating arm moves its base");
     arm(folder, &mut page)?;
     eprintln!("[4/5] JointController and TwoMassJoint: P/PI against wave-based control");
-    wave_based(folder, &mut page)?;
+    waves::draw(folder, &mut page)?;
     eprintln!("[5/5] ManipulatorController and PlanarManipulator: three joints to their references");
     arm_control(folder, &mut page)?;
 
@@ -130,84 +131,6 @@ fn arm(folder: &Path, page: &mut Page) -> Result<(), Error> {
     );
     let drift = column(&r, "arm.angularMomentum").iter().fold(0.0f64, |m, v| m.max(v.abs()));
     page.text(&format!("Largest angular momentum over the run: {drift:.1e} kg m²/s."));
-    Ok(())
-}
-
-/// The reference plant: joint 2 with a flexible link, no dry friction, no limit of the current; bandwidths of P/PI of 60
-/// and 10 rad/s; a unit step.
-const WAVES: &str = r#"# P/PI or wave-based control of a joint with a flexible link.
-connections = [
-    "controller.motorCurrent -> plant.motorCurrent",
-    "plant.motorAngle -> controller.motorAngle",
-    "plant.motorVelocity -> controller.motorVelocity",
-    "plant.loadAngle -> controller.loadAngle",
-    "plant.loadVelocity -> controller.loadVelocity",
-]
-record = ["plant.tipAngle", "controller.motorCurrent"]
-
-[run]
-start = 0
-stop = 15
-step = 1e-3
-
-[components.plant]
-fmu = "TwoMassJoint+flexible-link.fmi3.fmu"
-
-[components.plant.start]
-gearRatio = 21750.0
-loadInertia = 0.5
-stiffness = 2.2e-5
-damping = 3.18e-8
-coulombFriction = 0.0
-staticFriction = 0.0
-viscousFriction = 2.5e-8
-tipInertia = 6.0
-linkStiffness = 1555.0
-linkDamping = 0.9659192512
-
-[components.controller]
-fmu = "JointController.fmi3.fmu"
-
-[components.controller.start]
-strategy = "VWBC"
-positionReference = 1.0
-gearRatio = 21750.0
-torqueConstant = 0.02
-positionGain = 2.5
-velocityGain = 3406.05
-velocityIntegralTime = 0.1
-waveFrequency = 41.648
-currentLimit = 1e6
-"#;
-
-fn wave_based(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    let strategies =
-        [("P/PI", "P_PI"), ("WBC", "WBC"), ("VWBC", "VWBC"), ("VWBC, washed out", "VWBC_WASHOUT")];
-    let one = |(_, item): &(&str, &str)| {
-        run(folder, "waves", WAVES, None, &[("controller.strategy", (*item).to_owned())])
-    };
-    let runs = strategies.iter().map(one).collect::<Result<Vec<_>, _>>()?;
-    page.section(
-        "JointController: wave-based control damps what P/PI leaves",
-        "DELIAN's joint 2 with a flexible link, a unit step. Vibration: root mean square of the tip angle about \
-         its moving average over one period of the first mode.",
-    );
-    for (title, unit, name) in
-        [("Tip angle", "rad", "plant.tipAngle"), ("Motor current", "A", "controller.motorCurrent")]
-    {
-        let both = strategies.iter().zip(&runs);
-        let chart = both.fold(Chart::over_time(title, unit), |c, ((label, _), r)| {
-            c.line(label, r.time(), column(r, name))
-        });
-        page.chart(&chart);
-    }
-    let tips = runs.iter().map(|r| column(r, "plant.tipAngle"));
-    let vibration: Vec<f64> = tips.map(|tip| metric::vibration(tip, 1e-3, 2.388_158_46)).collect();
-    let row = |((name, _), v): (&(&str, &str), &f64)| {
-        vec![(*name).to_owned(), format!("{v:.4} rad"), format!("{:.1} %", 100.0 * (1.0 - v / vibration[0]))]
-    };
-    let rows: Vec<_> = strategies.iter().zip(&vibration).map(row).collect();
-    page.table(&["control", "vibration", "less than P/PI by"], &rows);
     Ok(())
 }
 

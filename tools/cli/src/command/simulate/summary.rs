@@ -65,6 +65,14 @@ pub(super) fn log(log: &RunLog) -> String {
     let counts: String = counts.collect();
     let _ = writeln!(out, "{} steps{counts}, to {:?} s{ended}", log.steps, log.time);
     let _ = writeln!(out, "algorithm {}: {}", log.algorithm, log.reason);
+    if let Some(adapted) = &log.adapted {
+        let (least, most) = adapted.steps;
+        let _ = writeln!(
+            out,
+            "error of the run about {:.1e} (relative); steps of {least:.1e} to {most:.1e} s, {} taken by each FMU, {} jumps",
+            adapted.error, adapted.taken, adapted.jumps
+        );
+    }
     for (when, loops) in [("at the start", &log.initial_loops), ("while stepping", &log.loops)] {
         for found in loops {
             let (names, residual) = (few(&found.variables), found.residual);
