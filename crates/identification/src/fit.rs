@@ -228,9 +228,20 @@ pub fn free_run(model: &Model, values: &[f64], runs: &[Run]) -> Result<Vec<Compa
     let one = |(r, run): (usize, &Run)| {
         let alone = std::slice::from_ref(run);
         let problem = OutputError::new(model, values, alone, nuisance(model, values, alone));
+        // Begun at rest or as the first readings say: a wrong one may stick where the other slides.
+        let (start, mut rest) = (problem.start(), problem.start());
+        let rates = problem.unknowns().iter().enumerate();
+        rates
+            .filter(|(_, u)| u.name.contains("Velocity") || u.name.contains("Rate"))
+            .for_each(|(k, _)| rest[k] = 0.0);
         // A simulation far off must not bend its beginning.
-        let options = Options { loss: Loss::SoftL1(3.0), max_iterations: 30, ..Options::default() };
-        let found = solve(&problem, &problem.start(), options)?;
+        let options = FitOptions {
+            starts: vec![start, rest],
+            loss: Loss::SoftL1(3.0),
+            iterations: 30,
+            ..FitOptions::default()
+        };
+        let (found, ..) = search(&problem, &options)?;
         let mut all = compare(&problem, &found.x)?;
         all.iter_mut().for_each(|c| c.run = r);
         Ok(all)

@@ -18,7 +18,7 @@ use crate::model::{Model, ModelError};
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
-use crate::recorded::{RecordedError, nuisance, runs};
+use crate::recorded::{RecordedError, led, nuisance, runs};
 use crate::regress::{RegressError, Regressed};
 use crate::run::Run;
 use crate::unknown::Unknown;
@@ -185,7 +185,9 @@ pub struct Settings<'a> {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, IdentifyError> {
-    let model = Model::of_case(&loaded.case, &[])?;
+    let plain = Model::of_case(&loaded.case, &[])?;
+    let led = led(&plain, &[loaded.train(), loaded.holdout()].concat());
+    let model = plain.with_led(&led)?;
     let nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
     let (train, holdout) = runs(&model, loaded)?;
     let fitted = unknowns::of(&model, &loaded.case, &nominal, &train)?;
@@ -202,6 +204,12 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,
     };
     (settings.progress)("comparing with recordings that were not fitted");
+    for j in led {
+        found.notes.push(format!(
+            "jointTorque[{}] is not recorded: the motor is led along its measured motion",
+            j + 1
+        ));
+    }
     found.held_out = !holdout.is_empty();
     let runs = if found.held_out { &holdout } else { &train };
     found.compared = free_run(&model, &found.values, runs)?;
@@ -228,6 +236,29 @@ fn figures(model: &Model, compared: &[Comparison]) -> Vec<Figure> {
         Figure { channel: name.into(), nrmse: misfit.nrmse(), rms: misfit.rms(), unit }
     };
     names.into_iter().map(figure).collect()
+}
+
+/// Readings that stand out from their neighbours by more than any noise: the residual less the median of the seven
+/// about it, against 8 times the larger of noise and usual size of that.
+fn outliers(c: &Comparison) -> Vec<usize> {
+    let n = c.whitened.len();
+    if n < 20 {
+        return Vec::new();
+    }
+    let median = |mut v: Vec<f64>| {
+        let middle = v.len() / 2;
+        *v.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let alone: Vec<f64> = (0..n)
+        .map(|k| {
+            let begin = k.saturating_sub(3).min(n - 7);
+            (c.whitened[k] - median(c.whitened[begin..begin + 7].to_vec())).abs()
+        })
+        .collect();
+    let usual = median(alone.clone()) / 0.6745;
+    let found: Vec<usize> = (0..n).filter(|k| alone[*k] > 8.0 * usual.max(1.0)).collect();
+    // What happens all the time is no outlier.
+    if found.len() * 20 > n { Vec::new() } else { found }
 }
 
 /// Channels whose noise nobody has declared weigh by what the fit leaves.
@@ -284,6 +315,35 @@ fn by_simulation(
             free.join(", ")
         ));
     }
+    (settings.progress)("output error");
+    let (rough, spikes) = {
+        let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
+        let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
+        let mut rough = crate::fit::fit(&problem, &options)?;
+        let again = starts::above_coulomb(model, problem.unknowns(), &rough);
+        if again.len() > 1 {
+            let options = FitOptions { starts: again, loss, ..FitOptions::default() };
+            let lifted = crate::fit::fit(&problem, &options)?;
+            if lifted.cost < rough.cost {
+                rough = crate::fit::Fit { start: rough.start, start_costs: rough.start_costs, ..lifted };
+            }
+        }
+        let spikes = rough.comparisons.iter().map(outliers).collect::<Vec<_>>();
+        (rough, spikes)
+    };
+    for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
+        let run = &mut train[c.run];
+        notes.push(format!(
+            "{}: {} readings of {} are left out as outliers, the first at {} s",
+            run.name,
+            spikes.len(),
+            c.channel,
+            c.t[spikes[0]]
+        ));
+        if let Some(channel) = run.channels.iter_mut().find(|o| o.name == c.channel) {
+            channel.leave_out(spikes);
+        }
+    }
     let mut problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
     let (fit, iterations) = if settings.method == Method::NelderMead {
         (settings.progress)("downhill simplex");
@@ -292,11 +352,11 @@ fn by_simulation(
         let options = FitOptions { starts: vec![theta], loss, iterations: 1, ..FitOptions::default() };
         (crate::fit::fit(&problem, &options)?, evaluations)
     } else {
-        (settings.progress)("output error");
-        let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
+        (settings.progress)("weighing by the noise of the inputs");
+        let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
         let fit = fit_carried(&mut problem, &options)?;
-        let iterations = fit.iterations;
-        (fit, iterations)
+        let iterations = fit.iterations + rough.iterations;
+        (crate::fit::Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
     };
     (settings.progress)("uncertainty");
     let profile = if settings.profile { (0..shared.len()).collect() } else { Vec::new() };

@@ -13,6 +13,7 @@ pub mod nelder_mead;
 pub mod output_error;
 pub mod plant;
 pub mod predict;
+pub mod quasi_static;
 pub mod recorded;
 pub mod regress;
 pub mod run;

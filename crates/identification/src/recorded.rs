@@ -2,7 +2,8 @@
 //! begins, as unknowns with priors.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_signals::{Interpolation, Loaded, Recording, noise};
+use trueup_signals::spline::Spline;
+use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
 use crate::model::{Model, ModelError};
 use crate::run::{Between, Channel, Drive, Run};
@@ -22,6 +23,11 @@ pub enum RecordedError {
     /// A start value.
     #[error("{0}: {1}")]
     Parameter(String, ModelError),
+    /// A joint that is to be led.
+    #[error(
+        "{0}: joint {1} has neither jointTorque[{1}] nor an angle of its motor with at least 5 samples: nothing drives it; record one of them"
+    )]
+    NotLed(String, usize),
 }
 
 /// What the readings of a channel err by when nobody has said it: from their second differences.
@@ -43,6 +49,8 @@ pub fn guessed_noise(y: &[f64]) -> f64 {
 /// See [`RecordedError`].
 pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, RecordedError> {
     let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
+    let leading: Vec<String> =
+        model.structure().led.iter().filter_map(|j| leader(model, recording, *j)).collect();
     for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
         let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation());
         if let Some(input) = model.input(&channel.name) {
@@ -56,7 +64,7 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
             run.drives.push(Drive { input, t, u, between, sigma, offset });
         } else if let Some(output) = model.output(&channel.name) {
             // What has no unit is a flag: it is shown, not fitted.
-            if model.outputs()[output].unit.is_empty() {
+            if model.outputs()[output].unit.is_empty() || leading.contains(&channel.name) {
                 continue;
             }
             run.channels.push(Channel {
@@ -83,7 +91,51 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
     let set = model.set(&nothing, &recording.parameters);
     let set = set.map_err(|e| RecordedError::Parameter(run.name.clone(), e))?;
     run.known = set.into_iter().enumerate().filter(|(_, v)| !v.is_nan()).collect();
+    for j in &model.structure().led {
+        lead(model, recording, noise, *j, &mut run)
+            .ok_or_else(|| RecordedError::NotLed(run.name.clone(), j + 1))?;
+    }
     Ok(run)
+}
+
+/// The channel that shows how the motor of this joint moves.
+fn leader(model: &Model, recording: &Recording, joint: usize) -> Option<String> {
+    let motor = element_name("motorAngle", &[joint + 1]);
+    let own = element_name("jointAngle", &[joint + 1]);
+    let names = if model.structure().flexible[joint] { vec![motor] } else { vec![own, motor] };
+    names.into_iter().find(|n| recording.channel(n).is_some_and(|c| c.len() >= 5))
+}
+
+/// The joints (from 0) that no torque drives in one of these recordings and whose motors' motion is measured in all.
+pub fn led(model: &Model, recordings: &[&Recording]) -> Vec<usize> {
+    if model.arm().is_none() {
+        return Vec::new();
+    }
+    let torque = |r: &Recording, j: usize| r.channel(&element_name("jointTorque", &[j + 1])).is_some();
+    (0..model.structure().flexible.len())
+        .filter(|&j| recordings.iter().any(|r| !torque(r, j)))
+        .filter(|&j| recordings.iter().all(|r| leader(model, r, j).is_some()))
+        .collect()
+}
+
+/// The measured motion of a led motor as a drive, and where it begins: the smoothest curve within the noise.
+fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &mut Run) -> Option<()> {
+    let channel = recording.channel(&leader(model, recording, joint)?)?;
+    let sigma = noise(&channel.name)
+        .or_else(|| channel.sensor.deviation())
+        .unwrap_or_else(|| guessed_noise(&channel.values));
+    let t: Vec<f64> = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
+    let spline = Spline::new(&t, &channel.values, sigma)?;
+    let input = model.input(&element_name("motorAcceleration", &[joint + 1]))?;
+    run.drives.push(Drive { input, t, u: spline.accelerations().to_vec(), ..Drive::default() });
+    let [angle, rate, _] = spline.at(run.start);
+    let which = if model.structure().flexible[joint] { "Motor" } else { "Joint" };
+    for (what, value) in [("Angle", angle), ("Velocity", rate)] {
+        let index = model.parameter(&element_name(&format!("initial{which}{what}"), &[joint + 1]))?;
+        run.known.retain(|k| k.0 != index);
+        run.known.push((index, value));
+    }
+    Some(())
 }
 
 /// The training and the held-out recordings of a case; deviations from its noise floor.

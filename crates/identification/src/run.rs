@@ -61,6 +61,12 @@ impl Channel {
         self.resolution > 0.0 && self.resolution / 12f64.sqrt() > 0.7 * self.sigma
     }
 
+    /// These readings count for nothing.
+    pub fn leave_out(&mut self, readings: &[usize]) {
+        self.spread.resize(self.y.len(), 1.0);
+        readings.iter().for_each(|k| self.spread[*k] = 1e9);
+    }
+
     /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no
     /// more than one. While it moves on evenly the errors within a count cancel, and its readings stay as they are.
     /// So a count that lasts for more than twice as long as the shorter one of its neighbours is weighed like that.

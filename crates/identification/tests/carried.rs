@@ -48,7 +48,14 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
         resolution,
         ..Channel::default()
     };
-    let drive = Drive { input: input::MOTOR_CURRENT, t: t.clone(), u, between: Between::Hold, sigma: 1e-3 };
+    let drive = Drive {
+        input: input::MOTOR_CURRENT,
+        t: t.clone(),
+        u,
+        between: Between::Hold,
+        sigma: 1e-3,
+        offset: false,
+    };
     let mut run = Run {
         name: format!("{k}"),
         drives: vec![drive],

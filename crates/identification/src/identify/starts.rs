@@ -180,6 +180,24 @@ pub(super) fn find(model: &Model, nominal: &[f64], runs: &[Run], fitted: &[Fitte
     all
 }
 
+/// Below the Coulomb level the static one does nothing and no slope leads out of there: from a solution that ended so,
+/// further starts with it above.
+pub(super) fn above_coulomb(model: &Model, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
+    let at =
+        unknowns.iter().position(|u| u.run.is_none() && u.target == Target::Parameter(p::STATIC_FRICTION));
+    let (Some(k), Some(_)) = (at, model.joint()) else { return Vec::new() };
+    let coulomb = fit.parameters[p::COULOMB_FRICTION];
+    if fit.values[k] > coulomb {
+        return Vec::new();
+    }
+    let lifted = |factor: f64| {
+        let mut theta = fit.theta.clone();
+        theta[k] = unknowns[k].scale.coordinate(factor * coulomb);
+        theta
+    };
+    [vec![fit.theta.clone()], [1.05, 1.2, 1.5, 2.5].map(lifted).to_vec()].concat()
+}
+
 /// What became of each, the chosen one first.
 pub(super) fn outcome(mut starts: Vec<Start>, fit: &Fit) -> Vec<Start> {
     for (k, start) in starts.iter_mut().enumerate() {

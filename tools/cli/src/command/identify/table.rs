@@ -59,6 +59,11 @@ pub(super) fn text(r: &Identified) -> String {
         out += "\n  uncertain, estimated with their prior\n";
         r.uncertain.iter().for_each(|f| row(&mut out, f));
     }
+    let offsets = r.nuisance.iter().flat_map(|(run, list)| list.iter().map(move |f| (run, f)));
+    for (run, f) in offsets.filter(|(_, f)| f.estimate.name.ends_with(".offset")) {
+        let _ = writeln!(out, "\n  {run}");
+        row(&mut out, f);
+    }
     out += "\nSimulated against measured, RMS over variation\n";
     let on = if r.held_out { "held out" } else { "training" };
     figures(&mut out, on, &r.fit);

@@ -1,0 +1,233 @@
+//! Whole cases, from files to parameters.
+
+#![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, Normal};
+use trueup_identification::identify::{Found, Identified, Method, Settings, identify};
+use trueup_identification::model::Model;
+use trueup_numerics::driver::{Options, simulate};
+use trueup_signals::Case;
+
+fn identified(folder: &Path, method: Method) -> Identified {
+    let (loaded, _) = Case::load(folder, |c| Ok(Model::of_case(c, &[]).unwrap().variables()))
+        .unwrap_or_else(|e| panic!("{e}"));
+    let settings = Settings { method, profile: false, progress: &|_| () };
+    identify(&loaded, &settings).unwrap()
+}
+
+fn of<'a>(r: &'a Identified, name: &str) -> &'a Found {
+    r.parameters.iter().chain(&r.uncertain).find(|f| f.estimate.name == name).unwrap()
+}
+
+/// The truth lies within four standard errors, and the standard error within this share of it.
+fn right(r: &Identified, name: &str, truth: f64, sure: f64) {
+    let e = &of(r, name).estimate;
+    let se = e.standard_error.unwrap_or_else(|| panic!("{name}: {:?}", e.reason));
+    assert!((e.value - truth).abs() < 4.0 * se, "{name}: {} +- {se}, truth {truth}", e.value);
+    assert!(se < sure * truth.abs(), "{name}: standard error {se}");
+}
+
+const JOINT: [(&str, f64); 9] = [
+    ("motorInertia", 1.7e-5),
+    ("loadInertia", 0.8),
+    ("gearRatio", 160.0),
+    ("torqueConstant", 0.04),
+    ("stiffness", 0.084),
+    ("damping", 7.7e-5),
+    ("coulombFriction", 5.2e-3),
+    ("staticFriction", 6.5e-3),
+    ("viscousFriction", 5.6e-5),
+];
+
+/// A recording of the joint with all that a poor one has: load angle at a fifth of the rate and late by 4 ms, an offset,
+/// missing samples, a few outliers, noise on the current.
+fn joint_csv(model: &Model, q: &[f64], seed: u64) -> String {
+    let mut rng = StdRng::seed_from_u64(seed);
+    let times: Vec<f64> = (0..2000).map(|k| f64::from(k) * 2e-3).collect();
+    let phase = seed as f64;
+    let u = |t: f64| 0.3 * (5.0 * t + phase).sin() + 0.2 * (31.0 * t).sin();
+    let held: Vec<f64> = times.iter().map(|t| u(*t)).collect();
+    let input = |t: f64, v: &mut [f64]| {
+        let k = ((t / 2e-3) as usize).min(held.len() - 2);
+        v[0] = held[k] + (held[k + 1] - held[k]) * (t / 2e-3 - k as f64);
+    };
+    // The angle as it was 4 ms before.
+    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let shown = simulate(model, q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
+    let (motor, load) = (model.output("motorAngle").unwrap(), model.output("loadAngle").unwrap());
+    let mut noise = |sd: f64| Normal::new(0.0, sd).unwrap().sample(&mut rng);
+    let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+    for (k, t) in times.iter().enumerate() {
+        let mut m = ((shown.y[k][motor] + noise(4e-4)) / 1.5e-3).round() * 1.5e-3;
+        if k % 401 == 200 {
+            m += 3.0;
+        }
+        let l = shown.y[k.saturating_sub(2)][load] + 2.5e-4 + noise(1e-5);
+        let current = held[k] + noise(1e-3);
+        // What it shows first is from before the recording.
+        let load = if k % 5 == 0 && k >= 5 { format!("{l:.8}") } else { String::new() };
+        let motor = if k % 97 == 50 { "nan".into() } else { format!("{m:.6}") };
+        let _ = writeln!(text, "{t:.4},{current:.7},{motor},{load}");
+    }
+    text
+}
+
+#[test]
+fn a_joint_from_poor_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case =
+        "model = \"TwoMassJoint\"\ntrain = [\"a.csv\", \"b.csv\"]\nholdout = [\"c.csv\"]\n[parameters]\n"
+            .to_owned();
+    for (name, value) in JOINT {
+        let wrong = match name {
+            "stiffness" => 1.3,
+            "coulombFriction" | "viscousFriction" => 0.8,
+            "loadInertia" => 1.03,
+            _ => 1.0,
+        };
+        let _ = writeln!(case, "{name} = {}", value * wrong);
+    }
+    case += "[uncertain]\nloadInertia = 0.05\nstiffness = 0.5\n[channels.motorAngle]\nresolution = 0.0015\nnoise = 0.0004\n[channels.loadAngle]\nnoise = 1e-5\ndelay = 0.004\noffset = \"estimate\"\n[channels.motorCurrent]\nnoise = 1e-3\n";
+    std::fs::write(folder.path().join("case.toml"), &case).unwrap();
+    let (loaded, _) = Case::read(folder.path(), &[]).unwrap();
+    let model = Model::of_case(&loaded, &[]).unwrap();
+    let mut q = model.defaults();
+    JOINT.iter().for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
+    for (k, name) in ["a.csv", "b.csv", "c.csv"].iter().enumerate() {
+        std::fs::write(folder.path().join(name), joint_csv(&model, &q, k as u64)).unwrap();
+    }
+    let r = identified(folder.path(), Method::OutputError);
+    for (name, sure) in [
+        ("stiffness", 0.02),
+        ("damping", 0.1),
+        ("coulombFriction", 0.01),
+        ("viscousFriction", 0.01),
+        ("staticFriction", 0.05),
+    ] {
+        let truth = JOINT.iter().find(|p| p.0 == name).unwrap().1;
+        right(&r, name, truth, sure);
+    }
+    right(&r, "loadInertia", 0.8, 0.05);
+    assert!(r.uncertain[0].doubt == Some(0.05) && r.held_out);
+    for (run, own) in &r.nuisance {
+        let offset = own.iter().find(|f| f.estimate.name == "loadAngle.offset").unwrap();
+        let se = offset.estimate.standard_error.unwrap();
+        assert!((offset.estimate.value - 2.5e-4).abs() < 4.0 * se, "{run}: {offset:?}");
+    }
+    // The input's noise alone makes the free run drift; the nominal model is far worse.
+    for (after, before) in r.fit.iter().zip(&r.before) {
+        assert!(after.nrmse.unwrap() < 0.2 * before.nrmse.unwrap(), "{after:?} {before:?}");
+    }
+    // The other methods run, and say what they leave out.
+    for method in [Method::LsLiteral, Method::Ls, Method::Filtered, Method::Iv] {
+        let r = identified(folder.path(), method);
+        assert!(of(&r, "staticFriction").estimate.reason.is_some() && !r.fit.is_empty(), "{method}");
+    }
+}
+
+/// An arm that moves by smooth torques; `torque` tells whether they are recorded.
+fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
+    let mut case = "model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\nmotorInertia = [4.0, 0.0, 0.0]\njointStiffness = [8.0, 0.0, 0.0]\njointDamping = [0.8, 0.0, 0.0]\n".to_owned();
+    for (name, noise) in
+        [("basePosition", 1e-4), ("baseAttitude", 1e-4), ("jointAngle", 1e-4), ("motorAngle", 1e-4)]
+    {
+        let _ = writeln!(case, "[channels.{name}]\nnoise = {noise}");
+    }
+    std::fs::write(folder.join("case.toml"), &case).unwrap();
+    let (loaded, _) = Case::read(folder, &[]).unwrap();
+    let model = Model::of_case(&loaded, &[]).unwrap();
+    let mut q = model.defaults();
+    let set = |q: &mut Vec<f64>, name: &str, v: f64| q[model.parameter(name).unwrap()] = v;
+    set(&mut q, "initialJointAngle[1]", 0.05);
+    set(&mut q, "initialJointAngle[2]", -0.3);
+    set(&mut q, "initialJointAngle[3]", -0.4);
+    let times: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.05).collect();
+    let torques = |t: f64| [0.05 * (0.7 * t).sin(), -0.02 * (1.1 * t).sin(), 0.01 * (1.7 * t).sin()];
+    let at: Vec<[f64; 3]> = times.iter().map(|t| torques(*t)).collect();
+    let input = |t: f64, v: &mut [f64]| {
+        let k = ((t / 0.05) as usize).min(at.len() - 2);
+        (0..3).for_each(|j| v[j] = at[k][j] + (at[k + 1][j] - at[k][j]) * (t / 0.05 - k as f64));
+    };
+    let states = trueup_numerics::hybrid::Hybrid::sizes(&model).states;
+    let shown = simulate(&model, &q, &vec![0.1; states], Options::default(), &input, &times).unwrap();
+    let mut rng = StdRng::seed_from_u64(5);
+    let noise = Normal::new(0.0, 1e-4).unwrap();
+    let mut names = vec!["basePosition[1]", "basePosition[2]", "baseAttitude"];
+    names.extend(["jointAngle[1]", "jointAngle[2]", "jointAngle[3]", "motorAngle[1]"]);
+    let mut text = format!("time,{}", names.join(","));
+    text += if torque { ",jointTorque[1],jointTorque[2],jointTorque[3]\n" } else { "\n" };
+    for (k, t) in times.iter().enumerate() {
+        let _ = write!(text, "{t:.3}");
+        for name in &names {
+            let _ = write!(text, ",{:.7}", shown.y[k][model.output(name).unwrap()] + noise.sample(&mut rng));
+        }
+        if torque {
+            at[k].iter().for_each(|v| _ = write!(text, ",{v:.9}"));
+        }
+        text.push('\n');
+    }
+    std::fs::write(folder.join("a.csv"), text).unwrap();
+    q
+}
+
+#[test]
+fn an_arm_by_its_torques_and_by_its_motion() {
+    for torque in [true, false] {
+        let folder = tempfile::tempdir().unwrap();
+        arm_case(folder.path(), torque);
+        let r = identified(folder.path(), Method::OutputError);
+        let led = r.model.structure().led.clone();
+        assert_eq!(led, if torque { vec![] } else { vec![0, 1, 2] });
+        right(&r, "jointStiffness[1]", 5.47, if torque { 0.02 } else { 0.2 });
+        right(&r, "jointDamping[1]", 0.5, if torque { 0.05 } else { 0.2 });
+        if torque {
+            right(&r, "motorInertia[1]", 5.6, 0.02);
+            assert!(r.channels.iter().all(|c| (0.8..1.25).contains(&c.above_floor)), "{:?}", r.channels);
+        }
+        assert_eq!(r.fit.len(), if torque { 7 } else { 4 });
+    }
+}
+
+#[test]
+fn a_real_drive() {
+    let Some(data) = std::env::var_os("TRUEUP_DATA").map(|d| PathBuf::from(d).join("real/emps")) else {
+        eprintln!("SKIPPED: TRUEUP_DATA does not name the folder with recorded data");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    // Volts become newtons by the sidecar's scale, and rad stand for metres: gearRatio 1, torqueConstant 1.
+    let sidecar = "[columns]\nt = \"time\"\nqm = \"motorAngle\"\nqg = false\nvir = { variable = \"motorCurrent\", scale = 35.15065 }\n";
+    for (name, more) in [("DATA_EMPS.mat", ""), ("DATA_EMPS_PULSES.mat", "pulses_N = false\n")] {
+        std::fs::copy(data.join(name), folder.path().join(name)).unwrap();
+        std::fs::write(folder.path().join(format!("{name}.toml")), format!("{sidecar}{more}")).unwrap();
+    }
+    let case = "model = \"TwoMassJoint\"\ntrain = [\"DATA_EMPS.mat\"]\nholdout = [\"DATA_EMPS_PULSES.mat\"]\n[parameters]\njointFlexible = false\ngearRatio = 1\ntorqueConstant = 1\nmotorInertia = 80\nloadInertia = 1e-6\ncoulombFriction = 15\nstaticFriction = 15\nviscousFriction = 150\n[fit]\nparameters = [\"motorInertia\", \"viscousFriction\", \"coulombFriction\"]\n[channels.motorAngle]\nnoise = 1e-6\n[channels.motorCurrent]\nnoise = 1.7\noffset = \"estimate\"\n";
+    std::fs::write(folder.path().join("case.toml"), case).unwrap();
+    let r = identified(folder.path(), Method::OutputError);
+    let offset = r.nuisance[0].1.iter().find(|f| f.estimate.name == "motorCurrent.offset").unwrap();
+    // IDIM-LS of the data's authors, who fit torques, not motions.
+    let published = [
+        (of(&r, "motorInertia"), 95.1089, 0.02),
+        (of(&r, "viscousFriction"), 203.5034, 0.03),
+        (of(&r, "coulombFriction"), 20.3935, 0.05),
+        (offset, -3.1648, 0.1),
+    ];
+    for (f, value, share) in published {
+        let e = &f.estimate;
+        eprintln!(
+            "{:<22} {:.4} +- {:.4}, {:?}, published {value}",
+            e.name,
+            e.value,
+            e.standard_error.unwrap(),
+            e.ci95
+        );
+        assert!((e.value / value - 1.0).abs() < share, "{}: {} against {value}", e.name, e.value);
+    }
+    eprintln!("held out: {:?}", r.fit);
+    assert!(r.fit[0].nrmse.unwrap() < 0.1);
+}
