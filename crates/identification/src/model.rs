@@ -28,7 +28,7 @@ pub struct Structure {
 pub enum ModelError {
     /// No such plant.
     #[error(
-        "identification knows TwoMassJoint and PlanarManipulator, not `{0}`; to fit any other, see --fmu"
+        "identification knows TwoMassJoint and PlanarManipulator, not `{0}`; name one of them in `model`"
     )]
     Unknown(String),
     /// Its structure.
