@@ -1,0 +1,177 @@
+//! Cases, keys and seals as files.
+//!
+//! `cases/<name>/` holds what a diagnosis may see, `keys/<name>.toml` the truth, `seals.csv` the hash of every key
+//! and case file, `results/<name>/` what a diagnosis said.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use sha2::{Digest, Sha256};
+
+use crate::case::{Case, Key, Plant, Recording, Sensor, Split};
+use crate::error::Error;
+
+/// Hash as hexadecimal digits.
+pub(crate) fn hash(bytes: &[u8]) -> String {
+    Sha256::digest(bytes).iter().fold(String::new(), |mut s, b| {
+        let _ = write!(s, "{b:02x}");
+        s
+    })
+}
+
+/// Under a temporary name first.
+pub(crate) fn whole(path: &Path, text: &str) -> Result<(), Error> {
+    let part = path.with_extension(format!("part{}", std::process::id()));
+    fs::write(&part, text).map_err(|e| Error::at(&part, e))?;
+    fs::rename(&part, path).map_err(|e| Error::at(path, e))
+}
+
+pub(crate) fn folder(path: &Path) -> Result<(), Error> {
+    fs::create_dir_all(path).map_err(|e| Error::at(path, e))
+}
+
+fn csv(r: &Recording) -> String {
+    let mut text = String::from("time");
+    r.columns.iter().for_each(|c| {
+        let _ = write!(text, ",{}", c.name);
+    });
+    text.push('\n');
+    // Two digits more than the smallest thing that can be seen.
+    let digits: Vec<usize> =
+        r.columns.iter().map(|c| (2.0 - c.unit_step.log10()).ceil().clamp(2.0, 15.0) as usize).collect();
+    for (i, t) in r.time.iter().enumerate() {
+        let _ = write!(text, "{t:.5}");
+        for (c, n) in r.columns.iter().zip(&digits) {
+            let v = c.values[i];
+            text.push(',');
+            if v.is_finite() {
+                let _ = write!(text, "{v:.n$}");
+            }
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn sensor(s: &Sensor) -> String {
+    let mut text = format!(
+        "\n[channels.{}]\n",
+        if s.name.contains('[') { format!("\"{}\"", s.name) } else { s.name.clone() }
+    );
+    if let Some(x) = s.resolution {
+        let _ = writeln!(text, "resolution = {x:e}");
+    }
+    if let Some(x) = s.noise {
+        let _ = writeln!(text, "noise = {x:e}");
+    }
+    if s.hold {
+        text.push_str("interpolation = \"hold\"\n");
+    }
+    if s.offset {
+        text.push_str("offset = \"estimate\"\n");
+    }
+    text
+}
+
+fn manifest(case: &Case) -> String {
+    let names = |list: &[Recording]| {
+        let quoted: Vec<String> = list.iter().map(|r| format!("\"{}\"", r.name)).collect();
+        quoted.join(", ")
+    };
+    let mut text = format!(
+        "model = \"{}\"\ntrain = [{}]\nholdout = [{}]\n",
+        case.model,
+        names(&case.train),
+        names(&case.holdout)
+    );
+    if !case.rest.is_empty() {
+        let _ = writeln!(text, "rest = [{}]", names(&case.rest));
+    }
+    if !case.repeats.is_empty() {
+        let _ = writeln!(text, "repeats = {:?}", case.repeats);
+    }
+    for (title, table) in [("parameters", &case.parameters), ("uncertain", &case.uncertain)] {
+        if !table.is_empty() {
+            let _ = write!(text, "\n[{title}]\n{}", toml::to_string(table).unwrap_or_default());
+        }
+    }
+    case.sensors.iter().for_each(|s| text.push_str(&sensor(s)));
+    text
+}
+
+/// A name that says nothing: the digits come from the numbers that the case was drawn from.
+pub(crate) fn name_of(plant: Plant, split: Split, seed: u64, index: usize) -> String {
+    let digits = hash(format!("{}/{}/{seed}/{index}", plant.name(), split.name()).as_bytes());
+    format!("{}-{}", plant.name(), &digits[..8])
+}
+
+/// Writes a case and its key.
+pub(crate) fn write(directory: &Path, mut case: Case) -> Result<String, Error> {
+    let key = &case.key;
+    let name = name_of(key.plant, key.split, key.seed, key.index);
+    case.key.case.clone_from(&name);
+    let (cases, keys) = (directory.join("cases"), directory.join("keys"));
+    folder(&cases)?;
+    folder(&keys)?;
+    let part = cases.join(format!(".{name}.part"));
+    if part.exists() {
+        fs::remove_dir_all(&part).map_err(|e| Error::at(&part, e))?;
+    }
+    folder(&part)?;
+    for r in case.train.iter().chain(&case.holdout).chain(&case.rest) {
+        whole(&part.join(&r.name), &csv(r))?;
+    }
+    whole(&part.join("case.toml"), &manifest(&case))?;
+    let path = keys.join(format!("{name}.toml"));
+    whole(&path, &toml::to_string(&case.key).map_err(|e| Error::at(&path, e))?)?;
+    let last = cases.join(&name);
+    if last.exists() {
+        fs::remove_dir_all(&last).map_err(|e| Error::at(&last, e))?;
+    }
+    fs::rename(&part, &last).map_err(|e| Error::at(&last, e))?;
+    Ok(name)
+}
+
+/// Names of all cases in `directory`, sorted.
+pub(crate) fn cases(directory: &Path) -> Result<Vec<String>, Error> {
+    let path = directory.join("cases");
+    let mut names = Vec::new();
+    for entry in fs::read_dir(&path).map_err(|e| Error::at(&path, e))? {
+        let entry = entry.map_err(|e| Error::at(&path, e))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !name.starts_with('.') && entry.path().is_dir() {
+            names.push(name);
+        }
+    }
+    names.sort();
+    Ok(names)
+}
+
+fn seals_path(directory: &Path) -> PathBuf {
+    directory.join("seals.csv")
+}
+
+/// Writes the hash of every key.
+pub(crate) fn seal(directory: &Path) -> Result<(), Error> {
+    let mut text = String::from("case,key_sha256\n");
+    for name in cases(directory)? {
+        let path = directory.join("keys").join(format!("{name}.toml"));
+        let bytes = fs::read(&path).map_err(|e| Error::at(&path, e))?;
+        let _ = writeln!(text, "{name},{}", hash(&bytes));
+    }
+    whole(&seals_path(directory), &text)
+}
+
+/// Opens a key; it has to be the one that was sealed.
+pub(crate) fn open(directory: &Path, name: &str) -> Result<Key, Error> {
+    let path = directory.join("keys").join(format!("{name}.toml"));
+    let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
+    let seals = seals_path(directory);
+    let sealed = fs::read_to_string(&seals).map_err(|e| Error::at(&seals, e))?;
+    let line = format!("{name},{}", hash(text.as_bytes()));
+    if !sealed.lines().any(|l| l == line) {
+        return Err(Error::Broken { path });
+    }
+    toml::from_str(&text).map_err(|e| Error::at(&path, e))
+}

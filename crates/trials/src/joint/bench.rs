@@ -1,0 +1,245 @@
+//! Runs of one case: recorded with effects, replayed without.
+
+use super::choice::Scales;
+use super::drive::Drive;
+use super::law::{Effect, Law};
+use super::plant::{Joint, State, Values};
+use super::run::{Run, Track, replay};
+use crate::draw::Draw;
+use crate::motion::{Family, Motion};
+use crate::sense;
+use crate::tune::{Bench, tune};
+
+/// Step of the truth and of replays, s.
+const FINE: f64 = 2e-4;
+const FINER: f64 = 1e-4;
+const COARSE: f64 = 5e-4;
+/// A run begins this long before its recording.
+const RUN_IN: f64 = 1.5;
+
+/// One recorded run, free of noise.
+#[derive(Clone, Debug)]
+pub(crate) struct Done {
+    pub(crate) time: Vec<f64>,
+    /// Current held from each instant on.
+    pub(crate) current: Vec<f64>,
+    pub(crate) track: Track,
+    pub(crate) start: State,
+}
+
+/// Reading of a channel without noise, sensor effects included.
+pub(crate) fn reading(effects: &[Effect], track: &Track, t: f64, channel: usize, span: f64) -> f64 {
+    let mut late = 0.0;
+    for e in effects {
+        match &e.law {
+            Law::Late { channel: c } if *c == channel => late += e.size,
+            Law::Stutter { channel: c, holds } if *c == channel => {
+                if let Some((begin, _)) = holds.iter().find(|(a, b)| t > *a && t < *b) {
+                    late = t - begin;
+                }
+            }
+            _ => {}
+        }
+    }
+    let mut y = track.at(t - late, channel);
+    for e in effects {
+        match e.law {
+            Law::Eccentric { channel: c, phase } if c == channel => {
+                y += (e.size * (phase - y).sin()).atan2(1.0 + e.size * (phase - y).cos());
+            }
+            Law::Creep { channel: c, bend } if c == channel => {
+                let s = (t / span).clamp(0.0, 1.0);
+                y += e.size * if bend > 0.0 { ((s - bend) / (1.0 - bend)).max(0.0) } else { s };
+            }
+            _ => {}
+        }
+    }
+    y
+}
+
+/// Runs `joint` along `motion` under P/PI control at the sampling instants; a command by itself if open loop.
+pub(crate) fn record(joint: Joint, drive: &Drive, motion: &Motion, time: &[f64], d: &mut Draw) -> Done {
+    let v = joint.values;
+    let n = v.gear_ratio;
+    let span = joint.span;
+    let total = v.motor_inertia + v.load_inertia / (n * n);
+    let resonance = (v.stiffness * n * n / v.load_inertia).sqrt();
+    let bandwidth = (std::f64::consts::TAU * 3.0).min(drive.rate / 12.0).min(0.4 * resonance);
+    let fine = joint.effects.iter().any(|e| {
+        matches!(
+            e.law,
+            Law::Presliding { .. } | Law::LoadSlip { .. } | Law::GearError { .. } | Law::Ripple { .. }
+        )
+    });
+    let effects = joint.effects.clone();
+    let begin = motion.at(-RUN_IN);
+    let mut state = [0.0; 12];
+    (state[0], state[2]) = (n * begin, begin);
+    let mut run = Run::new(joint, -RUN_IN, state, if fine { FINER } else { FINE });
+    let period = 1.0 / drive.rate;
+    let before = (RUN_IN * drive.rate) as usize;
+    let mut instants: Vec<f64> =
+        (1..before).map(|i| -RUN_IN + i as f64 * period).filter(|t| *t < 0.0).collect();
+    instants.extend(time);
+    let (mut last_angle, mut last_time) = (f64::NAN, 0.0);
+    let (mut speed, mut integral, mut noise) = (0.0, 0.0, [0.0; 2]);
+    let (mut current, mut kept) = (0.0, Vec::with_capacity(time.len()));
+    let limit = 6.0 * (total * drive.speed * 6.0 + v.coulomb + v.viscous * drive.speed) / v.torque_constant;
+    let mut start = state;
+    for t in &instants {
+        run.hold(*t, current);
+        if *t == time[0] {
+            start = run.state;
+        }
+        let angle = drive.meters[0].read(reading(&effects, &run.track, *t, 0, span), &mut noise[0], d);
+        let load = match drive.channels.contains(&1) {
+            true => drive.meters[1].read(reading(&effects, &run.track, *t, 1, span), &mut noise[1], d),
+            false => angle / n,
+        };
+        if last_angle.is_finite() {
+            speed = 0.5 * speed + 0.5 * (angle - last_angle) / (t - last_time);
+        }
+        (last_angle, last_time) = (angle, *t);
+        let torque = if motion.family == Family::OpenLoop {
+            (total * drive.speed * 2.0 + 1.3 * v.coulomb + v.viscous * drive.speed) * motion.shake(*t)
+        } else {
+            let wanted = n * (0.33 * bandwidth * (motion.at(*t) - load) + motion.rate(*t));
+            let error = wanted - speed;
+            integral += error * period * bandwidth * bandwidth * 0.2 * total;
+            integral = integral.clamp(-limit * v.torque_constant, limit * v.torque_constant);
+            total * bandwidth * error + integral
+        };
+        // The amplifier's converter: 16 bits.
+        current =
+            ((torque / v.torque_constant).clamp(-limit, limit) / limit * 32768.0).round() / 32768.0 * limit;
+        if *t >= time[0] {
+            kept.push(current);
+        }
+    }
+    Done { time: time.to_vec(), current: kept, track: run.track, start }
+}
+
+pub(crate) fn scales(done: &Done, v: &Values) -> Scales {
+    let during = || done.track.time.iter().zip(&done.track.state).filter(|(t, _)| **t >= 0.0).map(|(_, x)| x);
+    let largest = |f: &dyn Fn(&State) -> f64| during().map(|x| f(x).abs()).fold(1e-12, f64::max);
+    let n = v.gear_ratio;
+    let (low, high) =
+        during().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x[2]), b.max(x[2])));
+    Scales {
+        torque: done.current.iter().fold(1e-12, |m: f64, u| m.max(u.abs())) * v.torque_constant,
+        speed: largest(&|x| x[1]),
+        deflection: largest(&|x| x[0] - n * x[2]),
+        rate: largest(&|x| x[1] - n * x[3]),
+        center: 0.5 * (low + high),
+        reach: (0.5 * (high - low)).max(1e-9),
+        span: done.time[done.time.len() - 1],
+    }
+}
+
+/// A replay of recorded commands by a joint without effects, for [`tune`].
+pub(crate) struct Replays<'a> {
+    pub(crate) base: Values,
+    pub(crate) rigid: bool,
+    /// Which of the values are refitted (numbers in [`Values::list`]).
+    pub(crate) free: Vec<usize>,
+    pub(crate) runs: Vec<(&'a [f64], Vec<f64>)>,
+    pub(crate) channels: Vec<usize>,
+    /// Standard deviation of what is read, per run and channel.
+    pub(crate) scale: Vec<f64>,
+    pub(crate) every: usize,
+}
+
+impl<'a> Replays<'a> {
+    pub(crate) fn new(drive: &Drive, base: Values, rigid: bool, runs: &'a [Done], refit: bool) -> Self {
+        let free = if !refit {
+            Vec::new()
+        } else if rigid {
+            vec![0, 3, 6, 7]
+        } else {
+            vec![0, 1, 3, 4, 5, 6, 7]
+        };
+        let free = free.into_iter().filter(|i| base.list()[*i] != 0.0).collect();
+        let every = (runs[0].time.len() / 800).max(1);
+        let scale = drive.channels.iter().map(|_| 1.0).collect();
+        Self {
+            base,
+            rigid,
+            free,
+            runs: runs.iter().map(|r| (&r.time[..], r.current.clone())).collect(),
+            channels: drive.channels.clone(),
+            scale,
+            every,
+        }
+    }
+    /// What was read, without noise, divided by the scales.
+    pub(crate) fn measured(&self, runs: &[Done], effects: &[Effect], span: f64) -> Vec<Vec<f64>> {
+        let read = |r: &Done, t: f64, c: usize| {
+            reading(effects, &r.track, t, self.channels[c], span) / self.scale[c]
+        };
+        let one = |r: &Done| {
+            let mut y = Vec::new();
+            for c in 0..self.channels.len() {
+                y.extend(r.time.iter().step_by(self.every).map(|t| read(r, *t, c)));
+            }
+            y
+        };
+        runs.iter().map(one).collect()
+    }
+    pub(crate) fn initial(&self, runs: &[Done]) -> (Vec<Vec<f64>>, Vec<f64>) {
+        let k = if self.rigid { 2 } else { 4 };
+        let n = self.base.gear_ratio;
+        let steps = [1e-3, 1e-2, 1e-3 / n, 1e-2 / n];
+        (runs.iter().map(|r| r.start[..k].to_vec()).collect(), steps[..k].to_vec())
+    }
+    pub(crate) fn start(&self) -> (Vec<f64>, Vec<f64>) {
+        let all = self.base.list();
+        let v: Vec<f64> = self.free.iter().map(|i| all[*i]).collect();
+        let steps = v.iter().map(|x| 1e-3 * x).collect();
+        (v, steps)
+    }
+    /// Residual of each run after a refit.
+    pub(crate) fn left(&self, measured: &[Vec<f64>], runs: &[Done], rounds: usize) -> Vec<Vec<f64>> {
+        let ((values, steps), (initial, initial_steps)) = (self.start(), self.initial(runs));
+        tune(self, measured, &values, &steps, &initial, &initial_steps, rounds).residual
+    }
+}
+
+impl Bench for Replays<'_> {
+    fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64> {
+        let mut all = self.base.list();
+        for (i, v) in self.free.iter().zip(values) {
+            all[*i] = *v;
+        }
+        let values = Values::of(all);
+        let n = values.gear_ratio;
+        let mut state = [0.0; 12];
+        state[..initial.len()].copy_from_slice(initial);
+        if self.rigid {
+            (state[2], state[3]) = (state[0] / n, state[1] / n);
+        }
+        let (time, current) = &self.runs[run];
+        let joint = Joint::new(values, self.rigid, Vec::new(), time[time.len() - 1]);
+        let track = replay(joint, state, time, current, COARSE);
+        let mut y = Vec::with_capacity(self.channels.len() * time.len() / self.every);
+        for (c, channel) in self.channels.iter().enumerate() {
+            y.extend(time.iter().step_by(self.every).map(|t| track.at(*t, *channel) / self.scale[c]));
+        }
+        y
+    }
+}
+
+/// Standard deviations of the channels over all runs, without noise.
+pub(crate) fn spread(drive: &Drive, runs: &[Done]) -> Vec<f64> {
+    let of = |channel: usize| {
+        let y: Vec<f64> =
+            runs.iter().flat_map(|r| r.time.iter().step_by(7).map(|t| r.track.at(*t, channel))).collect();
+        let mean = y.iter().sum::<f64>() / y.len() as f64;
+        (y.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / y.len() as f64).sqrt().max(1e-12)
+    };
+    drive.channels.iter().map(|c| of(*c)).collect()
+}
+
+/// Instants of a run.
+pub(crate) fn times(drive: &Drive, d: &mut Draw) -> Vec<f64> {
+    sense::instants(drive.rate, drive.samples, drive.jitter, d)
+}

@@ -1,0 +1,267 @@
+//! A joint of two masses (Comi et al., section 3.2), written from the paper: motor and load angle, a spring between
+//! them behind a gear, dry and viscous friction at the motor. Motor-side quantities unless stated.
+
+use super::law::{Effect, Law};
+use crate::slip::Slip;
+
+/// What the joint's owner may know.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Values {
+    pub(crate) motor_inertia: f64,
+    pub(crate) load_inertia: f64,
+    pub(crate) gear_ratio: f64,
+    pub(crate) torque_constant: f64,
+    pub(crate) stiffness: f64,
+    pub(crate) damping: f64,
+    pub(crate) coulomb: f64,
+    pub(crate) viscous: f64,
+}
+
+/// Names in the order of [`Values::list`].
+pub(crate) const NAMES: [&str; 8] = [
+    "motorInertia",
+    "loadInertia",
+    "gearRatio",
+    "torqueConstant",
+    "stiffness",
+    "damping",
+    "coulombFriction",
+    "viscousFriction",
+];
+
+impl Values {
+    pub(crate) fn list(&self) -> [f64; 8] {
+        let v = self;
+        [
+            v.motor_inertia,
+            v.load_inertia,
+            v.gear_ratio,
+            v.torque_constant,
+            v.stiffness,
+            v.damping,
+            v.coulomb,
+            v.viscous,
+        ]
+    }
+    pub(crate) fn of(v: [f64; 8]) -> Self {
+        let [motor_inertia, load_inertia, gear_ratio, torque_constant, stiffness, damping, coulomb, viscous] =
+            v;
+        Self {
+            motor_inertia,
+            load_inertia,
+            gear_ratio,
+            torque_constant,
+            stiffness,
+            damping,
+            coulomb,
+            viscous,
+        }
+    }
+}
+
+/// How the motor moves: dry friction holds it, or works against this direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Mode {
+    Stuck,
+    Slides(f64),
+}
+
+/// motor angle, motor velocity, load angle, load velocity, then the effects' own.
+pub(crate) type State = [f64; 12];
+
+/// All torques at one instant.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Torques {
+    /// On the motor, without its friction.
+    pub(crate) motor: f64,
+    /// In the spring, motor side.
+    pub(crate) spring: f64,
+    /// Level of dry friction in the way that it would slide.
+    pub(crate) dry: f64,
+    /// Break-away level.
+    pub(crate) held: f64,
+    /// Speed-dependent friction, with the sign of the speed.
+    pub(crate) viscous: f64,
+}
+
+/// The joint with what its simulation lacks.
+#[derive(Clone, Debug)]
+pub(crate) struct Joint {
+    pub(crate) values: Values,
+    /// No spring: the load turns with the motor.
+    pub(crate) rigid: bool,
+    pub(crate) effects: Vec<Effect>,
+    /// One bank per effect; empty where it has none.
+    pub(crate) slips: Vec<Slip>,
+    /// Length of the recording in s, for what changes along it.
+    pub(crate) span: f64,
+}
+
+impl Joint {
+    pub(crate) fn new(values: Values, rigid: bool, mut effects: Vec<Effect>, span: f64) -> Self {
+        let mut at = 4;
+        for e in &mut effects {
+            e.at = at;
+            at += e.law.states();
+        }
+        let slips = effects.iter().map(|e| Slip::new(e.yields(&values))).collect();
+        Self { values, rigid, effects, slips, span }
+    }
+
+    /// Torques at time `t` under the current `u`; `past` gives the current at an earlier time.
+    pub(crate) fn torques(&self, t: f64, x: &State, mode: Mode, past: &dyn Fn(f64) -> f64) -> Torques {
+        let v = &self.values;
+        let n = v.gear_ratio;
+        let (theta, omega) = (x[0], x[1]);
+        // Actuator: what comes late first, then what clips, then what adds.
+        let late: f64 = self.effects.iter().map(|e| e.dead_time()).sum();
+        let mut drive = v.torque_constant * past(t - late);
+        for e in &self.effects {
+            drive = e.lagged(x, drive);
+        }
+        for e in &self.effects {
+            drive = e.clipped(t, drive);
+        }
+        for e in &self.effects {
+            drive += e.on_motor(t, theta);
+        }
+        // Transmission.
+        let (mut eps, mut rate, mut slope) = (theta - n * x[2], omega - n * x[3], 0.0);
+        for e in &self.effects {
+            let (error, de) = e.gear_error(theta);
+            eps -= error;
+            rate -= de * omega;
+            slope += de;
+        }
+        let mut stiffness = v.stiffness;
+        for e in &self.effects {
+            stiffness *= e.stiffness_factor(t, self.span);
+        }
+        let mut spring = stiffness * eps + v.damping * rate;
+        for e in &self.effects {
+            spring = e.spring(v, eps, rate, spring);
+        }
+        for (e, s) in self.effects.iter().zip(&self.slips) {
+            if matches!(e.law, Law::Hysteresis { .. }) {
+                spring += s.torque(eps);
+            }
+        }
+        if self.rigid {
+            spring = 0.0;
+        }
+        // Motor friction.
+        let way = match mode {
+            Mode::Slides(d) => d,
+            Mode::Stuck => (drive - spring).signum(),
+        };
+        let speed = omega * way;
+        let mut dry = v.coulomb;
+        let mut viscous = v.viscous * omega;
+        let carried = if self.rigid { drive } else { spring };
+        for e in &self.effects {
+            (dry, viscous) = e.friction(v, speed, way, carried, dry, viscous);
+        }
+        let mut scale = 1.0;
+        for e in &self.effects {
+            scale *= e.friction_factor(t, self.span, x);
+        }
+        (dry, viscous) = (dry.max(0.0) * scale, viscous * scale);
+        let mut motor = drive - spring * (1.0 - slope);
+        for (e, s) in self.effects.iter().zip(&self.slips) {
+            if matches!(e.law, Law::Presliding { .. }) {
+                motor -= s.torque(theta) * scale;
+                dry = 0.0;
+            }
+        }
+        Torques { motor, spring, dry, held: dry, viscous }
+    }
+
+    /// Torque on the load from outside the drive train, load side.
+    fn on_load(&self, t: f64, x: &State) -> f64 {
+        self.effects.iter().zip(&self.slips).map(|(e, s)| e.on_load(t, x, s, self.span)).sum()
+    }
+
+    /// Rates of all states.
+    pub(crate) fn rates(&self, t: f64, x: &State, mode: Mode, past: &dyn Fn(f64) -> f64) -> State {
+        let v = &self.values;
+        let f = self.torques(t, x, mode, past);
+        let friction = match mode {
+            Mode::Slides(way) => f.viscous + f.dry * way,
+            Mode::Stuck => 0.0,
+        };
+        let mut load = self.on_load(t, x);
+        let mut inertia = v.load_inertia;
+        let mut inertia_rate = 0.0;
+        for e in &self.effects {
+            let (change, slope) = e.inertia(v, t, self.span);
+            inertia += change;
+            inertia_rate += slope;
+        }
+        load -= inertia_rate * x[3];
+        // Modes of the link: J dv/dt + sum g dd(eta) = torque, dd(eta) + g dv/dt = own.
+        let mut stiff = inertia;
+        for e in &self.effects {
+            e.modes(v, x, |g, own, _| {
+                stiff -= g * g;
+                load -= g * own;
+            });
+        }
+        let n = v.gear_ratio;
+        let (motor_acceleration, load_acceleration) = if self.rigid {
+            let a = match mode {
+                Mode::Stuck => 0.0,
+                Mode::Slides(_) => (f.motor - friction + load / n) / (v.motor_inertia + stiff / (n * n)),
+            };
+            (a, a / n)
+        } else {
+            let a = match mode {
+                Mode::Stuck => 0.0,
+                Mode::Slides(_) => (f.motor - friction) / v.motor_inertia,
+            };
+            (a, (n * f.spring + load) / stiff)
+        };
+        let mut dx = [0.0; 12];
+        dx[0] = if mode == Mode::Stuck { 0.0 } else { x[1] };
+        dx[1] = motor_acceleration;
+        dx[2] = if self.rigid { dx[0] / n } else { x[3] };
+        dx[3] = load_acceleration;
+        for e in &self.effects {
+            e.modes(v, x, |g, own, at| {
+                dx[at] = x[at + 1];
+                dx[at + 1] = own - g * load_acceleration;
+            });
+            e.own_rates(x, v.torque_constant * past(t), friction, &mut dx);
+        }
+        dx
+    }
+
+    /// Torque that friction has to hold, and the level up to which it can.
+    pub(crate) fn hold(&self, t: f64, x: &State, past: &dyn Fn(f64) -> f64) -> (f64, f64) {
+        let f = self.torques(t, x, Mode::Stuck, past);
+        let load = if self.rigid { self.on_load(t, x) / self.values.gear_ratio } else { 0.0 };
+        (f.motor + load, f.held)
+    }
+
+    /// The state is reached: what remembers moves on.
+    pub(crate) fn commit(&mut self, x: &State) {
+        let n = self.values.gear_ratio;
+        for (e, s) in self.effects.iter().zip(&mut self.slips) {
+            match e.law {
+                Law::Hysteresis { .. } => s.commit(x[0] - n * x[2]),
+                Law::Presliding { .. } => s.commit(x[0]),
+                _ => s.commit(x[2]),
+            }
+        }
+    }
+    /// All that remembers is relaxed at this state.
+    pub(crate) fn rest(&mut self, x: &State) {
+        let n = self.values.gear_ratio;
+        for (e, s) in self.effects.iter().zip(&mut self.slips) {
+            match e.law {
+                Law::Hysteresis { .. } => s.rest(x[0] - n * x[2]),
+                Law::Presliding { .. } => s.rest(x[0]),
+                _ => s.rest(x[2]),
+            }
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! What a diagnosis said, read by its schema alone.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::error::Error;
+
+/// diagnosis.json, as far as a scorer needs it.
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Said {
+    pub(crate) verdict: String,
+    #[serde(default)]
+    pub(crate) gap: Gap,
+    #[serde(default, rename = "where")]
+    pub(crate) places: Places,
+    #[serde(default)]
+    pub(crate) effects: Vec<Claim>,
+    #[serde(default)]
+    pub(crate) candidates: Vec<Claim>,
+    #[serde(default)]
+    pub(crate) indistinguishable: Vec<Vec<String>>,
+    /// Wall time of the diagnosis in s, where it is known.
+    #[serde(skip)]
+    pub(crate) seconds: Option<f64>,
+    /// It failed: no verdict at all.
+    #[serde(skip)]
+    pub(crate) failed: bool,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Gap {
+    #[serde(default)]
+    pub(crate) overall: Overall,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Overall {
+    pub(crate) closed: Option<f64>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Places {
+    #[serde(default)]
+    pub(crate) components: Vec<Component>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Component {
+    pub(crate) id: String,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Claim {
+    pub(crate) id: String,
+    #[serde(default)]
+    pub(crate) component: Option<String>,
+    #[serde(default)]
+    pub(crate) joint: Option<usize>,
+    #[serde(default)]
+    pub(crate) probability: Option<f64>,
+    #[serde(default)]
+    pub(crate) parameters: BTreeMap<String, Amplitude>,
+}
+
+#[derive(Clone, Debug, Default, Deserialize)]
+pub(crate) struct Amplitude {
+    #[serde(default)]
+    pub(crate) ci95: Option<[Option<f64>; 2]>,
+}
+
+#[derive(Deserialize)]
+struct Trial {
+    seconds: f64,
+}
+
+/// The result of case `name`; nothing where it was not run.
+pub(crate) fn read(directory: &Path, name: &str) -> Result<Option<Said>, Error> {
+    let results = directory.join("results");
+    let path = results.join(name).join("diagnosis.json");
+    if !path.is_file() {
+        let failed = results.join(format!("{name}.error")).is_file();
+        return Ok(failed.then(|| Said { verdict: "failed".into(), failed: true, ..Said::default() }));
+    }
+    let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
+    let mut said: Said = serde_json::from_str(&text).map_err(|e| Error::at(&path, e))?;
+    let trial = fs::read_to_string(results.join(name).join("trial.toml")).ok();
+    said.seconds = trial.and_then(|t| toml::from_str::<Trial>(&t).ok()).map(|t| t.seconds);
+    Ok(Some(said))
+}
+
+impl Said {
+    /// What `id` could not be told apart from, itself included; itself alone where that is more than three.
+    pub(crate) fn class<'a>(&'a self, id: &'a str) -> Vec<&'a str> {
+        let mut class = vec![id];
+        for set in self.indistinguishable.iter().filter(|s| s.iter().any(|m| m == id)) {
+            for member in set {
+                if !class.contains(&member.as_str()) {
+                    class.push(member);
+                }
+            }
+        }
+        if class.len() > 3 { vec![id] } else { class }
+    }
+    /// Distinct ids in order of rank.
+    pub(crate) fn ranked(&self) -> Vec<&str> {
+        let mut ids: Vec<&str> = Vec::new();
+        let list = if self.candidates.is_empty() { &self.effects } else { &self.candidates };
+        for c in list {
+            if !ids.contains(&c.id.as_str()) {
+                ids.push(&c.id);
+            }
+        }
+        ids
+    }
+}

@@ -1,0 +1,317 @@
+//! Opens the keys and counts.
+
+use std::path::Path;
+
+use crate::case::{Key, Plant, Split};
+use crate::error::Error;
+use crate::files;
+use crate::said::{self, Said};
+
+/// A share with its 95 % Wilson interval.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Share {
+    /// How many.
+    pub hits: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Share {
+    /// Among these.
+    fn of(list: impl Iterator<Item = bool>) -> Self {
+        list.fold(Self::default(), |s, hit| Self { hits: s.hits + usize::from(hit), of: s.of + 1 })
+    }
+    /// Point estimate; nothing without cases.
+    pub fn rate(self) -> Option<f64> {
+        (self.of > 0).then(|| self.hits as f64 / self.of as f64)
+    }
+    /// Wilson (1927), eq. for z = 1.96.
+    pub fn interval(self) -> Option<[f64; 2]> {
+        let (n, p, z) = (self.of as f64, self.rate()?, 1.959_963_984_540_054);
+        let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
+        let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
+        Some([(middle - half).max(0.0), (middle + half).min(1.0)])
+    }
+}
+
+/// Which way a figure should go.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Aim {
+    /// At least; both marks.
+    Least(f64, f64),
+    /// At most; both marks.
+    Most(f64, f64),
+    /// Within.
+    Within(f64, f64),
+    /// Only told.
+    Told,
+}
+
+impl Aim {
+    /// Below the first mark the work is not done.
+    pub fn met(self, value: f64) -> Option<bool> {
+        match self {
+            Self::Least(first, _) => Some(value >= first),
+            Self::Most(first, _) => Some(value <= first),
+            Self::Within(low, high) => Some(value >= low && value <= high),
+            Self::Told => None,
+        }
+    }
+}
+
+/// A line of the scorecard.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Line {
+    /// What is counted.
+    pub what: &'static str,
+    /// As a share of cases.
+    pub share: Option<Share>,
+    /// The figure.
+    pub value: Option<f64>,
+    /// What it should be.
+    pub aim: Aim,
+}
+
+/// The scorecard of one plant.
+#[derive(Clone, Debug)]
+pub struct Card {
+    /// The plant.
+    pub plant: Plant,
+    /// Cases per split, and how many of them have a result.
+    pub counts: Vec<(Split, usize, usize)>,
+    /// All lines.
+    pub lines: Vec<Line>,
+    /// Truth, what was said instead or as well, how often.
+    pub confusion: Vec<(String, String, usize)>,
+    /// Per effect: cases, named first by class.
+    pub by_effect: Vec<(String, Share)>,
+    /// Wall times in s, sorted.
+    pub seconds: Vec<f64>,
+}
+
+struct Scored {
+    key: Key,
+    said: Said,
+}
+
+impl Scored {
+    fn truth(&self) -> &str {
+        self.key.effects.first().map_or("", String::as_str)
+    }
+    /// Its first claim, where the verdict is one.
+    fn first(&self) -> Option<&str> {
+        let claims = self.said.verdict == "effects";
+        self.said.effects.first().filter(|_| claims).map(|e| e.id.as_str())
+    }
+    fn exact(&self) -> bool {
+        self.first() == Some(self.truth())
+    }
+    fn by_class(&self) -> bool {
+        self.first().is_some_and(|id| self.said.class(id).contains(&self.truth()))
+    }
+    fn ambiguous_with_truth(&self, most: usize) -> bool {
+        let set = &self.said.effects;
+        self.said.verdict == "ambiguous" && set.len() <= most && set.iter().any(|e| e.id == self.truth())
+    }
+    fn claims(&self, id: &str) -> bool {
+        let v = &self.said.verdict;
+        (v == "effects" || v == "ambiguous")
+            && self.said.effects.iter().any(|e| self.said.class(&e.id).contains(&id))
+    }
+    fn located(&self) -> bool {
+        let Some(component) = self.key.components.first() else { return false };
+        let first = self.said.effects.first();
+        let place = first
+            .and_then(|e| e.component.clone())
+            .or_else(|| self.said.places.components.first().map(|c| c.id.clone()));
+        // Sensors of single elements stand under the channel.
+        let base = |c: &str| c.split('[').next().unwrap_or(c).to_owned();
+        let joint = self.key.joints.first().copied().unwrap_or(0);
+        let right = joint == 0
+            || self.key.plant == Plant::Joint
+            || first.and_then(|e| e.joint).is_none_or(|j| j == joint);
+        place.is_some_and(|p| base(&p) == base(component)) && right
+    }
+    fn gap_seen(&self) -> bool {
+        matches!(self.said.verdict.as_str(), "effects" | "ambiguous" | "unknown")
+    }
+}
+
+fn median(mut list: Vec<f64>) -> Option<f64> {
+    list.sort_by(f64::total_cmp);
+    let n = list.len();
+    (n > 0).then(|| 0.5 * (list[(n - 1) / 2] + list[n / 2]))
+}
+
+/// Expected calibration error over ten bins of (probability, true).
+pub(crate) fn calibration(claims: &[(f64, bool)]) -> Option<f64> {
+    if claims.is_empty() {
+        return None;
+    }
+    let mut bins = [(0.0, 0.0, 0usize); 10];
+    for (p, hit) in claims {
+        let b = &mut bins[((p * 10.0) as usize).min(9)];
+        *b = (b.0 + p, b.1 + f64::from(u8::from(*hit)), b.2 + 1);
+    }
+    Some(bins.iter().map(|(p, hits, _)| (p - hits).abs()).sum::<f64>() / claims.len() as f64)
+}
+
+/// Opens the keys of the cases in `directory` that have a result, and counts, per plant.
+///
+/// # Errors
+/// A key that is not the sealed one, a file that cannot be read.
+pub fn score(directory: &Path) -> Result<Vec<Card>, Error> {
+    let (mut all, mut waiting) = (Vec::new(), Vec::new());
+    for name in files::cases(directory)? {
+        let key = files::open(directory, &name)?;
+        match said::read(directory, &name)? {
+            Some(said) => all.push(Scored { key, said }),
+            None => waiting.push(key),
+        }
+    }
+    let mut cards = Vec::new();
+    for plant in [Plant::Joint, Plant::Manipulator] {
+        let (mine, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.key.plant == plant);
+        all = rest;
+        if !mine.is_empty() {
+            cards.push(card(plant, &mine, &waiting));
+        }
+    }
+    Ok(cards)
+}
+
+fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
+    let of = |split: Split| all.iter().filter(move |s| s.key.split == split);
+    let clear = || of(Split::Single).filter(|s| s.key.ratio >= 3.0);
+    let share = |what, share: Share, aim| Line { what, share: Some(share), value: share.rate(), aim };
+    let figure = |what, value, aim| Line { what, share: None, value, aim };
+
+    let sizes: Vec<f64> = clear().filter_map(|s| s.first().map(|id| s.said.class(id).len() as f64)).collect();
+    let separated =
+        of(Split::Parameters).map(|s| s.said.verdict == "parameters").chain(clear().map(Scored::gap_seen));
+    let (mut covered, mut claims) = (Vec::new(), Vec::new());
+    for s in all {
+        for e in &s.said.effects {
+            let there = s.key.effects.contains(&e.id);
+            if s.said.verdict == "effects" {
+                claims.extend(e.probability.map(|p| (p, there)));
+            }
+            let Some(truths) = s.key.amplitudes.get(&e.id).filter(|_| there && s.said.verdict == "effects")
+            else {
+                continue;
+            };
+            for (name, value) in truths {
+                let found = e.parameters.iter().find(|(n, _)| n.split('[').next() == Some(name));
+                if let Some([low, high]) = found.and_then(|(_, a)| a.ci95) {
+                    covered.push(low.is_none_or(|l| l <= *value) && high.is_none_or(|h| h >= *value));
+                }
+            }
+        }
+    }
+    let ranked = |s: &Scored| s.said.ranked().iter().take(3).any(|id| *id == s.truth());
+    let in_library =
+        || all.iter().filter(|s| matches!(s.key.split, Split::Single | Split::Pairs) && s.key.ratio >= 3.0);
+    let both = |s: &Scored| s.key.effects.iter().all(|id| s.claims(id));
+    let lines = vec![
+        share(
+            "effect named first, by class of at most 3",
+            Share::of(clear().map(Scored::by_class)),
+            Aim::Least(0.90, 0.97),
+        ),
+        figure(
+            "- mean size of that class",
+            (!sizes.is_empty()).then(|| sizes.iter().sum::<f64>() / sizes.len() as f64),
+            Aim::Told,
+        ),
+        share("- by its exact id", Share::of(clear().map(Scored::exact)), Aim::Told),
+        share(
+            "first, or in an ambiguous set of at most 3",
+            Share::of(clear().map(|s| s.by_class() || s.ambiguous_with_truth(3))),
+            Aim::Least(0.93, 0.98),
+        ),
+        share("among the first three candidates", Share::of(clear().map(ranked)), Aim::Least(0.97, 0.995)),
+        share(
+            "ambiguous though it can be told apart",
+            Share::of(clear().map(|s| s.said.verdict == "ambiguous")),
+            Aim::Most(0.10, 0.10),
+        ),
+        share("gap detected", Share::of(clear().map(Scored::gap_seen)), Aim::Least(0.97, 0.995)),
+        share(
+            "false alarm where there is no gap",
+            Share::of(of(Split::None).map(|s| s.said.verdict != "no-gap")),
+            Aim::Most(0.02, 0.005),
+        ),
+        share("parameters against effects", Share::of(separated), Aim::Least(0.95, 0.99)),
+        share("two effects: both found", Share::of(of(Split::Pairs).map(both)), Aim::Least(0.80, 0.95)),
+        share(
+            "two effects: exactly these two",
+            Share::of(of(Split::Pairs).map(|s| both(s) && s.said.effects.len() == 2)),
+            Aim::Least(0.65, 0.85),
+        ),
+        share(
+            "outside the library: unknown",
+            Share::of(of(Split::Outside).map(|s| s.said.verdict == "unknown")),
+            Aim::Least(0.85, 0.95),
+        ),
+        share(
+            "inside the library, but called unknown",
+            Share::of(in_library().map(|s| s.said.verdict == "unknown")),
+            Aim::Most(0.05, 0.05),
+        ),
+        share(
+            "not identifiable: ambiguous, the truth in the set",
+            Share::of(of(Split::Unidentifiable).map(|s| s.ambiguous_with_truth(usize::MAX))),
+            Aim::Least(0.95, 0.98),
+        ),
+        share("component (and joint) of single effects", Share::of(clear().map(Scored::located)), Aim::Told),
+        share(
+            "95 % intervals of amplitudes that cover",
+            Share::of(covered.into_iter()),
+            Aim::Within(0.90, 0.98),
+        ),
+        figure("expected calibration error", calibration(&claims), Aim::Most(0.05, 0.03)),
+        figure(
+            "median share of the gap that is closed, single effects",
+            median(clear().filter_map(|s| s.said.gap.overall.closed).collect()),
+            Aim::Least(0.85, 0.95),
+        ),
+        share("diagnoses that failed", Share::of(all.iter().map(|s| s.said.failed)), Aim::Most(0.0, 0.0)),
+    ];
+    let mut confusion: Vec<(String, String, usize)> = Vec::new();
+    let mut by_effect: Vec<(String, Share)> = Vec::new();
+    for s in all.iter().filter(|s| s.key.split != Split::Pairs) {
+        let truth = match s.key.split {
+            Split::Single => s.truth().to_owned(),
+            Split::Outside | Split::Unidentifiable => format!("({}) {}", s.key.split.name(), s.truth()),
+            other => format!("({})", other.name()),
+        };
+        let told = s.first().map_or_else(|| format!("({})", s.said.verdict), str::to_owned);
+        match confusion.iter_mut().find(|(a, b, _)| *a == truth && *b == told) {
+            Some((_, _, n)) => *n += 1,
+            None => confusion.push((truth, told, 1)),
+        }
+    }
+    for s in clear() {
+        let at = match by_effect.iter().position(|(id, _)| id == s.truth()) {
+            Some(at) => at,
+            None => {
+                by_effect.push((s.truth().to_owned(), Share::default()));
+                by_effect.len() - 1
+            }
+        };
+        by_effect[at].1.of += 1;
+        by_effect[at].1.hits += usize::from(s.by_class());
+    }
+    confusion.sort();
+    by_effect.sort_by(|a, b| a.0.cmp(&b.0));
+    let mut seconds: Vec<f64> = all.iter().filter_map(|s| s.said.seconds).collect();
+    seconds.sort_by(f64::total_cmp);
+    let counts = Split::ALL
+        .into_iter()
+        .map(|split| {
+            let done = of(split).count();
+            (split, done + waiting.iter().filter(|k| k.plant == plant && k.split == split).count(), done)
+        })
+        .collect();
+    Card { plant, counts, lines, confusion, by_effect, seconds }
+}
