@@ -7,7 +7,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Kind, Storage, Variable};
 use trueup_fmi_export::FmuModel;
 use trueup_identification::model::{Model, Quantity, Structure};
-use trueup_models::effect::{self, ALL};
+use trueup_models::effect::{self, Choice};
 use trueup_signals::element_name;
 
 fn elements(v: &Variable) -> Vec<String> {
@@ -65,12 +65,10 @@ fn names_units_and_order_are_those_of_the_fmus() {
     agree("TwoMassJoint", &[false], &[]);
     agree("PlanarManipulator", &[true, false, false], &[]);
     agree("PlanarManipulator", &[true], &[]);
-    for kind in ALL {
-        for plant in kind.spec().plants {
-            match plant {
-                effect::Plant::Joint => agree("TwoMassJoint", &[true], &[kind.spec().id]),
-                effect::Plant::Arm => agree("PlanarManipulator", &[true, false, true], &[kind.spec().id]),
-            }
-        }
+    for choice in Choice::all(effect::Plant::Joint) {
+        agree("TwoMassJoint", &[true], &[&choice.id()]);
+    }
+    for choice in Choice::all(effect::Plant::Arm) {
+        agree("PlanarManipulator", &[true, false, true], &[&choice.id()]);
     }
 }

@@ -3,6 +3,7 @@
 //! The generator shares neither code nor formulas with the effect library: plants written from the papers, an
 //! integrator and laws of its own. Whoever diagnoses sees `cases/`; only [`score`](fn@score) opens `keys/`.
 
+mod arm;
 mod card;
 mod case;
 mod draw;
@@ -51,7 +52,7 @@ pub fn generate(directory: &Path, order: &Order, mut said: impl FnMut(usize, &st
         if !directory.join("cases").join(&known).is_dir() {
             let case = match order.plant {
                 Plant::Joint => joint::generate(order.split, order.seed, index)?,
-                Plant::Manipulator => joint::generate(order.split, order.seed, index)?,
+                Plant::Manipulator => arm::generate(order.split, order.seed, index)?,
             };
             files::write(directory, case)?;
         }

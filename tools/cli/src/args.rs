@@ -25,6 +25,9 @@ pub(crate) enum Command {
     Identify(Identify),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
+    /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
+    #[command(subcommand)]
+    Trial(Trial),
 }
 
 #[derive(Debug, Subcommand)]
@@ -158,4 +161,62 @@ pub(crate) struct Simulate {
     /// Pack the system with its FMUs as SSP instead of running it
     #[arg(long, value_name = "FILE.ssp", conflicts_with = "check")]
     pub(crate) save_ssp: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Trial {
+    /// Generate cases and their sealed keys; those that are there stay
+    Generate(TrialGenerate),
+    /// Diagnose the cases that have no result yet
+    Run(TrialRun),
+    /// Open the keys and write the scorecard
+    Score(TrialScore),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialGenerate {
+    /// Folder for cases, keys and seals; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// joint or manipulator
+    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"])]
+    pub(crate) plant: String,
+    /// What the cases are about
+    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable"])]
+    pub(crate) split: String,
+    /// How many, in all shards together
+    #[arg(long, value_name = "N", default_value_t = 10)]
+    pub(crate) count: usize,
+    /// The same seed gives the same cases
+    #[arg(long, value_name = "S", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Only every n-th case, from the i-th on
+    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
+    pub(crate) shard: (usize, usize),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialRun {
+    /// Folder that `trial generate` made
+    pub(crate) directory: PathBuf,
+    /// Only every n-th case, from the i-th on
+    #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
+    pub(crate) shard: (usize, usize),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialScore {
+    /// Folder that `trial generate` made and `trial run` has run
+    pub(crate) directory: PathBuf,
+    /// The scorecard, Markdown
+    #[arg(short, long, value_name = "FILE.md")]
+    pub(crate) output: PathBuf,
+    /// What the diagnosis was built from, to be told in the scorecard
+    #[arg(long, value_name = "HASH")]
+    pub(crate) commit: Option<String>,
+}
+
+fn shard(text: &str) -> Result<(usize, usize), String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    parts.filter(|(i, n)| *i >= 1 && i <= n).ok_or_else(|| "write I/N with 1 <= I <= N, as in 2/4".to_owned())
 }

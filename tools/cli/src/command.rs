@@ -6,9 +6,10 @@ mod info;
 mod list;
 mod pack;
 mod simulate;
+mod trial;
 mod validate;
 
-use crate::args::{Command, Fmu};
+use crate::args::{Command, Fmu, Trial};
 use crate::error::Error;
 
 pub(crate) fn run(command: Command) -> Result<(), Error> {
@@ -20,5 +21,8 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Fmu(Fmu::List) => list::run(),
         Command::Fmu(Fmu::Info(a)) => info::run(&a),
         Command::Fmu(Fmu::Validate(a)) => validate::run(&a),
+        Command::Trial(Trial::Generate(a)) => trial::generate(&a),
+        Command::Trial(Trial::Run(a)) => trial::run(&a),
+        Command::Trial(Trial::Score(a)) => trial::score(&a),
     }
 }

@@ -71,7 +71,8 @@ pub(crate) const OUTSIDE: [&str; 6] = [
     "brush-dropout",
 ];
 
-fn pulses(d: &mut Draw, span: f64) -> Vec<Pulse> {
+/// One to three pushes of height 1 at most.
+pub(crate) fn draw_pulses(d: &mut Draw, span: f64) -> Vec<Pulse> {
     let triangle = d.chance(0.5);
     (0..1 + d.below(3))
         .map(|_| Pulse {
@@ -83,7 +84,8 @@ fn pulses(d: &mut Draw, span: f64) -> Vec<Pulse> {
         .collect()
 }
 
-fn spells(d: &mut Draw, span: f64, longest: f64) -> Vec<(f64, f64)> {
+/// Spells (begin, end) of up to `longest` s.
+pub(crate) fn spells(d: &mut Draw, span: f64, longest: f64) -> Vec<(f64, f64)> {
     (0..4 + d.below(8))
         .map(|_| {
             let begin = d.uniform(0.02, 0.95) * span;
@@ -203,10 +205,10 @@ pub(crate) fn choose(id: &'static str, d: &mut Draw, v: &Values, s: &Scales, sma
             made("load", "sinh", law, 5e-4, 0.3)
         }
         "external-force" if kind == 0 => {
-            made("actuator", "pulses", Law::PushMotor { pulses: pulses(d, s.span) }, 5e-3, 1.5)
+            made("actuator", "pulses", Law::PushMotor { pulses: draw_pulses(d, s.span) }, 5e-3, 1.5)
         }
         "external-force" => {
-            let mut list = pulses(d, s.span);
+            let mut list = draw_pulses(d, s.span);
             list.iter_mut().for_each(|p| p.height *= n * s.torque);
             made("load", "pulses", Law::PushLoad { pulses: list }, 5e-3, 1.5)
         }

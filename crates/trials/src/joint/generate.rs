@@ -140,10 +140,10 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     for id in &ids {
         choices.push(choose(id, d, &values, &s, scene.drive.small)?);
     }
-    if let [a, b] = &choices[..] {
-        if a.component == b.component || a.id == b.id {
-            return None;
-        }
+    if let [a, b] = &choices[..]
+        && (a.component == b.component || a.id == b.id)
+    {
+        return None;
     }
     if let (Some((_, kind)), [c]) = (mimic, &mut choices[..]) {
         imitate(kind, c, d, &values, &s)?;

@@ -1,6 +1,8 @@
 //! Cases of a joint.
 
 mod bench;
+#[cfg(test)]
+mod check;
 mod choice;
 mod drive;
 mod generate;
@@ -8,4 +10,7 @@ mod law;
 mod plant;
 mod run;
 
+pub(crate) use choice::{draw_pulses, spells};
+pub(crate) use drive::short;
 pub(crate) use generate::generate;
+pub(crate) use law::{Pulse, pulses};
