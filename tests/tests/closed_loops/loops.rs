@@ -128,35 +128,6 @@ pub(crate) fn errors(
     steps.iter().map(error).collect()
 }
 
-/// What the adaptive algorithm gives.
-pub(crate) struct Adapted {
-    /// Largest error over the run, as a share of the reference's step.
-    pub(crate) error: f64,
-    /// Mean step, s.
-    pub(crate) step: f64,
-    /// Steps that each FMU took, repetitions included.
-    pub(crate) taken: u64,
-}
-
-/// The loop with the communication step left to the error of the run.
-pub(crate) fn adapted(case: &Case, fmus: &Path, version: u32, tolerance: f64) -> Adapted {
-    let mut system = system(case, fmus, "toml", version);
-    system.run.step = Some(case.longest);
-    system.run.algorithm = Some(Algorithm::Adaptive);
-    system.run.tolerance = Some(tolerance);
-    let mut memory = Memory::default();
-    let mut master = Master::new(check(&system).unwrap()).unwrap();
-    let log = master.run(&mut memory).unwrap_or_else(|e| panic!("{}: {e}", case.name));
-    let exact = (case.monolith)(case.reference, memory.time());
-    let far = memory.column(case.column).unwrap().iter().zip(&exact).map(|(a, b)| (a - b).abs());
-    let did = log.adapted.unwrap();
-    Adapted {
-        error: far.fold(0.0, f64::max) / case.reference,
-        step: case.stop / did.accepted as f64,
-        taken: did.taken,
-    }
-}
-
 /// Slope of log(error) over log(step), fitted.
 pub(crate) fn order(steps: &[f64], errors: &[f64]) -> f64 {
     let points = || steps.iter().map(|h| h.ln()).zip(errors.iter().map(|e| e.ln()));

@@ -117,9 +117,7 @@ fn edge_complaint(edge: &Edge) -> Option<String> {
         ));
     };
     if STRANGERS.iter().any(|(a, b)| a == from && b == to) {
-        return Some(format!(
-            "{manifest}: {from} and {to} never see each other, not even in tests"
-        ));
+        return Some(format!("{manifest}: {from} and {to} never see each other, not even in tests"));
     }
     if *own && to == "trueup-cli" {
         return Some(format!(
