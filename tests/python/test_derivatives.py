@@ -2,6 +2,7 @@
 
 import ctypes
 import os
+import re
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +28,10 @@ class Point:
         self.inputs, self.outputs = f.reals("input"), f.reals("output")
         self.nx = sum(n for _, n in self.states)
         self.nu = sum(n for _, n in self.inputs)
+        # Bristles on the load side yield with the magnitude of its velocity, which is continuous: no event.
+        names = [name for v in rates for name in [v.derivative.name] * f._size(v)]
+        bristles = any("loadBristle" in name for name in names)
+        self.kinks = [i for i, name in enumerate(names) if bristles and re.search("(joint|load)Velocity", name)]
 
     def read(self, list_):
         vrs = [vr for vr, _ in list_]
@@ -48,13 +53,13 @@ class Point:
         return np.concatenate([self.read(self.rates), self.read(self.outputs)])
 
     def sides(self, z):
-        """On which side of each event the point lies."""
+        """On which side of each event and of each kink without an event the point lies."""
         self.write(z)
         nz = self.f.description.numberOfEventIndicators or 0
         indicators = (ctypes.c_double * max(nz, 1))()
         if nz:
             self.f.fmu.getEventIndicators(indicators, nz)
-        return [v > 0 for v in indicators]
+        return [v > 0 for v in indicators] + [z[i] > 0 for i in self.kinks]
 
     def derivative(self, seed):
         known = [vr for vr, _ in self.states + self.inputs]
@@ -65,7 +70,10 @@ class Point:
         return np.array(self.f.fmu.getDirectionalDerivative(unknown, known, list(seed), n))
 
 
-STEP = 2e-3
+# So short that the fourth-order error stays below 1e-7 where an effect bends most: a ripple of several periods per turn,
+# a power law near rest. Rounding leaves 1e-9.
+STEP = 2e-4
+POINTS = 12
 
 
 def five_points(f):
@@ -76,15 +84,17 @@ def five_points(f):
 @pytest.mark.parametrize("fmu", ALL, ids=lambda p: p.name)
 def test_directional_derivatives_equal_central_differences(fmu):
     rng = np.random.default_rng(7)
-    worst, skipped = [], 0
+    worst = []
     with Opened(fmu, "ME") as f:
         f.initialize()
         p = Point(f)
         # Nominal values are what a solver resolves; the joint's motor runs a hundred times faster.
         scale_x = (100 if "TwoMassJoint" in fmu.name else 1) * np.array([max(abs(v), 1e-9) for v in state_nominals(f)])
-        # The rate of a hysteretic spring has a kink where its deformation stands still, so not at rest there.
-        at_rest = 0 if "hysteresis" in fmu.name else 4
-        for trial in range(12):
+        # The rate of a hysteretic spring and of bristles has a kink where their deformation stands still, so not at rest.
+        at_rest = 0 if re.search("hysteresis|load-friction|presliding", fmu.name) else 4
+        for trial in range(3 * POINTS):
+            if len(worst) == POINTS:
+                break
             z = np.concatenate([rng.normal(size=p.nx) * scale_x, rng.normal(size=p.nu) * 0.02])
             if trial < at_rest:  # first at rest, so that what can stick does
                 z[:] = 0.0
@@ -94,8 +104,7 @@ def test_directional_derivatives_equal_central_differences(fmu):
             z[: p.nx] = current_states(f, p.nx)
             seeds = [rng.normal(size=len(z)) * np.concatenate([scale_x, np.full(p.nu, 0.02)]) for _ in range(4)]
             if any(p.sides(z + 2 * STEP * w * seed) != p.sides(z) for seed in seeds for w in (-1, 1)):
-                skipped += 1  # an event lies within the difference: there is no derivative across it
-                continue
+                continue  # an event lies within the difference: there is no derivative across it
             p.value(z)
             exact = np.array([p.derivative(seed) for seed in seeds])
             difference = np.array([five_points(lambda s: p.value(z + s * seed)) for seed in seeds])
@@ -106,7 +115,7 @@ def test_directional_derivatives_equal_central_differences(fmu):
             scale = np.maximum(abs(exact).max(axis=0), floor)
             worst.append((abs(difference - exact) / scale).max())
     print(f"{fmu.name}: quantiles of the relative difference {np.quantile(worst, [0.5, 0.9, 1.0])}")
-    assert skipped <= 4 and max(worst) < 1e-6
+    assert len(worst) == POINTS and max(worst) < 1e-6
 
 
 def state_nominals(f):

@@ -74,7 +74,8 @@ def signals(fmu, description):
     return out
 
 
-def run(fmu, kind, tolerance, **more):
+def run(fmu, kind, tolerance, points=1, **more):
+    """`points`: output points per step of the default experiment."""
     description = read_model_description(fmu)
     outputs = [v.name for v in description.modelVariables if v.causality == "output"]
     result = simulate_fmu(
@@ -82,7 +83,7 @@ def run(fmu, kind, tolerance, **more):
         fmi_type=kind,
         stop_time=float(description.defaultExperiment.stopTime),
         step_size=float(description.defaultExperiment.stepSize),
-        output_interval=float(description.defaultExperiment.stepSize),
+        output_interval=float(description.defaultExperiment.stepSize) / points,
         relative_tolerance=tolerance,
         input=signals(fmu, description),
         output=outputs,
@@ -134,8 +135,11 @@ def test_matches_the_native_run(fmu, kind):
     assert len(jumps) > 0
     # Every bounce in the play, falling friction and a mode of little damping amplify the error of the solver.
     amplified = kind == "ModelExchange" and "+" in fmu.name
+    # CVode gives up after 500 steps between two output points, which FMPy cannot change. A jump of the command goes
+    # through a memory of 5 ms: at 1e-12 that takes more than 500 steps of CVode, and half a default step's time.
+    points = 4 if "actuator-lag" in fmu.name else 1
     for tolerance, bound in [(1e-12, 1e-7), (1e-8, 1e-3)] if amplified else [(1e-12, 1e-9), (1e-8, 1e-6)]:
-        worst = error_against(run(str(fmu), kind, tolerance), reference, jumps)
+        worst = error_against(run(str(fmu), kind, tolerance, points), reference, jumps)
         assert len(worst) >= 1
         largest = {name: error.max() for name, error in worst.items()}
         name = max(largest, key=largest.get)
