@@ -5,5 +5,8 @@ mod generate;
 mod law;
 mod plant;
 mod run;
+mod scene;
+mod size;
+mod write;
 
 pub(crate) use generate::generate;

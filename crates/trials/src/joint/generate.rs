@@ -1,18 +1,17 @@
 //! A case of a joint from its numbers.
 
-use std::collections::BTreeMap;
-
-use super::bench::{Done, Replays, record, scales, spread, times};
-use super::choice::{CHANNELS, Choice, IDS, OUTSIDE, choose};
-use super::drive::{self, Drive, short};
-use super::law::{Effect, Law};
-use super::plant::{Joint, NAMES, Values};
-use super::run::replay;
-use crate::case::{Case, Column, Key, Plant, Recording, Sensor, Split};
+use super::bench::{Done, Replays, scales, spread, times};
+use super::choice::{Choice, IDS, OUTSIDE, Scales, choose};
+use super::drive::{self, short};
+use super::law::Law;
+use super::plant::Values;
+use super::scene::{Believed, Nominal, Scene};
+use super::size::{by_channel, floors, left, overall, size};
+use super::write::{key, write};
+use crate::case::{Case, Split};
 use crate::draw::Draw;
 use crate::error::Error;
 use crate::motion::{FAMILIES, Family, Motion};
-use crate::sense;
 
 /// Attempts until a case is given up.
 const ATTEMPTS: usize = 40;
@@ -43,27 +42,6 @@ pub(crate) fn generate(split: Split, seed: u64, index: usize) -> Result<Case, Er
         }
     }
     Err(Error::Useless { split: split.name(), seed, index })
-}
-
-/// The runs of a case and what they are measured with.
-struct Scene {
-    drive: Drive,
-    motions: Vec<Motion>,
-    times: Vec<Vec<f64>>,
-    /// For the controller's encoder noise.
-    seeds: u64,
-    span: f64,
-}
-
-impl Scene {
-    fn run(&self, values: Values, rigid: bool, effects: &[Effect], which: &[usize]) -> Vec<Done> {
-        let one = |i: &usize| {
-            let mut d = Draw::new("encoders", self.seeds, *i, 0);
-            let joint = Joint::new(values, rigid, effects.to_vec(), self.span);
-            record(joint, &self.drive, &self.motions[*i], &self.times[*i], &mut d)
-        };
-        which.iter().map(one).collect()
-    }
 }
 
 fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Option<Case> {
@@ -196,126 +174,14 @@ fn d_family(d: &mut Draw, i: usize) -> Family {
     }
 }
 
-/// What the owner's model has.
-struct Believed {
-    values: Values,
-    rigid: bool,
-    frictionless: bool,
-}
-
 /// Noise of the logged current: 0.05 to 0.5 % of what flows.
 fn current_noise(plain: &[Done], d: &mut Draw) -> f64 {
     let rms = (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
     short(rms * d.log(5e-4, 5e-3))
 }
 
-/// What noise of the current leaves in each channel after a refit.
-fn carried(scene: &Scene, values: Values, rigid: bool, plain: &[Done], noise: f64) -> Vec<f64> {
-    let mut d = Draw::new("carried", scene.seeds, 0, 0);
-    let mut bench = Replays::new(&scene.drive, values, rigid, plain, true);
-    bench.scale = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation()).collect();
-    let measured = bench.measured(plain, &[], scene.span);
-    for (_, current) in &mut bench.runs {
-        current.iter_mut().for_each(|u| *u += noise * d.normal());
-    }
-    let left = bench.left(&measured, plain, 1);
-    by_channel(&left, scene.drive.channels.len()).iter().zip(&bench.scale).map(|(r, s)| r * s).collect()
-}
-
-/// Root mean square per channel over all runs.
-fn by_channel(left: &[Vec<f64>], channels: usize) -> Vec<f64> {
-    (0..channels)
-        .map(|c| {
-            let (mut sum, mut count) = (0.0, 0);
-            for r in left {
-                let n = r.len() / channels;
-                sum += r[c * n..(c + 1) * n].iter().map(|e| e * e).sum::<f64>();
-                count += n;
-            }
-            (sum / count as f64).sqrt()
-        })
-        .collect()
-}
-
-/// Floor of each channel: its sensor and the current's noise carried.
-fn floors(scene: &Scene, values: Values, rigid: bool, plain: &[Done], noise: f64) -> Vec<f64> {
-    let carried = carried(scene, values, rigid, plain, noise);
-    let own = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation());
-    own.zip(&carried).map(|(a, b)| a.hypot(*b)).collect()
-}
-
-/// Gap over floor, both overall as a diagnosis gives them: root mean square over channels of their NRMSE.
-fn overall(left: &[f64], floor: &[f64], spread: &[f64]) -> f64 {
-    let sum =
-        |x: &dyn Fn(usize) -> f64| (0..spread.len()).map(|c| (x(c) / spread[c]).powi(2)).sum::<f64>().sqrt();
-    sum(&|c| left[c].hypot(floor[c])) / sum(&|c| floor[c])
-}
-
-fn left(
-    scene: &Scene,
-    truth: Values,
-    believed: &Believed,
-    effects: &[Effect],
-    runs: &[Done],
-    floor: &[f64],
-    rounds: usize,
-) -> f64 {
-    let base = if believed.frictionless { truth } else { believed.values };
-    let mut bench = Replays::new(&scene.drive, base, believed.rigid, runs, true);
-    bench.scale = floor.to_vec();
-    let measured = bench.measured(runs, effects, scene.span);
-    let residual = bench.left(&measured, runs, rounds);
-    let rms: Vec<f64> =
-        by_channel(&residual, floor.len()).iter().zip(&bench.scale).map(|(r, s)| r * s).collect();
-    overall(&rms, floor, &spread(&scene.drive, runs))
-}
-
-/// The size at which a refit leaves `target` floors, as near as it gets.
-fn size(
-    scene: &Scene,
-    truth: Values,
-    believed: &Believed,
-    c: &Choice,
-    floor: &[f64],
-    target: f64,
-) -> Option<(Effect, f64)> {
-    let wanted = (target * target - 1.0).sqrt();
-    let mut size = (c.least * c.most).sqrt().max(c.least);
-    let mut best: Option<(f64, Effect, f64)> = None;
-    for _ in 0..7 {
-        let mut truth = truth;
-        if believed.frictionless && c.id != "motor-friction" {
-            truth.coulomb = 0.0;
-        }
-        let effect = Effect::new(c.law.clone(), short(size));
-        let runs = scene.run(truth, false, std::slice::from_ref(&effect), &[0, 1]);
-        if runs.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite() || !x[2].is_finite())) {
-            size = (size * 0.3).max(c.least);
-            continue;
-        }
-        let ratio = left(scene, truth, believed, std::slice::from_ref(&effect), &runs, floor, 1);
-        if !ratio.is_finite() {
-            return None;
-        }
-        let miss = (ratio / target).ln().abs();
-        if best.as_ref().is_none_or(|b| miss < b.0) {
-            best = Some((miss, effect, ratio));
-        }
-        if miss < 0.25 || c.least == c.most {
-            break;
-        }
-        let excess = (ratio * ratio - 1.0).max(1e-4).sqrt();
-        let next = (size * (wanted / excess).clamp(0.06, 12.0).powf(0.85)).clamp(c.least, c.most);
-        if (next / size).ln().abs() < 1e-3 {
-            break;
-        }
-        size = next;
-    }
-    best.map(|(_, effect, ratio)| (effect, ratio))
-}
-
 /// Makes an effect look like another.
-fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &super::choice::Scales) -> Option<()> {
+fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &Scales) -> Option<()> {
     let g = v.gear_ratio * s.torque;
     match (kind, c.id) {
         (Mimic::OneChannel, "actuator-lag") => (c.law, c.name) = (Law::DeadTime, "dead-time"),
@@ -338,12 +204,6 @@ fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &super::cho
         _ => {}
     }
     Some(())
-}
-
-/// The owner's values with their doubts, by name.
-struct Nominal {
-    values: [f64; 8],
-    doubts: Vec<(usize, f64)>,
 }
 
 fn believe(
@@ -420,179 +280,4 @@ fn believe(
         }
     }
     Some(nominal)
-}
-
-fn write(
-    scene: &Scene,
-    effects: &[Effect],
-    runs: &[Done],
-    nominal: &Nominal,
-    believed: &Believed,
-    current_noise: f64,
-    rests: bool,
-    d: &mut Draw,
-) -> Case {
-    let drive = &scene.drive;
-    let reads = |name: String, run: &Done, d: &mut Draw| {
-        let mut columns = vec![Column {
-            name: "motorCurrent".into(),
-            values: run.current.iter().map(|u| u + current_noise * d.normal()).collect(),
-            unit_step: current_noise,
-        }];
-        for c in &drive.channels {
-            let meter = drive.meters[*c];
-            let mut last = d.normal();
-            let mut values: Vec<f64> = run
-                .time
-                .iter()
-                .map(|t| {
-                    let y = super::bench::reading(effects, &run.track, *t, *c, scene.span);
-                    meter.read(y, &mut last, d)
-                })
-                .collect();
-            sense::drop_out(&mut values, drive.drop, d);
-            columns.push(Column { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
-        }
-        Recording { name, time: run.time.clone(), columns }
-    };
-    let train = (0..3).map(|i| reads(format!("train-{}.csv", i + 1), &runs[i], d)).collect();
-    let holdout =
-        (3..runs.len()).map(|i| reads(format!("holdout-{}.csv", i - 2), &runs[i], d)).collect::<Vec<_>>();
-    let rest = if rests { vec![at_rest(scene, effects, current_noise, reads, d)] } else { Vec::new() };
-
-    let mut parameters = toml::Table::new();
-    for (i, name) in NAMES.iter().enumerate() {
-        let spring = i == 4 || i == 5;
-        if !(believed.rigid && spring) {
-            let value = if believed.frictionless && i >= 6 { 0.0 } else { nominal.values[i] };
-            parameters.insert((*name).into(), value.into());
-        }
-    }
-    let level = if believed.frictionless { 0.0 } else { nominal.values[6] };
-    parameters.insert("staticFriction".into(), level.into());
-    if believed.rigid {
-        parameters.insert("jointFlexible".into(), false.into());
-    }
-    let mut uncertain = toml::Table::new();
-    for (i, doubt) in &nominal.doubts {
-        let absent = (believed.rigid && (*i == 4 || *i == 5)) || (believed.frictionless && *i >= 6);
-        if !absent {
-            uncertain.insert(NAMES[*i].into(), (*doubt).into());
-        }
-    }
-    let mut sensors = vec![Sensor {
-        name: "motorCurrent".into(),
-        noise: Some(current_noise),
-        hold: true,
-        ..Sensor::default()
-    }];
-    for c in &drive.channels {
-        let m = drive.meters[*c];
-        sensors.push(Sensor {
-            name: CHANNELS[*c].into(),
-            resolution: (m.step > 0.0).then_some(short(m.step)),
-            noise: Some(short(m.noise)),
-            ..Sensor::default()
-        });
-    }
-    Case {
-        model: "TwoMassJoint",
-        train,
-        holdout,
-        rest,
-        repeats: Vec::new(),
-        parameters,
-        uncertain,
-        sensors,
-        key: Key {
-            case: String::new(),
-            plant: Plant::Joint,
-            split: Split::None,
-            verdict: String::new(),
-            effects: Vec::new(),
-            components: Vec::new(),
-            joints: Vec::new(),
-            class: Vec::new(),
-            ratio: 1.0,
-            seed: 0,
-            index: 0,
-            law: Vec::new(),
-            amplitudes: BTreeMap::new(),
-            parameters: BTreeMap::new(),
-        },
-    }
-}
-
-/// Two seconds with the brake on: the current is 0 and nothing moves.
-fn at_rest(
-    scene: &Scene,
-    _: &[Effect],
-    _: f64,
-    reads: impl Fn(String, &Done, &mut Draw) -> Recording,
-    d: &mut Draw,
-) -> Recording {
-    let time: Vec<f64> =
-        (0..(2.0 * scene.drive.rate) as usize).map(|i| i as f64 / scene.drive.rate).collect();
-    let values = scene.drive.values;
-    let current = vec![0.0; time.len()];
-    let joint = Joint::new(values, false, Vec::new(), 1.0);
-    let track = replay(joint, [0.0; 12], &time, &current, 1e-3);
-    let done = Done { time, current, track, start: [0.0; 12] };
-    reads("rest-1.csv".into(), &done, d)
-}
-
-fn key(
-    split: Split,
-    seed: u64,
-    index: usize,
-    choices: &[Choice],
-    effects: &[Effect],
-    ratio: f64,
-    truth: Values,
-    values: &Values,
-    class: Option<&[&str]>,
-    s: &super::choice::Scales,
-) -> Key {
-    let mut amplitudes: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
-    for (c, e) in choices.iter().zip(effects) {
-        let same: Option<(String, f64)> = match &e.law {
-            Law::Play { .. } => Some(("backlashGap".into(), e.size)),
-            Law::DeadTime => Some(("actuatorDelay".into(), e.size)),
-            Law::Late { channel } => Some((format!("{}Delay", CHANNELS[*channel]), e.size)),
-            Law::Creep { channel, bend: 0.0 } => {
-                Some((format!("{}DriftRate", CHANNELS[*channel]), e.size / s.span))
-            }
-            Law::Unbalance { x, y } => Some(("gravityTorque".into(), e.size * x.hypot(*y))),
-            Law::Asymmetry => Some(("coulombAsymmetry".into(), e.size * values.coulomb)),
-            Law::LoadSlip { torque, .. } => Some(("loadFriction".into(), e.size * torque)),
-            Law::Plain { coulomb, .. } => Some(("coulombFriction".into(), e.size * coulomb)),
-            _ => None,
-        };
-        if let Some((name, value)) = same {
-            amplitudes.entry(c.id.to_owned()).or_default().insert(name, value);
-        }
-    }
-    let verdict = match split {
-        Split::None => "no-gap",
-        Split::Parameters => "parameters",
-        Split::Single | Split::Pairs => "effects",
-        Split::Outside => "unknown",
-        Split::Unidentifiable => "ambiguous",
-    };
-    Key {
-        case: String::new(),
-        plant: Plant::Joint,
-        split,
-        verdict: verdict.into(),
-        effects: choices.iter().map(|c| c.id.to_owned()).collect(),
-        components: choices.iter().map(|c| c.component.clone()).collect(),
-        joints: vec![1; choices.len()],
-        class: class.unwrap_or_default().iter().map(|c| (*c).to_owned()).collect(),
-        ratio,
-        seed,
-        index,
-        law: choices.iter().zip(effects).map(|(c, e)| format!("{}, size {:.4e}", c.name, e.size)).collect(),
-        amplitudes,
-        parameters: NAMES.iter().map(|n| (*n).to_owned()).zip(truth.list()).collect(),
-    }
 }

@@ -9,6 +9,9 @@ mod generate;
 mod law;
 mod plant;
 mod run;
+mod scene;
+mod size;
+mod write;
 
 pub(crate) use choice::{draw_pulses, spells};
 pub(crate) use drive::short;

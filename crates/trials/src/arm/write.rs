@@ -1,0 +1,156 @@
+//! A case as it is written down: recordings, what the owner believes, the key.
+
+use std::collections::BTreeMap;
+
+use super::choice::{CHANNELS, Choice};
+use super::law::{Effect, Law};
+use super::plant::{LINKS, Values};
+use super::scene::{Done, Scene, reading};
+use super::size::{FREE, get};
+use crate::case::{Case, Column, Key, Plant, Recording, Sensor, Split};
+use crate::draw::Draw;
+use crate::joint::short;
+use crate::sense;
+
+pub(super) fn write(
+    split: Split,
+    seed: u64,
+    index: usize,
+    s: &Scene,
+    choices: &[Choice],
+    effects: &[Effect],
+    runs: &[Done],
+    nominal: &Values,
+    doubts: &[(usize, f64)],
+    noise: [f64; LINKS],
+    left: f64,
+    class: Option<&[&str]>,
+    d: &mut Draw,
+) -> Case {
+    let mut reads = |name: String, run: &Done| {
+        let mut columns: Vec<Column> = (0..LINKS)
+            .map(|j| Column {
+                name: format!("jointTorque[{}]", j + 1),
+                values: run.torque.iter().map(|u| u[j] + noise[j] * d.normal()).collect(),
+                unit_step: noise[j],
+            })
+            .collect();
+        for c in &s.channels {
+            let (meter, mut last) = (s.meters[*c], d.normal());
+            let mut values: Vec<f64> = Vec::with_capacity(run.time.len());
+            for t in &run.time {
+                let y = reading(&s.values, effects, &run.track, *t, *c, s.span);
+                values.push(meter.read(y, &mut last, d));
+            }
+            sense::drop_out(&mut values, s.drop, d);
+            columns.push(Column { name: CHANNELS[*c].into(), values, unit_step: meter.deviation() });
+        }
+        Recording { name, time: run.time.clone(), columns }
+    };
+    let train = (0..3).map(|i| reads(format!("train-{}.csv", i + 1), &runs[i])).collect();
+    let holdout = (3..runs.len()).map(|i| reads(format!("holdout-{}.csv", i - 2), &runs[i])).collect();
+    let mut sensors: Vec<Sensor> = (0..LINKS)
+        .map(|j| Sensor {
+            name: format!("jointTorque[{}]", j + 1),
+            noise: Some(noise[j]),
+            hold: true,
+            ..Sensor::default()
+        })
+        .collect();
+    for c in &s.channels {
+        let m = s.meters[*c];
+        sensors.push(Sensor {
+            name: CHANNELS[*c].into(),
+            resolution: Some(short(m.step)),
+            noise: Some(short(m.noise)),
+            ..Sensor::default()
+        });
+    }
+    let mut amplitudes: BTreeMap<String, BTreeMap<String, f64>> = BTreeMap::new();
+    for (c, e) in choices.iter().zip(effects) {
+        let base = |c: usize| CHANNELS[c].split('[').next().unwrap_or_default();
+        let same: Vec<(String, f64)> = match &e.law {
+            Law::Play { .. } => vec![("backlashGap".into(), e.size)],
+            Law::DeadTime => vec![("actuatorDelay".into(), e.size)],
+            Law::Late { channel } => vec![(format!("{}Delay", base(*channel)), e.size)],
+            Law::Tilt { way } => vec![
+                ("tiltAccelerationX".into(), e.size * way.cos()),
+                ("tiltAccelerationY".into(), e.size * way.sin()),
+            ],
+            Law::Leak { way, lever } => vec![
+                ("thrustForceX".into(), e.size * way.cos()),
+                ("thrustForceY".into(), e.size * way.sin()),
+                ("thrustTorque".into(), e.size * lever),
+            ],
+            Law::Panel { inertia, frequency, .. } => {
+                vec![("appendageInertia".into(), e.size * inertia), ("appendageFrequency".into(), *frequency)]
+            }
+            _ => Vec::new(),
+        };
+        if !same.is_empty() {
+            amplitudes.insert(c.id.to_owned(), same.into_iter().collect());
+        }
+    }
+    let verdict = match split {
+        Split::None => "no-gap",
+        Split::Parameters => "parameters",
+        Split::Single | Split::Pairs => "effects",
+        Split::Outside => "unknown",
+        Split::Unidentifiable => "ambiguous",
+    };
+    Case {
+        model: "PlanarManipulator",
+        train,
+        holdout,
+        rest: Vec::new(),
+        repeats: Vec::new(),
+        parameters: parameters(nominal),
+        uncertain: doubts.iter().map(|(i, x)| (FREE[*i].to_owned(), (*x).into())).collect(),
+        sensors,
+        key: Key {
+            case: String::new(),
+            plant: Plant::Manipulator,
+            split,
+            verdict: verdict.into(),
+            effects: choices.iter().map(|c| c.id.to_owned()).collect(),
+            components: choices.iter().map(|c| c.component.clone()).collect(),
+            joints: choices.iter().map(|c| if c.of_joint { c.joint + 1 } else { 0 }).collect(),
+            class: class.unwrap_or_default().iter().map(|c| (*c).to_owned()).collect(),
+            ratio: left,
+            seed,
+            index,
+            law: choices
+                .iter()
+                .zip(effects)
+                .map(|(c, e)| format!("{}, size {:.4e}", c.name, e.size))
+                .collect(),
+            amplitudes,
+            parameters: (0..8).map(|i| (FREE[i].to_owned(), get(&s.values, i))).collect(),
+        },
+    }
+}
+
+pub(super) fn parameters(v: &Values) -> toml::Table {
+    let list = |x: &[f64]| toml::Value::Array(x.iter().map(|v| (*v).into()).collect());
+    let mut t = toml::Table::new();
+    let mut put = |name: &str, value: toml::Value| {
+        t.insert(name.to_owned(), value);
+    };
+    put("baseMass", v.base_mass.into());
+    put("baseInertia", v.base_inertia.into());
+    put("mountPosition", list(&v.mount));
+    put("linkMass", list(&v.mass));
+    put("linkInertia", list(&v.inertia));
+    put("linkLength", list(&v.length));
+    put("linkCenterOfMass", toml::Value::Array(v.center.iter().map(|c| list(c)).collect()));
+    put("motorInertia", list(&v.motor_inertia));
+    put("gearRatio", list(&[v.gear_ratio; LINKS]));
+    if v.flexible[0] {
+        // Rigid joints have none; their values are not used.
+        put("jointStiffness[1]", v.stiffness[0].into());
+        put("jointDamping[1]", v.damping[0].into());
+    }
+    put("motorCoupling", if v.paper { "paper" } else { "geared" }.into());
+    put("jointFlexible", toml::Value::Array(v.flexible.iter().map(|f| (*f).into()).collect()));
+    t
+}
