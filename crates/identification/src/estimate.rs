@@ -17,7 +17,7 @@ use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, search};
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
-use crate::plant::Plant;
+use crate::plant::Predictor;
 use crate::predict::PredictError;
 use crate::run::Channel;
 
@@ -104,7 +104,7 @@ pub struct Estimate {
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn estimate<M: Plant>(problem: &OutputError<M>, settings: &Settings) -> Result<Estimate, PredictError> {
+pub fn estimate<M: Predictor>(problem: &OutputError<M>, settings: &Settings) -> Result<Estimate, PredictError> {
     let options = FitOptions {
         starts: settings.starts.clone(),
         loss: settings.loss,
@@ -118,7 +118,7 @@ pub fn estimate<M: Plant>(problem: &OutputError<M>, settings: &Settings) -> Resu
 }
 
 /// The uncertainty of a solution that [`search`] found.
-pub fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
+pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
     let unknowns = problem.unknowns();
     let n = unknowns.len();
     let mut weighted = found.jacobian.clone();
@@ -183,7 +183,7 @@ pub fn assess<M: Plant>(problem: &OutputError<M>, found: &Solution, settings: &S
     }
 }
 
-fn why_not<M: Plant>(
+fn why_not<M: Predictor>(
     problem: &OutputError<M>,
     found: &Solution,
     information: &Information,
@@ -247,7 +247,7 @@ const SHIFTS: usize = 32;
 
 /// (J^T J)^-1 M (J^T J)^-1: of a quantised channel M is what the quantisation of the fitted motion would do, over shifts
 /// of the counts against it; of any other it is the scores' autocovariance up to a lag.
-fn sandwich<M: Plant>(
+fn sandwich<M: Predictor>(
     problem: &OutputError<M>,
     found: &Solution,
     information: &Information,
@@ -334,7 +334,7 @@ impl<P: Problem> Problem for Held<'_, P> {
 }
 
 /// One end of the profile-likelihood interval; `None` if it is open.
-fn profile<M: Plant>(
+fn profile<M: Predictor>(
     problem: &OutputError<M>,
     found: &Solution,
     information: &Information,
@@ -387,7 +387,7 @@ fn profile<M: Plant>(
     Some(u.scale.value(found.x[k] + sign * distance).0)
 }
 
-fn channels<M: Plant>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {
+fn channels<M: Predictor>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {
     let mut all = Vec::new();
     for (run, plan) in problem.plans().iter().enumerate() {
         let begin = problem.residuals_of(run).start;

@@ -7,9 +7,9 @@ use trueup_signals::process::{nrmse, rms};
 
 use crate::covariance::Information;
 use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
-use crate::model::Model;
+use crate::model::Subject;
 use crate::output_error::OutputError;
-use crate::plant::Plant;
+use crate::plant::{Plant, Predictor};
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
@@ -99,7 +99,7 @@ pub struct Fit {
 ///
 /// # Errors
 /// If the model can be simulated from none of them.
-pub fn search<M: Plant>(
+pub fn search<M: Predictor>(
     problem: &OutputError<M>,
     options: &FitOptions,
 ) -> Result<(Solution, usize, Vec<f64>), PredictError> {
@@ -128,7 +128,7 @@ pub fn search<M: Plant>(
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn fit<M: Plant>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
+pub fn fit<M: Predictor>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
     let (solution, start, start_costs) = search(problem, options)?;
     let mut weighted = solution.jacobian.clone();
     for mut column in weighted.column_iter_mut() {
@@ -153,7 +153,7 @@ pub fn fit<M: Plant>(problem: &OutputError<M>, options: &FitOptions) -> Result<F
 }
 
 /// Residuals that are this many times the noise come from a wrong model; noise of inputs is then of no account.
-const MODEL_ERROR: f64 = 5.0;
+pub(crate) const MODEL_ERROR: f64 = 5.0;
 
 /// Fits a problem whose measured inputs are noisy: a first fit as if they were not, then fits weighed by what their noise
 /// does along the motion found ([`OutputError::carry_noise`]). Without noisy inputs, or where the model is so wrong that
@@ -189,7 +189,7 @@ pub fn fit_carried<M: Plant>(
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn compare<M: Plant>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
+pub fn compare<M: Predictor>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
     let mut all: Vec<Comparison> = Vec::new();
     for (r, run) in problem.runs().iter().enumerate() {
         let found = problem.predict(r, theta)?;
@@ -197,7 +197,7 @@ pub fn compare<M: Plant>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<
         for (c, channel) in run.channels.iter().enumerate() {
             let range = problem.plans()[r].channels()[c]..problem.plans()[r].channels()[c + 1];
             let row = problem.residuals_of(r).start + range.start;
-            let predicted = found.y[range].to_vec();
+            let predicted = found[range].to_vec();
             let scaled = predicted.iter().zip(&channel.y).enumerate();
             together.extend(scaled.map(|(k, (p, y))| (p - y) / channel.deviation(k)));
             all.push(Comparison {
@@ -224,7 +224,11 @@ pub fn compare<M: Plant>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn free_run(model: &Model, values: &[f64], runs: &[Run]) -> Result<Vec<Comparison>, PredictError> {
+pub fn free_run<M: Subject>(
+    model: &M,
+    values: &[f64],
+    runs: &[Run],
+) -> Result<Vec<Comparison>, PredictError> {
     let one = |(r, run): (usize, &Run)| {
         let alone = std::slice::from_ref(run);
         let problem = OutputError::new(model, values, alone, nuisance(model, values, alone));
@@ -254,7 +258,7 @@ pub fn free_run(model: &Model, values: &[f64], runs: &[Run]) -> Result<Vec<Compa
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn cost<M: Plant>(problem: &OutputError<M>, theta: &[f64], loss: Loss) -> Result<f64, PredictError> {
+pub fn cost<M: Predictor>(problem: &OutputError<M>, theta: &[f64], loss: Loss) -> Result<f64, PredictError> {
     let e = problem.evaluate(theta, false)?;
     Ok(0.5 * e.residuals.iter().map(|r| loss.cost(*r)).sum::<f64>())
 }

@@ -1,6 +1,7 @@
 //! A case from its recordings to its parameters: what `trueup identify` does.
 
 mod leverage;
+mod simulation;
 mod starts;
 mod unknowns;
 
@@ -11,17 +12,17 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use crate::estimate::{ChannelFit, Estimated, Settings as EstimateSettings, assess};
-use crate::fit::{Comparison, FitOptions, compare, fit_carried, free_run};
-use crate::lsq::{Loss, Problem, solve};
-use crate::model::{Model, ModelError};
-use crate::nelder_mead::nelder_mead;
-use crate::output_error::OutputError;
+use crate::estimate::{ChannelFit, Estimated};
+use crate::fit::{Comparison, free_run};
+use crate::fmu::FmuModel;
+use crate::model::{Model, ModelError, Quantity, Subject};
 use crate::predict::PredictError;
-use crate::recorded::{RecordedError, led, nuisance, runs};
+use crate::recorded::{RecordedError, led, runs, runs_of};
 use crate::regress::{RegressError, Regressed};
 use crate::run::Run;
 use crate::unknown::Unknown;
+
+use simulation::by_simulation;
 
 pub use leverage::Leverage;
 pub use starts::Start;
@@ -87,6 +88,14 @@ pub enum IdentifyError {
     /// What is to be fitted.
     #[error("{0}")]
     Unknowns(String),
+    /// Regressions are not for FMUs.
+    #[error(
+        "method {method} works on the equations of a joint of ours, not through an FMU; use output-error or nelder-mead, or leave out --fmu"
+    )]
+    FmuMethod {
+        /// Which.
+        method: Method,
+    },
     /// The method does not do that.
     #[error(
         "method {method} is for a flexible TwoMassJoint with recorded motorCurrent, motorAngle and loadAngle; use output-error"
@@ -126,8 +135,12 @@ pub struct Figure {
 /// All that there is to say.
 #[derive(Clone, Debug)]
 pub struct Identified {
-    /// The model.
-    pub model: Model,
+    /// Name of the model.
+    pub model: String,
+    /// The FMU's file, if it was fitted through one.
+    pub fmu: Option<String>,
+    /// Outputs of the model.
+    pub outputs: Vec<Quantity>,
     /// How.
     pub method: Method,
     /// What was asked for.
@@ -203,26 +216,71 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         }
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,
     };
-    (settings.progress)("comparing with recordings that were not fitted");
     for j in led {
         found.notes.push(format!(
             "jointTorque[{}] is not recorded: the motor is led along its measured motion",
             j + 1
         ));
     }
+    finish(&model, &nominal, &train, &holdout, found, settings)
+}
+
+/// Identifies a case through an FMU, so that what is fitted is what is shipped; by output error or the simplex.
+///
+/// # Errors
+/// See [`IdentifyError`].
+pub fn identify_fmu(
+    loaded: &Loaded,
+    mut model: FmuModel,
+    settings: &Settings,
+) -> Result<Identified, IdentifyError> {
+    if !matches!(settings.method, Method::OutputError | Method::NelderMead) {
+        return Err(IdentifyError::FmuMethod { method: settings.method });
+    }
+    model.choose(&loaded.case.parameters)?;
+    let nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
+    let (train, holdout) = runs_of(&model, loaded)?;
+    let fitted = unknowns::of(&model, &loaded.case, &nominal, &train)?;
+    (settings.progress)(&format!(
+        "{} recordings, {} readings, {} parameters, through {}",
+        train.len(),
+        train.iter().map(Run::len).sum::<usize>(),
+        fitted.len(),
+        model.fmu().file().display()
+    ));
+    let mut found = by_simulation(&model, loaded, &nominal, train.clone(), fitted, settings)?;
+    found.fmu = Some(model.fmu().file().display().to_string());
+    if train.iter().any(|r| r.drives.iter().any(|d| d.sigma > 0.0)) {
+        found.notes.push(
+            "noise of the inputs is not carried along the motion through an FMU: standard errors leave it out".into(),
+        );
+    }
+    finish(&model, &nominal, &train, &holdout, found, settings)
+}
+
+/// Recordings that were not fitted, and how it was before.
+fn finish<M: Subject>(
+    model: &M,
+    nominal: &[f64],
+    train: &[Run],
+    holdout: &[Run],
+    mut found: Identified,
+    settings: &Settings,
+) -> Result<Identified, IdentifyError> {
+    (settings.progress)("comparing with recordings that were not fitted");
     found.held_out = !holdout.is_empty();
-    let runs = if found.held_out { &holdout } else { &train };
-    found.compared = free_run(&model, &found.values, runs)?;
-    found.fit = figures(&model, &found.compared);
+    let runs = if found.held_out { holdout } else { train };
+    found.compared = free_run(model, &found.values, runs)?;
+    found.fit = figures(model, &found.compared);
     // What the owner believes may not even simulate.
-    found.before = free_run(&model, &nominal, runs).map(|c| figures(&model, &c)).unwrap_or_default();
+    found.before = free_run(model, nominal, runs).map(|c| figures(model, &c)).unwrap_or_default();
     let names = |runs: &[Run]| runs.iter().map(|r| r.name.clone()).collect();
-    found.names = [names(&train), names(runs)];
+    found.names = [names(train), names(runs)];
     Ok(found)
 }
 
 /// Pooled by sample over recordings.
-fn figures(model: &Model, compared: &[Comparison]) -> Vec<Figure> {
+fn figures<M: Subject>(model: &M, compared: &[Comparison]) -> Vec<Figure> {
     let mut names: Vec<&str> = Vec::new();
     for c in compared {
         if !names.contains(&c.channel.as_str()) {
@@ -238,193 +296,7 @@ fn figures(model: &Model, compared: &[Comparison]) -> Vec<Figure> {
     names.into_iter().map(figure).collect()
 }
 
-/// Readings that stand out from their neighbours by more than any noise: the residual less the median of the seven
-/// about it, against 8 times the larger of noise and usual size of that.
-fn outliers(c: &Comparison) -> Vec<usize> {
-    let n = c.whitened.len();
-    if n < 20 {
-        return Vec::new();
-    }
-    let median = |mut v: Vec<f64>| {
-        let middle = v.len() / 2;
-        *v.select_nth_unstable_by(middle, f64::total_cmp).1
-    };
-    let alone: Vec<f64> = (0..n)
-        .map(|k| {
-            let begin = k.saturating_sub(3).min(n - 7);
-            (c.whitened[k] - median(c.whitened[begin..begin + 7].to_vec())).abs()
-        })
-        .collect();
-    let usual = median(alone.clone()) / 0.6745;
-    let found: Vec<usize> = (0..n).filter(|k| alone[*k] > 8.0 * usual.max(1.0)).collect();
-    // What happens all the time is no outlier.
-    if found.len() * 20 > n { Vec::new() } else { found }
-}
-
-/// Channels whose noise nobody has declared weigh by what the fit leaves.
-fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
-    let mut names: Vec<String> =
-        runs.iter().flat_map(|r| r.channels.iter().map(|c| c.name.clone())).collect();
-    names.sort();
-    names.dedup();
-    names.retain(|n| trueup_signals::noise::floor(loaded, n).is_none());
-    names
-}
-
-fn by_simulation(
-    model: &Model,
-    loaded: &Loaded,
-    nominal: &[f64],
-    mut train: Vec<Run>,
-    fitted: Vec<unknowns::Fitted>,
-    settings: &Settings,
-) -> Result<Identified, IdentifyError> {
-    let mut notes = Vec::new();
-    let loss = Loss::Huber(4.0);
-    let free = undeclared(loaded, &train);
-    let shared: Vec<Unknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
-    let with_nuisance = |train: &[Run]| {
-        let mut all = shared.clone();
-        all.extend(nuisance(model, nominal, train));
-        all
-    };
-    (settings.progress)("starts from regressions and from the case");
-    let starts = starts::find(model, nominal, &train, &fitted);
-    let coordinates = |problem: &OutputError<Model>| -> Vec<Vec<f64>> {
-        starts.iter().map(|s| s.coordinates(problem.unknowns())).collect()
-    };
-    if !free.is_empty() {
-        (settings.progress)("weighing channels whose noise is not declared");
-        for _ in 0..2 {
-            let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
-            let options =
-                FitOptions { starts: coordinates(&problem), loss, iterations: 25, ..FitOptions::default() };
-            let rough = crate::fit::fit(&problem, &options)?;
-            let worst = |name: &str| {
-                let of = rough.comparisons.iter().filter(|c| c.channel == name);
-                let mut misfit = Misfit::default();
-                of.for_each(|c| misfit.add(&c.predicted, &c.measured));
-                misfit.rms()
-            };
-            for c in train.iter_mut().flat_map(|r| &mut r.channels).filter(|c| free.contains(&c.name)) {
-                c.sigma = worst(&c.name).max(1e-12 * c.sigma);
-            }
-        }
-        notes.push(format!(
-            "noise of {} is not declared: weighed by what the fit leaves, so that it cannot be said whether the fit reaches the noise floor; declare noise or resolution under [channels]",
-            free.join(", ")
-        ));
-    }
-    (settings.progress)("output error");
-    let (rough, spikes) = {
-        let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
-        let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
-        let mut rough = crate::fit::fit(&problem, &options)?;
-        let again = starts::above_coulomb(model, problem.unknowns(), &rough);
-        if again.len() > 1 {
-            let options = FitOptions { starts: again, loss, ..FitOptions::default() };
-            let lifted = crate::fit::fit(&problem, &options)?;
-            if lifted.cost < rough.cost {
-                rough = crate::fit::Fit { start: rough.start, start_costs: rough.start_costs, ..lifted };
-            }
-        }
-        let spikes = rough.comparisons.iter().map(outliers).collect::<Vec<_>>();
-        (rough, spikes)
-    };
-    for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
-        let run = &mut train[c.run];
-        notes.push(format!(
-            "{}: {} readings of {} are left out as outliers, the first at {} s",
-            run.name,
-            spikes.len(),
-            c.channel,
-            c.t[spikes[0]]
-        ));
-        if let Some(channel) = run.channels.iter_mut().find(|o| o.name == c.channel) {
-            channel.leave_out(spikes);
-        }
-    }
-    let mut problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
-    let (fit, iterations) = if settings.method == Method::NelderMead {
-        (settings.progress)("downhill simplex");
-        let (theta, evaluations) = simplex(&problem, &coordinates(&problem)[0], shared.len(), loss)?;
-        // Rank and curvature where the simplex ended, without moving from there.
-        let options = FitOptions { starts: vec![theta], loss, iterations: 1, ..FitOptions::default() };
-        (crate::fit::fit(&problem, &options)?, evaluations)
-    } else {
-        (settings.progress)("weighing by the noise of the inputs");
-        let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
-        let fit = fit_carried(&mut problem, &options)?;
-        let iterations = fit.iterations + rough.iterations;
-        (crate::fit::Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
-    };
-    (settings.progress)("uncertainty");
-    let profile = if settings.profile { (0..shared.len()).collect() } else { Vec::new() };
-    let how = EstimateSettings { starts: Vec::new(), loss, profile, first_iterations: 0 };
-    let e = assess(&problem, &fit.solution, &how);
-    for c in &e.channels {
-        let name = &train[c.run].name;
-        if c.above_floor > 1.5 && !free.contains(&c.channel) {
-            notes.push(format!(
-                "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
-                c.channel, c.above_floor
-            ));
-        }
-    }
-    if !fit.stop.converged() {
-        notes.push("the search ran out of iterations: the estimate may not be the best one".into());
-    }
-    let mut all: Vec<Found> =
-        e.unknowns.iter().zip(problem.unknowns()).map(|(e, u)| found(model, nominal, e, u)).collect();
-    for (f, fitted) in all.iter_mut().zip(&fitted) {
-        f.doubt = fitted.doubt;
-    }
-    let own = all.split_off(shared.len());
-    let (parameters, uncertain): (Vec<_>, Vec<_>) =
-        all.into_iter().zip(&fitted).partition(|(_, f)| f.asked_for);
-    let nuisance = (train.iter().enumerate())
-        .map(|(r, run)| {
-            let of = own.iter().filter(|f| f.estimate.run == Some(r)).cloned();
-            (run.name.clone(), of.collect())
-        })
-        .collect();
-    let order: Vec<usize> = (0..fitted.len())
-        .filter(|&i| fitted[i].asked_for)
-        .chain((0..fitted.len()).filter(|&i| !fitted[i].asked_for))
-        .collect();
-    let leverage = leverage::of(model, nominal, &problem, &fit, &order);
-    Ok(Identified {
-        model: model.clone(),
-        method: settings.method,
-        parameters: parameters.into_iter().map(|(f, _)| f).collect(),
-        uncertain: uncertain.into_iter().map(|(f, _)| f).collect(),
-        nuisance,
-        fit: Vec::new(),
-        held_out: false,
-        before: Vec::new(),
-        training: compare(&problem, &fit.theta)?,
-        channels: e.channels,
-        compared: Vec::new(),
-        names: Default::default(),
-        correlation: DMatrix::from_fn(order.len(), order.len(), |i, j| e.correlation[(order[i], order[j])]),
-        rank: (e.rank, problem.unknowns().len()),
-        condition: e.condition,
-        leverage,
-        starts: starts::outcome(starts, &fit),
-        stop: match fit.stop {
-            crate::lsq::Stop::Cost => "the cost no longer falls",
-            crate::lsq::Stop::Step => "the parameters no longer move",
-            crate::lsq::Stop::Gradient => "the gradient is 0",
-            crate::lsq::Stop::Iterations if settings.method == Method::NelderMead => "the simplex has shrunk",
-            crate::lsq::Stop::Iterations => "out of iterations",
-        },
-        iterations,
-        notes,
-        values: problem.shared(&fit.theta),
-    })
-}
-
-fn found(model: &Model, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
+fn found<M: Subject>(model: &M, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
     use crate::unknown::Target;
     let (unit, nominal) = match u.target {
         Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
@@ -433,51 +305,6 @@ fn found(model: &Model, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
         Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, 0.0),
     };
     Found { estimate: e.clone(), unit, nominal, doubt: None }
-}
-
-/// The downhill simplex over the shared unknowns; what belongs to single recordings follows by least squares.
-fn simplex(
-    problem: &OutputError<Model>,
-    start: &[f64],
-    shared: usize,
-    loss: Loss,
-) -> Result<(Vec<f64>, usize), PredictError> {
-    struct Inner<'a>(&'a OutputError<'a, Model>, Vec<f64>);
-    impl Problem for Inner<'_> {
-        type Error = PredictError;
-        fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<crate::lsq::Evaluation, PredictError> {
-            let mut e = self.0.evaluate(x, jacobian)?;
-            if let Some(j) = &mut e.jacobian {
-                (0..self.1.len()).for_each(|k| j.column_mut(k).fill(0.0));
-            }
-            Ok(e)
-        }
-        fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
-            let (mut lower, mut upper) = self.0.bounds();
-            lower[..self.1.len()].copy_from_slice(&self.1);
-            upper[..self.1.len()].copy_from_slice(&self.1);
-            (lower, upper)
-        }
-    }
-    let (lower, upper) = problem.bounds();
-    problem.evaluate(start, false)?;
-    let mut own = start[shared..].to_vec();
-    let options = crate::lsq::Options { max_iterations: 4, loss, ..Default::default() };
-    let mut best = f64::INFINITY;
-    let mut price = |z: &[f64]| {
-        let at = [z, &own].concat();
-        let Ok(s) = solve(&Inner(problem, z.to_vec()), &at, options) else { return f64::INFINITY };
-        if s.cost < best {
-            best = s.cost;
-            own = s.x[shared..].to_vec();
-        }
-        s.cost
-    };
-    let steps = vec![0.3; shared];
-    let s = nelder_mead(&mut price, &start[..shared], &steps, &lower[..shared], &upper[..shared], 1e-5, 1500);
-    let at = [&s.x[..], &own].concat();
-    let last = solve(&Inner(problem, s.x.clone()), &at, crate::lsq::Options { loss, ..Default::default() })?;
-    Ok((last.x, s.evaluations))
 }
 
 fn by_regression(
@@ -541,7 +368,9 @@ fn by_regression(
     let training = free_run(model, &values, train)?;
     let n = parameters.len();
     Ok(Identified {
-        model: model.clone(),
+        model: model.structure().model.clone(),
+        fmu: None,
+        outputs: model.outputs().to_vec(),
         method: settings.method,
         parameters,
         uncertain: Vec::new(),

@@ -5,6 +5,7 @@ pub mod covariance;
 pub mod estimate;
 pub mod fit;
 pub mod flexible_joint;
+pub mod fmu;
 pub mod identify;
 mod law;
 pub mod lsq;

@@ -1,5 +1,7 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
+use std::collections::BTreeMap;
+
 use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Scope};
@@ -8,7 +10,7 @@ use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_signals::{Case, Role, Value, Variable, base_name, element_name};
 
-use crate::plant::Plant;
+use crate::plant::{Plant, Predictor};
 
 /// Which plant, how it is built, what acts in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,6 +86,77 @@ pub struct Model {
 }
 
 trueup_numerics::delegate_hybrid!(Model { Model { kind, .. } => kind });
+
+/// Variables by name, each list in the order of the values.
+pub trait Named {
+    /// Parameters.
+    fn parameters(&self) -> &[Quantity];
+    /// Inputs.
+    fn inputs(&self) -> &[Quantity];
+    /// Outputs.
+    fn outputs(&self) -> &[Quantity];
+    /// Whether an output is compared with its readings; a flag is shown, not fitted.
+    fn compares(&self, output: usize) -> bool {
+        !self.outputs()[output].unit.is_empty()
+    }
+    /// Index of a parameter.
+    fn parameter(&self, name: &str) -> Option<usize> {
+        self.parameters().iter().position(|q| q.name == name)
+    }
+    /// Index of an input.
+    fn input(&self, name: &str) -> Option<usize> {
+        self.inputs().iter().position(|q| q.name == name)
+    }
+    /// Index of an output.
+    fn output(&self, name: &str) -> Option<usize> {
+        self.outputs().iter().position(|q| q.name == name)
+    }
+    /// Parameters that belong to one array, or the one of that name.
+    fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Quantity> {
+        self.parameters().iter().filter(move |q| q.name == name || base_name(&q.name) == name)
+    }
+}
+
+impl Named for Model {
+    fn parameters(&self) -> &[Quantity] {
+        &self.parameters
+    }
+    fn inputs(&self) -> &[Quantity] {
+        &self.inputs
+    }
+    fn outputs(&self) -> &[Quantity] {
+        &self.outputs
+    }
+}
+
+/// What recordings are fitted with: a model of ours, or an FMU.
+pub trait Subject: Named + Predictor {
+    /// Its coordinates, each with where it begins and what shows it.
+    fn begins(&self) -> Vec<Coordinate>;
+    /// States that are shown as they are: parameter that is their start value, output.
+    fn shown_states(&self) -> &[(usize, usize)] {
+        &[]
+    }
+    /// All parameters by name from another list, the rest from `base`.
+    ///
+    /// # Errors
+    /// A value that is no number, or none that the parameter can have.
+    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError>;
+    /// What is estimated unless the case says otherwise.
+    fn fits(&self) -> Vec<String>;
+}
+
+impl Subject for Model {
+    fn begins(&self) -> Vec<Coordinate> {
+        self.coordinates()
+    }
+    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError> {
+        self.set(base, given)
+    }
+    fn fits(&self) -> Vec<String> {
+        self.usual()
+    }
+}
 
 /// Where one coordinate of the plant begins: indices of parameters, and of the outputs that show it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -506,7 +579,8 @@ impl Model {
 
     /// Its coordinates, each with where it begins and what shows it.
     pub fn coordinates(&self) -> Vec<Coordinate> {
-        use trueup_models::arm::{output as ao, parameter as ap};
+
+use trueup_models::arm::{output as ao, parameter as ap};
         use trueup_models::joint::{output as jo, parameter as jp};
         if let Kind::Joint(m) = &self.kind {
             let motor = Coordinate {

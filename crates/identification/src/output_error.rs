@@ -11,8 +11,8 @@ use trueup_numerics::{Dual, Scalar};
 
 use crate::carried::{Carried, carried};
 use crate::lsq::{Evaluation, Problem};
-use crate::plant::Plant;
-use crate::predict::{InputMap, Moment, Plan, PredictError, Prediction, follow, predict};
+use crate::plant::{Plant, Predictor};
+use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
 use crate::run::Run;
 use crate::unknown::{Target, Unknown};
 
@@ -34,10 +34,10 @@ pub struct OutputError<'a, M> {
     carried: Vec<Option<Carried>>,
 }
 
-impl<'a, M: Plant> OutputError<'a, M> {
+impl<'a, M: Predictor> OutputError<'a, M> {
     /// `nominal` are all parameters of the model.
     pub fn new(model: &'a M, nominal: &[f64], runs: &'a [Run], unknowns: Vec<Unknown>) -> Self {
-        let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.sizes().inputs)).collect();
+        let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.counts().inputs)).collect();
         let mut begin = vec![0];
         plans.iter().for_each(|p| begin.push(begin[begin.len() - 1] + p.len()));
         Self {
@@ -49,16 +49,6 @@ impl<'a, M: Plant> OutputError<'a, M> {
             begin,
             carried: vec![None; runs.len()],
         }
-    }
-    /// Weighs residuals by the noise of the measured inputs too ([`crate::carried`]), as it is at `theta`.
-    ///
-    /// # Errors
-    /// See [`PredictError`].
-    pub fn carry_noise(&mut self, theta: &[f64]) -> Result<(), PredictError> {
-        let all: Result<Vec<_>, _> =
-            (0..self.runs.len()).into_par_iter().map(|run| carried(self, run, theta)).collect();
-        self.carried = all?;
-        Ok(())
     }
     /// Weighs residuals by the noise of the readings alone again.
     pub fn forget_noise(&mut self) {
@@ -73,6 +63,10 @@ impl<'a, M: Plant> OutputError<'a, M> {
         if let Some(carried) = &self.carried[run] {
             carried.whiten(column);
         }
+    }
+    /// Bounds of the coordinates.
+    pub fn bounds_of(&self) -> (Vec<f64>, Vec<f64>) {
+        Problem::bounds(self)
     }
     /// What is estimated.
     pub fn unknowns(&self) -> &[Unknown] {
@@ -122,9 +116,11 @@ impl<'a, M: Plant> OutputError<'a, M> {
     ///
     /// # Errors
     /// See [`PredictError`].
-    pub fn predict(&self, run: usize, theta: &[f64]) -> Result<Prediction<f64>, PredictError> {
+    pub fn predict(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
         let (p, map, offsets) = self.arguments(run, theta, |_, v, _| v);
-        self.predict_with(run, &p, &map, &offsets)
+        let mut y = self.model.readings(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
+        self.offset(run, &mut y, &offsets);
+        Ok(y)
     }
 
     fn acting(&self, run: usize) -> Vec<usize> {
@@ -138,7 +134,7 @@ impl<'a, M: Plant> OutputError<'a, M> {
         theta: &[f64],
         seed: impl Fn(usize, f64, f64) -> T,
     ) -> (Vec<T>, InputMap<T>, Vec<T>) {
-        let n = self.model.sizes();
+        let n = self.model.counts();
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
         self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
         let mut map = InputMap { gain: vec![T::one(); n.inputs], bias: vec![T::zero(); n.inputs] };
@@ -156,36 +152,17 @@ impl<'a, M: Plant> OutputError<'a, M> {
         }
         (p, map, offsets)
     }
-
-    /// Simulates a run before the eyes of an onlooker.
-    pub(crate) fn follow<T: Scalar>(
-        &self,
-        run: usize,
-        p: &[T],
-        map: &InputMap<T>,
-        each: &mut dyn FnMut(Moment<T>),
-    ) -> Result<(), PredictError> {
-        follow(self.model, &self.plans[run], p, map, self.runs[run].at_rest, each).map(|_| ())
-    }
     /// The model.
     pub fn model(&self) -> &M {
         self.model
     }
 
-    fn predict_with<T: Scalar>(
-        &self,
-        run: usize,
-        p: &[T],
-        map: &InputMap<T>,
-        offsets: &[T],
-    ) -> Result<Prediction<T>, PredictError> {
+    fn offset<T: Scalar>(&self, run: usize, y: &mut [T], offsets: &[T]) {
         let plan = &self.plans[run];
-        let mut found = predict(self.model, plan, p, map, self.runs[run].at_rest)?;
         for (c, channel) in self.runs[run].channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
-            found.y[range].iter_mut().for_each(|y| *y += offsets[channel.output]);
+            y[range].iter_mut().for_each(|y| *y += offsets[channel.output]);
         }
-        Ok(found)
     }
 
     /// Residuals of a run and, column by column, their derivatives by the unknowns that act in it.
@@ -202,9 +179,10 @@ impl<'a, M: Plant> OutputError<'a, M> {
             }
             v
         });
-        let found = self.predict_with(run, &p, &map, &offsets)?;
-        let mut columns = vec![vec![0.0; found.y.len()]; acting.len()];
-        let residuals = self.weighted(run, &found.y, |at, y, sigma| {
+        let mut found = self.model.readings_along(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
+        self.offset(run, &mut found, &offsets);
+        let mut columns = vec![vec![0.0; found.len()]; acting.len()];
+        let residuals = self.weighted(run, &found, |at, y, sigma| {
             columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e / sigma);
         });
         Ok((residuals, columns))
@@ -239,7 +217,7 @@ impl<'a, M: Plant> OutputError<'a, M> {
         }
         if acting.is_empty() {
             let found = self.predict(run, theta)?;
-            residuals = self.weighted(run, &found.y, |_, _, _| {});
+            residuals = self.weighted(run, &found, |_, _, _| {});
         }
         self.whiten(run, &mut residuals);
         all.iter_mut().for_each(|(_, column)| self.whiten(run, column));
@@ -247,7 +225,31 @@ impl<'a, M: Plant> OutputError<'a, M> {
     }
 }
 
-impl<M: Plant> Problem for OutputError<'_, M> {
+impl<M: Plant> OutputError<'_, M> {
+    /// Weighs residuals by the noise of the measured inputs too ([`crate::carried`]), as it is at `theta`.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn carry_noise(&mut self, theta: &[f64]) -> Result<(), PredictError> {
+        let all: Result<Vec<_>, _> =
+            (0..self.runs.len()).into_par_iter().map(|run| carried(self, run, theta)).collect();
+        self.carried = all?;
+        Ok(())
+    }
+
+    /// Simulates a run before the eyes of an onlooker.
+    pub(crate) fn follow<T: Scalar>(
+        &self,
+        run: usize,
+        p: &[T],
+        map: &InputMap<T>,
+        each: &mut dyn FnMut(Moment<T>),
+    ) -> Result<(), PredictError> {
+        follow(self.model, &self.plans[run], p, map, self.runs[run].at_rest, each).map(|_| ())
+    }
+}
+
+impl<M: Predictor> Problem for OutputError<'_, M> {
     type Error = PredictError;
 
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
@@ -277,7 +279,7 @@ impl<M: Plant> Problem for OutputError<'_, M> {
             let found: Vec<_> = (0..self.runs.len())
                 .into_par_iter()
                 .map(|run| {
-                    let mut r = self.weighted(run, &self.predict(run, theta)?.y, |_, _, _| {});
+                    let mut r = self.weighted(run, &self.predict(run, theta)?, |_, _, _| {});
                     self.whiten(run, &mut r);
                     Ok(r)
                 })

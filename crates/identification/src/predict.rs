@@ -41,6 +41,14 @@ pub enum PredictError {
         /// Time in s.
         t: f64,
     },
+    /// An FMU failed.
+    #[error("the simulation of {run} through the FMU fails: {what}")]
+    Fmu {
+        /// Recording.
+        run: String,
+        /// What it said.
+        what: String,
+    },
     /// The model is too fast for these samples.
     #[error("the simulation of {run} needs steps of {step} s at t = {t} s: too stiff for these parameters")]
     Stiff {
@@ -140,6 +148,39 @@ impl Plan {
         }
         let wanted = run.channels.iter().map(|c| c.output).collect();
         Self { nodes, u, du, inputs, wanted, begin, name: run.name.clone() }
+    }
+    /// Name of the recording.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+    /// Time of an instant in s.
+    pub fn time(&self, node: usize) -> f64 {
+        self.nodes.get(node).map_or(0.0, |n| n.t)
+    }
+    /// From an instant to the next one, s.
+    pub fn step(&self, node: usize) -> f64 {
+        self.nodes[node].h
+    }
+    /// An input jumps there.
+    pub fn jumps(&self, node: usize) -> bool {
+        self.nodes[node].jump
+    }
+    /// What is read there: place in the prediction, channel.
+    pub fn due(&self, node: usize) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.nodes[node].readings.iter().map(|&(channel, k)| (self.begin[channel] + k, channel))
+    }
+    /// Output index per channel.
+    pub fn wanted(&self) -> &[usize] {
+        &self.wanted
+    }
+    /// Inputs from an instant on, and their slopes.
+    pub fn inputs_at<T: Scalar>(&self, node: usize, map: &InputMap<T>, u: &mut [T], du: &mut [T]) {
+        for i in 0..u.len() {
+            let at = node * self.inputs + i;
+            let gain = |v: f64| map.gain.get(i).map_or(T::constant(v), |g| *g * v);
+            u[i] = map.bias.get(i).map_or(gain(self.u[at]), |b| gain(self.u[at]) + *b);
+            du[i] = gain(self.du[at]);
+        }
     }
     /// How many instants the simulation stops at.
     pub fn nodes(&self) -> usize {
@@ -291,17 +332,9 @@ fn drive<M: Plant, T: Scalar>(
     correct: &mut dyn FnMut(Sight<'_, T>) -> bool,
 ) -> Result<Prediction<T>, PredictError> {
     let n = model.sizes();
-    let input = |i: usize, node: usize| {
-        let at = node * plan.inputs + i;
-        let gain = |v: f64| map.gain.get(i).map_or(T::constant(v), |g| *g * v);
-        let u = map.bias.get(i).map_or(gain(plan.u[at]), |b| gain(plan.u[at]) + *b);
-        (u, gain(plan.du[at]))
-    };
     let mut p = p.to_vec();
     let (mut u, mut du) = (vec![T::zero(); n.inputs], vec![T::zero(); n.inputs]);
-    let fill = |node: usize, u: &mut [T], du: &mut [T]| {
-        (0..n.inputs).for_each(|i| (u[i], du[i]) = input(i, node));
-    };
+    let fill = |node: usize, u: &mut [T], du: &mut [T]| plan.inputs_at(node, map, u, du);
     fill(0, &mut u, &mut du);
     if at_rest {
         model.rest(&mut p, &u);

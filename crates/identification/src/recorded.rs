@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use trueup_signals::spline::Spline;
 use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
-use crate::model::{Model, ModelError};
+use crate::model::{Model, ModelError, Subject};
 use crate::run::{Between, Channel, Drive, Run};
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -48,9 +48,24 @@ pub fn guessed_noise(y: &[f64]) -> f64 {
 /// # Errors
 /// See [`RecordedError`].
 pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, RecordedError> {
-    let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
     let leading: Vec<String> =
         model.structure().led.iter().filter_map(|j| leader(model, recording, *j)).collect();
+    let mut run = read(model, recording, noise, &leading)?;
+    for j in &model.structure().led {
+        lead(model, recording, noise, *j, &mut run)
+            .ok_or_else(|| RecordedError::NotLed(run.name.clone(), j + 1))?;
+    }
+    Ok(run)
+}
+
+/// A recording for any subject; the channels of `leading` are left out.
+fn read<M: Subject>(
+    model: &M,
+    recording: &Recording,
+    noise: Noise,
+    leading: &[String],
+) -> Result<Run, RecordedError> {
+    let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
     for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
         let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation());
         if let Some(input) = model.input(&channel.name) {
@@ -63,8 +78,7 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
             let (u, offset) = (channel.values.clone(), channel.sensor.estimate_offset);
             run.drives.push(Drive { input, t, u, between, sigma, offset });
         } else if let Some(output) = model.output(&channel.name) {
-            // What has no unit is a flag: it is shown, not fitted.
-            if model.outputs()[output].unit.is_empty() || leading.contains(&channel.name) {
+            if !model.compares(output) || leading.contains(&channel.name) {
                 continue;
             }
             run.channels.push(Channel {
@@ -88,13 +102,9 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
     run.start = first;
     run.channels.iter_mut().for_each(Channel::weigh_rests);
     let nothing = vec![f64::NAN; model.parameters().len()];
-    let set = model.set(&nothing, &recording.parameters);
+    let set = model.with_values(&nothing, &recording.parameters);
     let set = set.map_err(|e| RecordedError::Parameter(run.name.clone(), e))?;
     run.known = set.into_iter().enumerate().filter(|(_, v)| !v.is_nan()).collect();
-    for j in &model.structure().led {
-        lead(model, recording, noise, *j, &mut run)
-            .ok_or_else(|| RecordedError::NotLed(run.name.clone(), j + 1))?;
-    }
     Ok(run)
 }
 
@@ -143,9 +153,23 @@ fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &
 /// # Errors
 /// See [`RecordedError`].
 pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+    both(loaded, |r, floor| run(model, r, floor))
+}
+
+/// The same for any subject; nothing is led.
+///
+/// # Errors
+/// See [`RecordedError`].
+pub fn runs_of<M: Subject>(model: &M, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+    both(loaded, |r, floor| read(model, r, floor, &[]))
+}
+
+fn both(
+    loaded: &Loaded,
+    one: impl Fn(&Recording, Noise) -> Result<Run, RecordedError>,
+) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
     let floor = |name: &str| noise::floor(loaded, name).map(|f| f.deviation);
-    let all =
-        |list: Vec<&Recording>| list.into_iter().map(|r| run(model, r, &floor)).collect::<Result<_, _>>();
+    let all = |list: Vec<&Recording>| list.into_iter().map(|r| one(r, &floor)).collect::<Result<_, _>>();
     Ok((all(loaded.train())?, all(loaded.holdout())?))
 }
 
@@ -198,12 +222,12 @@ fn believed(name: &str, target: Target, run: usize, (mean, sd): (f64, f64)) -> U
 ///
 /// Priors come from the first readings, widened. What no sensor shows stays near the coordinate that it is joined to by
 /// a spring.
-pub fn nuisance(model: &Model, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
+pub fn nuisance<M: Subject>(model: &M, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
         let of = |output: usize| run.channels.iter().find(|c| c.output == output);
         let mut found: Vec<[(f64, f64); 2]> = Vec::new();
-        let coordinates = model.coordinates();
+        let coordinates = model.begins();
         for c in &coordinates {
             let (angle, velocity) = (of(c.angle_output), of(c.velocity_output));
             let shown = angle.and_then(|c| begin(c, run.start));
@@ -237,6 +261,14 @@ pub fn nuisance(model: &Model, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
                 }
             }
         }
+        for &(index, output) in model.shown_states() {
+            let given = run.known.iter().any(|(k, _)| *k == index);
+            let Some(c) = of(output).filter(|_| !given && !run.at_rest) else { continue };
+            let Some(b) = begin(c, run.start) else { continue };
+            let sd = b.value.1 + if c.offset { offset_size(Some(c), values, model) } else { 0.0 };
+            let name = &model.parameters()[index].name;
+            all.push(believed(name, Target::Parameter(index), r, (b.value.0, sd.max(1e-12))));
+        }
         for c in run.channels.iter().filter(|c| c.offset) {
             let name = format!("{}.offset", c.name);
             let size = offset_size(Some(c), values, model);
@@ -253,20 +285,17 @@ pub fn nuisance(model: &Model, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
 }
 
 /// Standard deviation of an offset that is to be estimated: wide against the sensor and against what it measures.
-fn offset_size(channel: Option<&Channel>, values: &[f64], model: &Model) -> f64 {
+fn offset_size<M: Subject>(channel: Option<&Channel>, values: &[f64], model: &M) -> f64 {
     let Some(c) = channel else { return 0.0 };
     let least = c.y.iter().copied().fold(f64::INFINITY, f64::min);
     let most = c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let turn = if c.name.starts_with("motor") && model.joint().is_some() {
-        values.get(2).copied().unwrap_or(1.0).abs()
-    } else {
-        1.0
-    };
+    let gear = model.parameter("gearRatio").filter(|_| c.name.starts_with("motor"));
+    let turn = gear.map_or(1.0, |i| values[i].abs());
     (0.3 * (most - least)).max(100.0 * c.sigma).max(1e-2 * turn)
 }
 
 /// The twist that the largest torque of the motor makes, motor side, rad.
-fn largest_twist(model: &Model, values: &[f64], run: &Run) -> f64 {
+fn largest_twist<M: Subject>(model: &M, values: &[f64], run: &Run) -> f64 {
     let value = |name: &str| model.parameter(name).map_or(0.0, |i| values[i]);
     let largest = |input: &str| {
         let drive = run.drives.iter().find(|d| Some(d.input) == model.input(input));

@@ -49,6 +49,9 @@ pub(crate) struct Identify {
     /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: Method,
+    /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; it is native code: trust it first
+    #[arg(long, value_name = "FILE.fmu")]
+    pub(crate) fmu: Option<PathBuf>,
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,

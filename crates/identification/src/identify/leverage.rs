@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::estimate;
 use crate::fit::Fit;
 use crate::lsq::Problem;
-use crate::model::Model;
+use super::simulation::Searched;
 use crate::output_error::OutputError;
 use crate::unknown::{Target, Unknown};
 
@@ -23,17 +23,17 @@ const JOINT: [&str; 4] = ["motorInertia", "torqueConstant", "gearRatio", "loadIn
 const ARM: [&str; 7] =
     ["baseMass", "baseInertia", "linkMass", "linkInertia", "linkLength", "motorInertia", "jointStiffness"];
 
-pub(super) fn of(
-    model: &Model,
+pub(super) fn of<M: Searched>(
+    model: &M,
     nominal: &[f64],
-    problem: &OutputError<Model>,
+    problem: &OutputError<M>,
     fit: &Fit,
     order: &[usize],
 ) -> Leverage {
     let mut extra: Vec<Unknown> = Vec::new();
     let fitted = |t: Target| problem.unknowns().iter().any(|u| u.target == t);
-    let names: &[&str] = if model.joint().is_some() { &JOINT } else { &ARM };
-    for q in names.iter().flat_map(|n| model.elements(n)) {
+    let names: &[&str] = if model.parameter("loadInertia").is_some() { &JOINT } else { &ARM };
+    for q in names.iter().flat_map(|n| model.named(n)) {
         let Some(i) = model.parameter(&q.name) else { continue };
         if nominal[i] > 0.0 && !fitted(Target::Parameter(i)) {
             extra.push(Unknown::positive(&q.name, i, nominal[i]));
@@ -55,7 +55,7 @@ pub(super) fn of(
     theta.extend(extra.iter().map(|u| u.scale.coordinate(u.start)));
     let unknowns = [problem.unknowns(), &extra].concat();
     let mut wider = OutputError::new(model, nominal, problem.runs(), unknowns);
-    if (0..problem.runs().len()).any(|r| problem.carried(r).is_some()) && wider.carry_noise(&theta).is_err() {
+    if M::weigh_alike(&mut wider, problem, &theta).is_err() {
         return none;
     }
     let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };

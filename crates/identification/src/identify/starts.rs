@@ -7,7 +7,7 @@ use crate::model::Model;
 use crate::predict::{InputMap, Plan, predict};
 use crate::regress::{Known, RegressError, Regressed, Regression, regress};
 use crate::run::Run;
-use crate::unknown::{Target, Unknown};
+use crate::unknown::{Scale, Target, Unknown};
 use trueup_models::joint::parameter as p;
 use trueup_numerics::hybrid::Hybrid;
 
@@ -176,6 +176,23 @@ pub(super) fn find(model: &Model, nominal: &[f64], runs: &[Run], fitted: &[Fitte
                 all.push(start(from, changed(&springs)));
             }
         }
+    }
+    all
+}
+
+/// The case's values, and twice and half of what is searched by its logarithm: for a model of which no more is known.
+pub(super) fn around(fitted: &[Fitted]) -> Vec<Start> {
+    let at = |from: &str, factor: f64| {
+        let value = |f: &Fitted| match f.unknown.target {
+            Target::Parameter(i) if f.unknown.scale == Scale::Log => Some((i, f.unknown.start * factor)),
+            Target::Parameter(i) => Some((i, f.unknown.start)),
+            _ => None,
+        };
+        Start { from: from.into(), values: fitted.iter().filter_map(value).collect(), cost: None, chosen: false }
+    };
+    let mut all = vec![at("the case", 1.0), at("1.5 times the case's", 1.5), at("two thirds of the case's", 0.67)];
+    if all[0].values == all[1].values {
+        all.truncate(1);
     }
     all
 }

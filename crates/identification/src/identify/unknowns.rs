@@ -3,7 +3,7 @@
 use trueup_signals::{Case, base_name};
 
 use super::IdentifyError;
-use crate::model::Model;
+use crate::model::Subject;
 use crate::run::Run;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -18,15 +18,15 @@ pub(super) struct Fitted {
 }
 
 /// Asked for, then uncertain ones that are not.
-pub(super) fn of(
-    model: &Model,
+pub(super) fn of<M: Subject>(
+    model: &M,
     case: &Case,
     nominal: &[f64],
     runs: &[Run],
 ) -> Result<Vec<Fitted>, IdentifyError> {
     let asked: Vec<String> = match &case.fit {
-        None => model.usual(),
-        Some(list) => list.iter().flat_map(|name| model.elements(name)).map(|q| q.name.clone()).collect(),
+        None => model.fits(),
+        Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
     if asked.is_empty() {
         return Err(IdentifyError::Unknowns(format!(
@@ -55,7 +55,14 @@ pub(super) fn of(
     Ok(all)
 }
 
-fn one(model: &Model, case: &Case, nominal: &[f64], runs: &[Run], name: &str, asked_for: bool) -> Fitted {
+fn one<M: Subject>(
+    model: &M,
+    case: &Case,
+    nominal: &[f64],
+    runs: &[Run],
+    name: &str,
+    asked_for: bool,
+) -> Fitted {
     let index = model.parameter(name).unwrap_or(0);
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
@@ -79,14 +86,14 @@ fn one(model: &Model, case: &Case, nominal: &[f64], runs: &[Run], name: &str, as
 }
 
 /// How large a value is likely to be of which the case says 0.
-fn typical(model: &Model, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
+fn typical<M: Subject>(model: &M, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
     let value = |n: &str| model.parameter(n).map_or(1.0, |i| nominal[i]);
     let largest = |i: usize| {
         let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == i).flat_map(|d| &d.u);
         all.fold(0.0, |m: f64, v| m.max(v.abs()))
     };
-    let torque =
-        if model.joint().is_some() { value("torqueConstant").abs() * largest(0) } else { largest(0) };
+    // Of an arm the first input is a torque already.
+    let torque = value("torqueConstant").abs() * largest(0);
     let speeds = runs
         .iter()
         .flat_map(|r| &r.channels)

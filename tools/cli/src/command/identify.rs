@@ -4,7 +4,8 @@ mod json;
 mod page;
 mod table;
 
-use trueup_identification::identify::{Settings, identify};
+use trueup_identification::fmu::FmuModel;
+use trueup_identification::identify::{Settings, identify, identify_fmu};
 use trueup_identification::model::Model;
 use trueup_identification::recorded::led;
 use trueup_signals::check::{self, Relation};
@@ -18,10 +19,22 @@ use crate::output::say;
 const MOST: usize = 20;
 
 pub(crate) fn run(args: &Identify) -> Result<(), Error> {
-    let loaded = load(&args.case)?;
     let progress = |what: &str| eprintln!("{what} ...");
     let settings = Settings { method: args.method, profile: !args.fast, progress: &progress };
-    let found = identify(&loaded, &settings).map_err(|e| Error::at(&loaded.case.file, e))?;
+    let (loaded, found) = match &args.fmu {
+        Some(file) => {
+            let model = FmuModel::open(file).map_err(|e| Error::at(file, e))?;
+            let loaded = load_for(&args.case, &model)?;
+            let found = identify_fmu(&loaded, model, &settings);
+            (loaded, found)
+        }
+        None => {
+            let loaded = load(&args.case)?;
+            let found = identify(&loaded, &settings);
+            (loaded, found)
+        }
+    };
+    let found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     if let Some(file) = &args.plot {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
@@ -44,6 +57,16 @@ pub(crate) fn load(path: &std::path::Path) -> Result<Loaded, Error> {
     if !led(&model, &all).is_empty() {
         findings.retain(|f| !matches!(f.kind, Kind::NoInput | Kind::MissingInput));
     }
+    tell(&findings);
+    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
+}
+
+/// The same for an FMU; which channels go with each other is not known there.
+fn load_for(path: &std::path::Path, model: &FmuModel) -> Result<Loaded, Error> {
+    let variables = model.variables();
+    let (loaded, mut findings) =
+        Case::load(path, |_| Ok(variables.clone())).map_err(|e| Error::Failed(e.to_string()))?;
+    findings.extend(check::case(&loaded, &variables, &[]));
     tell(&findings);
     if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
 }

@@ -70,7 +70,8 @@ pub(super) fn json(r: &Identified) -> Value {
         .collect();
     json!({
         "schema": "trueup.identification/1",
-        "model": r.model.structure().model,
+        "model": r.model,
+        "fmu": r.fmu,
         "method": r.method.to_string(),
         "parameters": named(&r.parameters),
         "uncertain": named(&r.uncertain),

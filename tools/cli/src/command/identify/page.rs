@@ -6,7 +6,7 @@ use trueup_report::{Chart, Page, Style, number};
 use trueup_signals::Case;
 
 pub(super) fn page(case: &Case, r: &Identified) -> String {
-    let title = format!("{} identified by {}", r.model.structure().model, r.method);
+    let title = format!("{} identified by {}", r.model, r.method);
     let mut page = Page::new(&title, &format!("Case {}.", case.file.display()));
     page.section("Parameters", "");
     let rows: Vec<Vec<String>> = (r.parameters.iter().chain(&r.uncertain))
@@ -37,7 +37,7 @@ fn section(page: &mut Page, heading: &str, text: &str, r: &Identified, which: us
     page.section(heading, text);
     for c in all {
         let run = r.names[which].get(c.run).map_or("", String::as_str);
-        let unit = r.model.output(&c.channel).map_or("", |i| r.model.outputs()[i].unit);
+        let unit = r.outputs.iter().find(|q| q.name == c.channel).map_or("", |q| q.unit);
         let error: Vec<f64> = c.predicted.iter().zip(&c.measured).map(|(p, y)| p - y).collect();
         let chart = Chart::over_time(&format!("{run}: {}", c.channel), unit)
             .series("measured", &c.t, &c.measured, Style::Line)

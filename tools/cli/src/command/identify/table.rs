@@ -48,7 +48,8 @@ fn figures(out: &mut String, title: &str, list: &[Figure]) {
 }
 
 pub(super) fn text(r: &Identified) -> String {
-    let mut out = format!("{} by {}\n\n", r.model.structure().model, r.method);
+    let through = r.fmu.as_ref().map_or(String::new(), |f| format!(" through {f}"));
+    let mut out = format!("{} by {}{through}\n\n", r.model, r.method);
     let _ = writeln!(
         out,
         "  {:<22}{:>13} {:<10} {:>9}   {:<30} against the case",

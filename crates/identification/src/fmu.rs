@@ -1,0 +1,450 @@
+//! An FMU for Model Exchange as what is fitted: ours or a third party's, FMI 2.0 or 3.0, so that what is fitted is what is
+//! shipped.
+//!
+//! Parameters are its `Float64` parameters and the start values of its states (`initial = "exact"`), by name; arrays
+//! element by element. A recording is simulated as a model of ours is: the same inputs between samples, the same instants
+//! of readings ([`Plan`]), stick-slip and other events located.
+//!
+//! **Derivatives by parameters** are central differences over whole simulations: the standard has directional derivatives
+//! with respect to states and continuous inputs, not to fixed parameters, and none across events. Where the FMU offers
+//! them, the stiff integrator takes its Jacobian from them.
+
+mod field;
+mod instance;
+mod simulate;
+
+use std::collections::{BTreeMap, HashMap};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use rayon::prelude::*;
+use trueup_fmi_description::description::{
+    Causality, Description, Dimension, Initial, Type, Values, Variability, Variable,
+};
+use trueup_fmi_import::{Error, Fmu};
+use trueup_numerics::hybrid::Sizes;
+use trueup_numerics::{Dual, Scalar};
+use trueup_signals::{Role, Value, element_name};
+
+use crate::model::{Coordinate, ModelError, Named, Quantity, Subject};
+use crate::plant::Predictor;
+use crate::predict::{InputMap, Plan, PredictError};
+use instance::Slave;
+
+/// An FMU that cannot be fitted.
+#[derive(Debug, thiserror::Error)]
+pub enum FmuError {
+    /// It cannot be read or loaded.
+    #[error(transparent)]
+    Open(#[from] Box<Error>),
+    /// It has another interface.
+    #[error(
+        "{file} offers {offers}, not Model Exchange: identification integrates the model itself; export it for Model Exchange"
+    )]
+    NoModelExchange {
+        /// Its file.
+        file: String,
+        /// What it has.
+        offers: String,
+    },
+}
+
+/// A variable that is set or read, with its place among the elements of its kind.
+#[derive(Clone, Debug)]
+struct Place {
+    reference: u32,
+    begin: usize,
+    len: usize,
+}
+
+/// A parameter that is no real number: chosen by the case, not fitted.
+#[derive(Clone, Debug)]
+struct Choice {
+    reference: u32,
+    kind: Type,
+    start: Option<f64>,
+    /// It can be set.
+    settable: bool,
+}
+
+/// An FMU with its variables by name.
+pub struct FmuModel {
+    fmu: Arc<Fmu>,
+    name: String,
+    parameters: Vec<Quantity>,
+    inputs: Vec<Quantity>,
+    outputs: Vec<Quantity>,
+    parameter_places: Vec<Place>,
+    input_places: Vec<Place>,
+    output_places: Vec<Place>,
+    starts: Vec<f64>,
+    choices: HashMap<String, Choice>,
+    /// What the case chose: reference, type, value.
+    chosen: Vec<(u32, Type, f64)>,
+    /// (parameter, output): a state whose start value can be set.
+    states: Vec<(usize, usize)>,
+    /// Relative tolerance of the integrator.
+    tolerance: f64,
+    idle: Mutex<Vec<Slave>>,
+}
+
+impl std::fmt::Debug for FmuModel {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("FmuModel").field("file", &self.fmu.file()).finish_non_exhaustive()
+    }
+}
+
+/// Relative tolerance of the local error. Differences over whole simulations see what it leaves.
+const TOLERANCE: f64 = 1e-10;
+/// Half the width of a central difference: of a logarithm, and of a linear unknown in its magnitude.
+const WIDTH: [f64; 2] = [1e-4, 1e-2];
+
+/// Lengths of the dimensions of a variable.
+fn lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
+    let length = |dimension: &Dimension| match dimension {
+        Dimension::Fixed(n) => usize::try_from(*n).ok(),
+        Dimension::Variable(reference) => {
+            let parameter = d.variables.iter().find(|v| v.value_reference == *reference)?;
+            parameter.start.as_ref()?.as_f64()?.first().map(|n| *n as usize)
+        }
+    };
+    v.dimensions.iter().map(length).collect()
+}
+
+/// Names of the elements of a variable, row by row; of a scalar its own.
+fn elements(name: &str, lengths: &[usize]) -> Vec<String> {
+    let count: usize = lengths.iter().product();
+    if lengths.is_empty() {
+        return vec![name.to_owned()];
+    }
+    let one = |mut at: usize| {
+        let mut indices: Vec<usize> = lengths
+            .iter()
+            .rev()
+            .map(|n| {
+                let i = at % n;
+                at /= n;
+                i + 1
+            })
+            .collect();
+        indices.reverse();
+        element_name(name, &indices)
+    };
+    (0..count).map(one).collect()
+}
+
+impl FmuModel {
+    /// Opens an FMU. It is native code of somebody else: opening it means trusting it.
+    ///
+    /// # Errors
+    /// See [`FmuError`].
+    pub fn open(file: impl AsRef<Path>) -> Result<Self, FmuError> {
+        let fmu = Fmu::open(file).map_err(Box::new)?;
+        let d = fmu.description();
+        if d.model_exchange.is_none() {
+            let offers: Vec<&str> = d.interfaces().map(|(name, _)| name).collect();
+            return Err(FmuError::NoModelExchange {
+                file: fmu.file().display().to_string(),
+                offers: offers.join(" and "),
+            });
+        }
+        let mut m = Self {
+            fmu: Arc::clone(&fmu),
+            name: d.model_name.clone(),
+            parameters: Vec::new(),
+            inputs: Vec::new(),
+            outputs: Vec::new(),
+            parameter_places: Vec::new(),
+            input_places: Vec::new(),
+            output_places: Vec::new(),
+            starts: Vec::new(),
+            choices: HashMap::new(),
+            chosen: Vec::new(),
+            states: Vec::new(),
+            tolerance: TOLERANCE,
+            idle: Mutex::default(),
+        };
+        let of_states: Vec<usize> = (d.structure.derivatives.iter())
+            .filter_map(|u| d.resolve(d.variables.get(d.resolve(u.reference)?)?.derivative?))
+            .collect();
+        for (at, v) in d.variables.iter().enumerate() {
+            m.add(d, v, of_states.contains(&at));
+        }
+        Ok(m)
+    }
+
+    fn add(&mut self, d: &Description, v: &Variable, state: bool) {
+        let parameter = v.causality == Causality::Parameter;
+        let constant = v.variability == Variability::Constant;
+        if v.kind != Type::Float64 || constant {
+            let start = v.start.as_ref().and_then(Values::as_f64).and_then(|s| s.first().copied());
+            let kept = parameter || constant || v.causality == Causality::StructuralParameter;
+            if kept && v.dimensions.is_empty() && start.is_some() {
+                let settable = parameter && v.kind != Type::Float64;
+                let choice = Choice { reference: v.value_reference, kind: v.kind, start, settable };
+                self.choices.insert(v.name.clone(), choice);
+            }
+            return;
+        }
+        let Some(lengths) = lengths(d, v) else { return };
+        let a = d.attributes(v);
+        // As long as the program: a few words per FMU that is opened.
+        let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));
+        let (min, max) = (a.min.unwrap_or(f64::NEG_INFINITY), a.max.unwrap_or(f64::INFINITY));
+        let names = elements(&v.name, &lengths);
+        let len = names.len();
+        let put = |list: &mut Vec<Quantity>, places: &mut Vec<Place>| {
+            places.push(Place { reference: v.value_reference, begin: list.len(), len });
+            list.extend(names.iter().map(|n| Quantity { name: n.clone(), unit, min, max }));
+        };
+        let exact = v.effective_initial() == Some(Initial::Exact);
+        let shown = matches!(v.causality, Causality::Output | Causality::Local);
+        if parameter || shown && exact && state {
+            let begin = self.parameters.len();
+            put(&mut self.parameters, &mut self.parameter_places);
+            let start = v.start.as_ref().and_then(Values::as_f64).unwrap_or_default();
+            self.starts.extend((0..len).map(|k| start.get(k).or(start.first()).copied().unwrap_or(0.0)));
+            if !parameter {
+                self.states.extend((0..len).map(|k| (begin + k, self.outputs.len() + k)));
+            }
+        }
+        match v.causality {
+            Causality::Input => put(&mut self.inputs, &mut self.input_places),
+            Causality::Output | Causality::Local => put(&mut self.outputs, &mut self.output_places),
+            _ => {}
+        }
+    }
+
+    /// The FMU's `modelName`.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+    /// The FMU.
+    pub fn fmu(&self) -> &Arc<Fmu> {
+        &self.fmu
+    }
+    /// Start values of its parameters, as its description has them.
+    pub fn defaults(&self) -> Vec<f64> {
+        self.starts.clone()
+    }
+    /// All that recordings and cases may name.
+    pub fn variables(&self) -> Vec<trueup_signals::Variable> {
+        let list = |all: &[Quantity], role: Role| -> Vec<_> {
+            let made = all.iter().map(|q| trueup_signals::Variable {
+                min: q.min.is_finite().then_some(q.min),
+                max: q.max.is_finite().then_some(q.max),
+                ..trueup_signals::Variable::new(&q.name, q.unit, role)
+            });
+            made.collect()
+        };
+        // A state is an output first: its column in a recording is what it showed.
+        let mut all = list(&self.inputs, Role::Input);
+        all.extend(list(&self.outputs, Role::Output));
+        all.extend(list(&self.parameters, Role::Parameter));
+        let mut choices: Vec<_> = self.choices.keys().collect();
+        choices.sort();
+        all.extend(choices.into_iter().map(|n| trueup_signals::Variable::new(n, "", Role::Parameter)));
+        all
+    }
+
+    /// All parameters by name from another list (a case's, a recording's), the rest from `base`.
+    ///
+    /// # Errors
+    /// A value that is no number, or none that the parameter can have; a choice that was fixed when the FMU was made.
+    pub fn set<'a>(
+        &self,
+        base: &[f64],
+        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+    ) -> Result<Vec<f64>, ModelError> {
+        let mut p = base.to_vec();
+        for (name, value) in given {
+            let Some(i) = self.parameter(name) else { continue };
+            let wrong = |what: String| ModelError::Parameter { name: name.clone(), what };
+            p[i] = (value.number().filter(|v| v.is_finite()))
+                .ok_or_else(|| wrong(format!("{value} is no number")))?;
+            let q = &self.parameters[i];
+            if p[i] < q.min || p[i] > q.max {
+                return Err(wrong(format!("{} is outside {} .. {}", p[i], q.min, q.max)));
+            }
+        }
+        Ok(p)
+    }
+
+    /// Takes the case's choices: truth values, integers, items by number.
+    ///
+    /// # Errors
+    /// One that was fixed when the FMU was made, and is another there.
+    pub fn choose<'a>(
+        &mut self,
+        given: impl IntoIterator<Item = (&'a String, &'a Value)>,
+    ) -> Result<(), ModelError> {
+        for (name, value) in given {
+            let wrong = |what: String| ModelError::Parameter { name: name.clone(), what };
+            let Some(choice) = self.choices.get(name) else {
+                if self.parameter(name).is_some() {
+                    continue;
+                }
+                return Err(wrong(format!(
+                    "the FMU has no parameter of that name; see `trueup fmu info {}`",
+                    self.fmu.file().display()
+                )));
+            };
+            let number = value.boolean().map(f64::from).or_else(|| value.number());
+            let number = number.ok_or_else(|| wrong(format!("{value} is no number and no truth value")))?;
+            if !choice.settable && choice.start != Some(number) {
+                return Err(wrong(format!(
+                    "{value} in the case, {} in the FMU, where it was fixed when it was made: make the FMU with it",
+                    choice.start.unwrap_or_default()
+                )));
+            }
+            if choice.settable && choice.start != Some(number) {
+                self.chosen.push((choice.reference, choice.kind, number));
+            }
+        }
+        Ok(())
+    }
+
+    /// What is estimated unless the case says otherwise: of a joint of ours what belongs to it, else nothing.
+    pub fn usual(&self) -> Vec<String> {
+        let usual = ["stiffness", "damping", "coulombFriction", "viscousFriction", "staticFriction"];
+        let known: Vec<String> =
+            usual.iter().filter(|n| self.parameter(n).is_some()).map(|n| (*n).to_owned()).collect();
+        if self.parameter("motorInertia").is_some() && known.len() == usual.len() { known } else { Vec::new() }
+    }
+
+    /// Coordinates by the names that FMUs of this project give them: `motorAngle` begins at `initialMotorAngle`.
+    pub fn coordinates(&self) -> Vec<Coordinate> {
+        let rate_of = |angle: &str| {
+            [("Angle", "Velocity"), ("Position", "Velocity"), ("Attitude", "Rate")]
+                .iter()
+                .find(|(a, _)| angle.contains(a))
+                .map(|(a, v)| angle.replace(a, v))
+        };
+        let initial = |name: &str| {
+            let mut letters = name.chars();
+            let first = letters.next().map(|c| c.to_ascii_uppercase());
+            first.map(|c| format!("initial{c}{}", letters.as_str()))
+        };
+        let mut all: Vec<Coordinate> = Vec::new();
+        for (angle_output, q) in self.outputs.iter().enumerate() {
+            let found = (|| {
+                let rate = rate_of(&q.name)?;
+                Some(Coordinate {
+                    angle: self.parameter(&initial(&q.name)?)?,
+                    velocity: self.parameter(&initial(&rate)?)?,
+                    angle_output,
+                    velocity_output: self.output(&rate)?,
+                    follows: None,
+                })
+            })();
+            all.extend(found);
+        }
+        let place = |name: &str| all.iter().position(|c| self.outputs[c.angle_output].name == name);
+        let geared = place("motorAngle").zip(place("loadAngle")).filter(|(m, l)| m < l);
+        if let (Some((motor, load)), Some(_)) = (geared, self.parameter("gearRatio")) {
+            all[load].follows = Some((motor, true));
+        }
+        for k in 0..all.len() {
+            let own = self.outputs[all[k].angle_output].name.replace("motorAngle[", "jointAngle[");
+            let joint = all.iter().position(|c| self.outputs[c.angle_output].name == own);
+            all[k].follows = all[k].follows.or(joint.filter(|j| *j < k).map(|j| (j, false)));
+        }
+        all
+    }
+
+    fn width(p: &[Dual<1>]) -> f64 {
+        let logarithm = p.iter().any(|v| v.eps[0] != 0.0 && v.eps[0] == v.re);
+        WIDTH[usize::from(!logarithm)]
+    }
+}
+
+impl Named for FmuModel {
+    fn parameters(&self) -> &[Quantity] {
+        &self.parameters
+    }
+    fn inputs(&self) -> &[Quantity] {
+        &self.inputs
+    }
+    fn outputs(&self) -> &[Quantity] {
+        &self.outputs
+    }
+    /// Real numbers all: a third party may leave out units.
+    fn compares(&self, _output: usize) -> bool {
+        true
+    }
+}
+
+impl Subject for FmuModel {
+    fn begins(&self) -> Vec<Coordinate> {
+        self.coordinates()
+    }
+    fn shown_states(&self) -> &[(usize, usize)] {
+        &self.states
+    }
+    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError> {
+        self.set(base, given)
+    }
+    fn fits(&self) -> Vec<String> {
+        self.usual()
+    }
+}
+
+impl Predictor for FmuModel {
+    fn counts(&self) -> Sizes {
+        Sizes {
+            inputs: self.inputs.len(),
+            parameters: self.parameters.len(),
+            outputs: self.outputs.len(),
+            ..Sizes::default()
+        }
+    }
+
+    fn readings(
+        &self,
+        plan: &Plan,
+        p: &[f64],
+        map: &InputMap<f64>,
+        _at_rest: bool,
+    ) -> Result<Vec<f64>, PredictError> {
+        self.simulate(plan, p, map)
+    }
+
+    /// By central differences, lane by lane.
+    fn readings_along<const N: usize>(
+        &self,
+        plan: &Plan,
+        p: &[Dual<N>],
+        map: &InputMap<Dual<N>>,
+        at_rest: bool,
+    ) -> Result<Vec<Dual<N>>, PredictError> {
+        let lane = |v: &[Dual<N>], k: usize| -> Vec<Dual<1>> {
+            v.iter().map(|v| Dual::new(v.re, [v.eps[k]])).collect()
+        };
+        let moved = |v: &[Dual<1>], by: f64| -> Vec<f64> { v.iter().map(|v| v.re + by * v.eps[0]).collect() };
+        let all: Vec<Vec<Dual<1>>> =
+            (0..N).map(|k| [lane(p, k), lane(&map.gain, k), lane(&map.bias, k)].concat()).collect();
+        let acting: Vec<usize> = (0..N).filter(|&k| all[k].iter().any(|v| v.eps[0] != 0.0)).collect();
+        let run = |k: usize, by: f64| {
+            let v = moved(&all[k], by);
+            let (p, inputs) = v.split_at(p.len());
+            let (gain, bias) = inputs.split_at(map.gain.len());
+            self.readings(plan, p, &InputMap { gain: gain.to_vec(), bias: bias.to_vec() }, at_rest)
+        };
+        let mut jobs: Vec<(usize, f64)> = vec![(0, 0.0)];
+        for &k in &acting {
+            let width = Self::width(&all[k]);
+            jobs.extend([(k, -width), (k, width)]);
+        }
+        let found: Result<Vec<Vec<f64>>, PredictError> =
+            jobs.par_iter().map(|(k, by)| run(*k, *by)).collect();
+        let found = found?;
+        let mut y: Vec<Dual<N>> = found[0].iter().map(|v| Dual::constant(*v)).collect();
+        for (job, &k) in acting.iter().enumerate() {
+            let (low, high, width) = (&found[2 * job + 1], &found[2 * job + 2], jobs[2 * job + 2].1);
+            for (i, y) in y.iter_mut().enumerate() {
+                y.eps[k] = (high[i] - low[i]) / (2.0 * width);
+            }
+        }
+        Ok(y)
+    }
+}

@@ -1,0 +1,115 @@
+//! The calls of Model Exchange, the same for either version of the standard.
+
+use std::sync::Arc;
+
+use trueup_fmi_description::Version;
+use trueup_fmi_description::description::Type;
+use trueup_fmi_import::{Completed, Error, EventInfo, Experiment, Fmu, Interface, Options, fmi2, fmi3};
+
+/// An instance of either version.
+pub(super) enum Slave {
+    V2(Box<fmi2::Instance>),
+    V3(Box<fmi3::Instance>),
+}
+
+/// Calls the method of either version.
+macro_rules! either {
+    ($slave:expr, $i:ident => $call:expr) => {
+        either!($slave, $i => $call, $call)
+    };
+    ($slave:expr, $i:ident => $v2:expr, $v3:expr) => {
+        match $slave {
+            Slave::V2($i) => $v2,
+            Slave::V3($i) => $v3,
+        }
+    };
+}
+
+/// All return whatever the FMU returns.
+impl Slave {
+    pub(super) fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
+        let options = Options::default();
+        Ok(match fmu.description().version {
+            Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::ModelExchange, options)?)),
+            Version::V3 => Self::V3(Box::new(fmi3::Instance::model_exchange(fmu, options)?)),
+        })
+    }
+    /// Numbers of states and event indicators.
+    pub(super) fn counts(&mut self) -> Result<(usize, usize), Error> {
+        either!(self, i => {
+            let d = i.fmu().description();
+            Ok((d.structure.derivatives.len(), d.event_indicators()))
+        }, Ok((i.number_of_states()?, i.number_of_event_indicators()?)))
+    }
+    pub(super) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
+        either!(self, i => i.set_real(references, values), i.set_float64(references, values))
+    }
+    pub(super) fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.get_real(references, values), i.get_float64(references, values))
+    }
+    /// A parameter that is no real number.
+    pub(super) fn choose(&mut self, reference: u32, kind: Type, value: f64) -> Result<(), Error> {
+        let r = [reference];
+        match (self, kind) {
+            (Self::V2(i), Type::Boolean) => i.set_boolean(&r, &[value != 0.0]),
+            (Self::V2(i), _) => i.set_integer(&r, &[value as i32]),
+            (Self::V3(i), Type::Boolean) => i.set_boolean(&r, &[value != 0.0]),
+            (Self::V3(i), Type::Float32) => i.set_float32(&r, &[value as f32]),
+            (Self::V3(i), Type::Int8) => i.set_int8(&r, &[value as i8]),
+            (Self::V3(i), Type::UInt8) => i.set_uint8(&r, &[value as u8]),
+            (Self::V3(i), Type::Int16) => i.set_int16(&r, &[value as i16]),
+            (Self::V3(i), Type::UInt16) => i.set_uint16(&r, &[value as u16]),
+            (Self::V3(i), Type::Int32) => i.set_int32(&r, &[value as i32]),
+            (Self::V3(i), Type::UInt32) => i.set_uint32(&r, &[value as u32]),
+            (Self::V3(i), Type::UInt64) => i.set_uint64(&r, &[value as u64]),
+            (Self::V3(i), _) => i.set_int64(&r, &[value as i64]),
+        }
+    }
+    pub(super) fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
+        either!(self, i => i.enter_initialization_mode(experiment))
+    }
+    pub(super) fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+        either!(self, i => i.exit_initialization_mode())
+    }
+    /// Back to where it was after instantiation.
+    pub(super) fn reset(&mut self) -> Result<(), Error> {
+        either!(self, i => i.reset())
+    }
+    pub(super) fn set_time(&mut self, time: f64) -> Result<(), Error> {
+        either!(self, i => i.set_time(time))
+    }
+    pub(super) fn set_states(&mut self, x: &[f64]) -> Result<(), Error> {
+        either!(self, i => i.set_continuous_states(x))
+    }
+    pub(super) fn get_states(&mut self, x: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.get_continuous_states(x))
+    }
+    pub(super) fn derivatives(&mut self, dx: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.get_derivatives(dx))
+    }
+    pub(super) fn nominals(&mut self, nominal: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.get_nominals(nominal))
+    }
+    pub(super) fn indicators(&mut self, z: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.get_event_indicators(z))
+    }
+    pub(super) fn enter_event_mode(&mut self) -> Result<(), Error> {
+        either!(self, i => i.enter_event_mode())
+    }
+    pub(super) fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+        either!(self, i => i.new_discrete_states(), i.update_discrete_states())
+    }
+    pub(super) fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+        either!(self, i => i.enter_continuous_time_mode())
+    }
+    pub(super) fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
+        either!(self, i => i.completed_integrator_step(true))
+    }
+    /// d unknown / d known, one column.
+    pub(super) fn directional(&mut self, of: &[u32], by: u32, column: &mut [f64]) -> Result<(), Error> {
+        either!(self, i => i.directional_derivative(of, &[by], &[1.0], column), {
+            let of = fmi3::DerivativeOf { unknowns: of, knowns: &[by] };
+            i.directional_derivative(of, &[1.0], column)
+        })
+    }
+}

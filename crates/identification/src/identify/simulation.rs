@@ -1,0 +1,320 @@
+//! Output error over a whole case: starts, outliers, noise of inputs, uncertainty; and the simplex on the same cost.
+
+use nalgebra::DMatrix;
+use trueup_signals::Loaded;
+use trueup_signals::process::Misfit;
+
+use super::{Found, Identified, IdentifyError, Method, Settings, Start, found, leverage, starts, unknowns};
+use crate::estimate::{Settings as EstimateSettings, assess};
+use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried};
+use crate::fmu::FmuModel;
+use crate::lsq::{Loss, Stop, solve};
+use crate::model::{Model, Subject};
+use crate::nelder_mead::nelder_mead;
+use crate::output_error::OutputError;
+use crate::predict::PredictError;
+use crate::recorded::nuisance;
+use crate::run::Run;
+use crate::unknown::Unknown;
+
+/// What differs between a model of ours and an FMU.
+pub(super) trait Searched: Subject + Sized {
+    /// Its name.
+    fn title(&self) -> String;
+    /// Intervals by profiles cost hundreds of fits.
+    fn profiles(&self) -> bool;
+    /// Where to begin.
+    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start>;
+    /// Further starts from a solution.
+    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>>;
+    /// The last fit.
+    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError>;
+    /// Weighs a problem as `like` is weighed.
+    fn weigh_alike(
+        problem: &mut OutputError<Self>,
+        like: &OutputError<Self>,
+        theta: &[f64],
+    ) -> Result<(), PredictError>;
+}
+
+impl Searched for Model {
+    fn title(&self) -> String {
+        self.structure().model.clone()
+    }
+    fn profiles(&self) -> bool {
+        true
+    }
+    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
+        starts::find(self, nominal, runs, fitted)
+    }
+    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
+        starts::above_coulomb(self, unknowns, fit)
+    }
+    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
+        fit_carried(problem, options)
+    }
+    fn weigh_alike(
+        problem: &mut OutputError<Self>,
+        like: &OutputError<Self>,
+        theta: &[f64],
+    ) -> Result<(), PredictError> {
+        if (0..like.runs().len()).any(|r| like.carried(r).is_some()) { problem.carry_noise(theta) } else { Ok(()) }
+    }
+}
+
+impl Searched for FmuModel {
+    fn title(&self) -> String {
+        self.name().to_owned()
+    }
+    fn profiles(&self) -> bool {
+        false
+    }
+    fn starts(&self, _: &[f64], _: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
+        starts::around(fitted)
+    }
+    fn again(&self, _: &[Unknown], _: &Fit) -> Vec<Vec<f64>> {
+        Vec::new()
+    }
+    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
+        fit(problem, options)
+    }
+    fn weigh_alike(
+        _: &mut OutputError<Self>,
+        _: &OutputError<Self>,
+        _: &[f64],
+    ) -> Result<(), PredictError> {
+        Ok(())
+    }
+}
+
+/// Readings that stand out from their neighbours by more than any noise: the residual less the median of the seven
+/// about it, against 8 times the larger of noise and usual size of that.
+fn outliers(c: &Comparison) -> Vec<usize> {
+    let n = c.whitened.len();
+    if n < 20 {
+        return Vec::new();
+    }
+    let median = |mut v: Vec<f64>| {
+        let middle = v.len() / 2;
+        *v.select_nth_unstable_by(middle, f64::total_cmp).1
+    };
+    let alone: Vec<f64> = (0..n)
+        .map(|k| {
+            let begin = k.saturating_sub(3).min(n - 7);
+            (c.whitened[k] - median(c.whitened[begin..begin + 7].to_vec())).abs()
+        })
+        .collect();
+    let usual = median(alone.clone()) / 0.6745;
+    let found: Vec<usize> = (0..n).filter(|k| alone[*k] > 8.0 * usual.max(1.0)).collect();
+    // What happens all the time is no outlier.
+    if found.len() * 20 > n { Vec::new() } else { found }
+}
+
+/// Channels whose noise nobody has declared weigh by what the fit leaves.
+fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
+    let mut names: Vec<String> =
+        runs.iter().flat_map(|r| r.channels.iter().map(|c| c.name.clone())).collect();
+    names.sort();
+    names.dedup();
+    names.retain(|n| trueup_signals::noise::floor(loaded, n).is_none());
+    names
+}
+
+pub(super) fn by_simulation<M: Searched>(
+    model: &M,
+    loaded: &Loaded,
+    nominal: &[f64],
+    mut train: Vec<Run>,
+    fitted: Vec<unknowns::Fitted>,
+    settings: &Settings,
+) -> Result<Identified, IdentifyError> {
+    let mut notes = Vec::new();
+    let loss = Loss::Huber(4.0);
+    let free = undeclared(loaded, &train);
+    let shared: Vec<Unknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
+    let with_nuisance = |train: &[Run]| {
+        let mut all = shared.clone();
+        all.extend(nuisance(model, nominal, train));
+        all
+    };
+    (settings.progress)("starts from regressions and from the case");
+    let starts = model.starts(nominal, &train, &fitted);
+    let coordinates = |problem: &OutputError<M>| -> Vec<Vec<f64>> {
+        starts.iter().map(|s| s.coordinates(problem.unknowns())).collect()
+    };
+    if !free.is_empty() {
+        (settings.progress)("weighing channels whose noise is not declared");
+        for _ in 0..2 {
+            let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
+            let options =
+                FitOptions { starts: coordinates(&problem), loss, iterations: 25, ..FitOptions::default() };
+            let rough = fit(&problem, &options)?;
+            let worst = |name: &str| {
+                let of = rough.comparisons.iter().filter(|c| c.channel == name);
+                let mut misfit = Misfit::default();
+                of.for_each(|c| misfit.add(&c.predicted, &c.measured));
+                misfit.rms()
+            };
+            for c in train.iter_mut().flat_map(|r| &mut r.channels).filter(|c| free.contains(&c.name)) {
+                c.sigma = worst(&c.name).max(1e-12 * c.sigma);
+            }
+        }
+        notes.push(format!(
+            "noise of {} is not declared: weighed by what the fit leaves, so that it cannot be said whether the fit reaches the noise floor; declare noise or resolution under [channels]",
+            free.join(", ")
+        ));
+    }
+    (settings.progress)("output error");
+    let (rough, spikes) = {
+        let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
+        let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
+        let mut rough = fit(&problem, &options)?;
+        let again = model.again(problem.unknowns(), &rough);
+        if again.len() > 1 {
+            let options = FitOptions { starts: again, loss, ..FitOptions::default() };
+            let lifted = fit(&problem, &options)?;
+            if lifted.cost < rough.cost {
+                rough = Fit { start: rough.start, start_costs: rough.start_costs, ..lifted };
+            }
+        }
+        let spikes = rough.comparisons.iter().map(outliers).collect::<Vec<_>>();
+        (rough, spikes)
+    };
+    for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
+        let run = &mut train[c.run];
+        notes.push(format!(
+            "{}: {} readings of {} are left out as outliers, the first at {} s",
+            run.name,
+            spikes.len(),
+            c.channel,
+            c.t[spikes[0]]
+        ));
+        if let Some(channel) = run.channels.iter_mut().find(|o| o.name == c.channel) {
+            channel.leave_out(spikes);
+        }
+    }
+    let mut problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
+    let (fit, iterations) = if settings.method == Method::NelderMead {
+        (settings.progress)("downhill simplex");
+        let begin = &coordinates(&problem)[0];
+        let (theta, evaluations, shrunk) = simplex(&problem, begin, shared.len(), loss, settings)?;
+        if !shrunk {
+            notes.push(format!(
+                "the simplex has not shrunk after {evaluations} simulations: its estimate is not the best one; output-error takes a few dozen"
+            ));
+        }
+        // Rank and curvature where the simplex ended, without moving from there.
+        let options = FitOptions { starts: vec![theta], loss, iterations: 1, ..FitOptions::default() };
+        (fit(&problem, &options)?, evaluations)
+    } else {
+        (settings.progress)("weighing by the noise of the inputs");
+        let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
+        let fit = M::last(&mut problem, &options)?;
+        let iterations = fit.iterations + rough.iterations;
+        (Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
+    };
+    (settings.progress)("uncertainty");
+    let profile = if settings.profile && model.profiles() { (0..shared.len()).collect() } else { Vec::new() };
+    let how = EstimateSettings { starts: Vec::new(), loss, profile, first_iterations: 0 };
+    let e = assess(&problem, &fit.solution, &how);
+    for c in &e.channels {
+        let name = &train[c.run].name;
+        if c.above_floor > 1.5 && !free.contains(&c.channel) {
+            notes.push(format!(
+                "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
+                c.channel, c.above_floor
+            ));
+        }
+    }
+    if !fit.stop.converged() && settings.method != Method::NelderMead {
+        notes.push("the search ran out of iterations: the estimate may not be the best one".into());
+    }
+    let mut all: Vec<Found> =
+        e.unknowns.iter().zip(problem.unknowns()).map(|(e, u)| found(model, nominal, e, u)).collect();
+    for (f, fitted) in all.iter_mut().zip(&fitted) {
+        f.doubt = fitted.doubt;
+    }
+    let own = all.split_off(shared.len());
+    let (parameters, uncertain): (Vec<_>, Vec<_>) =
+        all.into_iter().zip(&fitted).partition(|(_, f)| f.asked_for);
+    let nuisance = (train.iter().enumerate())
+        .map(|(r, run)| {
+            let of = own.iter().filter(|f| f.estimate.run == Some(r)).cloned();
+            (run.name.clone(), of.collect())
+        })
+        .collect();
+    let order: Vec<usize> = (0..fitted.len())
+        .filter(|&i| fitted[i].asked_for)
+        .chain((0..fitted.len()).filter(|&i| !fitted[i].asked_for))
+        .collect();
+    let leverage = leverage::of(model, nominal, &problem, &fit, &order);
+    Ok(Identified {
+        model: model.title(),
+        fmu: None,
+        outputs: model.outputs().to_vec(),
+        method: settings.method,
+        parameters: parameters.into_iter().map(|(f, _)| f).collect(),
+        uncertain: uncertain.into_iter().map(|(f, _)| f).collect(),
+        nuisance,
+        fit: Vec::new(),
+        held_out: false,
+        before: Vec::new(),
+        training: compare(&problem, &fit.theta)?,
+        channels: e.channels,
+        compared: Vec::new(),
+        names: Default::default(),
+        correlation: DMatrix::from_fn(order.len(), order.len(), |i, j| e.correlation[(order[i], order[j])]),
+        rank: (e.rank, problem.unknowns().len()),
+        condition: e.condition,
+        leverage,
+        starts: starts::outcome(starts, &fit),
+        stop: match fit.stop {
+            Stop::Cost => "the cost no longer falls",
+            Stop::Step => "the parameters no longer move",
+            Stop::Gradient => "the gradient is 0",
+            Stop::Iterations if settings.method == Method::NelderMead => "the simplex stopped",
+            Stop::Iterations => "out of iterations",
+        },
+        iterations,
+        notes,
+        values: problem.shared(&fit.theta),
+    })
+}
+
+/// Simulations per parameter that the simplex may take.
+const SIMPLEX: usize = 120;
+
+/// The downhill simplex over the shared unknowns; what belongs to single recordings follows by least squares, from where
+/// it was last. Whether it has shrunk, and its simulations.
+fn simplex<M: Searched>(
+    problem: &OutputError<M>,
+    start: &[f64],
+    shared: usize,
+    loss: Loss,
+    settings: &Settings,
+) -> Result<(Vec<f64>, usize, bool), PredictError> {
+    let (lower, upper) = problem.bounds_of();
+    let own = problem.unknowns()[shared..].to_vec();
+    let inner = |z: &[f64]| {
+        let nominal = problem.shared(z);
+        OutputError::new(problem.model(), &nominal, problem.runs(), own.clone())
+    };
+    let options = crate::lsq::Options { max_iterations: 3, cost_tolerance: 1e-4, loss, ..Default::default() };
+    solve(&inner(&start[..shared]), &start[shared..], options)?;
+    let (mut best, mut at, mut done) = (f64::INFINITY, start[shared..].to_vec(), 0usize);
+    let mut price = |z: &[f64]| {
+        done += 1;
+        if done % 50 == 0 {
+            (settings.progress)(&format!("{done} simulations, cost {best:.6e}"));
+        }
+        let Ok(s) = solve(&inner(z), &at, options) else { return f64::INFINITY };
+        if s.cost < best {
+            (best, at) = (s.cost, s.x);
+        }
+        s.cost
+    };
+    let (steps, most) = (vec![0.3; shared], SIMPLEX * shared);
+    let s = nelder_mead(&mut price, &start[..shared], &steps, &lower[..shared], &upper[..shared], 1e-4, most);
+    let last = solve(&inner(&s.x), &at, crate::lsq::Options { loss, ..Default::default() })?;
+    Ok(([s.x, last.x].concat(), s.evaluations, s.evaluations < most))
+}
