@@ -14,7 +14,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueup_signals::process::rms;
 
 use crate::covariance::{Information, correlation};
-use crate::fit::{FitOptions, search};
+use crate::fit::{FitOptions, refine, search};
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
 use crate::plant::Predictor;
@@ -104,7 +104,10 @@ pub struct Estimate {
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn estimate<M: Predictor>(problem: &OutputError<M>, settings: &Settings) -> Result<Estimate, PredictError> {
+pub fn estimate<M: Predictor>(
+    problem: &OutputError<M>,
+    settings: &Settings,
+) -> Result<Estimate, PredictError> {
     let options = FitOptions {
         starts: settings.starts.clone(),
         loss: settings.loss,
@@ -112,7 +115,14 @@ pub fn estimate<M: Predictor>(problem: &OutputError<M>, settings: &Settings) -> 
         ..FitOptions::default()
     };
     let (found, best, start_costs) = search(problem, &options)?;
-    let mut e = assess(problem, &found, settings);
+    let mut e = match refine(problem, &found, settings.loss) {
+        Some((slack, finer)) => {
+            let mut problem = problem.clone();
+            problem.read_intervals(Some(slack));
+            assess(&problem, &finer, settings)
+        }
+        None => assess(problem, &found, settings),
+    };
     (e.start, e.start_costs) = (best, start_costs);
     Ok(e)
 }
@@ -179,7 +189,7 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
         start_costs: Vec::new(),
         iterations: found.iterations,
         stop: found.stop,
-        channels: channels(problem, &found.residuals),
+        channels: channels(problem, &plain(problem, found)),
     }
 }
 
@@ -265,6 +275,10 @@ fn sandwich<M: Predictor>(
         let mut meat = DMatrix::<f64>::zeros(n, n);
         let step = channel.resolution;
         let power = (first..first + len).map(|i| found.residuals[i].powi(2)).sum::<f64>() / len.max(1) as f64;
+        // What intervals say is in their likelihood.
+        if problem.reads_intervals(run, c) {
+            return rows.tr_mul(&rows);
+        }
         // Innovations are white if the model is right; what a wrong model leaves is no quantisation.
         if channel.counts() && problem.carried(run).is_none() && power < WRONG * WRONG {
             // What was there, by the fit.
@@ -385,6 +399,13 @@ fn profile<M: Predictor>(
         };
     }
     Some(u.scale.value(found.x[k] + sign * distance).0)
+}
+
+/// Residuals over the deviation of a reading, whatever the fit took them for.
+fn plain<M: Predictor>(problem: &OutputError<M>, found: &Solution) -> DVector<f64> {
+    let mut problem = problem.clone();
+    problem.read_intervals(None);
+    problem.evaluate(&found.x, false).map_or_else(|_| found.residuals.clone(), |e| e.residuals)
 }
 
 fn channels<M: Predictor>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use trueup_signals::process::{nrmse, rms};
 
 use crate::covariance::Information;
+use crate::interval::SLACKS;
 use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
 use crate::model::Subject;
 use crate::output_error::OutputError;
@@ -130,10 +131,21 @@ pub fn search<M: Predictor>(
 /// If the model can be simulated from none of the starts.
 pub fn fit<M: Predictor>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
     let (solution, start, start_costs) = search(problem, options)?;
+    of_solution(problem, solution, options.loss, start, start_costs)
+}
+
+/// All that there is to say of a solution.
+pub(crate) fn of_solution<M: Predictor>(
+    problem: &OutputError<M>,
+    solution: Solution,
+    loss: Loss,
+    start: usize,
+    start_costs: Vec<f64>,
+) -> Result<Fit, PredictError> {
     let mut weighted = solution.jacobian.clone();
     for mut column in weighted.column_iter_mut() {
         let pairs = column.iter_mut().zip(solution.residuals.iter());
-        pairs.for_each(|(j, r)| *j *= options.loss.weight(*r).sqrt());
+        pairs.for_each(|(j, r)| *j *= loss.weight(*r).sqrt());
     }
     let theta = solution.x.clone();
     Ok(Fit {
@@ -152,6 +164,8 @@ pub fn fit<M: Predictor>(problem: &OutputError<M>, options: &FitOptions) -> Resu
     })
 }
 
+/// Residuals up to so many times the noise let a reading be taken for the count that it is.
+const INTERVAL_MISFIT: f64 = 1.3;
 /// Residuals that are this many times the noise come from a wrong model; noise of inputs is then of no account.
 pub(crate) const MODEL_ERROR: f64 = 5.0;
 
@@ -185,11 +199,45 @@ pub fn fit_carried<M: Plant>(
     Ok(Fit { start: first.start, start_costs: first.start_costs, ..last })
 }
 
+/// From a solution with normal errors on to one that takes the readings of counting sensors as intervals
+/// ([`OutputError::read_intervals`]), the slack made smaller for as long as that makes the recordings more likely. `None`:
+/// nothing counts, or the model is not as right as that.
+pub fn refine<M: Predictor>(
+    problem: &OutputError<'_, M>,
+    found: &Solution,
+    loss: Loss,
+) -> Option<(f64, Solution)> {
+    let counting = problem.runs().iter().flat_map(|r| &r.channels).any(crate::run::Channel::counts);
+    let carried = (0..problem.runs().len()).any(|r| problem.carried(r).is_some());
+    let misfit = rms(&found.residuals.as_slice()[..problem.readings()]);
+    if !counting || carried || misfit > INTERVAL_MISFIT {
+        return None;
+    }
+    let mut at = found.x.clone();
+    let mut best: Option<(f64, f64, Solution)> = None;
+    let mut problem = problem.clone();
+    for slack in SLACKS {
+        problem.read_intervals(Some(slack));
+        let options = Options { loss, max_iterations: 30, cost_tolerance: 1e-7, ..Options::default() };
+        let Ok(s) = solve(&problem, &at, options) else { break };
+        let surprise = s.cost + problem.constant();
+        if best.as_ref().is_some_and(|b| b.1 <= surprise) {
+            break;
+        }
+        at = s.x.clone();
+        best = Some((slack, surprise, s));
+    }
+    best.map(|(slack, _, s)| (slack, s))
+}
+
 /// All channels of all recordings against their simulation at `theta`, without fitting.
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn compare<M: Predictor>(problem: &OutputError<M>, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
+pub fn compare<M: Predictor>(
+    problem: &OutputError<M>,
+    theta: &[f64],
+) -> Result<Vec<Comparison>, PredictError> {
     let mut all: Vec<Comparison> = Vec::new();
     for (r, run) in problem.runs().iter().enumerate() {
         let found = problem.predict(r, theta)?;

@@ -1,5 +1,6 @@
 //! A case from its recordings to its parameters: what `trueup identify` does.
 
+mod breakaway;
 mod leverage;
 mod simulation;
 mod starts;
@@ -17,6 +18,7 @@ use crate::fit::{Comparison, free_run};
 use crate::fmu::FmuModel;
 use crate::model::{Model, ModelError, Quantity, Subject};
 use crate::predict::PredictError;
+use crate::quasi_static::StaticError;
 use crate::recorded::{RecordedError, led, runs, runs_of};
 use crate::regress::{RegressError, Regressed};
 use crate::run::Run;
@@ -43,16 +45,19 @@ pub enum Method {
     OutputError,
     /// The same cost by the downhill simplex, without derivatives.
     NelderMead,
+    /// Static friction alone, from slow ramps of the current.
+    BreakAway,
 }
 
 /// Names as on the command line.
-pub const METHODS: [(&str, Method); 6] = [
+pub const METHODS: [(&str, Method); 7] = [
     ("ls-literal", Method::LsLiteral),
     ("ls", Method::Ls),
     ("filtered", Method::Filtered),
     ("iv", Method::Iv),
     ("output-error", Method::OutputError),
     ("nelder-mead", Method::NelderMead),
+    ("break-away", Method::BreakAway),
 ];
 
 impl FromStr for Method {
@@ -95,6 +100,14 @@ pub enum IdentifyError {
     FmuMethod {
         /// Which.
         method: Method,
+    },
+    /// A ramp that says nothing.
+    #[error("{run}: {what}")]
+    Static {
+        /// Recording.
+        run: String,
+        /// Why.
+        what: StaticError,
     },
     /// The method does not do that.
     #[error(
@@ -214,6 +227,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         Method::OutputError | Method::NelderMead => {
             by_simulation(&model, loaded, &nominal, train.clone(), fitted, settings)?
         }
+        Method::BreakAway => breakaway::found(&model, &nominal, &train)?,
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,
     };
     for j in led {

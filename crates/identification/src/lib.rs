@@ -7,6 +7,7 @@ pub mod fit;
 pub mod flexible_joint;
 pub mod fmu;
 pub mod identify;
+mod interval;
 mod law;
 pub mod lsq;
 pub mod model;

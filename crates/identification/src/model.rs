@@ -579,8 +579,7 @@ impl Model {
 
     /// Its coordinates, each with where it begins and what shows it.
     pub fn coordinates(&self) -> Vec<Coordinate> {
-
-use trueup_models::arm::{output as ao, parameter as ap};
+        use trueup_models::arm::{output as ao, parameter as ap};
         use trueup_models::joint::{output as jo, parameter as jp};
         if let Kind::Joint(m) = &self.kind {
             let motor = Coordinate {

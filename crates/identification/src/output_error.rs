@@ -10,17 +10,18 @@ use rayon::prelude::*;
 use trueup_numerics::{Dual, Scalar};
 
 use crate::carried::{Carried, carried};
+use crate::interval;
 use crate::lsq::{Evaluation, Problem};
 use crate::plant::{Plant, Predictor};
 use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
-use crate::run::Run;
+use crate::run::{Channel, Run};
 use crate::unknown::{Target, Unknown};
 
 /// Columns of a Jacobian with the unknown that each belongs to.
 type Columns = Vec<(usize, Vec<f64>)>;
 
 /// Recordings, a model and what is unknown.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct OutputError<'a, M> {
     model: &'a M,
     /// The values of what is not estimated.
@@ -32,6 +33,24 @@ pub struct OutputError<'a, M> {
     begin: Vec<usize>,
     /// What noise of measured inputs does, by run.
     carried: Vec<Option<Carried>>,
+    /// Counting channels are read as intervals, with this slack in counts.
+    slack: Option<f64>,
+}
+
+// Derived, it would ask for a model that can be cloned.
+impl<M> Clone for OutputError<'_, M> {
+    fn clone(&self) -> Self {
+        Self {
+            model: self.model,
+            nominal: self.nominal.clone(),
+            runs: self.runs,
+            plans: self.plans.clone(),
+            unknowns: self.unknowns.clone(),
+            begin: self.begin.clone(),
+            carried: self.carried.clone(),
+            slack: self.slack,
+        }
+    }
 }
 
 impl<'a, M: Predictor> OutputError<'a, M> {
@@ -48,7 +67,31 @@ impl<'a, M: Predictor> OutputError<'a, M> {
             unknowns,
             begin,
             carried: vec![None; runs.len()],
+            slack: None,
         }
+    }
+    /// Reads channels that count as intervals: the motion was within the count, but for an error of `slack` counts (or the
+    /// channel's noise, if that is more). `None`: as normal errors again.
+    pub fn read_intervals(&mut self, slack: Option<f64>) {
+        self.slack = slack;
+    }
+    /// Whether a channel of a run is read as intervals.
+    pub fn reads_intervals(&self, run: usize, channel: usize) -> bool {
+        self.slack.is_some() && self.runs[run].channels[channel].counts()
+    }
+    /// Error before counting, in the unit of the channel.
+    fn slack_of(&self, channel: &Channel) -> Option<f64> {
+        self.slack.filter(|_| channel.counts()).map(|share| {
+            let noise = (channel.sigma.powi(2) - channel.resolution.powi(2) / 12.0).max(0.0).sqrt();
+            noise.max(share * channel.resolution)
+        })
+    }
+    /// What the residuals of intervals leave out of the negative logarithm of the likelihood.
+    pub(crate) fn constant(&self) -> f64 {
+        let of = |c: &Channel| {
+            self.slack_of(c).map_or(0.0, |s| c.y.len() as f64 * interval::least(c.resolution, s))
+        };
+        self.runs.iter().flat_map(|r| &r.channels).map(of).sum()
     }
     /// Weighs residuals by the noise of the readings alone again.
     pub fn forget_noise(&mut self) {
@@ -182,8 +225,8 @@ impl<'a, M: Predictor> OutputError<'a, M> {
         let mut found = self.model.readings_along(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
         self.offset(run, &mut found, &offsets);
         let mut columns = vec![vec![0.0; found.len()]; acting.len()];
-        let residuals = self.weighted(run, &found, |at, y, sigma| {
-            columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e / sigma);
+        let residuals = self.weighted(run, &found, |at, y, slope| {
+            columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e * slope);
         });
         Ok((residuals, columns))
     }
@@ -191,10 +234,17 @@ impl<'a, M: Predictor> OutputError<'a, M> {
     fn weighted<T: Scalar>(&self, run: usize, y: &[T], mut each: impl FnMut(usize, &T, f64)) -> Vec<f64> {
         let mut residuals = Vec::with_capacity(y.len());
         for channel in &self.runs[run].channels {
+            let slack = self.slack_of(channel);
             for (k, measured) in channel.y.iter().enumerate() {
-                let (at, sigma) = (residuals.len(), channel.deviation(k));
-                each(at, &y[at], sigma);
-                residuals.push((y[at].value() - measured) / sigma);
+                let at = residuals.len();
+                let off = y[at].value() - measured;
+                let left_out = channel.deviation(k) > 1e6 * channel.sigma;
+                let (r, slope) = match slack.filter(|_| !left_out) {
+                    Some(slack) => interval::residual(off, channel.resolution, slack),
+                    None => (off / channel.deviation(k), 1.0 / channel.deviation(k)),
+                };
+                each(at, &y[at], slope);
+                residuals.push(r);
             }
         }
         residuals

@@ -2,6 +2,10 @@
 //! has to do with the first mode.
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
+use trueup_numerics::hybrid::Hybrid;
+use trueup_signals::element_name;
+
+use crate::model::Model;
 
 /// A quasi-static test that says nothing.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -129,6 +133,44 @@ impl FirstMode {
     pub fn within_rayleigh(rises: &[f64], by: f64) -> bool {
         rises.iter().map(|r| (1.0 + r).powi(2) - 1.0).sum::<f64>() <= by * (1.0 + 1e-9)
     }
+}
+
+/// The first mode of a free-floating arm at its initial configuration, motors and rigid joints held, the base following
+/// without momentum: names of its springs, and what each has to do with the mode.
+///
+/// # Errors
+/// [`StaticError::Shape`] if it has no flexible joint; as [`first_mode`].
+pub fn first_mode_of(
+    model: &Model,
+    values: &[f64],
+    by: f64,
+) -> Result<(Vec<String>, FirstMode), StaticError> {
+    let flexible: Vec<usize> =
+        (0..model.structure().flexible.len()).filter(|j| model.structure().flexible[*j]).collect();
+    let (Some(arm), false) = (model.arm(), flexible.is_empty()) else {
+        return Err(StaticError::Shape("a first mode needs an arm with a flexible joint".into()));
+    };
+    let mut x = vec![0.0; arm.sizes().states];
+    arm.start(values, &mut x);
+    let mass = arm.mass_matrix(&x, values);
+    let (base, joints): (Vec<usize>, Vec<usize>) =
+        ((0..3).collect(), flexible.iter().map(|j| 3 + j).collect());
+    let block = |rows: &[usize], columns: &[usize]| {
+        DMatrix::from_fn(rows.len(), columns.len(), |i, j| mass.at(rows[i], columns[j]))
+    };
+    let inverse =
+        block(&base, &base).cholesky().ok_or(StaticError::NotPositive("the mass matrix"))?.inverse();
+    let across = block(&base, &joints);
+    let reduced = block(&joints, &joints) - across.transpose() * inverse * &across;
+    let names: Vec<String> = flexible.iter().map(|j| element_name("jointStiffness", &[j + 1])).collect();
+    let springs: Vec<DMatrix<f64>> = (names.iter().enumerate())
+        .map(|(i, name)| {
+            let mut k = DMatrix::zeros(joints.len(), joints.len());
+            k[(i, i)] = model.parameter(name).map_or(0.0, |at| values[at]);
+            k
+        })
+        .collect();
+    Ok((names, first_mode(&reduced, &springs, by)?))
 }
 
 /// First mode with the springs' shapes `springs` (k_i S_i, positive semidefinite), and its sensitivity to stiffening each

@@ -231,3 +231,46 @@ fn a_real_drive() {
     eprintln!("held out: {:?}", r.fit);
     assert!(r.fit[0].nrmse.unwrap() < 0.1);
 }
+
+/// The simplex on the same cost ends where the gradient does.
+#[test]
+fn the_simplex_agrees_with_output_error() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut case = "model = \"TwoMassJoint\"\ntrain = [\"a.csv\"]\n[parameters]\n".to_owned();
+    for (name, value) in JOINT {
+        let wrong = if name == "stiffness" { 1.2 } else { 1.0 };
+        let _ = writeln!(case, "{name} = {}", value * wrong);
+    }
+    case += "[fit]\nparameters = [\"stiffness\", \"coulombFriction\"]\n[channels.motorAngle]\nnoise = 2e-3\n[channels.loadAngle]\nnoise = 2e-5\n";
+    std::fs::write(folder.path().join("case.toml"), &case).unwrap();
+    let (loaded, _) = Case::read(folder.path(), &[]).unwrap();
+    let model = Model::of_case(&loaded, &[]).unwrap();
+    let mut q = model.defaults();
+    JOINT.iter().for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
+    let mut rng = StdRng::seed_from_u64(3);
+    let times: Vec<f64> = (0..600).map(|k| f64::from(k) * 2e-3).collect();
+    let input = |t: f64, v: &mut [f64]| v[0] = 0.3 * (9.0 * t + 0.5).sin() + 0.2 * (41.0 * t).sin();
+    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let shown = simulate(&model, &q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
+    let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+    for (k, t) in times.iter().enumerate() {
+        let mut u = [0.0; 2];
+        input(*t, &mut u);
+        let mut shows = |name: &str, sd: f64| {
+            shown.y[k][model.output(name).unwrap()] + Normal::new(0.0, sd).unwrap().sample(&mut rng)
+        };
+        let (motor, load) = (shows("motorAngle", 2e-3), shows("loadAngle", 2e-5));
+        let _ = writeln!(text, "{t:.4},{:.9},{motor:.9},{load:.9}", u[0]);
+    }
+    std::fs::write(folder.path().join("a.csv"), text).unwrap();
+    let [gradient, simplex] =
+        [Method::OutputError, Method::NelderMead].map(|method| identified(folder.path(), method));
+    for name in ["stiffness", "coulombFriction"] {
+        let (a, b) = (&of(&gradient, name).estimate, &of(&simplex, name).estimate);
+        let off = (b.value - a.value) / a.standard_error.unwrap();
+        println!("{name}: off by {off:.4} standard errors");
+        assert!(off.abs() < 0.1, "{name}: {} and {}", a.value, b.value);
+    }
+    assert_eq!(simplex.stop, "the simplex stopped");
+    assert!(!simplex.notes.iter().any(|n| n.contains("not shrunk")), "{:?}", simplex.notes);
+}

@@ -23,6 +23,8 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Parameters from recordings, with their uncertainty
     Identify(Identify),
+    /// What static tests say: Young's modulus from deflections, or the first mode of an arm and its springs' shares
+    Statics(Statics),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
     /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
@@ -46,7 +48,7 @@ pub(crate) enum Fmu {
 pub(crate) struct Identify {
     /// A folder of recordings with a case.toml, or that file
     pub(crate) case: PathBuf,
-    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead
+    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: Method,
     /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; it is native code: trust it first
@@ -61,6 +63,18 @@ pub(crate) struct Identify {
     /// Intervals from standard errors alone, without profiles: faster
     #[arg(long)]
     pub(crate) fast: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Statics {
+    /// A case.toml of an arm, or a TOML file with [[deflection]] tables
+    pub(crate) file: PathBuf,
+    /// By how much each spring alone is stiffened, as a share of it
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
+    pub(crate) stiffen: f64,
+    /// Machine-readable
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]

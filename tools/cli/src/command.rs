@@ -16,6 +16,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
     match command {
         Command::Demo(a) => demo::demo(&a),
         Command::Identify(a) => identify::run(&a),
+        Command::Statics(a) => identify::statics::run(&a),
         Command::Simulate(a) => simulate::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),

@@ -5,6 +5,7 @@ use trueup_numerics::driver::System;
 use trueup_numerics::integrate::Ode;
 
 use super::instance::Slave;
+use super::lane::Lane;
 
 /// Value references of states and their derivatives, where directional derivatives are offered.
 #[derive(Clone, Debug, Default)]
@@ -24,6 +25,9 @@ pub(super) struct Field<'a> {
     pub(super) du: &'a [f64],
     pub(super) columns: Option<&'a Columns>,
     pub(super) nominal: &'a [f64],
+    /// States; behind them come the sensitivities, lane by lane.
+    pub(super) n: usize,
+    pub(super) lanes: &'a [Lane],
     /// An Error or Fatal.
     pub(super) failure: Option<Error>,
 }
@@ -32,14 +36,31 @@ impl Field<'_> {
     /// Time, states and inputs.
     pub(super) fn place(&mut self, t: f64, x: &[f64]) -> Result<(), Error> {
         self.slave.set_time(t)?;
-        if !x.is_empty() {
-            self.slave.set_states(x)?;
+        if self.n > 0 {
+            self.slave.set_states(&x[..self.n])?;
         }
         if self.references.is_empty() {
             return Ok(());
         }
         let u: Vec<f64> = self.u.iter().zip(self.du).map(|(u, du)| u + du * (t - self.begin)).collect();
         self.slave.set(self.references, &u)
+    }
+
+    /// Rates of the states, then of the sensitivities: (df/dx) s + df/du du + df/dp dp.
+    pub(super) fn all_rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Error> {
+        self.place(t, x)?;
+        if self.n == 0 {
+            return Ok(());
+        }
+        self.slave.derivatives(&mut dx[..self.n])?;
+        if let Some(c) = self.columns {
+            for (k, lane) in self.lanes.iter().enumerate() {
+                let at = self.n * (k + 1)..self.n * (k + 2);
+                let (by, seed) = lane.knowns(&c.states, &x[at.clone()], self.references, t - self.begin);
+                self.slave.directional(&c.derivatives, &by, &seed, &mut dx[at])?;
+            }
+        }
+        Ok(())
     }
 
     fn kept(&mut self, done: Result<(), Error>, values: &mut [f64]) {
@@ -57,8 +78,7 @@ impl Ode for Field<'_> {
             dx.fill(f64::NAN);
             return;
         }
-        let done =
-            self.place(t, x).and_then(|()| if dx.is_empty() { Ok(()) } else { self.slave.derivatives(dx) });
+        let done = self.all_rates(t, x, dx);
         self.kept(done, dx);
     }
 
@@ -68,7 +88,7 @@ impl Ode for Field<'_> {
         self.rates(t, &x, &mut f);
         for j in 0..n {
             if let Some(c) = self.columns {
-                let done = self.slave.directional(&c.derivatives, c.states[j], &mut column);
+                let done = self.slave.directional(&c.derivatives, &[c.states[j]], &[1.0], &mut column);
                 self.kept(done, &mut column);
             } else {
                 let at = x[j];

@@ -105,11 +105,16 @@ impl Slave {
     pub(super) fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
         either!(self, i => i.completed_integrator_step(true))
     }
-    /// d unknown / d known, one column.
-    pub(super) fn directional(&mut self, of: &[u32], by: u32, column: &mut [f64]) -> Result<(), Error> {
-        either!(self, i => i.directional_derivative(of, &[by], &[1.0], column), {
-            let of = fmi3::DerivativeOf { unknowns: of, knowns: &[by] };
-            i.directional_derivative(of, &[1.0], column)
+    /// (d of / d by) seed.
+    pub(super) fn directional(
+        &mut self,
+        of: &[u32],
+        by: &[u32],
+        seed: &[f64],
+        column: &mut [f64],
+    ) -> Result<(), Error> {
+        either!(self, i => i.directional_derivative(of, by, seed, column), {
+            i.directional_derivative(fmi3::DerivativeOf { unknowns: of, knowns: by }, seed, column)
         })
     }
 }

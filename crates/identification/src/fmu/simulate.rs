@@ -2,12 +2,14 @@
 
 use trueup_fmi_description::description::Interface;
 use trueup_fmi_import::{Error, Experiment};
+use trueup_numerics::Dual;
 use trueup_numerics::driver::{DriveError, Memory, Options, Reached, Solver, Stepper, System};
 use trueup_numerics::event::Direction;
 
 use super::field::{Columns, Field};
 use super::instance::Slave;
-use super::{FmuModel, Place};
+use super::lane::Lane;
+use super::{FmuModel, Place, WIDTH};
 use crate::predict::{InputMap, Plan, PredictError};
 
 /// Why a run ended.
@@ -28,6 +30,9 @@ const MOST: usize = 200;
 /// Steps between two samples after which the stiff method is tried.
 const STEPS: usize = 5000;
 
+/// Nominal value of a sensitivity: steps follow the states alone.
+const FREE: f64 = 1e100;
+
 /// A run under way.
 struct Under<'a> {
     slave: Slave,
@@ -35,7 +40,12 @@ struct Under<'a> {
     columns: Option<&'a Columns>,
     completed: bool,
     t: f64,
+    /// States, then the sensitivities of each lane.
     x: Vec<f64>,
+    n: usize,
+    lanes: Vec<Lane>,
+    /// Event indicators as variables (FMI 3.0).
+    shown: Vec<u32>,
     next_event: Option<f64>,
     stepper: Stepper,
     memory: Memory,
@@ -48,9 +58,28 @@ struct Under<'a> {
     ended: bool,
 }
 
+/// How an event moves with the lanes.
+struct Late {
+    /// By how much later it comes, one per lane.
+    by: Vec<f64>,
+    /// Rates of the states before it.
+    before: Vec<f64>,
+    /// The FMU is in event mode already.
+    entered: bool,
+}
+
 impl FmuModel {
     fn offered(&self) -> Option<&Interface> {
         self.fmu.description().model_exchange.as_ref()
+    }
+
+    /// Value references of the event indicators, where they are variables.
+    fn shown_indicators(&self, count: usize) -> Vec<u32> {
+        let d = self.fmu.description();
+        let all =
+            d.structure.event_indicators.iter().filter_map(|u| d.variables.get(d.resolve(u.reference)?));
+        let scalars: Vec<u32> = all.filter(|v| v.dimensions.is_empty()).map(|v| v.value_reference).collect();
+        if scalars.len() == count { scalars } else { Vec::new() }
     }
 
     fn columns(&self) -> Option<Columns> {
@@ -79,7 +108,12 @@ impl FmuModel {
         let columns = self.columns();
         let mut found = Err(Stopped::Other(String::new()));
         for solver in [Solver::Explicit, Solver::Stiff] {
-            found = self.attempt(plan, p, map, solver, columns.as_ref());
+            let mut y = vec![0.0; plan.len()];
+            let each = &mut |run: &mut Under, at: usize, output: usize| {
+                y[at] = self.output_of(&mut run.slave, output)?;
+                Ok(())
+            };
+            found = self.attempt(plan, p, map, solver, columns.as_ref(), Vec::new(), each).map(|()| y);
             let stiff = matches!(
                 &found,
                 Err(Stopped::Integrator(DriveError::MaxSteps { .. } | DriveError::StepTooSmall { .. }))
@@ -105,7 +139,9 @@ impl FmuModel {
         map: &InputMap<f64>,
         solver: Solver,
         columns: Option<&Columns>,
-    ) -> Result<Vec<f64>, Stopped> {
+        lanes: Vec<(Lane, InputMap<f64>)>,
+        each: &mut dyn FnMut(&mut Under, usize, usize) -> Result<(), Stopped>,
+    ) -> Result<(), Stopped> {
         let once = self.offered().is_some_and(|i| i.can_be_instantiated_only_once_per_process);
         // One that may exist only once is kept under the lock for as long as it runs.
         let mut idle = self.idle.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -115,13 +151,12 @@ impl FmuModel {
             Some(slave) => slave,
             None => Slave::new(&self.fmu)?,
         };
-        let mut run = self.start(slave, plan, p, map, solver, columns)?;
-        let mut y = vec![0.0; plan.len()];
+        let (lanes, maps): (Vec<Lane>, Vec<InputMap<f64>>) = lanes.into_iter().unzip();
+        let mut run = self.start(slave, plan, p, map, solver, columns, lanes)?;
         for i in 0..plan.nodes() {
-            run.node(i, plan, map)?;
+            run.node(i, plan, map, &maps)?;
             for (at, channel) in plan.due(i) {
-                let output = plan.wanted()[channel];
-                y[at] = self.output_of(&mut run.slave, output)?;
+                each(&mut run, at, plan.wanted()[channel])?;
             }
             if i + 1 < plan.nodes() && !run.ended {
                 run.advance(plan.time(i) + plan.step(i))?;
@@ -136,7 +171,48 @@ impl FmuModel {
                 }
             }
         }
-        Ok(y)
+        Ok(())
+    }
+
+    /// Readings with their derivatives, integrated along with the states; `None` where the FMU does not give them.
+    pub(super) fn sensitivities<const N: usize>(
+        &self,
+        plan: &Plan,
+        p: &[Dual<N>],
+        map: &InputMap<Dual<N>>,
+        acting: &[usize],
+    ) -> Option<Vec<Dual<N>>> {
+        let columns = self.columns()?;
+        let plain = |v: &[Dual<N>]| -> Vec<f64> { v.iter().map(|v| v.re).collect() };
+        let moved = |v: &[Dual<N>], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
+        let lanes = self.lanes(p, map, acting).into_iter().zip(acting).map(|(lane, &k)| {
+            // Without an entry of its own an input would count with gain 1.
+            let zero = |v: Vec<f64>| if v.is_empty() { vec![0.0; self.inputs.len()] } else { v };
+            (lane, InputMap { gain: zero(moved(&map.gain, k)), bias: zero(moved(&map.bias, k)) })
+        });
+        let mut y = vec![Dual::<N>::default(); plan.len()];
+        let each = &mut |run: &mut Under, at: usize, output: usize| {
+            y[at].re = self.output_of(&mut run.slave, output)?;
+            let place = self.output_places.iter().rfind(|p| p.begin <= output);
+            let Some(place) = place else { return Ok(()) };
+            let state = columns.states.iter().position(|r| *r == place.reference);
+            for (j, &k) in acting.iter().enumerate() {
+                let s = &run.x[run.n * (j + 1)..run.n * (j + 2)];
+                if let Some(i) = state {
+                    y[at].eps[k] = s[i];
+                    continue;
+                }
+                let (by, seed) = run.lanes[j].knowns(&columns.states, s, &run.references, run.t - run.begin);
+                let mut column = vec![0.0; place.len];
+                run.slave.directional(&[place.reference], &by, &seed, &mut column)?;
+                y[at].eps[k] = column[output - place.begin];
+            }
+            Ok(())
+        };
+        let map = InputMap { gain: plain(&map.gain), bias: plain(&map.bias) };
+        let done =
+            self.attempt(plan, &plain(p), &map, Solver::Explicit, Some(&columns), lanes.collect(), each);
+        done.ok().map(|()| y)
     }
 
     fn output_of(&self, slave: &mut Slave, output: usize) -> Result<f64, Stopped> {
@@ -155,6 +231,37 @@ impl FmuModel {
         map: &InputMap<f64>,
         solver: Solver,
         columns: Option<&'a Columns>,
+        lanes: Vec<Lane>,
+    ) -> Result<Under<'a>, Stopped> {
+        // How the first states move: they follow from the parameters, however the FMU does that.
+        let mut first = Vec::new();
+        for lane in &lanes {
+            let mut ends = [Vec::new(), Vec::new()];
+            for (end, sign) in ends.iter_mut().zip([-1.0, 1.0]) {
+                let q: Vec<f64> = p.iter().zip(&lane.moves).map(|(p, m)| p + sign * WIDTH[1] * m).collect();
+                let mut run = self.begin(slave, plan, &q, map, solver, columns, Vec::new())?;
+                *end = std::mem::take(&mut run.x);
+                slave = run.slave;
+                slave.reset()?;
+            }
+            let [low, high] = ends;
+            first.extend(high.iter().zip(low).map(|(h, l)| (h - l) / (2.0 * WIDTH[1])));
+        }
+        let mut run = self.begin(slave, plan, p, map, solver, columns, lanes)?;
+        let n = run.n;
+        run.x[n..].copy_from_slice(&first);
+        Ok(run)
+    }
+
+    fn begin<'a>(
+        &self,
+        mut slave: Slave,
+        plan: &Plan,
+        p: &[f64],
+        map: &InputMap<f64>,
+        solver: Solver,
+        columns: Option<&'a Columns>,
+        lanes: Vec<Lane>,
     ) -> Result<Under<'a>, Stopped> {
         let t = plan.time(0);
         // What is not said stays as the FMU has it.
@@ -182,9 +289,12 @@ impl FmuModel {
             columns,
             completed: self.offered().is_some_and(|i| i.needs_completed_integrator_step),
             t,
-            x: vec![0.0; states],
+            x: vec![0.0; states * (1 + lanes.len())],
+            n: states,
+            stepper: Stepper::new(solver, vec![FREE; states * (1 + lanes.len())], indicators),
+            lanes,
+            shown: self.shown_indicators(indicators),
             next_event: None,
-            stepper: Stepper::new(solver, vec![1.0; states], indicators),
             memory: Memory::default(),
             options: Options { solver, tolerance: self.tolerance, max_steps: STEPS, ..Options::default() },
             u,
@@ -199,14 +309,27 @@ impl FmuModel {
 }
 
 impl Under<'_> {
-    fn field<'b>(
-        slave: &'b mut Slave,
-        (references, u, du): (&'b [u32], &'b [f64], &'b [f64]),
-        begin: f64,
-        columns: Option<&'b Columns>,
-        nominal: &'b [f64],
-    ) -> Field<'b> {
-        Field { slave, references, begin, u, du, columns, nominal, failure: None }
+    fn field<'b>(&'b mut self, nominal: &'b [f64]) -> (Field<'b>, &'b mut [f64]) {
+        let field = Field {
+            slave: &mut self.slave,
+            references: &self.references,
+            begin: self.begin,
+            u: &self.u,
+            du: &self.du,
+            columns: self.columns,
+            nominal,
+            n: self.n,
+            lanes: &self.lanes,
+            failure: None,
+        };
+        (field, &mut self.x)
+    }
+
+    /// The FMU at the present time and states.
+    fn place(&mut self) -> Result<(), Stopped> {
+        let t = self.t;
+        let (mut field, x) = self.field(&[]);
+        Ok(field.place(t, x)?)
     }
 
     /// In event mode: iterates until nothing changes any more, then goes on in continuous time.
@@ -223,9 +346,9 @@ impl Under<'_> {
             }
         }
         self.slave.enter_continuous_time_mode()?;
-        if !self.x.is_empty() {
-            self.slave.get_states(&mut self.x)?;
-            let nominal = self.stepper.nominal_mut();
+        if self.n > 0 {
+            self.slave.get_states(&mut self.x[..self.n])?;
+            let nominal = &mut self.stepper.nominal_mut()[..self.n];
             self.slave.nominals(nominal)?;
             nominal.iter_mut().for_each(|x| *x = if x.is_finite() && *x != 0.0 { x.abs() } else { 1.0 });
         }
@@ -233,25 +356,124 @@ impl Under<'_> {
         Ok(())
     }
 
+    /// An event; `jump`: by inputs that jump, else at a crossing that comes later by `Late` as the lanes move.
+    fn event(&mut self, late: Option<Late>, jump: bool) -> Result<(), Stopped> {
+        let n = self.n;
+        let old = self.x[..n].to_vec();
+        if !late.as_ref().is_some_and(|late| late.entered) {
+            self.slave.enter_event_mode()?;
+        }
+        if jump {
+            self.slave.set(&self.references, &self.u)?;
+        }
+        self.settle()?;
+        if self.lanes.is_empty() {
+            return Ok(());
+        }
+        self.place()?;
+        let mut after = vec![0.0; n];
+        self.slave.derivatives(&mut after)?;
+        for k in 0..self.lanes.len() {
+            let (dt, before) = late.as_ref().map_or((0.0, &after), |late| (late.by[k], &late.before));
+            for i in 0..n {
+                let s = n * (k + 1) + i;
+                if self.x[i].to_bits() == old[i].to_bits() {
+                    self.x[s] += (before[i] - after[i]) * dt;
+                } else if self.x[i] == 0.0 {
+                    // Stopped: wherever it came from.
+                    self.x[s] = -after[i] * dt;
+                } else {
+                    return Err(Stopped::Other("how an event resets a state is not known".into()));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// By how much the crossing of indicator `i`, here and now, comes later as each lane moves: -dz / (dz/dt). Parameters'
+    /// part of dz is a directional derivative where indicators are variables (FMI 3.0), else a difference in event mode,
+    /// where tunable parameters may be set.
+    fn lateness(&mut self, i: usize) -> Result<Late, Stopped> {
+        let (n, t, count) = (self.n, self.t, self.stepper.restart().len());
+        let mut before = vec![0.0; n];
+        self.slave.derivatives(&mut before)?;
+        let mut z = vec![0.0; count];
+        let mut at = |run: &mut Self, t: f64, x: &[f64]| -> Result<f64, Stopped> {
+            let (mut field, _) = run.field(&[]);
+            field.place(t, x)?;
+            run.slave.indicators(&mut z)?;
+            Ok(z[i])
+        };
+        let here = self.x.clone();
+        let shifted = |by: f64, along: &[f64]| -> Vec<f64> {
+            here[..n].iter().zip(along).map(|(x, f)| x + by * f).collect()
+        };
+        let span = 1e-7 * t.abs().max(1e-2);
+        let rate = (at(self, t + span, &shifted(span, &before))?
+            - at(self, t - span, &shifted(-span, &before))?)
+            / (2.0 * span);
+        let shown = self.shown.get(i).copied();
+        let mut dz = Vec::new();
+        for k in 0..self.lanes.len() {
+            let s = here[n * (k + 1)..n * (k + 2)].to_vec();
+            if let (Some(shown), Some(c)) = (shown, self.columns) {
+                self.place()?;
+                let (by, seed) = self.lanes[k].knowns(&c.states, &s, &self.references, t - self.begin);
+                let mut column = [0.0];
+                self.slave.directional(&[shown], &by, &seed, &mut column)?;
+                dz.push(column[0]);
+                continue;
+            }
+            if !self.lanes[k].u.is_empty() {
+                return Err(Stopped::Other("how inputs move an event is not known".into()));
+            }
+            let size = s.iter().zip(&here).map(|(s, x)| s.abs() / (1e-3 + x.abs())).fold(0.0, f64::max);
+            let by = 1e-6 / size.max(1e-30);
+            dz.push((at(self, t, &shifted(by, &s))? - at(self, t, &shifted(-by, &s))?) / (2.0 * by));
+        }
+        self.place()?;
+        let entered = shown.is_none() && self.lanes.iter().any(Lane::tunes);
+        if entered {
+            self.slave.enter_event_mode()?;
+            for (lane, dz) in self.lanes.iter().zip(&mut dz).filter(|(lane, _)| lane.tunes()) {
+                let mut ends = [0.0; 2];
+                for (end, by) in ends.iter_mut().zip([-WIDTH[0], WIDTH[0]]) {
+                    let (references, values) = lane.tuned(by);
+                    self.slave.set(&references, &values)?;
+                    self.slave.indicators(&mut z)?;
+                    *end = z[i];
+                }
+                let (references, values) = lane.tuned(0.0);
+                self.slave.set(&references, &values)?;
+                *dz += (ends[1] - ends[0]) / (2.0 * WIDTH[0]);
+            }
+        }
+        // One that is only grazed has no derivative.
+        let later = |dz: f64| Some(-dz / rate).filter(|dt| dt.is_finite()).unwrap_or(0.0);
+        Ok(Late { by: dz.into_iter().map(later).collect(), before, entered })
+    }
+
     /// At a node: its inputs from here on; one that jumps is an event.
-    fn node(&mut self, i: usize, plan: &Plan, map: &InputMap<f64>) -> Result<(), Stopped> {
-        let before = std::mem::take(&mut self.u);
-        self.u = vec![0.0; before.len()];
+    fn node(
+        &mut self,
+        i: usize,
+        plan: &Plan,
+        map: &InputMap<f64>,
+        maps: &[InputMap<f64>],
+    ) -> Result<(), Stopped> {
         plan.inputs_at(i, map, &mut self.u, &mut self.du);
+        for (lane, map) in self.lanes.iter_mut().zip(maps).filter(|(lane, _)| !lane.u.is_empty()) {
+            plan.inputs_at(i, map, &mut lane.u, &mut lane.du);
+        }
         self.begin = plan.time(i);
         self.t = self.begin;
         if self.ended {
             return Ok(());
         }
         if i > 0 && plan.jumps(i) {
-            self.slave.enter_event_mode()?;
-            self.slave.set(&self.references, &self.u)?;
-            self.settle()?;
+            self.event(None, true)?;
         }
-        let mut field =
-            Self::field(&mut self.slave, (&self.references, &self.u, &self.du), self.begin, None, &[]);
-        field.place(self.t, &self.x)?;
-        Ok(())
+        self.place()
     }
 
     fn advance(&mut self, to: f64) -> Result<(), Stopped> {
@@ -266,9 +488,7 @@ impl Under<'_> {
             } else {
                 self.step(end)?
             };
-            let inputs = (&self.references[..], &self.u[..], &self.du[..]);
-            let mut field = Self::field(&mut self.slave, inputs, self.begin, None, &[]);
-            field.place(self.t, &self.x)?;
+            self.place()?;
             let mut event = crossed.is_some() || timed.is_some_and(|next| self.t >= next);
             if self.completed {
                 let done = self.slave.completed_integrator_step()?;
@@ -283,8 +503,11 @@ impl Under<'_> {
                         self.begin
                     )));
                 }
-                self.slave.enter_event_mode()?;
-                self.settle()?;
+                let late = match crossed {
+                    Some(i) if !self.lanes.is_empty() => Some(self.lateness(i)?),
+                    _ => None,
+                };
+                self.event(late, false)?;
             }
         }
         Ok(())
@@ -293,8 +516,18 @@ impl Under<'_> {
     /// One accepted step; the indicator at whose crossing it ended.
     fn step(&mut self, end: f64) -> Result<Option<usize>, Stopped> {
         let nominal = self.stepper.nominal_mut().to_vec();
-        let inputs = (&self.references[..], &self.u[..], &self.du[..]);
-        let mut field = Self::field(&mut self.slave, inputs, self.begin, self.columns, &nominal);
+        let mut field = Field {
+            slave: &mut self.slave,
+            references: &self.references,
+            begin: self.begin,
+            u: &self.u,
+            du: &self.du,
+            columns: self.columns,
+            nominal: &nominal,
+            n: self.n,
+            lanes: &self.lanes,
+            failure: None,
+        };
         if self.fresh {
             let z = self.stepper.restart();
             if !z.is_empty() {

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
+use super::simulation::Searched;
 use crate::estimate;
 use crate::fit::Fit;
 use crate::lsq::Problem;
-use super::simulation::Searched;
 use crate::output_error::OutputError;
 use crate::unknown::{Target, Unknown};
 

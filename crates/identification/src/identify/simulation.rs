@@ -6,7 +6,7 @@ use trueup_signals::process::Misfit;
 
 use super::{Found, Identified, IdentifyError, Method, Settings, Start, found, leverage, starts, unknowns};
 use crate::estimate::{Settings as EstimateSettings, assess};
-use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried};
+use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
 use crate::fmu::FmuModel;
 use crate::lsq::{Loss, Stop, solve};
 use crate::model::{Model, Subject};
@@ -58,7 +58,11 @@ impl Searched for Model {
         like: &OutputError<Self>,
         theta: &[f64],
     ) -> Result<(), PredictError> {
-        if (0..like.runs().len()).any(|r| like.carried(r).is_some()) { problem.carry_noise(theta) } else { Ok(()) }
+        if (0..like.runs().len()).any(|r| like.carried(r).is_some()) {
+            problem.carry_noise(theta)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -78,11 +82,7 @@ impl Searched for FmuModel {
     fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
         fit(problem, options)
     }
-    fn weigh_alike(
-        _: &mut OutputError<Self>,
-        _: &OutputError<Self>,
-        _: &[f64],
-    ) -> Result<(), PredictError> {
+    fn weigh_alike(_: &mut OutputError<Self>, _: &OutputError<Self>, _: &[f64]) -> Result<(), PredictError> {
         Ok(())
     }
 }
@@ -165,20 +165,23 @@ pub(super) fn by_simulation<M: Searched>(
         ));
     }
     (settings.progress)("output error");
-    let (rough, spikes) = {
+    let (rough, spikes, wrong) = {
         let problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
         let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
         let mut rough = fit(&problem, &options)?;
         let again = model.again(problem.unknowns(), &rough);
-        if again.len() > 1 {
+        if again.len() > 1 && usual(&problem, &rough) < HOPELESS {
             let options = FitOptions { starts: again, loss, ..FitOptions::default() };
             let lifted = fit(&problem, &options)?;
             if lifted.cost < rough.cost {
                 rough = Fit { start: rough.start, start_costs: rough.start_costs, ..lifted };
             }
         }
-        let spikes = rough.comparisons.iter().map(outliers).collect::<Vec<_>>();
-        (rough, spikes)
+        // Where the model is as wrong as that, what stands out is not the readings.
+        let wrong = usual(&problem, &rough) > HOPELESS;
+        let spikes: Vec<Vec<usize>> =
+            rough.comparisons.iter().map(|c| if wrong { Vec::new() } else { outliers(c) }).collect();
+        (rough, spikes, wrong)
     };
     for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
         let run = &mut train[c.run];
@@ -196,8 +199,8 @@ pub(super) fn by_simulation<M: Searched>(
     let mut problem = OutputError::new(model, nominal, &train, with_nuisance(&train));
     let (fit, iterations) = if settings.method == Method::NelderMead {
         (settings.progress)("downhill simplex");
-        let begin = &coordinates(&problem)[0];
-        let (theta, evaluations, shrunk) = simplex(&problem, begin, shared.len(), loss, settings)?;
+        let begins = coordinates(&problem);
+        let (theta, evaluations, shrunk) = simplex(&problem, &begins, shared.len(), loss, settings)?;
         if !shrunk {
             notes.push(format!(
                 "the simplex has not shrunk after {evaluations} simulations: its estimate is not the best one; output-error takes a few dozen"
@@ -206,6 +209,13 @@ pub(super) fn by_simulation<M: Searched>(
         // Rank and curvature where the simplex ended, without moving from there.
         let options = FitOptions { starts: vec![theta], loss, iterations: 1, ..FitOptions::default() };
         (fit(&problem, &options)?, evaluations)
+    } else if wrong {
+        let times = usual(&problem, &rough);
+        notes.push(format!(
+            "no values of these parameters reproduce the recordings: the residuals are {times:.0} times the noise. The search was cut short there; see `trueup diagnose` for what the model lacks"
+        ));
+        let iterations = rough.iterations;
+        (rough, iterations)
     } else {
         (settings.progress)("weighing by the noise of the inputs");
         let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
@@ -213,20 +223,36 @@ pub(super) fn by_simulation<M: Searched>(
         let iterations = fit.iterations + rough.iterations;
         (Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
     };
+    let refined = if wrong || settings.method == Method::NelderMead {
+        None
+    } else {
+        (settings.progress)("readings as counts");
+        refine(&problem, &fit.solution, loss)
+    };
+    let fit = match refined {
+        Some((slack, finer)) => {
+            problem.read_intervals(Some(slack));
+            notes.push(format!(
+                "readings of coarse sensors are taken for the counts that they are, with an error of {slack} counts before counting"
+            ));
+            of_solution(&problem, finer, loss, fit.start, fit.start_costs)?
+        }
+        None => fit,
+    };
     (settings.progress)("uncertainty");
     let profile = if settings.profile && model.profiles() { (0..shared.len()).collect() } else { Vec::new() };
     let how = EstimateSettings { starts: Vec::new(), loss, profile, first_iterations: 0 };
     let e = assess(&problem, &fit.solution, &how);
     for c in &e.channels {
         let name = &train[c.run].name;
-        if c.above_floor > 1.5 && !free.contains(&c.channel) {
+        if !wrong && c.above_floor > 1.5 && !free.contains(&c.channel) {
             notes.push(format!(
                 "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
                 c.channel, c.above_floor
             ));
         }
     }
-    if !fit.stop.converged() && settings.method != Method::NelderMead {
+    if !fit.stop.converged() && settings.method != Method::NelderMead && !wrong {
         notes.push("the search ran out of iterations: the estimate may not be the best one".into());
     }
     let mut all: Vec<Found> =
@@ -281,14 +307,25 @@ pub(super) fn by_simulation<M: Searched>(
     })
 }
 
+/// Residuals so many times the noise are not worth the last iterations.
+const HOPELESS: f64 = 50.0;
+
+/// Residuals over the noise, whatever a few outliers do.
+fn usual<M: Searched>(problem: &OutputError<M>, fit: &Fit) -> f64 {
+    let mut all: Vec<f64> =
+        fit.solution.residuals.as_slice()[..problem.readings()].iter().map(|r| r.abs()).collect();
+    let middle = all.len() / 2;
+    if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 }
+}
+
 /// Simulations per parameter that the simplex may take.
-const SIMPLEX: usize = 120;
+const SIMPLEX: usize = 200;
 
 /// The downhill simplex over the shared unknowns; what belongs to single recordings follows by least squares, from where
 /// it was last. Whether it has shrunk, and its simulations.
 fn simplex<M: Searched>(
     problem: &OutputError<M>,
-    start: &[f64],
+    starts: &[Vec<f64>],
     shared: usize,
     loss: Loss,
     settings: &Settings,
@@ -300,8 +337,8 @@ fn simplex<M: Searched>(
         OutputError::new(problem.model(), &nominal, problem.runs(), own.clone())
     };
     let options = crate::lsq::Options { max_iterations: 3, cost_tolerance: 1e-4, loss, ..Default::default() };
-    solve(&inner(&start[..shared]), &start[shared..], options)?;
-    let (mut best, mut at, mut done) = (f64::INFINITY, start[shared..].to_vec(), 0usize);
+    solve(&inner(&starts[0][..shared]), &starts[0][shared..], options)?;
+    let (mut best, mut at, mut done) = (f64::INFINITY, starts[0][shared..].to_vec(), 0usize);
     let mut price = |z: &[f64]| {
         done += 1;
         if done % 50 == 0 {
@@ -313,8 +350,11 @@ fn simplex<M: Searched>(
         }
         s.cost
     };
-    let (steps, most) = (vec![0.3; shared], SIMPLEX * shared);
-    let s = nelder_mead(&mut price, &start[..shared], &steps, &lower[..shared], &upper[..shared], 1e-4, most);
+    let most = SIMPLEX * shared;
+    let prices: Vec<f64> = starts.iter().map(|s| price(&s[..shared])).collect();
+    let first = (0..prices.len()).min_by(|a, b| prices[*a].total_cmp(&prices[*b])).unwrap_or(0);
+    let z = &starts[first][..shared];
+    let s = nelder_mead(&mut price, z, &vec![0.3; shared], &lower[..shared], &upper[..shared], 1e-4, most);
     let last = solve(&inner(&s.x), &at, crate::lsq::Options { loss, ..Default::default() })?;
-    Ok(([s.x, last.x].concat(), s.evaluations, s.evaluations < most))
+    Ok(([s.x, last.x].concat(), s.evaluations, s.converged))
 }

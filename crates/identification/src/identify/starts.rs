@@ -188,9 +188,15 @@ pub(super) fn around(fitted: &[Fitted]) -> Vec<Start> {
             Target::Parameter(i) => Some((i, f.unknown.start)),
             _ => None,
         };
-        Start { from: from.into(), values: fitted.iter().filter_map(value).collect(), cost: None, chosen: false }
+        Start {
+            from: from.into(),
+            values: fitted.iter().filter_map(value).collect(),
+            cost: None,
+            chosen: false,
+        }
     };
-    let mut all = vec![at("the case", 1.0), at("1.5 times the case's", 1.5), at("two thirds of the case's", 0.67)];
+    let mut all =
+        vec![at("the case", 1.0), at("1.5 times the case's", 1.5), at("two thirds of the case's", 0.67)];
     if all[0].values == all[1].values {
         all.truncate(1);
     }

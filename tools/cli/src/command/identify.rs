@@ -2,6 +2,7 @@
 
 mod json;
 mod page;
+pub(crate) mod statics;
 mod table;
 
 use trueup_identification::fmu::FmuModel;
