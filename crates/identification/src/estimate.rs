@@ -15,6 +15,7 @@ use trueup_signals::process::rms;
 
 use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, refine, search};
+use crate::interval;
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
 use crate::plant::Predictor;
@@ -100,6 +101,19 @@ pub struct Estimate {
     pub channels: Vec<ChannelFit>,
 }
 
+/// Standard errors that are so many times the bound of independent errors come from errors that are not.
+const CORRELATED: f64 = 1.3;
+
+impl Estimate {
+    /// What all recordings share is known worse than independent errors of the readings would allow: as of counts that
+    /// repeat themselves, or beat.
+    pub fn suffers(&self) -> bool {
+        let shared = self.unknowns.iter().filter(|u| u.run.is_none());
+        let mut errors = shared.filter_map(|u| u.standard_error.zip(u.cramer_rao));
+        errors.any(|(se, bound)| se > CORRELATED * bound)
+    }
+}
+
 /// Estimates the unknowns of a problem.
 ///
 /// # Errors
@@ -115,14 +129,12 @@ pub fn estimate<M: Predictor>(
         ..FitOptions::default()
     };
     let (found, best, start_costs) = search(problem, &options)?;
-    let mut e = match refine(problem, &found, settings.loss) {
-        Some((slack, finer)) => {
-            let mut problem = problem.clone();
-            problem.read_intervals(Some(slack));
-            assess(&problem, &finer, settings)
-        }
-        None => assess(problem, &found, settings),
-    };
+    let mut e = assess(problem, &found, settings);
+    if let Some((slack, finer)) = e.suffers().then(|| refine(problem, &found, settings.loss)).flatten() {
+        let mut problem = problem.clone();
+        problem.read_intervals(Some(slack));
+        e = assess(&problem, &finer, settings);
+    }
     (e.start, e.start_costs) = (best, start_costs);
     Ok(e)
 }
@@ -189,7 +201,7 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
         start_costs: Vec::new(),
         iterations: found.iterations,
         stop: found.stop,
-        channels: channels(problem, &plain(problem, found)),
+        channels: channels(problem, &plain(problem, found, false).residuals),
     }
 }
 
@@ -266,6 +278,11 @@ fn sandwich<M: Predictor>(
     let n = found.x.len();
     // How each reading moves the solution, row by row.
     let influence = &found.jacobian * &information.covariance;
+    // Of intervals: the predictions themselves, over the deviations of their readings, and their derivatives.
+    let as_errors = (0..problem.runs().len())
+        .any(|r| (0..problem.runs()[r].channels.len()).any(|c| problem.slack(r, c).is_some()))
+        .then(|| plain(problem, found, true));
+    let (shows_off, shows) = as_errors.map_or((DVector::zeros(0), None), |e| (e.residuals, e.jacobian));
     let scored = |i: usize| found.residuals[i] * loss.weight(found.residuals[i]);
     let of_channel = |run: usize, c: usize| -> DMatrix<f64> {
         let (channel, w) = (&problem.runs()[run].channels[c], &problem.plans()[run].channels()[c..]);
@@ -275,9 +292,21 @@ fn sandwich<M: Predictor>(
         let mut meat = DMatrix::<f64>::zeros(n, n);
         let step = channel.resolution;
         let power = (first..first + len).map(|i| found.residuals[i].powi(2)).sum::<f64>() / len.max(1) as f64;
-        // What intervals say is in their likelihood.
-        if problem.reads_intervals(run, c) {
-            return rows.tr_mul(&rows);
+        if let (Some(slack), Some(shows)) = (problem.slack(run, c), &shows) {
+            // What was there, by the fit; its counts shifted.
+            let rows = shows.rows(first, len) * &information.covariance;
+            let shown = |k: usize| channel.y[k] + shows_off[first + k] * channel.deviation(k);
+            for shift in 0..SHIFTS {
+                let phase = (shift as f64 + 0.5) / SHIFTS as f64;
+                let scores = DVector::from_fn(len, |k, _| {
+                    let y = shown(k) / step + phase;
+                    let (r, slope) = interval::residual((y - y.round()) * step, step, slack);
+                    r * slope * channel.deviation(k)
+                });
+                let moved = rows.tr_mul(&scores);
+                meat += &moved * moved.transpose() / SHIFTS as f64;
+            }
+            return meat;
         }
         // Innovations are white if the model is right; what a wrong model leaves is no quantisation.
         if channel.counts() && problem.carried(run).is_none() && power < WRONG * WRONG {
@@ -402,10 +431,12 @@ fn profile<M: Predictor>(
 }
 
 /// Residuals over the deviation of a reading, whatever the fit took them for.
-fn plain<M: Predictor>(problem: &OutputError<M>, found: &Solution) -> DVector<f64> {
+fn plain<M: Predictor>(problem: &OutputError<M>, found: &Solution, jacobian: bool) -> Evaluation {
     let mut problem = problem.clone();
     problem.read_intervals(None);
-    problem.evaluate(&found.x, false).map_or_else(|_| found.residuals.clone(), |e| e.residuals)
+    problem
+        .evaluate(&found.x, jacobian)
+        .unwrap_or_else(|_| Evaluation { residuals: found.residuals.clone(), jacobian: None })
 }
 
 fn channels<M: Predictor>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {

@@ -75,9 +75,9 @@ impl<'a, M: Predictor> OutputError<'a, M> {
     pub fn read_intervals(&mut self, slack: Option<f64>) {
         self.slack = slack;
     }
-    /// Whether a channel of a run is read as intervals.
-    pub fn reads_intervals(&self, run: usize, channel: usize) -> bool {
-        self.slack.is_some() && self.runs[run].channels[channel].counts()
+    /// Error before counting of a channel that is read as intervals, in its unit.
+    pub fn slack(&self, run: usize, channel: usize) -> Option<f64> {
+        self.slack_of(&self.runs[run].channels[channel])
     }
     /// Error before counting, in the unit of the channel.
     fn slack_of(&self, channel: &Channel) -> Option<f64> {
