@@ -1,8 +1,8 @@
 //! A quantised reading as what it says: the motion was within this count.
 //!
 //! With a reading y of step w and an error of standard deviation s before the sensor counts, P(y | m) =
-//! Phi((y + w/2 - m)/s) - Phi((y - w/2 - m)/s) for a prediction m. As a residual for least squares: r^2 / 2 = -ln P(y | m)
-//! + ln P(y | y), with the sign of m - y. Within the count r is nearly 0 and says nothing; beyond its edges it grows as
+//! Phi((y + w/2 - m)/s) - Phi((y - w/2 - m)/s) for a prediction m. As a residual for least squares:
+//! r^2 / 2 = ln P(y | y) - ln P(y | m), with the sign of m - y. Within the count r is nearly 0 and says nothing; beyond its edges it grows as
 //! the distance over s. The edges are what a coarse encoder knows, and their errors are not those of a white noise of
 //! w / sqrt(12).
 
@@ -33,7 +33,7 @@ fn ln_density(z: f64) -> f64 {
 pub(crate) fn residual(off: f64, step: f64, slack: f64) -> (f64, f64) {
     let h = 0.5 * step / slack;
     let ln_p = |a: f64, b: f64| {
-        // Phi(b) - Phi(a) by the tail in which both lie.
+        // Phi(b) - Phi(a): from the tail in which both lie, else 1 less the two tails.
         if a > 0.0 {
             let (near, far) = (ln_tail(a), ln_tail(b));
             near + (-(far - near).exp()).ln_1p()
@@ -41,7 +41,6 @@ pub(crate) fn residual(off: f64, step: f64, slack: f64) -> (f64, f64) {
             (-(ln_tail(-a).exp() + ln_tail(b).exp())).max(-1.0).ln_1p()
         }
     };
-    // Where a is far below 0 that is 1 - tails: ln_tail(-a) is the tail below.
     let d = off.abs() / slack;
     let (a, b) = (d - h, d + h);
     let best = (1.0 - 2.0 * ln_tail(h).exp()).ln();

@@ -59,12 +59,53 @@ pub(super) fn of<M: Searched>(
         return none;
     }
     let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };
-    let all =
-        estimate::leverage(&j.columns(0, count).into_owned(), &j.columns(count, extra.len()).into_owned());
+    let own = j.columns(0, count).into_owned();
+    let all = estimate::leverage(&own, &j.columns(count, extra.len()).into_owned());
+    let (periodic, waves) = periodic(&wider, j.nrows());
+    let turns = estimate::leverage(&own, &waves);
     let size = |k: usize| {
         let (value, slope) = problem.unknowns()[k].scale.value(fit.theta[k]);
         slope / value
     };
-    let values = DMatrix::from_fn(order.len(), extra.len(), |i, c| all[(order[i], c)] * size(order[i]));
+    let known = known.into_iter().chain(periodic).collect::<Vec<_>>();
+    let values = DMatrix::from_fn(order.len(), known.len(), |i, c| {
+        let wave = |k: usize| turns[(order[i], 2 * (c - extra.len()) + k)];
+        // Of a wave whose phase nobody knows the worst.
+        let moved = if c < extra.len() { all[(order[i], c)] } else { wave(0).hypot(wave(1)) };
+        moved * size(order[i])
+    });
     Leverage { known, values }
+}
+
+/// Errors of one step that come again with every turn of an angle sensor, sine and cosine: names, columns.
+fn periodic<M: Searched>(problem: &OutputError<M>, rows: usize) -> (Vec<String>, DMatrix<f64>) {
+    let mut names: Vec<String> = Vec::new();
+    let angles = problem.runs().iter().flat_map(|r| &r.channels).filter(|c| c.name.contains("Angle"));
+    for c in angles {
+        let name = format!("{} per turn, one step", c.name);
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    let mut all = DMatrix::zeros(rows, 2 * names.len());
+    for (r, run) in problem.runs().iter().enumerate() {
+        let begin = problem.residuals_of(r);
+        let mut row = begin.start;
+        for c in &run.channels {
+            let step = if c.resolution > 0.0 { c.resolution } else { c.sigma };
+            let at = names.iter().position(|n| *n == format!("{} per turn, one step", c.name));
+            for (k, y) in c.y.iter().enumerate() {
+                if let Some(at) = at {
+                    let (sin, cos) = y.sin_cos();
+                    all[(row + k, 2 * at)] = step * sin / c.deviation(k);
+                    all[(row + k, 2 * at + 1)] = step * cos / c.deviation(k);
+                }
+            }
+            row += c.y.len();
+        }
+        for mut column in all.column_iter_mut() {
+            problem.whiten(r, &mut column.as_mut_slice()[begin.clone()]);
+        }
+    }
+    (names, all)
 }

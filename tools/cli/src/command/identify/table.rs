@@ -89,12 +89,12 @@ pub(super) fn text(r: &Identified) -> String {
         let columns = r.leverage.known.join(", ");
         let _ = writeln!(
             out,
-            "\nIf 1 % of this were wrong, or a sensor's zero by one step, the estimate moves by (%): {columns}"
+            "\nIf 1 % of this were wrong, or a sensor by one step (its zero, or in a wave per turn), the estimate moves by (%): {columns}"
         );
         for (f, row) in r.parameters.iter().chain(&r.uncertain).zip(r.leverage.values.row_iter()) {
             let each = row.iter().zip(&r.leverage.known);
             let cells: Vec<String> = each
-                .map(|(v, k)| format!("{:>9.3}", if k.contains("zero") { 100.0 * v } else { *v }))
+                .map(|(v, k)| format!("{:>9.3}", if k.contains("one step") { 100.0 * v } else { *v }))
                 .collect();
             let _ = writeln!(out, "  {:<22}{}", f.estimate.name, cells.join(" "));
         }
