@@ -55,7 +55,8 @@ pub(super) fn of<M: Searched>(
     theta.extend(extra.iter().map(|u| u.scale.coordinate(u.start)));
     let unknowns = [problem.unknowns(), &extra].concat();
     let mut wider = OutputError::new(model, nominal, problem.runs(), unknowns);
-    if M::weigh_alike(&mut wider, problem, &theta).is_err() {
+    let weighed = (0..problem.runs().len()).any(|r| problem.carried(r).is_some());
+    if weighed && M::carry(&mut wider, &theta).is_err() {
         return none;
     }
     let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };

@@ -8,7 +8,7 @@ use super::{Found, Identified, IdentifyError, Method, Settings, Start, found, le
 use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
 use crate::fmu::FmuModel;
-use crate::lsq::{Loss, Stop, solve};
+use crate::lsq::{Loss, Problem, Stop, solve};
 use crate::model::{Model, Subject};
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
@@ -29,12 +29,8 @@ pub(super) trait Searched: Subject + Sized {
     fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>>;
     /// The last fit.
     fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError>;
-    /// Weighs a problem as `like` is weighed.
-    fn weigh_alike(
-        problem: &mut OutputError<Self>,
-        like: &OutputError<Self>,
-        theta: &[f64],
-    ) -> Result<(), PredictError>;
+    /// Weighs a problem by the noise of its inputs, as it is at `theta`; whether it can.
+    fn carry(problem: &mut OutputError<Self>, theta: &[f64]) -> Result<bool, PredictError>;
 }
 
 impl Searched for Model {
@@ -53,16 +49,8 @@ impl Searched for Model {
     fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
         fit_carried(problem, options)
     }
-    fn weigh_alike(
-        problem: &mut OutputError<Self>,
-        like: &OutputError<Self>,
-        theta: &[f64],
-    ) -> Result<(), PredictError> {
-        if (0..like.runs().len()).any(|r| like.carried(r).is_some()) {
-            problem.carry_noise(theta)
-        } else {
-            Ok(())
-        }
+    fn carry(problem: &mut OutputError<Self>, theta: &[f64]) -> Result<bool, PredictError> {
+        problem.carry_noise(theta).map(|()| true)
     }
 }
 
@@ -82,8 +70,8 @@ impl Searched for FmuModel {
     fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
         fit(problem, options)
     }
-    fn weigh_alike(_: &mut OutputError<Self>, _: &OutputError<Self>, _: &[f64]) -> Result<(), PredictError> {
-        Ok(())
+    fn carry(_: &mut OutputError<Self>, _: &[f64]) -> Result<bool, PredictError> {
+        Ok(false)
     }
 }
 
@@ -170,7 +158,7 @@ pub(super) fn by_simulation<M: Searched>(
         let options = FitOptions { starts: coordinates(&problem), loss, ..FitOptions::default() };
         let mut rough = fit(&problem, &options)?;
         let again = model.again(problem.unknowns(), &rough);
-        if again.len() > 1 && usual(&problem, &rough) < HOPELESS {
+        if again.len() > 1 && hopeless(&problem, &rough).is_none() {
             let options = FitOptions { starts: again, loss, ..FitOptions::default() };
             let lifted = fit(&problem, &options)?;
             if lifted.cost < rough.cost {
@@ -178,9 +166,12 @@ pub(super) fn by_simulation<M: Searched>(
             }
         }
         // Where the model is as wrong as that, what stands out is not the readings.
-        let wrong = usual(&problem, &rough) > HOPELESS;
-        let spikes: Vec<Vec<usize>> =
-            rough.comparisons.iter().map(|c| if wrong { Vec::new() } else { outliers(c) }).collect();
+        let wrong = hopeless(&problem, &rough);
+        let spikes: Vec<Vec<usize>> = rough
+            .comparisons
+            .iter()
+            .map(|c| if wrong.is_some() { Vec::new() } else { outliers(c) })
+            .collect();
         (rough, spikes, wrong)
     };
     for (c, spikes) in rough.comparisons.iter().zip(&spikes).filter(|(_, s)| !s.is_empty()) {
@@ -209,8 +200,7 @@ pub(super) fn by_simulation<M: Searched>(
         // Rank and curvature where the simplex ended, without moving from there.
         let options = FitOptions { starts: vec![theta], loss, iterations: 1, ..FitOptions::default() };
         (fit(&problem, &options)?, evaluations)
-    } else if wrong {
-        let times = usual(&problem, &rough);
+    } else if let Some(times) = wrong {
         notes.push(format!(
             "no values of these parameters reproduce the recordings: the residuals are {times:.0} times the noise. The search was cut short there; see `trueup diagnose` for what the model lacks"
         ));
@@ -224,7 +214,7 @@ pub(super) fn by_simulation<M: Searched>(
         (Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
     };
     let quick = EstimateSettings { starts: Vec::new(), loss, profile: Vec::new(), first_iterations: 0 };
-    let refined = if wrong || settings.method == Method::NelderMead {
+    let refined = if wrong.is_some() || settings.method == Method::NelderMead {
         None
     } else {
         let suffers = assess(&problem, &fit.solution, &quick).suffers();
@@ -246,14 +236,14 @@ pub(super) fn by_simulation<M: Searched>(
     let e = assess(&problem, &fit.solution, &how);
     for c in &e.channels {
         let name = &train[c.run].name;
-        if !wrong && c.above_floor > 1.5 && !free.contains(&c.channel) {
+        if wrong.is_none() && c.above_floor > 1.5 && !free.contains(&c.channel) {
             notes.push(format!(
                 "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
                 c.channel, c.above_floor
             ));
         }
     }
-    if !fit.stop.converged() && settings.method != Method::NelderMead && !wrong {
+    if !fit.stop.converged() && settings.method != Method::NelderMead && wrong.is_none() {
         notes.push("the search ran out of iterations: the estimate may not be the best one".into());
     }
     let mut all: Vec<Found> =
@@ -311,12 +301,25 @@ pub(super) fn by_simulation<M: Searched>(
 /// Residuals so many times the noise are not worth the last iterations.
 const HOPELESS: f64 = 50.0;
 
-/// Residuals over the noise, whatever a few outliers do.
-fn usual<M: Searched>(problem: &OutputError<M>, fit: &Fit) -> f64 {
-    let mut all: Vec<f64> =
-        fit.solution.residuals.as_slice()[..problem.readings()].iter().map(|r| r.abs()).collect();
-    let middle = all.len() / 2;
-    if all.is_empty() { 0.0 } else { *all.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745 }
+/// By how much residuals usually exceed the noise, that of the inputs included, whatever a few outliers do; `None` if
+/// not by so much, or if it cannot be said.
+fn hopeless<M: Searched>(problem: &OutputError<M>, fit: &Fit) -> Option<f64> {
+    let usual = |residuals: &[f64]| {
+        let mut all: Vec<f64> = residuals[..problem.readings()].iter().map(|r| r.abs()).collect();
+        let middle = all.len() / 2;
+        (!all.is_empty()).then(|| *all.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745)
+    };
+    let far = |times: &f64| *times > HOPELESS;
+    let times = usual(fit.solution.residuals.as_slice()).filter(far)?;
+    if problem.runs().iter().all(|r| r.drives.iter().all(|d| d.sigma <= 0.0)) {
+        return Some(times);
+    }
+    let mut weighed = problem.clone();
+    if !M::carry(&mut weighed, &fit.theta).ok()? {
+        return None;
+    }
+    let found = weighed.evaluate(&fit.theta, false).ok()?;
+    usual(found.residuals.as_slice()).filter(far)
 }
 
 /// Simulations per parameter that the simplex may take.
