@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 use trueup_models::effect;
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Decision, Thresholds, decide};
+use crate::engine::decide::{Decision, Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
@@ -25,13 +25,11 @@ pub struct Options {
     pub effort: Effort,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
-    /// Tracking index of the observer while causes are compared.
-    pub index: f64,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, effort: Effort::default(), limits: Thresholds::default(), index: 0.03 }
+        Self { seed: 1, effort: Effort::default(), limits: Thresholds::default() }
     }
 }
 
@@ -76,6 +74,8 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// Held-out recordings (of cases without: those for fitting).
     pub traces: Vec<Trace>,
+    /// Which joints of the nominal model have a spring.
+    pub flexible: Vec<bool>,
     /// The augmented model, where an effect is claimed.
     pub augmented: Option<Augmented>,
 }
@@ -99,35 +99,79 @@ pub fn diagnose(
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let case = Prepared::new(loaded)?;
-    let mut search = Search::new(&case);
-    search.tune_to(&vec![options.index; case.coordinates.len()]);
+    tell(0.01, "what a perfect model would leave");
+    let search = Search::new(&case, options.seed).map_err(DiagnoseError::Nominal)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
     let mut done = 0.05;
-    let found = search
+    let mut found = search
         .select(options.effort, |what| {
             done = (done + 0.8) * 0.5;
             tell(done, what);
         })
         .map_err(DiagnoseError::Nominal)?;
-    let decision = decide(&found, raw, &options.limits);
-    tell(0.85, "free-running simulations");
-    let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
+    tell(0.7, "free-running simulations");
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
-    let tuned = match decision.verdict {
-        Verdict::NoGap => before.clone(),
-        _ => search.polish(&tuned_start(&search, &found), 8),
-    };
-    let after = if claimed { search.polish(&found.best, 8) } else { tuned.clone() };
+    let tuned = search.polish(&tuned_start(&search, &found), 8);
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     let shown_before = replay(&before)?;
-    let (shown_tuned, shown_after) =
-        (replay(&tuned).unwrap_or_else(|_| shown_before.clone()), replay(&after)?);
+    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown_before.clone());
+    let nominal_floors =
+        search.floors(&before, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
+    let gap_of = |after: &Replayed| {
+        gap_report(&traces(&case, [&shown_before, &shown_tuned, after], &nominal_floors), options.seed)
+            .overall
+            .map(|g| Free { before: g.before, tuned: g.tuned, after: g.after, floor: g.floor })
+    };
+    let mut polished: Option<Complete> = None;
+    let mut free = gap_of(&shown_tuned).unwrap_or_default();
+    // What the balances leave open the free-running simulation has to tell.
+    if free.tuned > options.limits.free * free.floor {
+        let own = found.best.stated.set.iter().any(Hypothesis::is_effect);
+        let mut contenders: Vec<usize> = Vec::new();
+        if !own {
+            let singles = found.sets.iter().enumerate().filter(|(_, f)| {
+                f.stated.set.len() == 1
+                    && f.stated.set[0].is_effect()
+                    && f.evidence(1.0) > found.plain.evidence(1.0) + 20.0
+            });
+            contenders = singles.map(|s| s.0).take(3).collect();
+        }
+        let mut best: Option<(f64, Complete, usize)> = None;
+        for i in contenders {
+            tell(0.75, &format!("free-running: {:?}", found.sets[i].labels()));
+            let complete = search.polish(&found.sets[i], 8);
+            let Ok(shown) = replay(&complete) else { continue };
+            let Some(g) = gap_of(&shown) else { continue };
+            if best.as_ref().is_none_or(|b| g.after < b.0) {
+                best = Some((g.after, complete, i));
+            }
+        }
+        if let Some((after, complete, i)) = best {
+            let left = |v: f64| (v * v - free.floor * free.floor).max(0.0);
+            if left(after) < 0.5 * left(free.tuned) {
+                found.best = found.sets[i].clone();
+                free.after = after;
+                polished = Some(complete);
+            }
+        }
+    }
+    let decision = decide(&found, raw, Some(&free), &options.limits);
+    let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
+    tell(0.85, "free-running: what was chosen");
+    let tuned = if decision.verdict == Verdict::NoGap { before.clone() } else { tuned };
+    let shown_tuned = if decision.verdict == Verdict::NoGap { shown_before.clone() } else { shown_tuned };
+    let after = match (claimed, polished) {
+        (true, Some(p)) => p,
+        (true, None) => search.polish(&found.best, 8),
+        _ => tuned.clone(),
+    };
+    let shown_after = if claimed { replay(&after)? } else { shown_tuned.clone() };
     let floors =
         search.floors(&after, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    let traces = traces(&case, &search, [&shown_before, &shown_tuned, &shown_after], &floors);
+    let traces = traces(&case, [&shown_before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
     tell(0.95, "where it lies");
     let location = where_it_lies(&search, &found, &decision, &traces, options.seed);
@@ -152,14 +196,14 @@ pub fn diagnose(
     };
     let augmented = claimed.then(|| augmented(&search, &after));
     tell(1.0, "done");
-    Ok(Diagnosed { diagnosis, traces, augmented })
+    Ok(Diagnosed { diagnosis, traces, flexible: case.subject.flexible.clone(), augmented })
 }
 
 fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
     let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    Ok(r.iter().map(|r| r * r).sum::<f64>() / r.len() as f64 - 1.0)
+    Ok((r.iter().map(|r| r * r).sum::<f64>() - search.expected_of_training()) / r.len() as f64)
 }
 
 /// The plain model with all its parameters free, from where the search left it.
@@ -181,8 +225,7 @@ fn tuned_start(search: &Search<'_>, found: &Found) -> Fitted {
     fitted.unwrap_or_else(|| start_from.clone())
 }
 
-fn traces(case: &Prepared, search: &Search<'_>, shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
-    let _ = search;
+fn traces(case: &Prepared, shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
@@ -313,11 +356,11 @@ fn where_it_lies(
         .zip(locate::shares(&pairs))
         .map(|(name, share)| ChannelShare { name: (*name).to_owned(), share })
         .collect();
-    innovations_by_place(search, found, components, channels, seed)
+    missing_by_place(search, found, components, channels, seed)
 }
 
-/// Times, bands and regimes of the innovations of the plain model: there a cause shows while it acts.
-fn innovations_by_place(
+/// Times, bands and regimes of what the plain model misses: there a cause shows while it acts.
+fn missing_by_place(
     search: &Search<'_>,
     found: &Found,
     components: Vec<ComponentShare>,
@@ -326,15 +369,15 @@ fn innovations_by_place(
 ) -> Where {
     let case = search.case;
     let problem = search.compare(&found.plain.stated);
-    let begins = problem.begins();
     let mut series: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
     for (r, run) in case.train.iter().enumerate() {
-        let mut at = begins[r];
-        for channel in &run.run.channels {
-            let n = channel.y.len();
-            let value: Vec<f64> = found.plain.residuals.as_slice()[at..at + n].to_vec();
-            series.push((run.run.name.clone(), channel.name.clone(), channel.t.clone(), value));
-            at += n;
+        let Ok(missing) = problem.missing(r, &found.plain.theta) else { continue };
+        let led = &search.led[r];
+        for ((channel, missing), floors) in run.run.channels.iter().zip(missing).zip(&led.floors) {
+            let floor = floors.iter().map(|f| f * f).sum::<f64>().sqrt();
+            let value = missing[led.counts.clone()].iter().map(|v| v / floor).collect();
+            let time = led.t[led.counts.clone()].to_vec();
+            series.push((run.run.name.clone(), channel.name.clone(), time, value));
         }
     }
     // The channel in which most of it shows.

@@ -89,6 +89,8 @@ pub struct Plan {
     /// Where each channel's readings begin in the prediction; last: how many there are.
     begin: Vec<usize>,
     name: String,
+    /// Most steps between two nodes.
+    most_steps: f64,
 }
 
 /// Times are rounded to this, s, such that an even clock has few step sizes.
@@ -147,7 +149,7 @@ impl Plan {
             begin.push(begin[begin.len() - 1] + channel.t.len());
         }
         let wanted = run.channels.iter().map(|c| c.output).collect();
-        Self { nodes, u, du, inputs, wanted, begin, name: run.name.clone() }
+        Self { nodes, u, du, inputs, wanted, begin, name: run.name.clone(), most_steps: MOST_STEPS }
     }
     /// Name of the recording.
     pub fn name(&self) -> &str {
@@ -185,6 +187,11 @@ impl Plan {
     /// How many instants the simulation stops at.
     pub fn nodes(&self) -> usize {
         self.nodes.len()
+    }
+    /// Gives up on a model that needs more steps than this between two nodes.
+    pub fn within(mut self, most_steps: f64) -> Self {
+        self.most_steps = most_steps;
+        self
     }
     /// How many readings are predicted.
     pub fn len(&self) -> usize {
@@ -471,7 +478,7 @@ impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
         let longest = self.laws.known[self.laws.current].1.longest;
         let mut h = even(node.h, longest);
         while left > 0.0 {
-            if h < node.h / MOST_STEPS && h < left {
+            if h < node.h / self.plan.most_steps && h < left {
                 return Err(PredictError::Stiff { run: self.plan.name.clone(), t, step: h });
             }
             if left < 1.5 * h {

@@ -25,6 +25,8 @@ pub(crate) enum Command {
     Identify(Identify),
     /// What static tests say: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
+    /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
+    Diagnose(Diagnose),
     /// Pack the FMUs, run one of each, draw what they did
     Demo(Demo),
     /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
@@ -75,6 +77,24 @@ pub(crate) struct Statics {
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Diagnose {
+    /// A folder of recordings with a case.toml, or that file
+    pub(crate) case: PathBuf,
+    /// Folder for diagnosis.json, report.html and the augmented FMUs; made if it is not there
+    #[arg(short, long, value_name = "DIR")]
+    pub(crate) output: PathBuf,
+    /// Also print what diagnosis.json says
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Seed of everything that is drawn
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Folder with the template libraries of the FMUs; found beside the program when not given
+    #[arg(long, value_name = "DIR")]
+    pub(crate) library: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod demo;
+mod diagnose;
 mod identify;
 mod info;
 mod list;
@@ -17,6 +18,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Demo(a) => demo::demo(&a),
         Command::Identify(a) => identify::run(&a),
         Command::Statics(a) => identify::statics::run(&a),
+        Command::Diagnose(a) => diagnose::run(&a),
         Command::Simulate(a) => simulate::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),

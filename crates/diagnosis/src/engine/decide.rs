@@ -17,14 +17,29 @@ pub struct Thresholds {
     pub left: f64,
     /// How much of the log-likelihood ratio of the residual powers counts: the rest is put down to form.
     pub trust: f64,
+    /// Times the floor up to which a free-running simulation is as good as perfect.
+    pub free: f64,
     /// Odds (natural logarithm) below which two causes are not told apart.
     pub odds: f64,
 }
 
 impl Default for Thresholds {
     fn default() -> Self {
-        Self { gap: 0.06, bare: 0.5, explained: 0.8, left: 0.25, trust: 0.05, odds: 3.0 }
+        Self { gap: 0.06, bare: 0.5, explained: 0.8, left: 0.25, trust: 0.05, free: 2.0, odds: 3.0 }
     }
+}
+
+/// Gap of free-running simulations on recordings that were not fitted.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Free {
+    /// Of the nominal model.
+    pub before: f64,
+    /// With its own parameters fitted.
+    pub tuned: f64,
+    /// With the causes.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
 }
 
 /// What was decided.
@@ -52,11 +67,15 @@ impl Fitted {
 }
 
 /// Decides; `raw` is the excess of the nominal model as it is.
-pub fn decide(found: &Found, raw: f64, limits: &Thresholds) -> Decision {
+pub fn decide(found: &Found, raw: f64, free: Option<&Free>, limits: &Thresholds) -> Decision {
     let best = &found.best;
     let effects = best.stated.set.iter().filter(|h| h.is_effect()).count();
     let left = best.excess();
-    let gap = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
+    let shown = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
+    let gap = match free {
+        Some(f) => f.before > limits.free * f.floor || shown && f.before > 1.2 * f.floor,
+        None => shown,
+    };
     // What nothing can explain away is no excess: declared noise may be wrong.
     let floor = found.sets.iter().map(Fitted::excess).fold(left, f64::min).min(0.0);
     let total = (raw - floor).max(1e-12);
@@ -83,7 +102,9 @@ pub fn decide(found: &Found, raw: f64, limits: &Thresholds) -> Decision {
         probability.push(1.0 / (1.0 + mass));
         rivals.push(list);
     }
-    let unexplained = explained < limits.explained && left - floor > limits.left;
+    let as_good = free.is_some_and(|f| effects == 0 && f.tuned <= limits.free * f.floor);
+    let missed = free.is_some_and(|f| effects == 0 && f.tuned > 2.0 * limits.free * f.floor);
+    let unexplained = !as_good && (explained < limits.explained && left - floor > limits.left || missed);
     let unknown = 1.0 / (1.0 + ((explained - limits.explained) * 20.0).exp());
     let verdict = if !gap {
         Verdict::NoGap

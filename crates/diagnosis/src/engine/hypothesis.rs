@@ -35,6 +35,8 @@ pub struct Hypothesis {
     pub site: usize,
     /// Whether the arm has it per joint.
     pub per_joint: bool,
+    /// Its times and sizes differ from recording to recording (pushes).
+    pub per_run: bool,
 }
 
 /// A point to look from: values of the hypothesis' unknowns.
@@ -49,6 +51,8 @@ pub struct Posed {
     pub amplitudes: Vec<(usize, f64)>,
     /// Where to look from; amplitudes at a size that shows.
     pub looks: Vec<Look>,
+    /// Shapes that grow with the first amplitude.
+    pub follow: Vec<usize>,
 }
 
 impl Hypothesis {
@@ -58,6 +62,10 @@ impl Hypothesis {
             Claim::Effect(c) if !shifts(&c) => Some(c.id()),
             _ => None,
         }
+    }
+    /// The same cause in the same place, however its times are shared.
+    pub fn same_place(&self, other: &Self) -> bool {
+        self.claim == other.claim && self.site == other.site
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
@@ -69,10 +77,11 @@ impl Hypothesis {
             Claim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
             _ => String::new(),
         };
+        let each = if self.per_run { " (each run)" } else { "" };
         if self.per_joint {
-            format!("{}{place}[{}]", self.id, self.site + 1)
+            format!("{}{place}[{}]{each}", self.id, self.site + 1)
         } else {
-            format!("{}{place}", self.id)
+            format!("{}{place}{each}", self.id)
         }
     }
 }
@@ -80,6 +89,11 @@ impl Hypothesis {
 /// Effects that are simulated by shifting signals in time; the FMU has them as effects.
 fn shifts(c: &Choice) -> bool {
     matches!(c.spec().id, "sensor-delay" | "actuator-lag")
+}
+
+/// A push that comes and goes: when is found from what is missing.
+pub fn is_push(c: &Choice) -> bool {
+    c.spec().id == "external-force"
 }
 
 /// Typical sizes of a plant and its recordings.
@@ -132,7 +146,10 @@ impl Sizes {
     fn joint(&mut self, p: &Prepared) {
         use joint::{input, output as o, parameter as q};
         let v = &p.nominal;
-        let (n, k) = (v[q::GEAR_RATIO], v[q::STIFFNESS]);
+        let n = v[q::GEAR_RATIO];
+        // A rigid joint's spring, if it has one: a motor mode of some 15 Hz.
+        let rigid = v[q::MOTOR_INERTIA] * 94.0f64.powi(2);
+        let k = if p.subject.flexible[0] { v[q::STIFFNESS] } else { rigid };
         let torque = v[q::TORQUE_CONSTANT] * rms_input(&p.train, input::MOTOR_CURRENT);
         let find =
             |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
@@ -348,6 +365,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 component: component.to_owned(),
                 site,
                 per_joint,
+                per_run: false,
             };
             if choice.scope() == Scope::Channel {
                 // One element of an output each.
@@ -364,6 +382,9 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             }
             let per_joint = p.subject.plant == effect::Plant::Arm && choice.scope() == Scope::Joint;
             list.push(h(choice.component(), site, per_joint));
+            if is_push(&choice) && p.train.len() > 1 {
+                list.push(Hypothesis { per_run: true, ..h(choice.component(), site, per_joint) });
+            }
         }
     }
     for index in own_parameters(p) {
@@ -374,6 +395,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             component: "parameter".into(),
             site: 0,
             per_joint: false,
+            per_run: false,
         });
     }
     if p.subject.plant == effect::Plant::Joint {
@@ -385,6 +407,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 component: "parameter".into(),
                 site: 0,
                 per_joint: false,
+                per_run: false,
             });
         }
         let output = joint::output::LOAD_ANGLE;
@@ -398,6 +421,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 component: "parameter".into(),
                 site: 0,
                 per_joint: false,
+                per_run: false,
             });
         }
     }
@@ -439,7 +463,6 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
             let n = p.subject.joints();
             p.train.iter().any(|c| driven(&c.run, arm::input::joint_torque(n) + site))
         }
-        ("external-force", _) => false,
         _ => true,
     }
 }
@@ -460,13 +483,13 @@ impl Hypothesis {
                         WRONG
                     };
                 let u = parameter(p, index, doubt);
-                Posed { unknowns: vec![u], amplitudes: vec![], looks: vec![] }
+                Posed { unknowns: vec![u], amplitudes: vec![], looks: vec![], follow: vec![] }
             }
             Claim::Offset(output) => {
                 let s = sizes.range(output).max(1e-12) * 0.02;
                 let u =
                     amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
-                Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]] }
+                Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]], follow: vec![] }
             }
             Claim::Effect(choice) if shifts(&choice) => self.pose_shift(p, choice),
             Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
@@ -493,6 +516,7 @@ impl Hypothesis {
                 unknowns: vec![u],
                 amplitudes: vec![(0, 0.0)],
                 looks: vec![vec![0.002], vec![0.01]],
+                follow: vec![],
             };
         }
         let input = match p.subject.plant {
@@ -507,6 +531,7 @@ impl Hypothesis {
             unknowns,
             amplitudes: vec![(0, 0.0), (1, 0.0)],
             looks: vec![vec![0.003, 0.003], vec![0.012, 0.012]],
+            follow: vec![],
         }
     }
 
@@ -525,7 +550,7 @@ impl Hypothesis {
             }
             m => sizes.get(self.site, m),
         };
-        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]] };
+        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]], follow: vec![] };
         let find = |name: &str| {
             names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
         };
@@ -547,10 +572,9 @@ impl Hypothesis {
                     posed.amplitude(u, v, &[1.0]);
                 }
                 effect::Neutral::Structure => {
-                    let start = if p.nominal[at] > 0.0 { p.nominal[at] } else { size };
                     posed.shape(
-                        logarithmic(name, "", Target::Parameter(at), start, 2.0),
-                        &[0.3, 1.0, 3.0, 10.0],
+                        logarithmic(name, "", Target::Parameter(at), size, 3.0),
+                        &[0.03, 0.2, 1.0, 6.0, 30.0],
                     );
                 }
             }
@@ -560,7 +584,37 @@ impl Hypothesis {
             let Some(at) = find(&name) else { continue };
             self.pose_parameter(&mut posed, s, &choice, &name, at, s.scale.value(measure));
         }
+        if is_push(&choice) {
+            self.pose_push(p, &mut posed);
+        }
+        if spec.id == "flexible-link" {
+            posed.resonances(sizes.get(self.site, Measure::Mode));
+        }
         posed
+    }
+
+    /// Times are looked for elsewhere; an edge of a few samples keeps derivatives by them.
+    fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
+        let step =
+            p.train.iter().flat_map(|c| &c.run.channels).filter_map(|c| super::coordinate::median_step(&c.t));
+        let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
+        posed.looks.clear();
+        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Edge")) {
+            (u.start, u.lower, u.upper) = (edge, edge, edge);
+        }
+        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Duration")) {
+            u.lower = edge;
+        }
+        if !self.per_run {
+            return;
+        }
+        let one = core::mem::take(&mut posed.unknowns);
+        let amplitudes = core::mem::take(&mut posed.amplitudes);
+        for run in 0..p.train.len() {
+            let begin = posed.unknowns.len();
+            posed.amplitudes.extend(amplitudes.iter().map(|(k, n)| (begin + k, *n)));
+            posed.unknowns.extend(one.iter().map(|u| Unknown { run: Some(run), ..u.clone() }));
+        }
     }
 
     fn pose_parameter(
@@ -595,11 +649,14 @@ impl Hypothesis {
                 let factors: &[f64] = match (id, s.name.ends_with("Order")) {
                     (_, true) => &[],
                     ("friction-drift" | "sensor-drift", _) => &[0.5, 3.0],
-                    ("flexible-link" | "appendage-mode", _) => &[0.3, 1.0, 3.0],
-                    _ => &[0.25, 1.0, 4.0],
+                    ("flexible-link" | "appendage-mode", _) => &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0],
+                    _ => &[0.03, 0.1, 0.3, 1.0, 4.0],
                 };
                 let mut u = logarithmic(name, unit, target, size, 1.0);
-                (u.lower, u.upper) = (s.min.max(size * 1e-3), s.max.min(size * 1e3));
+                (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
+                if matches!(id, "flexible-link" | "appendage-mode") {
+                    u.prior = Some((size.ln(), 3.0));
+                }
                 if s.name.ends_with("Order") {
                     u.prior = Some((size.ln(), 1.5));
                     (u.lower, u.upper) = (0.02, 200.0);
@@ -627,6 +684,27 @@ impl Hypothesis {
 }
 
 impl Posed {
+    /// Looks for a small inertia on a spring: resonances are narrow, so many frequencies around `mode` (rad/s).
+    fn resonances(&mut self, mode: f64) {
+        let find = |end: &str| {
+            self.unknowns.iter().position(|u| u.name.split('[').next().is_some_and(|n| n.ends_with(end)))
+        };
+        let (Some(j), Some(k), Some(d)) = (find("Inertia"), find("Stiffness"), find("Damping")) else {
+            return;
+        };
+        let Scale::Linear(size) = self.unknowns[j].scale else { return };
+        self.follow = vec![k, d];
+        let inertia = 0.04 * size;
+        let base: Vec<f64> = self.unknowns.iter().map(|u| u.start).collect();
+        self.looks = (0..18)
+            .map(|i| {
+                let w = mode * 0.1 * 1.22f64.powi(i);
+                let mut look = base.clone();
+                (look[j], look[k], look[d]) = (inertia, inertia * w * w, 2.0 * 0.03 * inertia * w);
+                look
+            })
+            .collect();
+    }
     fn amplitude(&mut self, u: Unknown, neutral: f64, sizes: &[f64]) {
         let Scale::Linear(s) = u.scale else { return };
         self.amplitudes.push((self.unknowns.len(), neutral));

@@ -1,9 +1,14 @@
 //! From recordings to a verdict.
 
+pub mod balance;
+pub mod coordinate;
 pub mod decide;
+pub mod floors;
 pub mod hypothesis;
-pub mod observer;
+pub mod octaves;
+mod order;
 pub mod problem;
+mod push;
 pub mod recordings;
 pub mod replay;
 pub mod search;

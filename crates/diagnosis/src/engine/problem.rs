@@ -1,16 +1,19 @@
-//! Innovations of a model against recordings, and their derivatives by what is unknown.
+//! What a model misses of recordings, and its derivatives by what is unknown.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueup_identification::lsq::{Evaluation, Problem};
-use trueup_identification::predict::{InputMap, Plan, PredictError, predict_corrected};
+use trueup_identification::predict::{InputMap, Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
 use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 use trueup_numerics::{Dual, Scalar};
 
-use super::observer::{Coordinate, Gains};
+use super::balance::{Led, Links};
 use super::subject::Model;
+
+/// A model that needs more steps than this between two readings is too stiff to be looked at.
+const MOST_STEPS: f64 = 60.0;
 
 /// What an unknown sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,7 +87,7 @@ pub struct Compared {
 impl Compared {
     /// Of a plant with `inputs` inputs.
     pub fn new(run: Run, known: Vec<(usize, f64)>, inputs: usize) -> Self {
-        let plan = Plan::new(&run, inputs);
+        let plan = Plan::new(&run, inputs).within(MOST_STEPS);
         Self { run, known, plan }
     }
     /// How many readings there are.
@@ -111,8 +114,8 @@ pub struct Comparison<'a> {
     pub ties: Vec<(usize, usize)>,
     /// The recordings.
     pub runs: &'a [Compared],
-    /// Coordinates, and gains of each recording; `None`: free-running.
-    pub observer: Option<(&'a [Coordinate], &'a [Gains])>,
+    /// The recordings that lead the model; empty: it runs freely.
+    pub led: Vec<(&'a Led, Links)>,
     /// What is estimated.
     pub unknowns: Vec<Unknown>,
 }
@@ -128,12 +131,15 @@ impl Comparison<'_> {
     }
     /// How many readings there are: the residuals before those of the priors.
     pub fn readings(&self) -> usize {
-        self.runs.iter().map(Compared::len).sum()
+        (0..self.runs.len()).map(|run| self.length(run)).sum()
+    }
+    fn length(&self, run: usize) -> usize {
+        self.led.get(run).map_or_else(|| self.runs[run].len(), |l| l.0.len())
     }
     /// Where each recording's residuals begin; last: where they end.
     pub fn begins(&self) -> Vec<usize> {
         let mut begin = vec![0];
-        self.runs.iter().for_each(|r| begin.push(begin[begin.len() - 1] + r.len()));
+        (0..self.runs.len()).for_each(|r| begin.push(begin[begin.len() - 1] + self.length(r)));
         begin
     }
     /// All parameters in one recording at `theta`.
@@ -196,7 +202,7 @@ impl Comparison<'_> {
                 _ => {}
             }
         }
-        let plan = Plan::new(&shifted, self.model.sizes().inputs);
+        let plan = Plan::new(&shifted, self.model.sizes().inputs).within(MOST_STEPS);
         Some((shifted, plan))
     }
 
@@ -204,7 +210,7 @@ impl Comparison<'_> {
     ///
     /// # Errors
     /// See [`PredictError`].
-    pub fn innovations(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
+    pub fn errors(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
         let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
         let shifted = self.shifted(run, theta);
         self.differences(run, &p, &offsets, shifted.as_ref())
@@ -219,25 +225,7 @@ impl Comparison<'_> {
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
         let map = InputMap { gain: Vec::new(), bias: Vec::new() };
-        let mut found = predict_corrected(self.model, plan, p, &map, data.at_rest, |sight| {
-            let Some((coordinates, gains)) = self.observer else { return false };
-            for &(channel, k) in sight.readings {
-                let Some(gain) = &gains[run][channel] else { continue };
-                let c = &data.channels[channel];
-                let missed = -(sight.shown[channel] + offsets[c.output]) + c.y[k];
-                let coordinate = &coordinates[gain.coordinate];
-                for (state, factor) in &coordinate.position {
-                    sight.x[*state] += missed * (gain.position * factor);
-                }
-                if coordinate.held.is_some_and(|mode| sight.modes[mode] == 0) {
-                    continue;
-                }
-                for (state, factor) in &coordinate.velocity {
-                    sight.x[*state] += missed * (gain.velocity * factor);
-                }
-            }
-            true
-        })?;
+        let mut found = predict(self.model, plan, p, &map, data.at_rest)?;
         for (c, channel) in data.channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
             for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {
@@ -247,21 +235,45 @@ impl Comparison<'_> {
         Ok(found.y)
     }
 
-    /// 1 over the standard deviation of each reading's innovation, 0 while the observer settles.
-    pub fn weights(&self, run: usize) -> Vec<f64> {
-        let data = &self.runs[run].run;
-        let mut all = Vec::with_capacity(self.runs[run].len());
-        let gains = self.observer.map(|(_, gains)| &gains[run]);
-        let memory = gains.map_or(0.0, |g| g.iter().flatten().map(|g| g.memory).fold(0.0, f64::max));
-        for (c, channel) in data.channels.iter().enumerate() {
-            let gain = gains.and_then(|g| g[c]);
-            for (k, t) in channel.t.iter().enumerate() {
-                let deviation =
-                    gain.map_or(channel.sigma, |g| g.deviation) * channel.deviation(k) / channel.sigma;
-                all.push(if *t < data.start + memory { 0.0 } else { 1.0 / deviation });
-            }
+    /// Residuals of a recording in units of what a perfect model leaves.
+    fn look<T: Scalar>(
+        &self,
+        run: usize,
+        theta: &[f64],
+        p: &[T],
+        offsets: &[T],
+    ) -> Result<Vec<T>, PredictError> {
+        let Some((led, links)) = self.led.get(run) else {
+            let mut found = self.differences(run, p, offsets, self.shifted(run, theta).as_ref())?;
+            found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
+            return Ok(found);
+        };
+        let moves: Vec<(Target, f64)> = (self.acting(run).into_iter())
+            .map(|k| (self.unknowns[k].target, self.unknowns[k].scale.value(theta[k]).0))
+            .filter(|(target, by)| target.shifts() && *by != 0.0)
+            .collect();
+        if moves.is_empty() {
+            return Ok(led.weighted(&led.missing(self.model, links, p, offsets)?));
         }
-        all
+        let moved = led.shifted(&moves);
+        Ok(moved.weighted(&moved.missing(self.model, links, p, offsets)?))
+    }
+
+    /// What is missing in each channel of a recording that leads the model.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn missing(&self, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
+        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
+        self.led
+            .get(run)
+            .map_or_else(|| Ok(Vec::new()), |(led, links)| led.missing(self.model, links, &p, &offsets))
+    }
+
+    /// 1 over the standard deviation of each reading.
+    fn weights(&self, run: usize) -> Vec<f64> {
+        let channels = self.runs[run].run.channels.iter();
+        channels.flat_map(|c| (0..c.t.len()).map(|k| 1.0 / c.deviation(k))).collect()
     }
 
     fn columns<const N: usize>(
@@ -269,7 +281,6 @@ impl Comparison<'_> {
         run: usize,
         theta: &[f64],
         acting: &[usize],
-        weights: &[f64],
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
         let (p, offsets) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Dual::<N>::constant(value);
@@ -278,37 +289,40 @@ impl Comparison<'_> {
             }
             v
         });
-        let found = self.differences(run, &p, &offsets, self.shifted(run, theta).as_ref())?;
-        let columns = (0..acting.len())
-            .map(|i| found.iter().zip(weights).map(|(y, w)| y.eps[i] * w).collect())
-            .collect();
-        Ok((found.iter().zip(weights).map(|(y, w)| y.value() * w).collect(), columns))
+        let found = self.look(run, theta, &p, &offsets)?;
+        let columns = (0..acting.len()).map(|i| found.iter().map(|y| y.eps[i]).collect()).collect();
+        Ok((found.iter().map(|y| y.value()).collect(), columns))
+    }
+
+    /// Residuals of one recording.
+    fn residual(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
+        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
+        self.look(run, theta, &p, &offsets)
     }
 
     fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
-        let weights = self.weights(run);
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in smooth.chunks(24) {
             let (r, columns) = match piece.len() {
-                0..=4 => self.columns::<4>(run, theta, piece, &weights)?,
-                5..=8 => self.columns::<8>(run, theta, piece, &weights)?,
-                9..=12 => self.columns::<12>(run, theta, piece, &weights)?,
-                13..=16 => self.columns::<16>(run, theta, piece, &weights)?,
-                _ => self.columns::<24>(run, theta, piece, &weights)?,
+                0..=4 => self.columns::<4>(run, theta, piece)?,
+                5..=8 => self.columns::<8>(run, theta, piece)?,
+                9..=12 => self.columns::<12>(run, theta, piece)?,
+                13..=16 => self.columns::<16>(run, theta, piece)?,
+                _ => self.columns::<24>(run, theta, piece)?,
             };
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));
         }
         if residuals.is_empty() {
-            residuals = weighted(self.innovations(run, theta)?, &weights);
+            residuals = self.residual(run, theta)?;
         }
         for k in shifts.into_iter().filter(|&k| self.unknowns[k].lower < self.unknowns[k].upper) {
             let mut moved = theta.to_vec();
             let step = 0.02;
             moved[k] += step;
-            let there = weighted(self.innovations(run, &moved)?, &weights);
+            let there = self.residual(run, &moved)?;
             let column = there.iter().zip(&residuals).map(|(a, b)| (a - b) / step).collect();
             all.push((k, column));
         }
@@ -320,21 +334,14 @@ impl Comparison<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn residuals(&self, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
-        let found: Vec<_> = (0..self.runs.len())
-            .into_par_iter()
-            .map(|run| Ok(weighted(self.innovations(run, theta)?, &self.weights(run))))
-            .collect();
+        let found: Vec<_> =
+            (0..self.runs.len()).into_par_iter().map(|run| self.residual(run, theta)).collect();
         let mut all = Vec::with_capacity(self.readings());
         for r in found {
             all.extend(r?);
         }
         Ok(all)
     }
-}
-
-fn weighted(mut v: Vec<f64>, weights: &[f64]) -> Vec<f64> {
-    v.iter_mut().zip(weights).for_each(|(v, w)| *v *= w);
-    v
 }
 
 /// An input behind a first-order lag T dx/dt = u - x, exactly at its samples and at three instants between.

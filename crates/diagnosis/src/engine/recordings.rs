@@ -8,7 +8,7 @@ use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::noise;
 use trueup_signals::{Case, Interpolation, Loaded, Recording};
 
-use super::observer::Coordinate;
+use super::coordinate::Coordinate;
 use super::problem::Compared;
 use super::subject::{Model, Subject};
 

@@ -7,6 +7,7 @@ use trueup_numerics::hybrid::Hybrid;
 
 use super::problem::{Compared, Comparison, Target, Unknown};
 use super::search::{Fitted, Search, Stated};
+use super::subject::Model;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
 pub type Replayed = Vec<Vec<Vec<f64>>>;
@@ -22,11 +23,17 @@ pub struct Complete {
 
 impl Search<'_> {
     /// What is not known of a recording before it is simulated: first states, and offsets where declared so.
-    pub fn first_states(&self, stated: &Stated, run: &Compared, index: usize) -> Vec<Unknown> {
-        let named = self.case.subject.parameters(&stated.model);
+    pub fn first_states(
+        &self,
+        model: &Model,
+        run: &Compared,
+        index: usize,
+        which: impl Fn(usize) -> bool,
+    ) -> Vec<Unknown> {
+        let named = self.case.subject.parameters(model);
         let old = self.case.subject.parameters(&self.case.model);
         let mut all = Vec::new();
-        for c in &self.case.coordinates {
+        for (_, c) in self.case.coordinates.iter().enumerate().filter(|c| which(c.0)) {
             let Some(start) = c.start else { continue };
             let sigma = run.run.channels.iter().find_map(|ch| {
                 let f = c.positions.iter().find(|p| p.0 == ch.output)?.1;
@@ -64,21 +71,21 @@ impl Search<'_> {
         output.map_or(1.0, |o| self.sizes.range(o))
     }
 
-    /// Fits a set once more, free-running, from where the observer led it. The better of the two on the recordings for
+    /// Fits a set once more, free-running, from where the recordings led it. The better of the two on the recordings for
     /// fitting is what comes back.
     pub fn polish(&self, from: &Fitted, iterations: usize) -> Complete {
         let before = Complete { stated: from.stated.clone(), theta: from.theta.clone() };
         let mut unknowns = from.stated.unknowns.clone();
         let own = unknowns.len();
         for (index, run) in self.case.train.iter().enumerate() {
-            unknowns.extend(self.first_states(&from.stated, run, index));
+            unknowns.extend(self.first_states(&from.stated.model, run, index, |_| true));
         }
         let problem = Comparison {
             model: &from.stated.model,
             nominal: from.stated.nominal.clone(),
             ties: from.stated.ties.clone(),
             runs: &self.case.train,
-            observer: None,
+            led: Vec::new(),
             unknowns,
         };
         let mut start = problem.start();
@@ -119,7 +126,7 @@ impl Search<'_> {
             nominal: stated.nominal.clone(),
             ties: stated.ties.clone(),
             runs: &self.case.train,
-            observer: None,
+            led: Vec::new(),
             unknowns: stated.unknowns.clone(),
         };
         let nominal = whole.parameters(0, &complete.theta);
@@ -127,7 +134,7 @@ impl Search<'_> {
             .enumerate()
             .map(|(index, run)| {
                 let one = [run.clone()];
-                let mut unknowns = self.first_states(stated, run, 0);
+                let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
                 for (u, x) in stated.unknowns.iter().zip(&complete.theta) {
                     let value = u.scale.value(*x).0;
                     let held = matches!(
@@ -158,7 +165,7 @@ impl Search<'_> {
                     nominal: nominal.clone(),
                     ties: Vec::new(),
                     runs: &one,
-                    observer: None,
+                    led: Vec::new(),
                     unknowns,
                 };
                 let start = problem.start();
@@ -169,7 +176,7 @@ impl Search<'_> {
                     Err(e) if index == usize::MAX => return Err(e),
                     Err(_) => start,
                 };
-                let differences = problem.innovations(0, &theta)?;
+                let differences = problem.errors(0, &theta)?;
                 let mut begin = 0;
                 Ok(run
                     .run

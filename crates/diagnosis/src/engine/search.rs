@@ -8,8 +8,9 @@ use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
 use trueup_models::{effect, joint};
 
+use super::balance::Led;
+use super::floors::{self, Floors};
 use super::hypothesis::{self, Hypothesis, KNOWN, Posed, Sizes};
-use super::observer::{Gains, gains};
 use super::problem::{Comparison, Target, Unknown};
 use super::recordings::Prepared;
 use super::subject::Model;
@@ -46,6 +47,8 @@ pub struct Fitted {
     pub jacobian: DMatrix<f64>,
     /// Sum of squares over the readings.
     pub chi2: f64,
+    /// What a perfect model would leave of it.
+    pub expected: f64,
     /// Sum of squares over the priors.
     pub prior2: f64,
     /// -1/2 log det(1 + Lambda^-1 F), what the unknowns cost.
@@ -83,32 +86,22 @@ pub struct Search<'a> {
     pub sizes: Sizes,
     /// All causes.
     pub causes: Vec<Hypothesis>,
-    /// Gains per training recording.
-    pub gains: Vec<Gains>,
-    /// Tracking index per coordinate.
-    pub index: Vec<f64>,
+    /// Recordings for fitting, then those held out.
+    pub led: Vec<Led>,
+    /// Sum of squares that a perfect model leaves, by recording.
+    pub expected: Vec<f64>,
 }
 
 impl<'a> Search<'a> {
     /// Ready to search.
-    pub fn new(case: &'a Prepared) -> Self {
+    ///
+    /// # Errors
+    /// A recording that is too short.
+    pub fn new(case: &'a Prepared, seed: u64) -> Result<Self, String> {
         let sizes = Sizes::of(case);
         let causes = hypothesis::all(case);
-        let mut search =
-            Self { case, sizes, causes, gains: Vec::new(), index: vec![0.03; case.coordinates.len()] };
-        search.tune_to(&search.index.clone());
-        search
-    }
-
-    /// Sets the observer.
-    pub fn tune_to(&mut self, index: &[f64]) {
-        self.index = index.to_vec();
-        self.gains = self
-            .case
-            .train
-            .iter()
-            .map(|c| gains(&c.run, &self.case.coordinates, index, &self.case.input_noise))
-            .collect();
+        let Floors { led, expected } = floors::floors(case, seed)?;
+        Ok(Self { case, sizes, causes, led, expected })
     }
 
     /// A set of causes in numbers.
@@ -163,15 +156,23 @@ impl<'a> Search<'a> {
                 }
             }
         }
+        // What nothing leads begins somewhere.
+        for (run, (led, compared)) in self.led.iter().zip(&p.train).enumerate() {
+            let links = led.links(&model, &p.subject.coordinates(&model, &nominal));
+            let free: Vec<usize> = links.unled().collect();
+            unknowns.extend(self.first_states(&model, compared, run, |c| free.contains(&c)));
+        }
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
         for h in set {
             begin.push(unknowns.len());
             let one = h.pose(p, &self.sizes, &names);
+            let own =
+                |u: &Unknown| unknowns.iter().any(|v: &Unknown| v.name == u.name && v.target == u.target);
+            let known = matches!(h.claim, hypothesis::Claim::Parameter(_)) && one.unknowns.iter().all(own);
             // A parameter of the plant's own is among the unknowns already.
-            let fresh =
-                |u: &Unknown| !unknowns.iter().any(|v: &Unknown| v.name == u.name && v.target == u.target);
-            let new: Vec<Unknown> = one.unknowns.iter().filter(|u| fresh(u)).cloned().collect();
-            unknowns.extend(new);
+            if !known {
+                unknowns.extend(one.unknowns.iter().cloned());
+            }
             posed.push(one);
         }
         Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed })
@@ -179,14 +180,20 @@ impl<'a> Search<'a> {
 
     /// The comparison of a set with the recordings for fitting.
     pub fn compare<'b>(&'b self, stated: &'b Stated) -> Comparison<'b> {
+        let coordinates = self.case.subject.coordinates(&stated.model, &stated.nominal);
+        let led = self.led[..self.case.train.len()].iter();
         Comparison {
             model: &stated.model,
             nominal: stated.nominal.clone(),
             ties: stated.ties.clone(),
             runs: &self.case.train,
-            observer: Some((&self.case.coordinates, &self.gains)),
+            led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
         }
+    }
+    /// What a perfect model leaves of the recordings for fitting.
+    pub fn expected_of_training(&self) -> f64 {
+        self.expected[..self.case.train.len()].iter().sum()
     }
 
     /// Fits a set from `start`.
@@ -206,6 +213,7 @@ impl<'a> Search<'a> {
             residuals: r,
             jacobian: found.jacobian,
             chi2,
+            expected: self.expected_of_training(),
             prior2,
             occam: 0.0,
         };
@@ -228,12 +236,18 @@ impl<'a> Search<'a> {
     /// How each cause would fare beside those of `base`, from one simulation per look.
     pub fn screen(&self, base: &Fitted) -> Vec<Screened> {
         let projection = Projection::new(base);
-        let tasks: Vec<usize> =
-            (0..self.causes.len()).filter(|i| !base.stated.set.contains(&self.causes[*i])).collect();
+        let tasks: Vec<usize> = (0..self.causes.len())
+            .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
+            .collect();
         let mut all: Vec<Screened> =
             tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i)).collect();
         all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         all
+    }
+
+    /// How one cause would fare beside those of `base`.
+    pub fn screen_one_of(&self, base: &Fitted, index: usize) -> Option<Screened> {
+        self.screen_one(base, &Projection::new(base), index)
     }
 
     fn screen_one(&self, base: &Fitted, projection: &Projection, index: usize) -> Option<Screened> {
@@ -266,10 +280,25 @@ impl<'a> Search<'a> {
             theta
         };
         let mut best: Option<Screened> = None;
-        let looks: Vec<Vec<f64>> = if last.looks.is_empty() {
+        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
+        let looks: Vec<Vec<f64>> = if push {
+            self.push_looks(base, h, &last.unknowns)
+        } else if last.looks.is_empty() {
             vec![last.unknowns.iter().map(|u| u.start).collect()]
         } else {
-            last.looks.clone()
+            match self.orders(base, h, &last.unknowns) {
+                Some((at, orders)) => {
+                    let mut first = last.looks[0].clone();
+                    orders
+                        .into_iter()
+                        .map(|k| {
+                            first[at] = k;
+                            first.clone()
+                        })
+                        .collect()
+                }
+                None => last.looks.clone(),
+            }
         };
         for look in &looks {
             let single = last.amplitudes.is_empty();
@@ -293,6 +322,9 @@ impl<'a> Search<'a> {
                 let n = last.amplitudes.iter().find(|a| a.0 == *k).map_or(0.0, |a| a.1);
                 let value = (n + s * (look[*k] - n)).clamp(u.lower, u.upper);
                 theta[begin + k] = u.scale.coordinate(value);
+            }
+            for &k in last.follow.iter().filter(|_| s[0] > 0.0) {
+                theta[begin + k] = last.unknowns[k].scale.coordinate(look[k] * s[0]);
             }
             let one_sided = columns.len() == 1
                 && (single || last.unknowns[columns[0].0.unwrap_or(0)].lower >= last.amplitudes[0].1);

@@ -37,6 +37,8 @@ pub struct Found {
 
 /// A step has to explain this share of the excess that is left.
 pub const SHARE: f64 = 0.12;
+/// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
+pub const FORM: f64 = 0.03;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -48,7 +50,7 @@ impl Fitted {
     }
     /// Power of the residuals over that of the floor, what the priors object included.
     pub fn excess(&self) -> f64 {
-        (self.chi2 + self.prior2) / self.count() - 1.0
+        (self.chi2 + self.prior2 - self.expected) / self.count()
     }
 }
 
@@ -99,13 +101,14 @@ impl Search<'_> {
             let gained = before - after;
             let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
                 && gained > NEGLIGIBLE
-                && gained > SHARE * before.max(0.0);
+                && gained > SHARE * before.max(0.0)
+                && (depth == 1 || gained > FORM * plain.excess());
             if worth {
                 best = top.clone();
             }
             beam = grown.iter().take(effort.beam).cloned().collect();
             sets.extend(grown);
-            if !worth || after < NEGLIGIBLE {
+            if !worth || after < NEGLIGIBLE.max(FORM * plain.excess()) {
                 break;
             }
         }

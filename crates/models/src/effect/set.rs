@@ -16,7 +16,7 @@ pub struct Placed {
     /// Begin of its values in each of the plant's vectors.
     pub begin: Sizes,
     /// First element of the output that a sensor effect acts on.
-    channel: usize,
+    pub channel: usize,
 }
 
 impl Placed {
@@ -38,7 +38,8 @@ impl Placed {
     fn acts_at(&self, joint: usize) -> bool {
         joint < self.sites && self.choice.scope() != Scope::Channel
     }
-    fn is_sensor(&self) -> bool {
+    /// It stands between an output and its reading.
+    pub fn is_sensor(&self) -> bool {
         self.choice.scope() == Scope::Channel
     }
 }

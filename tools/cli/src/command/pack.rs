@@ -118,7 +118,7 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
 }
 
 /// File name and content of an FMU.
-fn pack(
+pub(crate) fn pack(
     model: Model,
     configuration: &Configuration,
     version: Version,
@@ -159,7 +159,7 @@ const LIBRARY: &str = "fmu_library";
 
 /// The template library: in the folder named, or beside the program, or where cargo puts the library of a
 /// dependency; the newest.
-fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
+pub(crate) fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
     let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);
     let folders = match named {
         Some(folder) => vec![folder.to_owned()],

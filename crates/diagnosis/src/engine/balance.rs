@@ -1,0 +1,634 @@
+//! A recording led through a model: at every instant the measured coordinates are where the recording has them, and
+//! what the model lacks shows as the acceleration that is missing there and then.
+//!
+//! Nothing drifts, nothing bifurcates, and a look costs one evaluation of the rates per instant. Readings and inputs
+//! pass one narrow Gaussian before they enter, so that linear terms stay consistent; coordinates that nobody measures
+//! and states of effects are integrated along. What is missing is split into octaves ([`super::octaves`]); each counts
+//! in units of what a perfect model leaves there (noise, quantisation, hold of inputs, dry friction at reversals), which
+//! a simulated recording of the nominal model shows, and of a tolerance for the forms of laws.
+
+mod advance;
+
+use trueup_identification::predict::PredictError;
+use trueup_identification::run::{Between, Drive, Run};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_signals::spline::Spline;
+
+use super::coordinate::{Coordinate, median_step};
+use super::octaves;
+use super::problem::Target;
+use super::subject::Model;
+use advance::{Context, Work};
+
+/// What forms of laws may err by, relative to the terms of the balance.
+pub const FORM: f64 = 3e-4;
+/// The shortest kernel, in steps of the grid.
+const KERNEL: f64 = 1.5;
+/// Steps of integration along the recording, s.
+const STEP: f64 = 2.5e-3;
+
+/// A channel smoothed: itself and its derivatives on the grid.
+#[derive(Clone, Debug)]
+pub struct Smooth {
+    /// Its output.
+    pub output: usize,
+    /// Standard deviation of a reading.
+    pub sigma: f64,
+    /// Standard deviation of it smoothed.
+    pub smooth_sigma: f64,
+    /// Standard deviation of its smoothed rate.
+    pub rate_sigma: f64,
+    /// Reading.
+    pub y: Vec<f64>,
+    /// First derivative.
+    pub dy: Vec<f64>,
+    /// Second derivative.
+    pub ddy: Vec<f64>,
+}
+
+/// One recording on its grid.
+#[derive(Clone, Debug)]
+pub struct Led {
+    /// Of the recording.
+    pub name: String,
+    /// Step of the grid, s.
+    pub step: f64,
+    /// Instants, s.
+    pub t: Vec<f64>,
+    /// Per channel.
+    pub channels: Vec<Smooth>,
+    /// Per input of the model; empty: 0.
+    pub inputs: Vec<Vec<f64>>,
+    /// Deviation of the kernel, in steps.
+    pub kernel: f64,
+    /// First and last instant that count.
+    pub counts: std::ops::Range<usize>,
+    /// What each residual stands for.
+    pub parts: Vec<octaves::Part>,
+    /// By octave: the lower triangle that makes the channels' values independent and of
+    /// deviation 1, row by row.
+    pub whiten: Vec<Vec<f64>>,
+    /// Deviation of each channel by octave.
+    pub floors: Vec<Vec<f64>>,
+    /// Coordinates that may lead.
+    pub leading: Vec<bool>,
+    /// Instants at a reversal of something with dry friction: they do not count.
+    pub reversal: Vec<bool>,
+}
+
+/// How the coordinates of a model hang together with the channels of a recording.
+#[derive(Clone, Debug)]
+pub struct Links {
+    /// Channel that leads each coordinate, as factor times it, and whether it shows its velocity only.
+    leads: Vec<Option<(usize, f64, bool)>>,
+    /// Which coordinate each channel shows, as factor times it, and whether its velocity.
+    shows: Vec<Option<(usize, f64, bool)>>,
+    /// States set by the coordinates' positions and velocities: state, (coordinate, factor).
+    positions: Vec<(usize, Vec<(usize, f64)>)>,
+    velocities: Vec<(usize, Vec<(usize, f64)>)>,
+    /// States with the position of a coordinate that nothing leads.
+    unled: Vec<(usize, Vec<(usize, f64)>)>,
+    /// State that is each coordinate's velocity.
+    velocity: Vec<usize>,
+    /// States to be integrated: those that follow, others.
+    followers: Vec<usize>,
+    free: Vec<usize>,
+    /// Velocities with dry friction that are integrated, and those that are led (coordinate).
+    stops: Vec<usize>,
+    held: Vec<usize>,
+}
+
+impl Led {
+    /// A recording on its grid, floors not yet known.
+    pub fn new(run: &Run, inputs: usize) -> Option<Self> {
+        let steps = run.channels.iter().filter_map(|c| median_step(&c.t));
+        let step = steps.fold(f64::INFINITY, f64::min);
+        let ends = run.channels.iter().filter_map(|c| c.t.last()).fold(f64::INFINITY, |m, t| m.min(*t));
+        if !step.is_finite() || ends <= run.start {
+            return None;
+        }
+        let n = ((ends - run.start) / step).floor() as usize + 1;
+        let t: Vec<f64> = (0..n).map(|k| run.start + k as f64 * step).collect();
+        if n < 40 {
+            return None;
+        }
+        // Velocities to about 2 % of what they are typically.
+        let mut kernel = KERNEL;
+        for c in &run.channels {
+            let rms = rate_rms(&c.t, &c.y);
+            let wanted = (c.sigma / (0.02 * rms * step)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
+            kernel = kernel.max(wanted.cbrt().min(6.0));
+        }
+        let mut channels = Vec::with_capacity(run.channels.len());
+        for c in &run.channels {
+            let times: Vec<f64> = c.t.iter().map(|t| t - c.delay).collect();
+            let spline = Spline::new(&times, &c.y, 0.0)?;
+            let y: Vec<f64> = t.iter().map(|t| spline.at(*t)[0]).collect();
+            let smoothed = |order| octaves::gaussian(&y, kernel, order);
+            channels.push(Smooth {
+                output: c.output,
+                sigma: c.sigma,
+                smooth_sigma: c.sigma / (2.0 * std::f64::consts::PI.sqrt() * kernel).sqrt(),
+                rate_sigma: c.sigma / step / (4.0 * std::f64::consts::PI.sqrt() * kernel.powi(3)).sqrt(),
+                dy: smoothed(1).iter().map(|v| v / step).collect(),
+                ddy: smoothed(2).iter().map(|v| v / (step * step)).collect(),
+                y: smoothed(0),
+            });
+        }
+        let mut u = vec![Vec::new(); inputs];
+        for d in &run.drives {
+            u[d.input] = octaves::gaussian(&averaged(d, &t, step), kernel, 0);
+        }
+        let edge = (4.0 * kernel).ceil() as usize + 2;
+        let counts = edge..n.saturating_sub(edge);
+        Some(Self {
+            name: run.name.clone(),
+            step,
+            kernel,
+            reversal: vec![false; n],
+            t,
+            channels,
+            inputs: u,
+            parts: octaves::parts(counts.len()),
+            counts,
+            whiten: Vec::new(),
+            floors: Vec::new(),
+            leading: Vec::new(),
+        })
+    }
+
+    /// The same with what moves in time moved: `(target, seconds)`.
+    pub fn shifted(&self, moves: &[(Target, f64)]) -> Self {
+        let mut s = self.clone();
+        for (target, by) in moves {
+            match target {
+                Target::SensorDelay(output) => {
+                    for c in s.channels.iter_mut().filter(|c| c.output == *output) {
+                        let samples = by / self.step;
+                        for v in [&mut c.y, &mut c.dy, &mut c.ddy] {
+                            *v = octaves::moved(v, samples);
+                        }
+                    }
+                }
+                Target::InputDelay(input) => {
+                    s.inputs[*input] = octaves::moved(&s.inputs[*input], -by / self.step);
+                }
+                Target::InputLag(input) => lag(&mut s.inputs[*input], by / self.step),
+                _ => {}
+            }
+        }
+        s
+    }
+
+    /// How many residuals there are.
+    pub fn len(&self) -> usize {
+        self.channels.len() * octaves::length(self.counts.len())
+    }
+    /// None.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// How these coordinates of that model are led.
+    pub fn links(&self, model: &Model, coordinates: &[Coordinate]) -> Links {
+        use trueup_identification::plant::Plant;
+        let find =
+            |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
+        let mut leads = Vec::new();
+        for (i, c) in coordinates.iter().enumerate() {
+            if self.leading.get(i) == Some(&false) && coordinates.len() == self.leading.len() {
+                leads.push(None);
+                continue;
+            }
+            let best = |list: &[(usize, f64)]| {
+                let seen = self.channels.iter().enumerate();
+                seen.filter_map(|(k, s)| Some((k, find(list, s.output)?, s.sigma)))
+                    .min_by(|a, b| (a.2 / a.1.abs()).total_cmp(&(b.2 / b.1.abs())))
+                    .map(|(k, f, _)| (k, f))
+            };
+            let led = best(&c.positions).map(|(k, f)| (k, f, false));
+            leads.push(led.or_else(|| best(&c.velocities).map(|(k, f)| (k, f, true))));
+        }
+        let shows = self.channels.iter().map(|s| {
+            coordinates.iter().enumerate().find_map(|(i, c)| {
+                find(&c.positions, s.output)
+                    .map(|f| (i, f, false))
+                    .or_else(|| find(&c.velocities, s.output).map(|f| (i, f, true)))
+            })
+        });
+        let sum = |of: &dyn Fn(&Coordinate) -> Vec<(usize, f64)>| {
+            let mut all: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
+            for (i, c) in coordinates.iter().enumerate() {
+                for (state, factor) in of(c) {
+                    match all.iter_mut().find(|a| a.0 == state) {
+                        Some(a) => a.1.push((i, factor)),
+                        None => all.push((state, vec![(i, factor)])),
+                    }
+                }
+            }
+            all.into_iter().partition::<Vec<_>, _>(|a| a.1.iter().all(|(i, _)| leads[*i].is_some()))
+        };
+        let (positions, unled) = sum(&|c| c.position.clone());
+        let (velocities, _) = sum(&|c| c.velocity.clone());
+        let led = |s: &usize| positions.iter().chain(&velocities).any(|p| p.0 == *s);
+        let followers = model.followers();
+        let free = (0..model.sizes().states).filter(|s| !led(s) && !followers.contains(s)).collect();
+        let (held, stops): (Vec<usize>, Vec<usize>) = (0..coordinates.len())
+            .filter(|i| coordinates[*i].held.is_some())
+            .partition(|i| leads[*i].is_some());
+        let velocity: Vec<usize> =
+            coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
+        Links {
+            stops: stops.into_iter().map(|i| velocity[i]).collect(),
+            held,
+            velocity,
+            shows: shows.collect(),
+            positions,
+            velocities,
+            unled,
+            followers,
+            free,
+            leads,
+        }
+    }
+
+    /// What each channel shows beyond what the model says it would: second derivative (of a velocity channel beside an
+    /// angle: the reading itself), simulated less measured, at every instant of the grid.
+    ///
+    /// # Errors
+    /// States that are not finite.
+    pub fn missing<T: Scalar>(
+        &self,
+        model: &Model,
+        links: &Links,
+        p: &[T],
+        offsets: &[T],
+    ) -> Result<Vec<Vec<T>>, PredictError> {
+        let sizes = model.sizes();
+        let n = self.t.len();
+        let sensed = self.sensed(model, p, offsets);
+        let h = self.step;
+        // Coordinates: position, velocity; what a sensor adds is taken out of its readings.
+        let at = |i: usize, k: usize| -> [T; 2] {
+            let Some((c, f, rate)) = links.leads[i] else { return [T::zero(); 2] };
+            let s = &self.channels[c];
+            let less = |v: f64, d: usize| match &sensed[c] {
+                Some(s) => (-s[d][k] + v) / f,
+                None => T::constant(v / f),
+            };
+            if rate { [T::zero(), less(s.y[k], 0)] } else { [less(s.y[k], 0), less(s.dy[k], 1)] }
+        };
+        let mut x = vec![T::zero(); sizes.states];
+        model.start(p, &mut x);
+        let (mut u, mut middle) = (vec![T::zero(); sizes.inputs], vec![T::zero(); sizes.inputs]);
+        let mut modes = vec![0i32; sizes.modes];
+        let none = modes.clone();
+        let direct = links.shows.contains(&None);
+        let mut shown = vec![T::zero(); sizes.outputs];
+        let mut plain = (vec![0.0; sizes.states], vec![0.0; sizes.inputs]);
+        let values: Vec<f64> = p.iter().map(|v| v.value()).collect();
+        let (mut dx, mut work) = (vec![T::zero(); sizes.states], Work::new(sizes.states));
+        let count = links.leads.len();
+        let mut integral = vec![T::zero(); count];
+        let mut coordinate = vec![[T::zero(); 2]; count];
+        let mut ahead = vec![[T::zero(); 2]; count];
+        let mut out: Vec<Vec<T>> = vec![Vec::with_capacity(n); self.channels.len()];
+        let substeps = (h / STEP).ceil().max(1.0) as usize;
+        for k in 0..n {
+            for (i, c) in coordinate.iter_mut().enumerate() {
+                *c = at(i, k);
+                if matches!(links.leads[i], Some((.., true))) {
+                    c[0] = integral[i];
+                    integral[i] += c[1] * h;
+                }
+            }
+            links.lead(&coordinate, &mut x);
+            for (u, series) in u.iter_mut().zip(&self.inputs) {
+                *u = T::constant(series.get(k).copied().unwrap_or(0.0));
+            }
+            if sizes.modes > 0 {
+                plain.0.iter_mut().zip(&x).for_each(|(a, b)| *a = b.value());
+                plain.1.iter_mut().zip(&u).for_each(|(a, b)| *a = b.value());
+                for &i in &links.held {
+                    let Some((c, f, _)) = links.leads[i] else { continue };
+                    if plain.0[links.velocity[i]].abs() < 5.0 * self.channels[c].rate_sigma / f.abs() {
+                        plain.0[links.velocity[i]] = 0.0;
+                    }
+                }
+                let at = At { t: self.t[k], x: &plain.0, u: &plain.1, p: &values, modes: &none };
+                modes.fill(0);
+                model.start_modes(at, &mut modes);
+            }
+            let t = T::constant(self.t[k]);
+            model.rates(At { t, x: &x, u: &u, p, modes: &modes }, &mut dx);
+            if direct {
+                model.outputs(At { t, x: &x, u: &u, p, modes: &modes }, &mut shown);
+            }
+            for (c, s) in self.channels.iter().enumerate() {
+                out[c].push(match links.shows[c] {
+                    // A torque or an acceleration that is measured: the reading itself.
+                    None => shown[s.output] - s.y[k] + sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]),
+                    // Nothing leads it: its readings.
+                    Some((i, f, rate)) if links.leads[i].is_none() => {
+                        let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);
+                        let state =
+                            if rate { x[links.velocity[i]] } else { links.position(i, &coordinate, &x) };
+                        state * f + more - s.y[k]
+                    }
+                    Some((i, f, false)) => {
+                        let more = sensed[c].as_ref().map_or(T::zero(), |s| s[2][k]);
+                        dx[links.velocity[i]] * f + more - s.ddy[k]
+                    }
+                    // The only sensor of its coordinate: its slope. Beside another one: the reading.
+                    Some((i, f, true)) => {
+                        let d = usize::from(matches!(links.leads[i], Some((l, ..)) if l == c));
+                        let more = sensed[c].as_ref().map_or(T::zero(), |s| s[d][k]);
+                        if d == 1 {
+                            dx[links.velocity[i]] * f + more - s.dy[k]
+                        } else {
+                            coordinate[i][1] * f + more - s.y[k]
+                        }
+                    }
+                });
+            }
+            if k + 1 == n || (links.free.is_empty() && links.followers.is_empty()) {
+                continue;
+            }
+            for (i, c) in ahead.iter_mut().enumerate() {
+                *c = at(i, k + 1);
+                if matches!(links.leads[i], Some((.., true))) {
+                    c[0] = integral[i];
+                }
+            }
+            let part = h / substeps as f64;
+            for s in 0..substeps {
+                let share = |w: f64, m: &mut Vec<[T; 2]>| {
+                    for ((m, a), b) in m.iter_mut().zip(&coordinate).zip(&ahead) {
+                        *m = [a[0] * (1.0 - w) + b[0] * w, a[1] * (1.0 - w) + b[1] * w];
+                    }
+                };
+                let from = s as f64 / substeps as f64;
+                for (m, series) in middle.iter_mut().zip(&self.inputs) {
+                    let w = from + 0.5 / substeps as f64;
+                    let v = series.get(k).zip(series.get(k + 1)).map_or(0.0, |(a, b)| a * (1.0 - w) + b * w);
+                    *m = T::constant(v);
+                }
+                let context = Context { model, links, p, u: &middle, modes: &modes, step: part };
+                context.advance(self.t[k] + from * h, &mut x, &mut work, |w, m| {
+                    share(from + w / substeps as f64, m);
+                });
+            }
+            if let Some(state) = x.iter().position(|v| !v.value().is_finite()) {
+                return Err(PredictError::NotFinite { run: self.name.clone(), t: self.t[k], state });
+            }
+        }
+        Ok(out)
+    }
+
+    /// What effects of sensors and offsets add to each channel, with its first and second derivative; `None`: nothing.
+    fn sensed<T: Scalar>(&self, model: &Model, p: &[T], offsets: &[T]) -> Vec<Option<[Vec<T>; 3]>> {
+        let sizes = model.sizes();
+        let sensors: Vec<usize> =
+            model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.channel).collect();
+        let spans: Vec<usize> = model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.sites).collect();
+        let concerned = |o: usize| sensors.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
+        let moved = |o: usize| offsets[o].value() != 0.0 || offsets[o] != T::zero();
+        let any: Vec<bool> = self.channels.iter().map(|c| concerned(c.output) || moved(c.output)).collect();
+        if !any.contains(&true) {
+            return vec![None; self.channels.len()];
+        }
+        let x = vec![T::zero(); sizes.states];
+        let u = vec![T::zero(); sizes.inputs];
+        let modes = vec![0; sizes.modes];
+        let mut shown = vec![T::zero(); sizes.outputs];
+        let mut added: Vec<Vec<T>> = vec![Vec::with_capacity(self.t.len()); self.channels.len()];
+        for k in 0..self.t.len() {
+            self.channels.iter().for_each(|c| shown[c.output] = T::constant(c.y[k]));
+            let at = At { t: T::constant(self.t[k] - self.t[0]), x: &x, u: &u, p, modes: &modes };
+            model.effects().sense(&at, &mut shown);
+            for (c, s) in self.channels.iter().enumerate() {
+                added[c].push(shown[s.output] - s.y[k] + offsets[s.output]);
+            }
+        }
+        let h = self.step;
+        let derived = |v: Vec<T>| {
+            let n = v.len();
+            let near = |k: usize| (k.max(1) - 1, (k + 1).min(n - 1));
+            let first = (0..n).map(|k| (v[near(k).1] - v[near(k).0]) / ((near(k).1 - near(k).0) as f64 * h));
+            let first: Vec<T> = first.collect();
+            let second = (0..n).map(|k| {
+                let k = k.clamp(1, n - 2);
+                (v[k + 1] - v[k] * 2.0 + v[k - 1]) / (h * h)
+            });
+            let second = second.collect();
+            [v, first, second]
+        };
+        added.into_iter().zip(any).map(|(v, any)| any.then(|| derived(v))).collect()
+    }
+
+    /// Octaves of what is missing, in units of their floors; the channels of one part after each other.
+    pub fn weighted<T: Scalar>(&self, missing: &[Vec<T>]) -> Vec<T> {
+        let split: Vec<Vec<T>> = missing.iter().map(|v| octaves::split(&self.counted(v))).collect();
+        let m = missing.len();
+        let mut all = Vec::with_capacity(self.len());
+        for (k, part) in self.parts.iter().enumerate() {
+            let Some(rows) = self.whiten.get(part.octave) else {
+                all.extend(split.iter().map(|s| s[k]));
+                continue;
+            };
+            let w = rows;
+            for i in 0..m {
+                all.push((0..=i).fold(T::zero(), |sum, j| sum + split[j][k] * w[i * m + j]));
+            }
+        }
+        all
+    }
+
+    /// What counts of a series: reversals, which no kernel can follow, are bridged by straight lines.
+    pub fn counted<T: Scalar>(&self, series: &[T]) -> Vec<T> {
+        let mut all = series[self.counts.clone()].to_vec();
+        let masked = &self.reversal[self.counts.clone()];
+        let mut k = 0;
+        while k < all.len() {
+            if !masked[k] {
+                k += 1;
+                continue;
+            }
+            let end = masked[k..].iter().position(|m| !m).map_or(all.len(), |n| k + n);
+            // Means of a few, lest one odd value spreads.
+            let mean = |range: std::ops::Range<usize>| {
+                let n = range.len();
+                all[range].iter().fold(T::zero(), |sum, v| sum + *v) / n as f64
+            };
+            let until = (end + 4).min(all.len());
+            let (before, after) = match (k, end) {
+                (0, e) if e == all.len() => (T::zero(), T::zero()),
+                (0, e) => (mean(e..until), mean(e..until)),
+                (k, e) if e == all.len() => (mean(k.saturating_sub(4)..k), mean(k.saturating_sub(4)..k)),
+                (k, e) => (mean(k.saturating_sub(4)..k), mean(e..until)),
+            };
+            for i in k..end {
+                let w = (i + 1 - k) as f64 / (end + 1 - k) as f64;
+                all[i] = before * (1.0 - w) + after * w;
+            }
+            k = end;
+        }
+        all
+    }
+
+    /// Marks where something with dry friction turns.
+    pub fn mark_reversals(&mut self, links: &Links) {
+        let kernel = 5.0 * self.kernel * self.step;
+        for &i in &links.held {
+            let Some((c, _, rate)) = links.leads[i] else { continue };
+            let s = &self.channels[c];
+            let (v, a) = if rate { (&s.y, &s.dy) } else { (&s.dy, &s.ddy) };
+            for k in 0..self.t.len() {
+                if v[k].abs() < 7.0 * s.rate_sigma + kernel * a[k].abs() {
+                    self.reversal[k] = true;
+                }
+            }
+        }
+        // What lies between two of them and is no longer than a kernel says nothing either.
+        let least = (6.0 * self.kernel).ceil() as usize;
+        let mut last = None;
+        for k in 0..self.reversal.len() {
+            if self.reversal[k] {
+                if let Some(l) = last.filter(|l| k - l <= least) {
+                    self.reversal[l..k].fill(true);
+                }
+                last = Some(k);
+            }
+        }
+    }
+
+    /// Sums of products of the channels' values by octave, with their counts.
+    pub fn products(&self, series: &[Vec<f64>]) -> Vec<(Vec<f64>, f64)> {
+        let split: Vec<Vec<f64>> = series.iter().map(|v| octaves::split(&self.counted(v))).collect();
+        let m = series.len();
+        let octaves = self.parts.last().map_or(0, |p| p.octave + 1);
+        let mut all = vec![(vec![0.0; m * m], 0.0); octaves];
+        for (k, part) in self.parts.iter().enumerate() {
+            let (sums, count) = &mut all[part.octave];
+            *count += 1.0;
+            for i in 0..m {
+                for j in 0..m {
+                    sums[i * m + j] += split[i][k] * split[j][k];
+                }
+            }
+        }
+        all
+    }
+
+    /// What inputs and motion make of each channel by themselves: sizes of the terms of the balance.
+    pub fn terms(&self, links: &Links, coordinates: &[Coordinate]) -> Vec<[Vec<f64>; 2]> {
+        let all = self.channels.iter().enumerate().map(|(c, s)| {
+            let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
+            let beside = rate && !matches!(links.leads[i], Some((l, ..)) if l == c);
+            if beside || links.leads[i].is_none() {
+                return [s.y.clone(), s.y.clone()];
+            }
+            let own = if rate { s.dy.clone() } else { s.ddy.clone() };
+            let mut driven = vec![0.0; self.t.len()];
+            for (input, factor) in &coordinates[i].driven {
+                let Some(u) = self.inputs.get(*input) else { continue };
+                driven.iter_mut().zip(u).for_each(|(d, u)| *d += u * factor * f);
+            }
+            [own, driven]
+        });
+        all.collect()
+    }
+}
+
+impl Links {
+    /// The position of a coordinate that is not led: from a state that depends on it.
+    fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 2]], x: &[T]) -> T {
+        let Some((state, parts)) = self.unled.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
+            return T::zero();
+        };
+        let mut rest = x[*state];
+        let mut own = 1.0;
+        for (j, f) in parts {
+            if *j == i {
+                own = *f;
+            } else {
+                rest -= coordinate[*j][0] * *f;
+            }
+        }
+        rest / own
+    }
+    /// Coordinates that nothing leads.
+    pub fn unled(&self) -> impl Iterator<Item = usize> {
+        self.leads.iter().enumerate().filter(|l| l.1.is_none()).map(|l| l.0)
+    }
+    /// The channel that leads a coordinate.
+    pub fn lead_of(&self, coordinate: usize) -> Option<usize> {
+        self.leads.get(coordinate).copied().flatten().map(|l| l.0)
+    }
+    fn lead<T: Scalar>(&self, coordinate: &[[T; 2]], x: &mut [T]) {
+        for (list, d) in [(&self.positions, 0), (&self.velocities, 1)] {
+            for (state, parts) in list {
+                x[*state] = parts.iter().fold(T::zero(), |sum, (i, f)| sum + coordinate[*i][d] * *f);
+            }
+        }
+    }
+}
+
+/// Means of an input over the grid's steps.
+fn averaged(d: &Drive, t: &[f64], h: f64) -> Vec<f64> {
+    let mut at = 0;
+    let mut value = |t: f64| {
+        while at + 1 < d.t.len() && d.t[at + 1] <= t {
+            at += 1;
+        }
+        while at > 0 && d.t[at] > t {
+            at -= 1;
+        }
+        match (d.between, d.t.get(at + 1)) {
+            (Between::Linear, Some(next)) if t > d.t[at] => {
+                let w = (t - d.t[at]) / (next - d.t[at]);
+                d.u[at] * (1.0 - w) + d.u[at + 1] * w
+            }
+            _ => d.u[at],
+        }
+    };
+    if d.t.is_empty() {
+        return vec![0.0; t.len()];
+    }
+    t.iter()
+        .map(|t| [-0.375, -0.125, 0.125, 0.375].map(|s| value(t + s * h)).iter().sum::<f64>() / 4.0)
+        .collect()
+}
+
+/// First-order lag of a series, T in samples: exact on straight lines between samples.
+fn lag(u: &mut [f64], samples: f64) {
+    if samples <= 1e-9 || u.is_empty() {
+        return;
+    }
+    let decay = (-1.0 / samples).exp();
+    let mut x = u[0];
+    let mut before = u[0];
+    for v in u.iter_mut() {
+        let slope = *v - before;
+        x = *v - slope * samples + (x - before + slope * samples) * decay;
+        before = *v;
+        *v = x;
+    }
+}
+
+/// Typical rate of a series, over at least 50 ms.
+fn rate_rms(t: &[f64], y: &[f64]) -> f64 {
+    let (mut sum, mut count, mut k) = (0.0, 0.0f64, 0);
+    for i in 0..t.len() {
+        if t[i] - t[k] >= 0.05 {
+            sum += ((y[i] - y[k]) / (t[i] - t[k])).powi(2);
+            count += 1.0;
+            k = i;
+        }
+    }
+    (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,83 @@
+use super::*;
+use crate::engine::subject::Subject;
+use trueup_identification::run::Channel;
+use trueup_models::effect::Plant;
+use trueup_models::joint::{input, output, parameter};
+
+/// A rigid joint without friction, inertia `J` on the motor's side, led through A sin(w t) by the current that it
+/// takes, and a push of `push` N.m on the motor from t = 4 s to 6 s that the current does not make.
+fn recording(p: &[f64], push: f64) -> Run {
+    let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
+    let t: Vec<f64> = (0..5000).map(|k| f64::from(k) * 0.002).collect();
+    let pushed = |t: f64| if (4.0..6.0).contains(&t) { push } else { 0.0 };
+    let (a, w) = (20.0, 3.0);
+    let current = |t: f64| (-inertia * a * w * w * (w * t).sin() - pushed(t)) / p[parameter::TORQUE_CONSTANT];
+    Run {
+        name: "made".into(),
+        drives: vec![Drive {
+            input: input::MOTOR_CURRENT,
+            u: t.iter().map(|t| current(*t)).collect(),
+            t: t.clone(),
+            ..Drive::default()
+        }],
+        channels: vec![Channel {
+            name: "motorAngle".into(),
+            output: output::MOTOR_ANGLE,
+            y: t.iter().map(|t| a * (w * t).sin()).collect(),
+            t,
+            sigma: 1e-6,
+            ..Channel::default()
+        }],
+        ..Run::default()
+    }
+}
+
+#[test]
+fn what_is_missing_is_the_torque_that_nobody_told_of() {
+    let subject = Subject { plant: Plant::Joint, flexible: vec![false] };
+    let model = subject.model(&[] as &[&str]).unwrap();
+    let mut p = subject.defaults(&model);
+    for i in [parameter::COULOMB_FRICTION, parameter::STATIC_FRICTION, parameter::VISCOUS_FRICTION] {
+        p[i] = 0.0;
+    }
+    let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
+    let coordinates = subject.coordinates(&model, &p);
+    for push in [0.0, 0.01] {
+        let led = Led::new(&recording(&p, push), 2).unwrap();
+        let links = led.links(&model, &coordinates);
+        let missing = led.missing(&model, &links, &p, &[0.0; output::COUNT]).unwrap();
+        for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| led.counts.contains(k)) {
+            let t = led.t[k];
+            if [4.0, 6.0].iter().any(|edge| (t - edge).abs() < 0.02) {
+                continue;
+            }
+            let lacks = if (4.0..6.0).contains(&t) { push / inertia } else { 0.0 };
+            // The kernels' error: they flatten a sine by (w s)^2 / 2, motion and current alike.
+            assert!((v + lacks).abs() < 1e-4 * (180.0 + lacks), "at {t}: {v}, lacks {lacks}");
+        }
+    }
+}
+
+#[test]
+fn a_lag_is_exact_on_ramps() {
+    // T dx/dt = u - x with u = t from rest: x = t - T + T e^(-t/T).
+    let mut u: Vec<f64> = (0..200).map(f64::from).collect();
+    lag(&mut u, 12.5);
+    for (k, x) in u.iter().enumerate() {
+        let t = k as f64;
+        assert!((x - (t - 12.5 + 12.5 * (-t / 12.5).exp())).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn rests_are_bridged() {
+    let p = Subject { plant: Plant::Joint, flexible: vec![false] };
+    let model = p.model(&[] as &[&str]).unwrap();
+    let mut led = Led::new(&recording(&p.defaults(&model), 0.0), 2).unwrap();
+    let series: Vec<f64> = led.t.clone();
+    led.reversal[1000..1500].fill(true);
+    let mut odd = series.clone();
+    odd[1000..1500].fill(1e9);
+    let bridged = led.counted(&odd);
+    assert!(bridged.iter().zip(&series[led.counts.clone()]).all(|(a, b)| (a - b).abs() < 0.01));
+}

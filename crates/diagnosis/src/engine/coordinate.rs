@@ -1,0 +1,115 @@
+//! The coordinates of a plant: which states they are, which outputs show them.
+
+use trueup_models::effect::Plant;
+use trueup_models::{arm, joint};
+
+use super::subject::{Model, Subject};
+
+/// A coordinate of the plant.
+#[derive(Clone, Debug, Default)]
+pub struct Coordinate {
+    /// States that move with a change of its position, with their factors.
+    pub position: Vec<(usize, f64)>,
+    /// Those that move with a change of its velocity.
+    pub velocity: Vec<(usize, f64)>,
+    /// Mode that holds it still while it is 0 (dry friction).
+    pub held: Option<usize>,
+    /// Outputs that show its position, as factor times it.
+    pub positions: Vec<(usize, f64)>,
+    /// Outputs that show its velocity.
+    pub velocities: Vec<(usize, f64)>,
+    /// Parameters that set its first position and velocity.
+    pub start: Option<[usize; 2]>,
+    /// Inputs that drive it: acceleration per unit.
+    pub driven: Vec<(usize, f64)>,
+}
+
+impl Subject {
+    /// The coordinates of a model of this plant with these parameters.
+    pub fn coordinates(&self, model: &Model, p: &[f64]) -> Vec<Coordinate> {
+        match (self.plant, model) {
+            (Plant::Joint, Model::Joint(m)) => joint_coordinates(m.flexible(), p),
+            (Plant::Arm, Model::Arm(m)) => arm_coordinates(m, p),
+            _ => Vec::new(),
+        }
+    }
+}
+
+fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
+    use joint::{input as i, output as o, parameter as p};
+    let (n, j_m, j_l) = (values[p::GEAR_RATIO], values[p::MOTOR_INERTIA], values[p::LOAD_INERTIA]);
+    let driven = values[p::TORQUE_CONSTANT] / if flexible { j_m } else { j_m + j_l / (n * n) };
+    let motor = Coordinate {
+        position: if flexible { vec![(0, 1.0), (2, 1.0)] } else { vec![(0, 1.0)] },
+        velocity: vec![(1, 1.0)],
+        held: Some(0),
+        positions: vec![(o::MOTOR_ANGLE, 1.0)],
+        velocities: vec![(o::MOTOR_VELOCITY, 1.0)],
+        start: Some([p::INITIAL_MOTOR_ANGLE, p::INITIAL_MOTOR_VELOCITY]),
+        driven: vec![(i::MOTOR_CURRENT, driven)],
+    };
+    if !flexible {
+        let positions = vec![(o::MOTOR_ANGLE, 1.0), (o::LOAD_ANGLE, 1.0 / n)];
+        let velocities = vec![(o::MOTOR_VELOCITY, 1.0), (o::LOAD_VELOCITY, 1.0 / n)];
+        return vec![Coordinate { positions, velocities, ..motor }];
+    }
+    let load = Coordinate {
+        position: vec![(2, -n)],
+        velocity: vec![(3, 1.0)],
+        held: None,
+        positions: vec![(o::LOAD_ANGLE, 1.0)],
+        velocities: vec![(o::LOAD_VELOCITY, 1.0)],
+        start: Some([p::INITIAL_LOAD_ANGLE, p::INITIAL_LOAD_VELOCITY]),
+        driven: vec![(i::EXTERNAL_TORQUE, 1.0 / j_l)],
+    };
+    vec![motor, load]
+}
+
+fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate> {
+    use arm::{input as i, output as o, parameter as p};
+    let (n, dofs) = (m.links(), m.dofs());
+    let of = |row: usize, position: usize, velocity: usize, start: [usize; 2]| Coordinate {
+        position: vec![(row, 1.0)],
+        velocity: vec![(dofs + row, 1.0)],
+        held: None,
+        positions: vec![(position, 1.0)],
+        velocities: vec![(velocity, 1.0)],
+        start: Some(start),
+        driven: Vec::new(),
+    };
+    let mut all: Vec<Coordinate> = (0..2)
+        .map(|i| {
+            let start = [p::initial_base_position(n) + i, p::initial_base_velocity(n) + i];
+            of(i, o::base_position(n) + i, o::base_velocity(n) + i, start)
+        })
+        .collect();
+    let start = [p::initial_base_attitude(n), p::initial_base_rate(n)];
+    all.push(of(2, o::base_attitude(n), o::base_rate(n), start));
+    for j in 0..n {
+        let start = [p::initial_joint_angle(n) + j, p::initial_joint_velocity(n) + j];
+        let mut c = of(3 + j, o::joint_angle(n) + j, o::joint_velocity(n) + j, start);
+        let motor = (o::motor_angle(n) + j, o::motor_velocity(n) + j);
+        if m.flexible()[j] {
+            all.push(c);
+            let start = [p::initial_motor_angle(n) + j, p::initial_motor_velocity(n) + j];
+            c = of(m.motor(j), motor.0, motor.1, start);
+        } else {
+            c.positions.push((motor.0, 1.0));
+            c.velocities.push((motor.1, 1.0));
+        }
+        let inertia = if m.flexible()[j] { p::motor_inertia(n) } else { p::link_inertia(n) } + j;
+        c.driven = vec![(i::joint_torque(n) + j, 1.0 / values[inertia].max(1e-9))];
+        c.held = m.has_friction().then_some(j);
+        all.push(c);
+    }
+    all
+}
+
+pub(crate) fn median_step(t: &[f64]) -> Option<f64> {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).collect();
+    if steps.is_empty() {
+        return None;
+    }
+    let middle = steps.len() / 2;
+    Some(*steps.select_nth_unstable_by(middle, f64::total_cmp).1)
+}

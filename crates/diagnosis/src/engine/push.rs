@@ -1,0 +1,159 @@
+//! When a push may have come: where what is missing has a mean of its own for longest and most.
+
+use trueup_models::effect::Plant;
+
+use super::hypothesis::{Claim, Hypothesis};
+use super::problem::Unknown;
+use super::search::{Fitted, Search};
+
+/// A stretch of time in s, and how far its mean stands out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Stretch {
+    start: f64,
+    length: f64,
+    score: f64,
+}
+
+/// Missing acceleration over time, in units of its own scatter.
+struct Missing {
+    t: Vec<f64>,
+    a: Vec<f64>,
+}
+
+impl Search<'_> {
+    /// Values of the unknowns of a push to look from, for the best stretches.
+    pub(crate) fn push_looks(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
+        let coordinates = self.pushed(h);
+        let runs: Vec<Vec<Missing>> = (0..self.case.train.len())
+            .map(|run| coordinates.iter().filter_map(|c| self.missing(base, run, *c)).collect())
+            .collect();
+        let fill = |stretch: &dyn Fn(Option<usize>) -> Option<Stretch>| -> Vec<f64> {
+            unknowns
+                .iter()
+                .map(|u| {
+                    let found = stretch(u.run);
+                    match () {
+                        () if u.name.ends_with("Start") => found.map_or(u.start, |s| s.start),
+                        () if u.name.ends_with("Duration") => {
+                            found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper)
+                        }
+                        () if u.name.ends_with("Edge") => u.start,
+                        () => match u.scale {
+                            trueup_identification::unknown::Scale::Linear(s) => s,
+                            trueup_identification::unknown::Scale::Log => u.start,
+                        },
+                    }
+                })
+                .collect()
+        };
+        if h.per_run {
+            let each: Vec<Option<Stretch>> = runs
+                .iter()
+                .map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied())
+                .collect();
+            return vec![fill(&|run| each.get(run?).copied().flatten())];
+        }
+        let all: Vec<&Missing> = runs.iter().flatten().collect();
+        scan(&all).into_iter().take(2).map(|s| fill(&|_| Some(s))).collect()
+    }
+
+    /// The coordinates that a push moves at once.
+    fn pushed(&self, h: &Hypothesis) -> Vec<usize> {
+        let Claim::Effect(choice) = h.claim else { return Vec::new() };
+        let place = choice.place().map_or("", |p| p.name);
+        let count = self.case.coordinates.len();
+        match (self.case.subject.plant, place) {
+            (Plant::Joint, "load") => vec![count - 1],
+            (Plant::Joint, _) => vec![0],
+            (Plant::Arm, "base") => vec![0, 1, 2],
+            (Plant::Arm, "actuator") => {
+                let before = self.case.subject.flexible[..h.site].iter().filter(|f| **f).count();
+                let own = usize::from(self.case.subject.flexible[h.site]);
+                vec![3 + h.site + before + own]
+            }
+            _ => (0..count).collect(),
+        }
+    }
+
+    fn missing(&self, base: &Fitted, run: usize, coordinate: usize) -> Option<Missing> {
+        let problem = self.compare(&base.stated);
+        let series = problem.missing(run, &base.theta).ok()?;
+        let led = &self.led[run];
+        let c = problem.led.get(run)?.1.lead_of(coordinate)?;
+        let here = &series[c][led.counts.clone()];
+        let mut sizes: Vec<f64> = here.iter().map(|r| r.abs()).collect();
+        let middle = sizes.len() / 2;
+        let scatter = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1 / 0.6745;
+        // Simulated less measured: what lacks has the other sign, which the amplitude takes.
+        let a = here.iter().map(|r| r / scatter.max(1e-300)).collect();
+        Some(Missing { t: led.t[led.counts.clone()].to_vec(), a })
+    }
+}
+
+/// Stretches whose mean stands out, over all series at the same times since the first start; the best ones that do not
+/// overlap, best first.
+fn scan(all: &[&Missing]) -> Vec<Stretch> {
+    let Some(first) = all.first() else { return Vec::new() };
+    let sums: Vec<Vec<f64>> = all
+        .iter()
+        .map(|m| {
+            let mean = m.a.iter().sum::<f64>() / m.a.len().max(1) as f64;
+            let mut sum = vec![0.0];
+            m.a.iter().for_each(|a| sum.push(sum[sum.len() - 1] + (a - mean).clamp(-8.0, 8.0)));
+            sum
+        })
+        .collect();
+    let n = sums.iter().map(Vec::len).min().unwrap_or(1) - 1;
+    let mut found: Vec<Stretch> = Vec::new();
+    let mut length = 4;
+    while length < n / 2 {
+        // Noise is not white here: a stretch counts by what its like usually sum up to.
+        let begin = found.len();
+        for i in (0..n - length).step_by((length / 8).max(1)) {
+            let score: f64 = sums.iter().map(|s| (s[i + length] - s[i]).powi(2)).sum();
+            let (start, end) = (first.t[i], first.t[i + length]);
+            found.push(Stretch { start, length: end - start, score });
+        }
+        let mut usual: Vec<f64> = found[begin..].iter().map(|f| f.score).collect();
+        let middle = usual.len() / 2;
+        if let Some((_, usual, _)) =
+            (!usual.is_empty()).then(|| usual.select_nth_unstable_by(middle, f64::total_cmp))
+        {
+            let usual = usual.max(f64::MIN_POSITIVE);
+            found[begin..].iter_mut().for_each(|f| f.score /= usual);
+        }
+        length = (length as f64 * 1.4).ceil() as usize;
+    }
+    found.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let mut best: Vec<Stretch> = Vec::new();
+    for s in found {
+        if best.iter().all(|b| s.start >= b.start + b.length || b.start >= s.start + s.length) {
+            best.push(s);
+        }
+        if best.len() == 3 {
+            break;
+        }
+    }
+    best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+
+    #[test]
+    fn the_stretch_with_another_mean_is_found() {
+        let t: Vec<f64> = (0..1000).map(|i| f64::from(i) * 0.01).collect();
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(3);
+        let a = (0..1000)
+            .map(|i| {
+                let noise: f64 = StandardNormal.sample(&mut rng);
+                noise + if (400..460).contains(&i) { 2.0 } else { 0.0 }
+            })
+            .collect();
+        let found = scan(&[&Missing { t, a }]);
+        assert!((found[0].start - 4.0).abs() < 0.1 && (found[0].length - 0.6).abs() < 0.15, "{found:?}");
+    }
+}

@@ -1,0 +1,86 @@
+"""trueup diagnose on blind trials: a small part of what docs/blind-trials.md describes."""
+
+import json
+import os
+import re
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+VERDICTS = {"no-gap", "parameters", "effects", "ambiguous", "unknown"}
+# Plant, split, how many, seed. Seeds are not those of any scorecard.
+PARTS = [("joint", "none", 3, 100), ("joint", "parameters", 2, 100)]
+
+
+def program():
+    found = os.environ.get("TRUEUP_BIN")
+    if not found:
+        pytest.skip("TRUEUP_BIN is not set: run ./test")
+    return found
+
+
+def run(*command, **more):
+    return subprocess.run([program(), *map(str, command)], capture_output=True, text=True, **more)
+
+
+@pytest.fixture(scope="module")
+def trials(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("trials")
+    for plant, split, count, seed in PARTS:
+        made = run("trial", "generate", "-o", folder, "--plant", plant, "--split", split, "--count", count, "--seed", seed)
+        assert made.returncode == 0, made.stderr
+    return folder
+
+
+@pytest.fixture(scope="module")
+def found(trials, tmp_path_factory):
+    out = tmp_path_factory.mktemp("found")
+    all = {}
+    for case in sorted((trials / "cases").iterdir()):
+        done = run("diagnose", case, "-o", out / case.name, "--json")
+        assert done.returncode == 0, done.stderr
+        all[case.name] = out / case.name, json.loads(done.stdout), tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text())
+    return all
+
+
+def test_verdicts(found):
+    wrong = []
+    for name, (_, diagnosis, key) in found.items():
+        print(name, key["split"], key["effects"], "->", diagnosis["verdict"], [e["id"] for e in diagnosis["effects"]])
+        if diagnosis["verdict"] != key["verdict"]:
+            wrong.append(name)
+    assert not wrong
+
+
+def test_files(found):
+    for folder, diagnosis, _ in found.values():
+        assert diagnosis == json.loads((folder / "diagnosis.json").read_text())
+        assert diagnosis["schema"] == "trueup.diagnosis/1" and diagnosis["verdict"] in VERDICTS
+        page = (folder / "report.html").read_text()
+        assert page.startswith("<!") and not re.search(r"""(src|href)\s*=\s*["']?\s*(https?:)?//""", page)
+
+
+def test_a_sealed_effect_is_named_and_shrinks_the_gap(tmp_path):
+    """Play behind a gear that the model holds to be tight."""
+    made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "single", "--count", "8", "--seed", "100")
+    assert made.returncode == 0, made.stderr
+    keys = [tomllib.loads(p.read_text()) for p in sorted((tmp_path / "keys").iterdir())]
+    wanted = [k for k in keys if k["effects"][0] in ("backlash", "sensor-delay", "nonlinear-stiffness", "current-saturation")]
+    assert wanted, [k["effects"] for k in keys]
+    key = wanted[0]
+    done = run("diagnose", tmp_path / "cases" / key["case"], "-o", tmp_path / "found", "--json")
+    assert done.returncode == 0, done.stderr
+    diagnosis = json.loads(done.stdout)
+    overall = diagnosis["gap"]["overall"]
+    print(key["case"], key["effects"], overall)
+    assert diagnosis["verdict"] == "effects" and diagnosis["effects"][0]["id"] == key["effects"][0]
+    assert overall["after"] < overall["tuned"] and overall["after"] < overall["before"]
+    assert len(diagnosis["augmented"]) == 2
+    assert all((tmp_path / "found" / name).exists() for name in diagnosis["augmented"])
+
+
+def test_mistakes(tmp_path):
+    wrong = run("diagnose", tmp_path / "nowhere", "-o", tmp_path / "out")
+    assert wrong.returncode != 0 and "nowhere" in wrong.stderr and not (tmp_path / "out").exists()

@@ -1,0 +1,187 @@
+//! `trueup diagnose`
+
+use std::collections::BTreeMap;
+use std::io::IsTerminal;
+use std::time::Instant;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, diagnose};
+use trueup_diagnosis::floor;
+use trueup_diagnosis::locate::isolability::Structure;
+use trueup_diagnosis::outcome::{Diagnosis, Verdict};
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi_description::Version;
+use trueup_fmi_description::pack::write_file;
+use trueup_report::{Evidence, Trace, diagnosis_page};
+use trueup_signals::Loaded;
+
+use crate::args::Diagnose;
+use crate::catalog;
+use crate::command::{identify, pack};
+use crate::error::Error;
+use crate::output::{folder, say};
+
+pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
+    let begun = Instant::now();
+    let loaded = identify::load(&args.case)?;
+    let options = Options { seed: args.seed, ..Options::default() };
+    let bar = std::io::stderr().is_terminal().then(bar);
+    let mut tell = |part: f64, what: &str| match &bar {
+        Some(bar) => {
+            bar.set_position((1000.0 * part) as u64);
+            bar.set_message(what.to_owned());
+        }
+        None => eprintln!("{:3.0} %  {what}", 100.0 * part),
+    };
+    let found = diagnose(&loaded, &options, &mut tell);
+    if let Some(bar) = &bar {
+        bar.finish_and_clear();
+    }
+    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    // All or nothing: files are written when everything is ready.
+    let mut files: Vec<(String, Vec<u8>)> = Vec::new();
+    if let Some(augmented) = &found.augmented {
+        match fmus(args, &loaded, augmented) {
+            Ok(ready) => {
+                found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
+                files = ready;
+            }
+            Err(e) => return Err(e),
+        }
+    }
+    let json =
+        serde_json::to_string_pretty(&found.diagnosis).map_err(|e| Error::Failed(e.to_string()))? + "\n";
+    folder(&args.output)?;
+    let page = page(&loaded, &found, args.seed);
+    files.push(("report.html".into(), page.into_bytes()));
+    files.push(("diagnosis.json".into(), json.clone().into_bytes()));
+    for (name, bytes) in files {
+        write_file(&args.output.join(name), &bytes).map_err(|e| Error::Failed(e.to_string()))?;
+    }
+    say(&if args.json { json } else { text(&found.diagnosis) })?;
+    eprintln!("{} in {:.1} s", args.output.join("diagnosis.json").display(), begun.elapsed().as_secs_f64());
+    Ok(())
+}
+
+fn bar() -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}");
+    ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The model with what was claimed, for both versions of FMI.
+fn fmus(args: &Diagnose, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(String, Vec<u8>)>, Error> {
+    let name = loaded.case.model.as_str();
+    let model = catalog::models()
+        .find(|m| m.name == name)
+        .ok_or_else(|| Error::Failed(format!("there is no model `{name}`")))?;
+    let library = pack::library(args.library.as_deref())?;
+    let library = std::fs::read(&library).map_err(|e| Error::at(&library, e))?;
+    let flexible: Vec<bool> =
+        loaded.case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+    let mut configuration = Configuration {
+        joint_flexible: flexible,
+        effects: catalog::in_order(name, &augmented.effects).unwrap_or_default(),
+        ..Configuration::of(name)
+    };
+    let table = fmu_library::table(&configuration).map_err(Error::Failed)?;
+    let known = |name: &str| {
+        table.variables.iter().any(|v| v.name == name.split('[').next().unwrap_or(name) || v.name == name)
+    };
+    configuration.start =
+        augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
+    Version::ALL
+        .into_iter()
+        .map(|version| {
+            let (_, bytes) = pack::pack(model, &configuration, version, &library)?;
+            Ok((format!("{name}.augmented.fmi{}.fmu", version.major()), bytes))
+        })
+        .collect()
+}
+
+/// The page with what it was made from.
+fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
+    let case = loaded.case.folder.file_name().unwrap_or_default().to_string_lossy();
+    let channels = loaded.recordings.values().flat_map(|r| &r.channels);
+    let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+    let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
+    let traces = found.traces.iter().map(|t| Trace {
+        recording: &t.recording,
+        channel: &t.channel,
+        unit: unit(&t.channel),
+        time: &t.time,
+        measured: &t.measured,
+        before: &t.before,
+        tuned: &t.tuned,
+        after: &t.after,
+        floor: t.floor,
+    });
+    let floors = units.iter().filter_map(|(name, unit)| {
+        let floor = floor::output(loaded, name)?;
+        Some([(*name).to_owned(), format!("{:.3e} {unit}", floor.deviation), floor.source.text().to_owned()])
+    });
+    let flexible = found.flexible.as_slice();
+    let names: Vec<&str> = units.keys().copied().collect();
+    let structure = match loaded.case.model.as_str() {
+        "TwoMassJoint" => Structure::joint(flexible.first().copied().unwrap_or(true), &names),
+        _ => Structure::arm(flexible, &names),
+    };
+    let isolability = structure.isolability();
+    let evidence = Evidence {
+        case: &case,
+        traces: traces.collect(),
+        floors: floors.collect(),
+        classes: isolability.classes,
+        hidden: isolability.hidden,
+        settings: vec![["seed".into(), seed.to_string()]],
+        versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
+        ..Evidence::default()
+    };
+    diagnosis_page(&found.diagnosis, &evidence)
+}
+
+/// The verdict for people.
+fn text(d: &Diagnosis) -> String {
+    let mut out = match d.verdict {
+        Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
+        Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),
+        Verdict::Effects => "effects: something is missing from the model\n".to_owned(),
+        Verdict::Ambiguous => "ambiguous: these recordings cannot tell the causes below apart\n".to_owned(),
+        Verdict::Unknown => "unknown: something is there that no effect of the library explains\n".to_owned(),
+    };
+    for e in &d.effects {
+        let joint =
+            e.joint.filter(|_| d.model != "TwoMassJoint").map_or(String::new(), |j| format!(", joint {j}"));
+        out += &format!("  {} ({}{joint}), probability {:.2}\n", e.id, e.component, e.probability);
+        for (name, a) in &e.parameters {
+            let end = |v: Option<f64>| v.map_or("open".to_owned(), |v| format!("{v:.4e}"));
+            out += &format!(
+                "    {name} = {:.4e} {} [{}, {}]\n",
+                a.value,
+                a.unit,
+                end(a.ci95[0]),
+                end(a.ci95[1])
+            );
+        }
+    }
+    if let Some(g) = &d.gap.overall {
+        let closed = g.closed.map_or("-".to_owned(), |c| format!("{:.0} %", 100.0 * c));
+        out += &format!(
+            "gap on held-out recordings: {:.4} before, {:.4} tuned, {:.4} after, floor {:.4}; closed {closed}\n",
+            g.before, g.tuned, g.after, g.floor
+        );
+    }
+    if !d.location.components.is_empty() && d.verdict == Verdict::Unknown {
+        let places: Vec<String> = d
+            .location
+            .components
+            .iter()
+            .take(3)
+            .map(|c| format!("{} {:.0} %", c.id, 100.0 * c.share))
+            .collect();
+        out += &format!("where it may lie: {}\n", places.join(", "));
+    }
+    for note in &d.notes {
+        out += &format!("note: {note}\n");
+    }
+    out
+}
