@@ -1,6 +1,9 @@
 """Results as Python reads them: CSV through FMPy, Parquet through pyarrow, the same bits in both."""
 
 import json
+import os
+import pty
+import re
 import signal
 import subprocess
 import time
@@ -61,3 +64,41 @@ def test_ctrl_c_keeps_what_was_computed(fmu, tmp_path):
     assert [file.name for file in tmp_path.iterdir()] == ["r.incomplete.parquet"]
     times = pyarrow.parquet.read_table(tmp_path / "r.incomplete.parquet")["time"].to_numpy()
     assert len(times) > 1 and times[0] == 0 and np.allclose(np.diff(times), 1e-4)
+
+
+@pytest.mark.parametrize("terminal", [True, False])
+def test_progress_tells_how_far_the_run_is_and_what_is_left(fmu, tmp_path, terminal):
+    program, stop = from_environment("TRUEUP_BIN"), 3e4
+    arguments = ["simulate", fmu("TwoMassJoint", 2), "--stop", stop, "--step", "1e-3", "-o", tmp_path / "r.parquet"]
+    # A terminal is told by itself; a pipe only if asked for.
+    here, there = pty.openpty() if terminal else os.pipe()
+    run = subprocess.Popen([program, *map(str, arguments), *([] if terminal else ["--progress"])], stderr=there)
+    os.close(there)
+    told, said = {}, ""
+    line = re.compile(r"(\d+) %  t = ([0-9.]+) s, (\d+)([a-z]+) left")
+    while len(told) < 2:
+        said += os.read(here, 4096).decode()
+        told = {float(t): (int(percent), left, unit) for percent, t, left, unit in line.findall(said)}
+        assert run.poll() is None, said
+    run.send_signal(signal.SIGINT)
+    while True:  # lest the program waits for us
+        try:
+            if not os.read(here, 4096):
+                break
+        except OSError:  # the terminal is gone with the program
+            break
+    os.close(here)
+    assert run.wait(timeout=60) == 1
+    for t, (percent, left, unit) in told.items():
+        assert 0 < t < stop and abs(percent - 100 * t / stop) <= 2, said
+        assert int(left) > 0 and unit in ("s", "m", "h"), said
+
+
+def test_a_pipe_hears_no_progress_unless_asked_for(fmu, tmp_path):
+    program = from_environment("TRUEUP_BIN")
+    arguments = ["simulate", fmu("TwoMassJoint", 2), "--stop", "1e6", "--step", "1e-3", "-o", tmp_path / "r.parquet"]
+    run = subprocess.Popen([program, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
+    time.sleep(2)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=60)
+    assert run.returncode == 1 and "interrupted" in said and " left" not in said

@@ -64,6 +64,9 @@ struct Inlets {
     slots: Vec<usize>,
     /// Those that the file drives: its column, and whether it goes on lines between its samples.
     columns: Vec<Option<(usize, bool)>>,
+    /// The node of each, and by node those that its outputs drive.
+    nodes: Vec<usize>,
+    driven_by: Vec<Vec<usize>>,
     /// Those that may jump are held.
     held: Vec<bool>,
     /// Largest magnitude so far, at least the nominal value.
@@ -85,8 +88,9 @@ pub(crate) struct Adaptive {
     spare: [usize; 2],
     stop: f64,
     span: f64,
-    /// Values of the inputs at the end of a step: as predicted, fine, coarse.
+    /// Values of the inputs at the end of a step: as predicted, as extrapolated, fine, coarse.
     predicted: Vec<f64>,
+    extrapolated: Vec<f64>,
     ends: [Vec<f64>; 2],
     /// Ratio of the last rejection, and rejections in a row that did not bring it down.
     stubborn: (f64, u32),
@@ -121,6 +125,7 @@ impl Adaptive {
             stop,
             span: stop - start,
             predicted: vec![0.0; n],
+            extrapolated: vec![0.0; n],
             ends: [vec![0.0; n], vec![0.0; n]],
             stubborn: (f64::INFINITY, 0),
             chatter: 0,
@@ -192,7 +197,7 @@ impl Adaptive {
         [time, 0.5 * (time + end), end]
     }
 
-    /// One step of the coarse solution and two of the fine one: the largest local error as a part of what is allowed, and
+    /// One step of the coarse solution and two of the fine one: the largest error per s as a part of what is allowed, and
     /// what the fine solution did, unless the pair is rejected.
     fn attempt(
         &mut self,
@@ -202,11 +207,11 @@ impl Adaptive {
         total: &mut Advance,
     ) -> Result<(f64, Option<Advance>), Error> {
         let points = self.history[FINE].len();
-        let allowed = self.control.rate(points) * (middle - time);
+        let allowed = self.control.rate(points);
         let good = |ratio: f64| ratio <= 1.0 || jump;
-        // A step twice as long has a local error 2^(order + 1) times as large, if it is stable; and half as much again.
+        // In steps twice as long the error per s is 2^order times as large, if they are stable; and as much again.
         let (error, _) = self.step(parts, COARSE, self.slots[COARSE], [time, end], total)?;
-        let mut ratio = error / (allowed * 2.0_f64.powi(points as i32 + 2));
+        let mut ratio = error / (allowed * 2.0_f64.powi(points as i32 + 1));
         if !good(ratio) {
             return Ok((ratio, None));
         }
@@ -232,7 +237,10 @@ impl Adaptive {
         Ok((ratio, Some(done)))
     }
 
-    /// A step predicted, gone back, and corrected; its local error as estimated.
+    /// A step predicted, gone back, and corrected; its error per s as estimated.
+    ///
+    /// The outputs tell the local error of what they depend on. Behind a limit they tell nothing; what bounds the error of
+    /// the states there is by how much the inputs were missed.
     fn step(
         &mut self,
         parts: &mut Parts,
@@ -254,8 +262,19 @@ impl Adaptive {
         let done = self.inlets.go(parts, &self.history[track], [from, to], total)?;
         self.inlets.take(parts, &mut self.ends[track]);
         self.log.taken += 2;
-        let moved = self.ends[track].iter().zip(&self.predicted).map(|(end, predicted)| end - predicted);
-        Ok((predictor.milne() * norm(moved, &self.inlets.scales), done))
+        let apart = |from: &[f64]| {
+            let moved = self.ends[track].iter().zip(from).map(|(end, from)| end - from);
+            norm(moved, &self.inlets.scales)
+        };
+        let local = predictor.milne() * apart(&self.predicted) / h;
+        self.history[track].extrapolate(&predictor, &mut self.extrapolated);
+        for i in 0..self.extrapolated.len() {
+            if !self.inlets.is_judged(i, &self.predicted, &self.ends[track]) {
+                self.extrapolated[i] = self.ends[track][i];
+            }
+        }
+        let missed = self.control.pace(predictor.missed() * apart(&self.extrapolated));
+        Ok((local.max(missed), done))
     }
 
     /// The master goes on from the fine solution, which is what the FMUs and the exchange hold now.
@@ -304,12 +323,20 @@ impl Inlets {
                 .filter(|(s, _)| **s == slot)
                 .for_each(|(_, c)| *c = Some((column, linear)));
         }
+        let of = |slot: usize| parts.exchange.element(slot).component;
+        let mut driven_by = vec![Vec::new(); parts.nodes.len()];
+        for (from, to) in parts.exchange.sources() {
+            let driven = (0..slots.len()).filter(|i| slots[*i] == to as usize);
+            driven_by[of(from as usize)].extend(driven);
+        }
         let nominal = |slot: &usize| {
             let of = parts.exchange.element(*slot);
             let d = parts.nodes[of.component].description();
             d.attributes(&d.variables[of.variable]).nominal.map_or(1.0, f64::abs)
         };
         Self {
+            nodes: slots.iter().map(|slot| of(*slot)).collect(),
+            driven_by,
             held: slots.iter().map(|slot| !smooth[*slot]).collect(),
             scales: slots.iter().map(nominal).map(|n| if n > 0.0 { n } else { 1.0 }).collect(),
             line: [vec![0.0; slots.len()], vec![0.0; slots.len()]],
@@ -323,6 +350,14 @@ impl Inlets {
     fn take(&self, parts: &Parts, values: &mut [f64]) {
         let reals = parts.exchange.reals();
         values.iter_mut().zip(&self.slots).for_each(|(u, slot)| *u = reals[*slot]);
+    }
+
+    /// Whether nothing else tells what comes of missing input `i`: its course is not known, and its FMU has an output that
+    /// the correction left where it was predicted, or none that goes anywhere.
+    fn is_judged(&self, i: usize, predicted: &[f64], ends: &[f64]) -> bool {
+        let mut out = self.driven_by[self.nodes[i]].iter().peekable();
+        let silent = out.peek().is_none() || out.any(|j| ends[*j] == predicted[*j]);
+        silent && !self.held[i] && self.columns[i].is_none()
     }
 
     fn rescale(&mut self, values: &[f64]) {

@@ -162,6 +162,8 @@ fn a_nonlinear_loop_is_solved_from_zero_or_named() {
                 run(&system(&problem, version, folder.path(), Algorithm::Jacobi, 0.1)).unwrap();
             for (name, exact) in [("first.x1", x1), ("second.x2", x2)] {
                 let found = memory.column(name).unwrap();
+                let error = found.iter().map(|x| (x - exact).abs()).fold(0.0, f64::max);
+                eprintln!("equation pair, {version:?}: {name} = {exact}, off by {error:.1e}");
                 assert!(found.iter().all(|x| (x - exact).abs() < 1e-9), "{name}: {found:?}");
             }
             assert_eq!(log.initial_loops[0].variables, ["second.x1", "first.x2"]);

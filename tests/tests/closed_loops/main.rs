@@ -9,7 +9,8 @@ mod loops;
 mod monolith;
 
 use loops::{Case, LOOPS, errors, folder, order, run, system};
-use trueup_cosim::system::Algorithm;
+use trueup_cosim::system::{Algorithm, System};
+use trueup_cosim::{Master, Memory, check};
 
 /// Steps of 8 : 4 : 2 : 1.
 fn halved(longest: f64) -> [f64; 4] {
@@ -66,5 +67,44 @@ fn the_monolithic_solution_is_converged() {
         let far = a.iter().zip(b.iter().step_by(20)).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
         assert!(far < 1e-11 * reference, "{far:e}");
         assert!((a[0], a[20]) != (0.0, 0.0));
+    }
+}
+
+/// At its limit the current hides the states of the controller: no output tells how wrong they are until the limit is left.
+#[test]
+fn the_adaptive_algorithm_keeps_its_tolerance_behind_a_limit() {
+    let Some(folder) = folder() else { return };
+    let (reference, column) = (0.1, "plant.loadAngle");
+    for version in [2, 3] {
+        let mut estimates = Vec::new();
+        for tolerance in [1e-4, 1e-6] {
+            let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../examples/joint.toml");
+            let mut system = System::read(file.as_ref()).unwrap();
+            for (component, model) in system.components.iter_mut().zip(["TwoMassJoint", "JointController"]) {
+                component.fmu = folder.join(format!("{model}.fmi{version}.fmu"));
+            }
+            system.run.algorithm = Some(Algorithm::Adaptive);
+            system.run.tolerance = Some(tolerance);
+            let mut memory = Memory::default();
+            let mut master = Master::new(check(&system).unwrap()).unwrap();
+            let log = master.run(&mut memory).unwrap_or_else(|e| panic!("{e}")).clone();
+            let exact = monolith::limited_joint(reference, memory.time());
+            let found = memory.column(column).unwrap();
+            let errors: Vec<_> = found.iter().zip(&exact).map(|(a, b)| (a - b).abs() / reference).collect();
+            let (last, largest) = (errors[errors.len() - 1], errors.iter().fold(0.0, |m: f64, e| m.max(*e)));
+            let told = log.adapted.unwrap();
+            let all = format!(
+                "FMI {version}, {tolerance:e}: {last:.2e} at the end, {largest:.2e} over the run, {:.2e} estimated over all values; {} steps taken",
+                told.error, told.taken
+            );
+            println!("{all}");
+            assert!(last <= 3.0 * tolerance && largest <= 3.0 * tolerance, "{all}");
+            // The loop amplifies what is wrong when the limit is left; the log says so.
+            let said = log.notes.iter().any(|n| n.contains("above the tolerance"));
+            assert_eq!(said, told.error > 2.0 * tolerance, "{all}: {:?}", log.notes);
+            estimates.push(told.error);
+        }
+        // And what it advises helps.
+        assert!(estimates[1] < 0.1 * estimates[0], "{estimates:?}");
     }
 }

@@ -134,15 +134,27 @@ fn run<P: Hybrid, C: Hybrid>(
 }
 
 /// Load angle of DELIAN's joint 1 without dry friction, under P/PI and with no limit of the current; the parameters
-/// are those that `main.rs` gives to the FMUs.
+/// are those that `loops.rs` gives to the FMUs.
 pub(crate) fn joint(reference: f64, times: &[f64]) -> Vec<f64> {
+    joint_under(Strategy::PPi, 1e3, false, reference, times)
+}
+
+/// Load angle of DELIAN's joint 1 as in `examples/joint.toml`: dry friction, VWBC, and a current at its limit at first.
+#[allow(dead_code, reason = "the benchmark draws smooth loops only")]
+pub(crate) fn limited_joint(reference: f64, times: &[f64]) -> Vec<f64> {
+    joint_under(Strategy::Vwbc, 0.25, true, reference, times)
+}
+
+fn joint_under(strategy: Strategy, limit: f64, friction: bool, reference: f64, times: &[f64]) -> Vec<f64> {
     use joint::{input as i, output as o, parameter as p};
     let plant = TwoMassJoint::new::<&str>(true, &[]).expect("a joint");
     let mut values = presets::delian(1).expect("joint 1").to_vec();
-    values[p::COULOMB_FRICTION] = 0.0;
-    values[p::STATIC_FRICTION] = 0.0;
+    if !friction {
+        values[p::COULOMB_FRICTION] = 0.0;
+        values[p::STATIC_FRICTION] = 0.0;
+    }
     let n = values[p::GEAR_RATIO];
-    values.extend([2.5, 7.2e-6 * n * n, 0.1, n, 0.02, 1e3, 41.648, 1.0, 0.0, Strategy::PPi as u8 as f64]);
+    values.extend([2.5, 7.2e-6 * n * n, 0.1, n, 0.02, limit, 41.648, 1.0, 0.0, strategy as u8 as f64]);
     use controller::input as c;
     let back = vec![
         (o::MOTOR_ANGLE, c::MOTOR_ANGLE),

@@ -51,22 +51,27 @@ impl Progress {
 
     fn show(&mut self, time: f64, now: Instant) {
         let part = ((time - self.start) / (self.stop - self.start)).clamp(0.0, 1.0);
-        let spent = now - self.begun;
-        let left = spent.mul_f64((1.0 - part) / part.max(1e-9));
-        let left = HumanDuration(Duration::from_secs(left.as_secs()));
+        let message = message(time, part, now - self.begun);
         match &self.shown {
             Shown::Bar(bar) => {
                 bar.set_position((PARTS * part) as u64);
-                bar.set_message(format!("t = {time:.6} s, {left:#} left"));
+                bar.set_message(message);
                 self.next = now + Duration::from_millis(100);
             }
             Shown::Lines => {
-                eprintln!("{:3.0} %  t = {time:.6} s, {left:#} left", 100.0 * part);
+                eprintln!("{:3.0} %  {message}", 100.0 * part);
                 self.next = now + Duration::from_secs(2);
             }
             Shown::Nothing => self.next = now + Duration::from_secs(3600),
         }
     }
+}
+
+/// At `time` (s), with this part of the run done in that time: the rest is taken to go on at the same pace.
+fn message(time: f64, part: f64, spent: Duration) -> String {
+    let left = spent.mul_f64((1.0 - part) / part.max(1e-9));
+    let left = HumanDuration(Duration::from_secs(left.as_secs()));
+    format!("t = {time:.6} s, {left:#} left")
 }
 
 /// A short run shows nothing.
@@ -99,5 +104,24 @@ impl Sink for Progress {
             self.show(row.time, now);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_left_goes_on_at_the_same_pace() {
+        for (part, spent, expected) in [
+            (0.25, 10, "t = 3.500000 s, 30s left"),
+            (0.25, 100, "t = 3.500000 s, 5m left"),
+            (0.5, 7200, "t = 3.500000 s, 2h left"),
+            (1.0, 5, "t = 3.500000 s, 0s left"),
+        ] {
+            assert_eq!(message(3.5, part, Duration::from_secs(spent)), expected);
+        }
+        // Nothing done yet: long, but no failure.
+        assert!(message(0.0, 0.0, Duration::from_secs(1)).ends_with(" left"));
     }
 }

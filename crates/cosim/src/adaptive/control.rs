@@ -34,13 +34,19 @@ impl Control {
         Self { tolerance, span, step, error: 0.0, largest: 0.0, before: 1.0, rejected: 0 }
     }
 
-    /// The local error allowed per s, with polynomials of `points` points.
+    /// The error allowed per s, with polynomials of `points` points.
     pub(super) fn rate(&self, points: usize) -> f64 {
         let room = (self.tolerance - self.error).max(0.01 * self.tolerance);
         room / (APPROACH * self.span) * if points < NODES { CAUTION } else { 1.0 }
     }
 
-    /// A step was rejected: its local error was `ratio` times what is allowed.
+    /// The error per s that inputs amount to that miss what they stand for by `missed` all the time: where what is left of the
+    /// tolerance is missed, this is what is allowed.
+    pub(super) fn pace(&self, missed: f64) -> f64 {
+        missed / (APPROACH * self.span)
+    }
+
+    /// A step was rejected: its error per s was `ratio` times what is allowed.
     pub(super) fn reject(&mut self, ratio: f64, points: usize) {
         self.rejected += 1;
         let factor = SAFETY * ratio.powf(-1.0 / points as f64);

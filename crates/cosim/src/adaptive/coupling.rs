@@ -46,6 +46,15 @@ impl History {
         nodes
     }
 
+    /// What the polynomial through the nodes of the predictor says that the inputs are at the step's end.
+    pub(super) fn extrapolate(&self, nodes: &Nodes, values: &mut [f64]) {
+        values.fill(0.0);
+        let rows = self.values.iter().skip(self.len() - nodes.len());
+        for (row, weight) in rows.zip(nodes.end_weights()) {
+            values.iter_mut().zip(row).for_each(|(value, u)| *value += weight * u);
+        }
+    }
+
     /// The line for the step, `value + slope s` with `s` in parts of the step, from the newest rows of the history and,
     /// if the nodes have it, the value at the step's end.
     pub(super) fn line(&self, nodes: &Nodes, end: Option<&[f64]>, value: &mut [f64], slope: &mut [f64]) {
@@ -105,6 +114,15 @@ impl Nodes {
         })
     }
 
+    /// Values of the Lagrange polynomials at the step's end.
+    fn end_weights(&self) -> impl Iterator<Item = f64> + '_ {
+        let of = |i: usize| {
+            let others = self.slice().iter().enumerate().filter(move |(j, _)| *j != i);
+            others.map(|(_, s)| (1.0 - s) / (self.at[i] - s)).product()
+        };
+        (0..self.count).map(of)
+    }
+
     /// Integral over the step of the polynomial that is zero at the nodes.
     fn defect(&self) -> f64 {
         monic(self.slice().iter().copied()).iter().zip(1..).map(|(c, k)| c / f64::from(k)).sum()
@@ -117,6 +135,16 @@ impl Nodes {
         }
         let (predictor, corrector) = (self.defect(), self.corrector().defect());
         (corrector / (predictor - corrector)).abs()
+    }
+
+    /// The mean over the step by which the corrector's polynomial misses the inputs, as a part of what the predictor's
+    /// misses them by at the step's end; 0 of a single node, which tells nothing about a line.
+    pub(super) fn missed(&self) -> f64 {
+        if self.count < 2 {
+            return 0.0;
+        }
+        let end: f64 = self.slice().iter().map(|s| 1.0 - s).product();
+        (self.corrector().defect() / end).abs()
     }
 }
 
@@ -173,9 +201,21 @@ mod tests {
         let constants = [(5.0 / 12.0, 1.0 / 12.0), (3.0 / 8.0, 1.0 / 24.0), (251.0 / 720.0, 19.0 / 720.0)];
         for (n, (predictor, corrector)) in (2..).zip(constants) {
             let times: Vec<f64> = (0..n).map(f64::from).collect();
-            let milne = history(&times, |t| t).predictor(1.0).milne();
+            let nodes = history(&times, |t| t).predictor(1.0);
+            let (milne, missed) = (nodes.milne(), nodes.missed());
             assert!((milne - corrector / (predictor + corrector)).abs() < 1e-14, "{n}: {milne}");
+            // The predictor misses by n! times the divided difference at the end, of which the constants are a part, too.
+            assert!((missed - corrector).abs() < 1e-14, "{n}: {missed}");
         }
+    }
+
+    #[test]
+    fn polynomials_go_on() {
+        let u = |t: f64| 1.0 - 2.0 * t + 3.0 * t * t - 0.7 * t * t * t;
+        let history = history(&[0.2, 0.5, 0.95, 1.1], u);
+        let mut end = [0.0];
+        history.extrapolate(&history.predictor(0.3), &mut end);
+        assert!((end[0] - u(1.4)).abs() < 1e-13, "{end:?} {}", u(1.4));
     }
 
     #[test]
