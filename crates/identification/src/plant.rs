@@ -82,8 +82,8 @@ const AFFINE: &[&str] =
 /// Effects whose states follow: Dahl's bristles.
 const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
 
-/// The states of effects that follow.
-fn followers(effects: &EffectSet) -> Vec<usize> {
+/// Indices of the states of effects that follow ([`Plant::followers`]).
+pub fn followers(effects: &EffectSet) -> Vec<usize> {
     let following = effects.iter().filter(|e| FOLLOWING.contains(&e.spec().id));
     following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
 }

@@ -280,7 +280,7 @@ pub fn predict<M: Plant, T: Scalar>(
     map: &InputMap<T>,
     at_rest: bool,
 ) -> Result<Prediction<T>, PredictError> {
-    drive(model, plan, p, map, at_rest, &mut |_| (), &mut |_| false)
+    follow(model, plan, p, map, at_rest, &mut |_| ())
 }
 
 /// [`predict`] with an onlooker.
@@ -294,49 +294,6 @@ pub fn follow<M: Plant, T: Scalar>(
     map: &InputMap<T>,
     at_rest: bool,
     each: &mut dyn FnMut(Moment<T>),
-) -> Result<Prediction<T>, PredictError> {
-    drive(model, plan, p, map, at_rest, each, &mut |_| false)
-}
-
-/// What a simulation that is kept near the recording sees at an instant with readings.
-#[derive(Debug)]
-pub struct Sight<'a, T> {
-    /// Time in s.
-    pub t: f64,
-    /// Readings due: channel, sample.
-    pub readings: &'a [(usize, usize)],
-    /// What the sensor of each channel shows in the simulation, offsets left out.
-    pub shown: &'a [T],
-    /// States, to be corrected.
-    pub x: &'a mut [T],
-    /// Modes.
-    pub modes: &'a [i32],
-}
-
-/// As [`predict`], with the states corrected wherever something is read: an observer. `correct` says whether it changed
-/// a state. What is predicted is what is shown *before* the correction.
-///
-/// # Errors
-/// See [`PredictError`].
-pub fn predict_corrected<M: Plant, T: Scalar>(
-    model: &M,
-    plan: &Plan,
-    p: &[T],
-    map: &InputMap<T>,
-    at_rest: bool,
-    mut correct: impl FnMut(Sight<'_, T>) -> bool,
-) -> Result<Prediction<T>, PredictError> {
-    drive(model, plan, p, map, at_rest, &mut |_| (), &mut correct)
-}
-
-fn drive<M: Plant, T: Scalar>(
-    model: &M,
-    plan: &Plan,
-    p: &[T],
-    map: &InputMap<T>,
-    at_rest: bool,
-    each: &mut dyn FnMut(Moment<T>),
-    correct: &mut dyn FnMut(Sight<'_, T>) -> bool,
 ) -> Result<Prediction<T>, PredictError> {
     let n = model.sizes();
     let mut p = p.to_vec();
@@ -387,12 +344,6 @@ fn drive<M: Plant, T: Scalar>(
                 out.y[at] = y[channel];
                 each(Moment::Reading { channel, sample: k, y: y[channel] });
                 out.modes[at * n.modes..][..n.modes].copy_from_slice(&s.modes);
-            }
-            let sight =
-                Sight { t: node.t, readings: &node.readings, shown: &y, x: &mut s.x, modes: &s.modes };
-            if correct(sight) {
-                s.update(node.t, &u)?;
-                s.enter(node.t, &u);
             }
         }
         s.advance(node, &mut u, &du, &mut out.events)?;

@@ -18,6 +18,7 @@ use trueup_signals::spline::Spline;
 use super::coordinate::{Coordinate, median_step};
 use super::octaves;
 use super::problem::Target;
+use super::recordings::rates;
 use super::subject::Model;
 use advance::{Context, Work};
 
@@ -116,7 +117,8 @@ impl Led {
         // Velocities to about 2 % of what they are typically.
         let mut kernel = KERNEL;
         for c in &run.channels {
-            let rms = rate_rms(&c.t, &c.y);
+            let (sum, count) = rates(&c.t, &c.y);
+            let rms = (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE);
             let wanted = (c.sigma / (0.02 * rms * step)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
             kernel = kernel.max(wanted.cbrt().min(6.0));
         }
@@ -615,19 +617,6 @@ fn lag(u: &mut [f64], samples: f64) {
         before = *v;
         *v = x;
     }
-}
-
-/// Typical rate of a series, over at least 50 ms.
-fn rate_rms(t: &[f64], y: &[f64]) -> f64 {
-    let (mut sum, mut count, mut k) = (0.0, 0.0f64, 0);
-    for i in 0..t.len() {
-        if t[i] - t[k] >= 0.05 {
-            sum += ((y[i] - y[k]) / (t[i] - t[k])).powi(2);
-            count += 1.0;
-            k = i;
-        }
-    }
-    (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE)
 }
 
 #[cfg(test)]

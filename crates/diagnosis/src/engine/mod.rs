@@ -13,4 +13,5 @@ pub mod recordings;
 pub mod replay;
 pub mod search;
 pub mod select;
+pub mod sizes;
 pub mod subject;

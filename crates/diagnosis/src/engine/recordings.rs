@@ -186,6 +186,19 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
     Ok(run)
 }
 
+/// Sum of the squares of a series' rates, over at least 50 ms each, and how many there are.
+pub(crate) fn rates(t: &[f64], y: &[f64]) -> (f64, f64) {
+    let (mut sum, mut count, mut k) = (0.0, 0.0, 0);
+    for i in 0..t.len() {
+        if t[i] - t[k] >= 0.05 {
+            sum += ((y[i] - y[k]) / (t[i] - t[k])).powi(2);
+            count += 1.0;
+            k = i;
+        }
+    }
+    (sum, count)
+}
+
 /// Noise where nobody declares it: from third differences, which a smooth motion does not have.
 fn rough(y: &[f64]) -> Option<f64> {
     let mut d: Vec<f64> = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()).collect();

@@ -131,8 +131,7 @@ impl Search<'_> {
         };
         let nominal = whole.parameters(0, &complete.theta);
         runs.iter()
-            .enumerate()
-            .map(|(index, run)| {
+            .map(|run| {
                 let one = [run.clone()];
                 let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
                 for (u, x) in stated.unknowns.iter().zip(&complete.theta) {
@@ -171,11 +170,7 @@ impl Search<'_> {
                 let start = problem.start();
                 let options =
                     Options { max_iterations: 12, cost_tolerance: 1e-5, radius: 3.0, ..Options::default() };
-                let theta = match solve(&problem, &start, options) {
-                    Ok(found) => found.x,
-                    Err(e) if index == usize::MAX => return Err(e),
-                    Err(_) => start,
-                };
+                let theta = solve(&problem, &start, options).map_or(start, |found| found.x);
                 let differences = problem.errors(0, &theta)?;
                 let mut begin = 0;
                 Ok(run

@@ -10,9 +10,10 @@ use trueup_models::{effect, joint};
 
 use super::balance::Led;
 use super::floors::{self, Floors};
-use super::hypothesis::{self, Hypothesis, KNOWN, Posed, Sizes};
+use super::hypothesis::{self, Hypothesis, KNOWN, Posed};
 use super::problem::{Comparison, Target, Unknown};
 use super::recordings::Prepared;
+use super::sizes::Sizes;
 use super::subject::Model;
 
 /// A set of causes put into numbers.

@@ -1,6 +1,6 @@
 //! The plant under diagnosis: its structure, with any effects, and where a named value lies in it.
 
-use trueup_identification::plant::Plant;
+use trueup_identification::plant::{Plant, followers};
 use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::effect::{self, Choice, EffectSet, Role, Scope};
 use trueup_models::joint::{self, TwoMassJoint};
@@ -22,9 +22,6 @@ delegate_hybrid!(Model {
     Model::Arm(m) => m,
 });
 
-/// Effects whose states follow: Dahl's bristles.
-const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
-
 impl Plant for Model {
     fn affine(&self) -> bool {
         match self {
@@ -33,8 +30,7 @@ impl Plant for Model {
         }
     }
     fn followers(&self) -> Vec<usize> {
-        let following = self.effects().iter().filter(|e| FOLLOWING.contains(&e.spec().id));
-        following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
+        followers(self.effects())
     }
     fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]) {
         if let Self::Joint(m) = self {

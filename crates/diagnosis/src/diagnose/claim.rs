@@ -1,0 +1,184 @@
+//! What is claimed: effects with their amplitudes, candidates, parameters, what could not be told apart.
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+use trueup_models::effect;
+
+use super::Augmented;
+use crate::engine::decide::Decision;
+use crate::engine::hypothesis::{Claim, Hypothesis};
+use crate::engine::replay::Complete;
+use crate::engine::search::{Fitted, Search};
+use crate::engine::select::Found;
+use crate::outcome::*;
+
+/// Which joint a cause is at, from 1.
+pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
+    match plant {
+        effect::Plant::Joint => Some(1),
+        effect::Plant::Arm => h.per_joint.then_some(h.site + 1),
+    }
+}
+
+/// Standard deviations of the coordinates of a fit, misfit included.
+fn deviations(f: &Fitted) -> Vec<f64> {
+    let information: DMatrix<f64> = f.jacobian.tr_mul(&f.jacobian);
+    let inflation = (1.0 + f.excess()).max(1.0);
+    let n = information.nrows();
+    let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
+    (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
+}
+
+fn amount(f: &Fitted, k: usize, sd: &[f64]) -> Amount {
+    let u = &f.stated.unknowns[k];
+    let value = u.scale.value(f.theta[k]).0;
+    let end = |sign: f64| {
+        let v = u.scale.value(f.theta[k] + sign * 1.96 * sd[k]).0;
+        v.is_finite().then(|| v.clamp(u.lower, u.upper))
+    };
+    Amount { value, unit: u.unit.clone(), ci95: [end(-1.0), end(1.0)] }
+}
+
+pub(super) fn effects(search: &Search<'_>, found: &Found, decision: &Decision) -> Vec<Claimed> {
+    if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
+        return Vec::new();
+    }
+    let plant = search.case.subject.plant;
+    let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
+    let claim = |f: &Fitted, h: &Hypothesis, probability: f64| {
+        let sd = deviations(f);
+        let at = f.stated.set.iter().position(|o| o == h).unwrap_or(0);
+        let begin = f.stated.begin[at];
+        let end = f.stated.begin.get(at + 1).copied().unwrap_or(f.stated.unknowns.len());
+        let alone = found.sets.iter().find(|s| s.stated.set.len() == 1 && s.stated.set[0] == *h);
+        Claimed {
+            id: h.id.clone(),
+            component: h.component.clone(),
+            joint: joint_of(h, plant),
+            probability,
+            parameters: (begin..end)
+                .filter(|&k| f.stated.unknowns[k].lower < f.stated.unknowns[k].upper)
+                .map(|k| (f.stated.unknowns[k].name.clone(), amount(f, k, &sd)))
+                .collect(),
+            closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
+        }
+    };
+    let mut all: Vec<Claimed> = Vec::new();
+    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+        all.push(claim(&found.best, h, decision.probability[i]));
+        if decision.verdict == Verdict::Ambiguous {
+            for (at, odds) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0).take(2) {
+                let f = &found.sets[*at];
+                let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
+                let known = |o: &&Hypothesis| all.iter().any(|c| c.id == o.id && c.component == o.component);
+                if let Some(other) = other.filter(|o| o.is_effect() && !known(o)) {
+                    all.push(claim(f, other, decision.probability[i] * odds.exp()));
+                }
+            }
+        }
+    }
+    all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    all
+}
+
+pub(super) fn candidates(found: &Found, decision: &Decision) -> Vec<Candidate> {
+    let mut all: Vec<Candidate> = Vec::new();
+    let mut add = |h: &Hypothesis, probability: f64, evidence: f64| {
+        if h.is_effect()
+            && !all.iter().any(|c| c.id == h.id && c.component == h.component && c.joint == Some(h.site + 1))
+        {
+            all.push(Candidate {
+                id: h.id.clone(),
+                component: h.component.clone(),
+                joint: Some(h.site + 1),
+                probability,
+                evidence,
+                holdout_gap: None,
+            });
+        }
+    };
+    let base = found.plain.evidence(1.0);
+    if decision.verdict != Verdict::NoGap {
+        let mut chosen: Vec<(usize, &Hypothesis)> = found.best.stated.set.iter().enumerate().collect();
+        chosen.sort_by(|a, b| decision.probability[b.0].total_cmp(&decision.probability[a.0]));
+        for (i, h) in &chosen {
+            add(h, decision.probability[*i], found.best.evidence(1.0) - base);
+        }
+        for (i, _) in &chosen {
+            for (at, odds) in &decision.rivals[*i] {
+                let f = &found.sets[*at];
+                let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
+                if let Some(other) = other {
+                    add(other, decision.probability[*i] * odds.exp(), f.evidence(1.0) - base);
+                }
+            }
+        }
+    }
+    for f in found.sets.iter().filter(|f| f.stated.set.len() == 1) {
+        add(&f.stated.set[0], 0.0, f.evidence(1.0) - base);
+    }
+    all
+}
+
+pub(super) fn parameters(found: &Found, decision: &Decision) -> BTreeMap<String, Amount> {
+    if decision.verdict == Verdict::NoGap {
+        return BTreeMap::new();
+    }
+    let sd = deviations(&found.best);
+    let own = found.best.stated.begin.first().copied().unwrap_or(found.best.stated.unknowns.len());
+    (0..found.best.stated.unknowns.len())
+        .filter(|&k| k < own && found.best.stated.unknowns[k].run.is_none())
+        .map(|k| (found.best.stated.unknowns[k].name.clone(), amount(&found.best, k, &sd)))
+        .collect()
+}
+
+pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<String>> {
+    if decision.verdict != Verdict::Ambiguous {
+        return Vec::new();
+    }
+    let mut sets = Vec::new();
+    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+        let mut set = vec![h.id.clone()];
+        for (at, _) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0) {
+            let f = &found.sets[*at];
+            let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect());
+            set.extend(other.map(|o| o.id.clone()));
+        }
+        set.dedup();
+        if set.len() > 1 {
+            sets.push(set);
+        }
+    }
+    sets
+}
+
+pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
+    let stated = &after.stated;
+    let problem = search.compare(stated);
+    let values = problem.parameters(0, &after.theta);
+    let named = search.case.subject.parameters(&stated.model);
+    let mut all: Vec<(String, f64)> = named
+        .iter()
+        .zip(values)
+        .filter(|(n, _)| !n.name.starts_with("initial"))
+        .map(|(n, v)| (n.name.clone(), v))
+        .collect();
+    // What the search makes by shifting signals the FMU has as effects.
+    let mut effects: Vec<String> = stated
+        .set
+        .iter()
+        .filter_map(|h| match h.claim {
+            Claim::Effect(c) => Some(c.id()),
+            _ => None,
+        })
+        .collect();
+    effects.sort();
+    effects.dedup();
+    for (u, x) in stated.unknowns.iter().zip(&after.theta) {
+        if !all.iter().any(|(n, _)| *n == u.name) && u.run.is_none() {
+            all.push((u.name.clone(), u.scale.value(*x).0));
+        }
+    }
+    Augmented { effects, values: all }
+}

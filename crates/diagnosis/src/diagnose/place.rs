@@ -1,0 +1,210 @@
+//! Where the gap sits, from what the search left and the held-out traces.
+
+use std::collections::BTreeMap;
+
+use trueup_models::effect;
+
+use super::Trace;
+use super::claim::joint_of;
+use crate::engine::decide::Decision;
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::recordings::Prepared;
+use crate::engine::search::Search;
+use crate::engine::select::Found;
+use crate::locate;
+use crate::outcome::*;
+
+/// Where the gap sits: components, channels, times, bands, regimes.
+pub(super) fn where_it_lies(
+    search: &Search<'_>,
+    found: &Found,
+    decision: &Decision,
+    traces: &[Trace],
+    seed: u64,
+) -> Where {
+    if decision.verdict == Verdict::NoGap {
+        return Where::default();
+    }
+    let plant = search.case.subject.plant;
+    // By component: by how much the excess grows without what was claimed there; of what is unknown, as the screen has it.
+    let mut components: Vec<ComponentShare> = Vec::new();
+    let mut add = |id: &str, joint: Option<usize>, share: f64| match components
+        .iter_mut()
+        .find(|c| c.id == id && c.joint == joint)
+    {
+        Some(c) => c.share = c.share.max(share),
+        None => components.push(ComponentShare { id: id.to_owned(), share, joint }),
+    };
+    let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
+    let singles = found.sets.iter().filter(|f| f.stated.set.len() == 1 && f.stated.set[0].is_effect());
+    if found.best.stated.set.iter().any(Hypothesis::is_effect) && decision.verdict != Verdict::Unknown {
+        for h in found.best.stated.set.iter().filter(|h| h.is_effect()) {
+            let alone = found
+                .sets
+                .iter()
+                .filter(|f| f.stated.set.len() == 1 && f.stated.set[0] == *h)
+                .map(|f| (found.plain.excess() - f.excess()) / total)
+                .fold(0.0, f64::max);
+            let share = if found.best.stated.set.len() == 1 { decision.explained } else { alone };
+            let joint = if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
+            add(&h.component, joint, share.clamp(0.0, 1.0));
+        }
+    } else {
+        for f in singles {
+            let h = &f.stated.set[0];
+            let joint = if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
+            add(&h.component, joint, ((found.plain.excess() - f.excess()) / total).clamp(0.0, 1.0));
+        }
+    }
+    components.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let sum: f64 = components.iter().map(|c| c.share).sum();
+    if sum > 1.0 {
+        components.iter_mut().for_each(|c| c.share /= sum);
+    }
+    components.retain(|c| c.share >= 0.005);
+    // Channels: of the tuned model, held out.
+    let mut names: Vec<&str> = Vec::new();
+    traces.iter().for_each(|t| {
+        if !names.contains(&t.channel.as_str()) {
+            names.push(&t.channel);
+        }
+    });
+    let pairs: Vec<(f64, f64)> = names
+        .iter()
+        .map(|name| {
+            let (mut error, mut floor, mut variation) = (0.0, 0.0, 0.0);
+            for t in traces.iter().filter(|t| t.channel == *name) {
+                let mean = t.measured.iter().sum::<f64>() / t.measured.len().max(1) as f64;
+                for (s, m) in t.tuned.iter().zip(&t.measured) {
+                    error += (s - m) * (s - m);
+                    variation += (m - mean) * (m - mean);
+                    floor += t.floor * t.floor;
+                }
+            }
+            let v = f64::max(variation, f64::MIN_POSITIVE);
+            (f64::sqrt(error / v), f64::sqrt(floor / v))
+        })
+        .collect();
+    let channels: Vec<ChannelShare> = names
+        .iter()
+        .zip(locate::shares(&pairs))
+        .map(|(name, share)| ChannelShare { name: (*name).to_owned(), share })
+        .collect();
+    missing_by_place(search, found, components, channels, seed)
+}
+
+/// Times, bands and regimes of what the plain model misses: there a cause shows while it acts.
+fn missing_by_place(
+    search: &Search<'_>,
+    found: &Found,
+    components: Vec<ComponentShare>,
+    mut channels: Vec<ChannelShare>,
+    seed: u64,
+) -> Where {
+    let case = search.case;
+    let problem = search.compare(&found.plain.stated);
+    let mut series: Vec<(String, String, Vec<f64>, Vec<f64>)> = Vec::new();
+    for (r, run) in case.train.iter().enumerate() {
+        let Ok(missing) = problem.missing(r, &found.plain.theta) else { continue };
+        let led = &search.led[r];
+        for ((channel, missing), floors) in run.run.channels.iter().zip(missing).zip(&led.floors) {
+            let floor = floors.iter().map(|f| f * f).sum::<f64>().sqrt();
+            let value = missing[led.counts.clone()].iter().map(|v| v / floor).collect();
+            let time = led.t[led.counts.clone()].to_vec();
+            series.push((run.run.name.clone(), channel.name.clone(), time, value));
+        }
+    }
+    // The channel in which most of it shows.
+    let power = |v: &[f64]| v.iter().map(|r| r * r - 1.0).sum::<f64>().max(0.0);
+    let mut by_channel: BTreeMap<&str, f64> = BTreeMap::new();
+    series.iter().for_each(|(_, c, _, v)| *by_channel.entry(c).or_default() += power(v));
+    let Some(main) = by_channel.iter().max_by(|a, b| a.1.total_cmp(b.1)).map(|m| m.0.to_string()) else {
+        return Where { components, channels, ..Where::default() };
+    };
+    let residuals: Vec<locate::Residual<'_>> = series
+        .iter()
+        .filter(|(_, c, ..)| *c == main)
+        .map(|(recording, _, time, value)| locate::Residual { recording, time, value, floor: 1.0 })
+        .collect();
+    let intervals = locate::intervals(&residuals, 0.02)
+        .into_iter()
+        .take(12)
+        .map(|i| IntervalShare {
+            recording: i.recording,
+            start: i.start,
+            end: i.end,
+            share: i.share.clamp(0.0, 1.0),
+        })
+        .collect();
+    let bands = locate::bands(&residuals, None).map_or_else(Vec::new, |b| {
+        b.bands
+            .into_iter()
+            .take(6)
+            .map(|b| BandShare { low_hz: b.low, high_hz: b.high, share: b.share.clamp(0.0, 1.0) })
+            .collect()
+    });
+    let regimes = regimes(case, &residuals, seed);
+    channels.sort_by(|a, b| b.share.total_cmp(&a.share));
+    Where { components, channels, intervals, regimes, bands }
+}
+
+fn regimes(case: &Prepared, residuals: &[locate::Residual<'_>], seed: u64) -> Vec<RegimeShare> {
+    let mut features: BTreeMap<String, Vec<f64>> = BTreeMap::new();
+    let mut whitened = Vec::new();
+    for (run, residual) in case.train.iter().zip(residuals) {
+        whitened.extend_from_slice(residual.value);
+        for channel in &run.run.channels {
+            let angle = at_times(&channel.t, &channel.y, residual.time);
+            let ends = residual.time.len();
+            let step = residual.time.get(1).map_or(0.01, |t| t - residual.time[0]);
+            let reach = ((0.02 / step).ceil() as usize).max(1);
+            let speed: Vec<f64> = (0..ends)
+                .map(|i| {
+                    let (a, b) = (i.saturating_sub(reach), (i + reach).min(ends - 1));
+                    (angle[b] - angle[a]) / (residual.time[b] - residual.time[a]).max(1e-12)
+                })
+                .collect();
+            let rate = channel
+                .name
+                .replace("Angle", "Velocity")
+                .replace("Attitude", "Rate")
+                .replace("Position", "Velocity");
+            if rate != channel.name {
+                features.entry(format!("|{rate}|")).or_default().extend(speed.iter().map(|v| v.abs()));
+                features.entry(rate).or_default().extend(speed);
+            }
+            features.entry(channel.name.clone()).or_default().extend(angle);
+        }
+        let inputs = case.subject.inputs();
+        for drive in &run.run.drives {
+            let u = at_times(&drive.t, &drive.u, residual.time);
+            features.entry(inputs[drive.input].clone()).or_default().extend(u);
+        }
+    }
+    let list: Vec<locate::Feature<'_>> = features
+        .iter()
+        .filter(|(_, v)| v.len() == whitened.len())
+        .map(|(name, value)| locate::Feature { name, value })
+        .collect();
+    locate::regimes(&list, &whitened, seed)
+        .into_iter()
+        .take(6)
+        .filter_map(|r| {
+            let (variable, low, high) = r.main()?;
+            Some(RegimeShare { variable, low, high, share: r.share.clamp(0.0, 1.0) })
+        })
+        .collect()
+}
+
+fn at_times(t: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
+    let mut k = 0;
+    times
+        .iter()
+        .map(|time| {
+            while k + 1 < t.len() && t[k + 1] <= *time {
+                k += 1;
+            }
+            y.get(k).copied().unwrap_or(0.0)
+        })
+        .collect()
+}

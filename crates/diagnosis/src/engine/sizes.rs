@@ -1,0 +1,163 @@
+//! Typical sizes of a plant and its recordings: what is large for this torque, this speed, this deflection.
+
+use std::collections::BTreeMap;
+
+use trueup_identification::run::Channel;
+use trueup_models::effect::{self, Measure};
+use trueup_models::{arm, joint};
+
+use super::problem::Compared;
+use super::recordings::{Prepared, rates};
+
+/// Typical sizes of a plant and its recordings.
+#[derive(Clone, Debug)]
+pub struct Sizes {
+    typical: BTreeMap<(usize, u8), f64>,
+    /// Typical reading range per output.
+    ranges: BTreeMap<usize, f64>,
+    duration: f64,
+}
+
+impl Sizes {
+    /// Of the recordings for fitting.
+    pub fn of(p: &Prepared) -> Self {
+        let mut s = Self { typical: BTreeMap::new(), ranges: BTreeMap::new(), duration: 0.0 };
+        for c in &p.train {
+            let run = &c.run;
+            let ends = run.channels.iter().filter_map(|c| Some((*c.t.first()?, *c.t.last()?)));
+            for (a, b) in ends {
+                s.duration = s.duration.max(b - a);
+            }
+            for channel in &run.channels {
+                let e = s.ranges.entry(channel.output).or_insert(0.0);
+                *e = e.max(range(&channel.y));
+            }
+        }
+        match p.subject.plant {
+            effect::Plant::Joint => s.joint(p),
+            effect::Plant::Arm => s.arm(p),
+        }
+        s
+    }
+    fn set(&mut self, site: usize, m: Measure, v: f64) {
+        if v.is_finite() && v > 0.0 {
+            self.typical.insert((site, m as u8), v);
+        }
+    }
+    /// A size at a site; 1 where nothing is known.
+    pub fn get(&self, site: usize, m: Measure) -> f64 {
+        match m {
+            Measure::Duration => self.duration.max(1e-3),
+            _ => self.typical.get(&(site, m as u8)).copied().unwrap_or(1.0),
+        }
+    }
+    /// Range of the readings of an output.
+    pub fn range(&self, output: usize) -> f64 {
+        self.ranges.get(&output).copied().unwrap_or(1.0)
+    }
+
+    fn joint(&mut self, p: &Prepared) {
+        use joint::{input, output as o, parameter as q};
+        let v = &p.nominal;
+        let n = v[q::GEAR_RATIO];
+        // A rigid joint's spring, if it has one: a motor mode of some 15 Hz.
+        let rigid = v[q::MOTOR_INERTIA] * 94.0f64.powi(2);
+        let k = if p.subject.flexible[0] { v[q::STIFFNESS] } else { rigid };
+        let torque = v[q::TORQUE_CONSTANT] * rms_input(&p.train, input::MOTOR_CURRENT);
+        let find =
+            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+        let speed = speed_of(find(o::MOTOR_ANGLE))
+            .or_else(|| rms_of(find(o::MOTOR_VELOCITY)))
+            .or_else(|| speed_of(find(o::LOAD_ANGLE)).map(|s| s * n))
+            .or_else(|| rms_of(find(o::LOAD_VELOCITY)).map(|s| s * n))
+            .unwrap_or(1.0);
+        let angle = if self.ranges.contains_key(&o::LOAD_ANGLE) {
+            self.range(o::LOAD_ANGLE)
+        } else {
+            self.range(o::MOTOR_ANGLE) / n
+        };
+        let mode = (k * (1.0 / v[q::MOTOR_INERTIA] + n * n / v[q::LOAD_INERTIA])).sqrt();
+        let deflection = torque / k;
+        for (m, value) in [
+            (Measure::Torque, torque),
+            (Measure::Speed, speed),
+            (Measure::Deflection, deflection),
+            (Measure::DeflectionRate, deflection * mode * 0.1),
+            (Measure::LoadTorque, torque * n),
+            (Measure::LoadAngle, angle),
+            (Measure::LoadSpeed, speed / n),
+            (Measure::LoadInertia, v[q::LOAD_INERTIA]),
+            (Measure::Mode, mode),
+        ] {
+            self.set(0, m, value);
+        }
+    }
+
+    fn arm(&mut self, p: &Prepared) {
+        use arm::{input as i, output as o, parameter as q};
+        let n = p.subject.joints();
+        let v = &p.nominal;
+        let find =
+            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+        let mass = v[q::base_mass(n)] + v[q::link_mass(n)..][..n].iter().sum::<f64>();
+        let base_inertia = v[q::base_inertia(n)];
+        let torques: Vec<f64> = (0..n).map(|j| rms_input(&p.train, i::joint_torque(n) + j)).collect();
+        let most = torques.iter().fold(0.0f64, |m, t| m.max(*t)).max(1e-6);
+        let base_speed =
+            (0..2).filter_map(|a| speed_of(find(o::base_position(n) + a))).fold(0.0, f64::max).max(1e-4);
+        let base_rate = speed_of(find(o::base_attitude(n))).unwrap_or(1e-3);
+        for j in 0..n {
+            let speed =
+                speed_of(find(o::joint_angle(n) + j)).or_else(|| speed_of(find(o::motor_angle(n) + j)));
+            let speed = speed.unwrap_or(base_rate).max(1e-4);
+            let torque = torques[j].max(0.02 * most);
+            let k = v[q::joint_stiffness(n) + j].max(1e-6);
+            let inertia = v[q::link_inertia(n) + j].max(1e-9);
+            let mode = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
+            let deflection = torque / k;
+            let angle = self.range(o::joint_angle(n) + j);
+            for (m, value) in [
+                (Measure::Torque, torque),
+                (Measure::Speed, speed),
+                (Measure::Deflection, deflection),
+                (Measure::DeflectionRate, deflection * mode * 0.1),
+                (Measure::LoadTorque, torque),
+                (Measure::LoadAngle, angle),
+                (Measure::LoadSpeed, speed),
+                (Measure::LoadInertia, inertia),
+                (Measure::Mode, mode),
+                (Measure::Force, mass * base_speed * base_speed / 0.05 + most),
+                (Measure::Position, self.range(o::base_position(n)).max(self.range(o::base_position(n) + 1))),
+                (Measure::Velocity, base_speed),
+                (Measure::BaseTorque, most),
+                (Measure::BaseAngle, self.range(o::base_attitude(n))),
+                (Measure::BaseRate, base_rate),
+                (Measure::BaseInertia, base_inertia),
+                (Measure::Mass, mass),
+            ] {
+                self.set(j, m, value);
+            }
+        }
+    }
+}
+
+fn range(y: &[f64]) -> f64 {
+    y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - y.iter().fold(f64::INFINITY, |m, v| m.min(*v))
+}
+fn rms_input(train: &[Compared], input: usize) -> f64 {
+    let all = train.iter().flat_map(|c| &c.run.drives).filter(|d| d.input == input).flat_map(|d| &d.u);
+    let (mut sum, mut count) = (0.0, 0.0f64);
+    all.for_each(|u| (sum, count) = (sum + u * u, count + 1.0));
+    (sum / count.max(1.0)).sqrt()
+}
+fn rms_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    channels.flat_map(|c| &c.y).for_each(|y| (sum, count) = (sum + y * y, count + 1.0));
+    (count > 0.0).then(|| f64::sqrt(sum / count))
+}
+/// Typical speed.
+fn speed_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
+    let (sum, count) =
+        channels.map(|c| rates(&c.t, &c.y)).fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
+    (count > 0.0).then(|| f64::sqrt(sum / count))
+}
