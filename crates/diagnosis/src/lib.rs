@@ -2,10 +2,12 @@
 //!
 //! - [`engine`]: which effect;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
-//! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances.
+//! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
+//! - [`picture`]: all that a case shows before any effect is named.
 
 pub mod diagnose;
 pub mod engine;
 pub mod floor;
 pub mod locate;
 pub mod outcome;
+pub mod picture;

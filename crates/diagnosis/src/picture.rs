@@ -1,0 +1,130 @@
+//! What a case shows before any effect is named: noise floors, what the sensors can tell apart, where the model's balances
+//! fail, when, and what is missing there, as pictures.
+//!
+//! Made of measured channels and the model's equations; nothing is simulated and nothing fitted.
+
+mod arm;
+mod joint;
+
+use trueup_signals::Loaded;
+
+use crate::engine::subject::{Model, Subject};
+use crate::floor::{self, Floor};
+use crate::locate::isolability::{Isolability, Structure};
+use crate::locate::map::{Curve, Surface};
+use crate::locate::{Bands, Cause, Interval, Order};
+
+/// A component and its share of what is missing.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Place {
+    /// As in the list of effects: `motor-friction`, `transmission`, `load`, `base`, `sensor:<channel>`.
+    pub component: String,
+    /// Which joint, from 1 (arms).
+    pub joint: Option<usize>,
+    /// Share; all together at most 1.
+    pub share: f64,
+}
+
+/// A quantity over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Course {
+    /// What it is.
+    pub title: String,
+    /// The recording.
+    pub recording: String,
+    /// Its unit.
+    pub unit: String,
+    /// Times in s.
+    pub time: Vec<f64>,
+    /// Values.
+    pub value: Vec<f64>,
+}
+
+/// A map with its title and axes (quantity and unit).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Titled<T> {
+    /// What it is.
+    pub title: String,
+    /// Along x.
+    pub x: [String; 2],
+    /// Along y, of surfaces; of curves empty.
+    pub y: [String; 2],
+    /// Unit of what is shown.
+    pub unit: String,
+    /// The map.
+    pub map: T,
+}
+
+/// All of it; what the channels do not allow is empty.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Picture {
+    /// What these sensors tell apart by structure alone.
+    pub isolability: Isolability,
+    /// Noise floors of all channels, inputs that are commands left out.
+    pub floors: Vec<Floor>,
+    /// Where the balances fail, most first.
+    pub places: Vec<Place>,
+    /// Of a free-floating system: inside or outside.
+    pub cause: Option<Cause>,
+    /// When, by what is missing at the first place.
+    pub intervals: Vec<Interval>,
+    /// What is missing there over time.
+    pub courses: Vec<Course>,
+    /// Along speed, angle and so on.
+    pub curves: Vec<Titled<Curve>>,
+    /// Over twist and its rate.
+    pub surfaces: Vec<Titled<Surface>>,
+    /// Along the turns of an angle.
+    pub orders: Vec<Titled<Vec<Order>>>,
+    /// Along frequency.
+    pub bands: Vec<Titled<Bands>>,
+}
+
+/// The picture of a case; `p` are the parameters of the plant without effects (refitted, so that a wrong parameter is not
+/// taken for something missing).
+pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
+    let mut channels: Vec<&str> =
+        loaded.recordings.values().flat_map(|r| r.channels.iter().map(|c| c.name.as_str())).collect();
+    channels.sort_unstable();
+    channels.dedup();
+    let inputs = subject.inputs();
+    let floor = |c: &&str| {
+        if inputs.iter().any(|i| i == c) { floor::input(loaded, c) } else { floor::output(loaded, c) }
+    };
+    let mut out = Picture { floors: channels.iter().filter_map(floor).collect(), ..Picture::default() };
+    let model = subject.model::<&str>(&[]);
+    match model {
+        Ok(Model::Joint(joint)) => {
+            out.isolability = Structure::joint(joint.flexible(), &channels).isolability();
+            joint::look(&mut out, loaded, joint.flexible(), p);
+        }
+        Ok(Model::Arm(arm)) => {
+            out.isolability = Structure::arm(arm.flexible(), &channels).isolability();
+            arm::look(&mut out, loaded, &arm, p);
+        }
+        Err(_) => {}
+    }
+    out
+}
+
+/// The noise of a channel, if it is known.
+fn deviation(floors: &[Floor], channel: &str) -> Option<f64> {
+    floors.iter().find(|f| f.channel == channel).map(|f| f.deviation)
+}
+
+/// -1: always against the motion, 1: always with it.
+fn with_motion(torque: &[f64], velocity: &[f64]) -> f64 {
+    let power = || torque.iter().zip(velocity).map(|(d, v)| d * v).filter(|p| p.is_finite());
+    let size: f64 = power().map(f64::abs).sum();
+    if size > 0.0 { power().sum::<f64>() / size } else { 0.0 }
+}
+
+/// What brakes nearly always is friction; what also drives comes from the actuator.
+fn at_motor(torque: &[f64], velocity: &[f64]) -> &'static str {
+    if with_motion(torque, velocity) < -0.6 { "motor-friction" } else { "actuator" }
+}
+
+fn titled<T>(title: &str, x: [&str; 2], unit: &str, map: T) -> Titled<T> {
+    let y = [String::new(), String::new()];
+    Titled { title: title.into(), x: x.map(str::to_owned), y, unit: unit.into(), map }
+}

@@ -1,0 +1,213 @@
+//! The picture of a free-floating manipulator.
+
+use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_signals::Loaded;
+use trueup_signals::process::Grid;
+
+use super::{Course, Picture, Place, at_motor, deviation, titled};
+use crate::locate::map::curve;
+use crate::locate::{ArmBalances, ArmColumns, Balance, Cause, Residual, arm_balances, bands, intervals};
+
+/// Balances are looked at below this part of the sampling rate.
+const CUTOFF: f64 = 0.08;
+/// Relative doubt of masses and inertias whose owner states none.
+const DOUBT: f64 = 0.05;
+
+pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, p: &[f64]) {
+    let n = arm.links();
+    let doubts = doubts(loaded, n, p);
+    let mut all: Vec<(&str, f64, ArmBalances)> = Vec::new();
+    for recording in loaded.train() {
+        let names = coordinates(arm);
+        let inputs = inputs(n);
+        let wanted: Vec<&str> = names
+            .iter()
+            .chain(&inputs)
+            .map(String::as_str)
+            .filter(|c| recording.channel(c).is_some())
+            .collect();
+        // Base and joints are wanted; a motor without a sensor turns with its joint.
+        if names[..3 + n].iter().any(|c| !wanted.contains(&c.as_str())) {
+            continue;
+        }
+        let step =
+            names[..3 + n].iter().filter_map(|c| recording.channel(c)?.median_step()).fold(0.0, f64::max);
+        let Some(grid) = Grid::of(recording, &wanted, step) else { continue };
+        let column = |name: &String| -> &[f64] {
+            wanted.iter().position(|w| w == name).map_or(&[], |k| &grid.columns[k])
+        };
+        let floor = |name: &String| deviation(&out.floors, name).unwrap_or(0.0);
+        let columns = ArmColumns {
+            step,
+            position: names.iter().map(column).collect(),
+            velocity: Vec::new(),
+            input: inputs.iter().map(column).collect(),
+            position_floor: names.iter().map(floor).collect(),
+            velocity_floor: Vec::new(),
+        };
+        if let Some(b) = arm_balances(arm, p, &columns, &doubts, CUTOFF / step) {
+            let start = grid.start + b.first as f64 * step;
+            for (name, row) in names.iter().zip(&b.missing) {
+                let unit = if name.starts_with("basePosition") { "N" } else { "N.m" };
+                let time = (0..row.value.len()).map(|k| start + k as f64 * step).collect();
+                let (title, recording) =
+                    (format!("Missing in the balance of {name}"), recording.name.clone());
+                out.courses.push(Course {
+                    title,
+                    recording,
+                    unit: unit.into(),
+                    time,
+                    value: row.value.clone(),
+                });
+            }
+            all.push((&recording.name, step, b));
+        }
+    }
+    if all.is_empty() {
+        return;
+    }
+    let worst = |c: Cause| all.iter().any(|(.., b)| b.cause == c);
+    let cause = [Cause::External, Cause::Internal].into_iter().find(|c| worst(*c)).unwrap_or(Cause::None);
+    out.cause = Some(cause);
+    // Excess of each row over all recordings, in squared floors.
+    let excess: Vec<f64> = (0..arm.dofs())
+        .map(|r| all.iter().map(|(.., b)| (b.ratios[r].powi(2) - 1.5).max(0.0)).sum())
+        .collect();
+    if cause != Cause::None {
+        out.places = places(arm, cause, &excess, &all);
+    }
+    let row = (0..arm.dofs()).max_by(|a, b| excess[*a].total_cmp(&excess[*b])).unwrap_or(0);
+    out.courses.retain(|c| c.title.ends_with(&format!(" {}", coordinates(arm)[row])));
+    if excess[row] <= 0.0 {
+        return;
+    }
+    let residuals: Vec<Residual<'_>> = all
+        .iter()
+        .zip(&out.courses)
+        .map(|((name, _, b), c)| Residual {
+            recording: name,
+            time: &c.time,
+            value: &c.value,
+            floor: b.missing[row].floor,
+        })
+        .collect();
+    out.intervals = intervals(&residuals, 0.1);
+    let title = out.courses[0].title.clone();
+    let unit = out.courses[0].unit.clone();
+    if let Some(found) = bands(&residuals, None) {
+        out.bands.push(titled(&format!("{title}, spectrum"), ["frequency", "Hz"], &unit, found));
+    }
+    let speed: Vec<f64> = all.iter().flat_map(|(.., b)| b.velocity[row].iter().copied()).collect();
+    let missing: Vec<f64> = all.iter().flat_map(|(.., b)| b.missing[row].value.iter().copied()).collect();
+    if let Some(c) = curve(&speed, &missing, 24) {
+        let along = if row < 2 { ["speed", "m/s"] } else { ["speed", "rad/s"] };
+        out.curves.push(titled(&format!("{title}, against its speed"), along, &unit, c));
+    }
+}
+
+/// Components by the rows that they show in.
+fn places(
+    arm: &PlanarManipulator,
+    cause: Cause,
+    excess: &[f64],
+    all: &[(&str, f64, ArmBalances)],
+) -> Vec<Place> {
+    let n = arm.links();
+    let whole: f64 = excess.iter().sum();
+    let mut found = Vec::new();
+    let mut add = |component: &str, joint: Option<usize>, size: f64| {
+        if size > 0.005 * whole {
+            found.push(Place { component: component.to_owned(), joint, share: size / whole });
+        }
+    };
+    let (base, links) = (excess[..3].iter().sum::<f64>(), excess[3..3 + n].iter().sum::<f64>());
+    if cause == Cause::External {
+        // What pushes the base is in its rows alone; what pushes the tip is in those of all joints too.
+        let on_tip = excess[3..3 + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
+        add(if on_tip { "tip" } else { "base" }, None, base + if on_tip { links } else { 0.0 });
+    }
+    let of = |r: usize| -> (Vec<f64>, Vec<f64>) {
+        let join = |f: fn(&ArmBalances, usize) -> Vec<f64>| all.iter().flat_map(|(.., b)| f(b, r)).collect();
+        (join(|b, r| b.missing[r].value.clone()), join(|b, r| b.velocity[r].clone()))
+    };
+    let handled = cause == Cause::External && found.first().is_some_and(|p: &Place| p.component == "tip");
+    for i in 0..n {
+        let (joint, motor) = (3 + i, arm.motor(i));
+        let mut add = |component: &str, size: f64| {
+            if size > 0.005 * whole {
+                found.push(Place {
+                    component: component.to_owned(),
+                    joint: Some(i + 1),
+                    share: size / whole,
+                });
+            }
+        };
+        if motor == joint {
+            let (torque, velocity) = of(joint);
+            add(at_motor(&torque, &velocity), if handled { 0.0 } else { excess[joint] });
+        } else if excess[joint].min(excess[motor]) > 0.02 * excess[joint].max(excess[motor])
+            && opposed(all, joint, motor)
+        {
+            add("transmission", excess[joint] + excess[motor]);
+        } else {
+            let (torque, velocity) = of(motor);
+            add(at_motor(&torque, &velocity), excess[motor]);
+            add("load", if handled { 0.0 } else { excess[joint] });
+        }
+    }
+    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    found
+}
+
+/// Whether two rows are missing the same, the other way round.
+fn opposed(all: &[(&str, f64, ArmBalances)], a: usize, b: usize) -> bool {
+    let dot = |x: &Balance, y: &Balance| x.value.iter().zip(&y.value).map(|(x, y)| x * y).sum::<f64>();
+    let sum = |f: &dyn Fn(&ArmBalances) -> f64| all.iter().map(|(.., balances)| f(balances)).sum::<f64>();
+    let cross = sum(&|x| dot(&x.missing[a], &x.missing[b]));
+    let sizes = sum(&|x| dot(&x.missing[a], &x.missing[a])) * sum(&|x| dot(&x.missing[b], &x.missing[b]));
+    cross < -0.5 * sizes.sqrt()
+}
+
+/// Channels of the coordinates in the model's order.
+fn coordinates(arm: &PlanarManipulator) -> Vec<String> {
+    let mut names: Vec<String> =
+        ["basePosition[1]", "basePosition[2]", "baseAttitude"].map(String::from).into();
+    names.extend((1..=arm.links()).map(|i| format!("jointAngle[{i}]")));
+    names.extend((0..arm.links()).filter(|j| arm.flexible()[*j]).map(|j| format!("motorAngle[{}]", j + 1)));
+    names
+}
+
+fn inputs(n: usize) -> Vec<String> {
+    let element = |(name, length): &(&str, fn(usize) -> usize)| -> Vec<String> {
+        match name.ends_with("Torque") && *name != "jointTorque" {
+            true => vec![(*name).to_owned()],
+            false => (1..=length(n)).map(|i| format!("{name}[{i}]")).collect(),
+        }
+    };
+    input::NAMES.iter().flat_map(element).collect()
+}
+
+/// Standard deviations of masses, inertias and centres of mass.
+fn doubts(loaded: &Loaded, n: usize, p: &[f64]) -> Vec<(usize, f64)> {
+    let mut all = Vec::new();
+    let mut add = |index: usize, name: String, scale: f64| {
+        let doubt = loaded.case.doubt(&name).unwrap_or(DOUBT);
+        all.push((index, doubt * scale.abs()));
+    };
+    add(parameter::base_mass(n), "baseMass".into(), p[parameter::base_mass(n)]);
+    add(parameter::base_inertia(n), "baseInertia".into(), p[parameter::base_inertia(n)]);
+    for i in 0..n {
+        for (begin, name) in
+            [(parameter::link_mass(n), "linkMass"), (parameter::link_inertia(n), "linkInertia")]
+        {
+            add(begin + i, format!("{name}[{}]", i + 1), p[begin + i]);
+        }
+        for axis in 0..2 {
+            let name = format!("linkCenterOfMass[{},{}]", i + 1, axis + 1);
+            // Both axes are in doubt by parts of the length.
+            add(parameter::link_center_of_mass(n) + 2 * i + axis, name, p[parameter::link_length(n) + i]);
+        }
+    }
+    all.retain(|(_, sd)| *sd > 0.0);
+    all
+}
