@@ -13,8 +13,9 @@ use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found};
 use crate::floor;
 use crate::outcome::*;
+use crate::picture::Picture;
 use claim::{augmented, candidates, effects, indistinguishable, parameters};
-use place::where_it_lies;
+use place::{look, where_it_lies};
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +73,8 @@ pub struct Trace {
 pub struct Diagnosed {
     /// What `diagnosis.json` holds.
     pub diagnosis: Diagnosis,
+    /// What the case shows before any effect is named.
+    pub picture: Picture,
     /// Held-out recordings (of cases without: those for fitting).
     pub traces: Vec<Trace>,
     /// Which joints of the nominal model have a spring.
@@ -174,12 +177,14 @@ pub fn diagnose(
     let traces = traces(&case, [&shown_before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
     tell(0.95, "where it lies");
-    let location = where_it_lies(&search, &found, &decision, &traces, options.seed);
+    let picture = look(loaded, &search, &found, &decision);
+    let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
         verdict: decision.verdict,
         gap,
+        sensors: (&picture.isolability).into(),
         location,
         effects: effects(&search, &found, &decision),
         candidates: candidates(&found, &decision),
@@ -196,7 +201,7 @@ pub fn diagnose(
     };
     let augmented = claimed.then(|| augmented(&search, &after));
     tell(1.0, "done");
-    Ok(Diagnosed { diagnosis, traces, flexible: case.subject.flexible.clone(), augmented })
+    Ok(Diagnosed { diagnosis, picture, traces, flexible: case.subject.flexible.clone(), augmented })
 }
 
 fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {

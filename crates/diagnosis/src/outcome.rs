@@ -116,6 +116,18 @@ pub struct Where {
     pub regimes: Vec<RegimeShare>,
     /// By frequency.
     pub bands: Vec<BandShare>,
+    /// Of a free-floating arm: `internal` while its momentum stays, `external` where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cause: Option<String>,
+}
+
+/// What the sensors tell apart by the structure of the equations alone.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Sensors {
+    /// Components that show; those of one set only the form of an effect tells apart.
+    pub classes: Vec<Vec<String>>,
+    /// Components whose faults no balance of measured quantities shows.
+    pub hidden: Vec<String>,
 }
 
 /// A value with its interval.
@@ -197,6 +209,9 @@ pub struct Diagnosis {
     pub verdict: Verdict,
     /// How large.
     pub gap: GapReport,
+    /// What these sensors can tell at all.
+    #[serde(default)]
+    pub sensors: Sensors,
     /// Where.
     #[serde(rename = "where")]
     pub location: Where,

@@ -6,6 +6,9 @@
 mod arm;
 mod joint;
 
+use std::collections::BTreeSet;
+
+use trueup_models::effect::Plant;
 use trueup_signals::Loaded;
 
 use crate::engine::subject::{Model, Subject};
@@ -13,6 +16,13 @@ use crate::floor::{self, Floor};
 use crate::locate::isolability::{Isolability, Structure};
 use crate::locate::map::{Curve, Surface};
 use crate::locate::{Bands, Cause, Interval, Order};
+use crate::outcome::Sensors;
+
+impl From<&Isolability> for Sensors {
+    fn from(i: &Isolability) -> Self {
+        Self { classes: i.classes.clone(), hidden: i.hidden.clone() }
+    }
+}
 
 /// A component and its share of what is missing.
 #[derive(Clone, Debug, PartialEq)]
@@ -80,28 +90,35 @@ pub struct Picture {
     pub bands: Vec<Titled<Bands>>,
 }
 
+/// What the sensors of a case tell apart by the structure of the equations alone, before anything is compared.
+pub fn isolability(loaded: &Loaded, subject: &Subject) -> Isolability {
+    let channels = channels(loaded);
+    match subject.plant {
+        Plant::Joint => Structure::joint(subject.flexible.first().copied().unwrap_or(true), &channels),
+        Plant::Arm => Structure::arm(&subject.flexible, &channels),
+    }
+    .isolability()
+}
+
+/// Channels that any recording has.
+fn channels(loaded: &Loaded) -> Vec<&str> {
+    let all = loaded.recordings.values().flat_map(|r| r.channels.iter().map(|c| c.name.as_str()));
+    all.collect::<BTreeSet<_>>().into_iter().collect()
+}
+
 /// The picture of a case; `p` are the parameters of the plant without effects (refitted, so that a wrong parameter is not
 /// taken for something missing).
 pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
-    let mut channels: Vec<&str> =
-        loaded.recordings.values().flat_map(|r| r.channels.iter().map(|c| c.name.as_str())).collect();
-    channels.sort_unstable();
-    channels.dedup();
+    let channels = channels(loaded);
     let inputs = subject.inputs();
     let floor = |c: &&str| {
         if inputs.iter().any(|i| i == c) { floor::input(loaded, c) } else { floor::output(loaded, c) }
     };
-    let mut out = Picture { floors: channels.iter().filter_map(floor).collect(), ..Picture::default() };
-    let model = subject.model::<&str>(&[]);
-    match model {
-        Ok(Model::Joint(joint)) => {
-            out.isolability = Structure::joint(joint.flexible(), &channels).isolability();
-            joint::look(&mut out, loaded, joint.flexible(), p);
-        }
-        Ok(Model::Arm(arm)) => {
-            out.isolability = Structure::arm(arm.flexible(), &channels).isolability();
-            arm::look(&mut out, loaded, &arm, p);
-        }
+    let floors = channels.iter().filter_map(floor).collect();
+    let mut out = Picture { isolability: isolability(loaded, subject), floors, ..Picture::default() };
+    match subject.model::<&str>(&[]) {
+        Ok(Model::Joint(joint)) => joint::look(&mut out, loaded, joint.flexible(), p),
+        Ok(Model::Arm(arm)) => arm::look(&mut out, loaded, &arm, p),
         Err(_) => {}
     }
     out
@@ -112,16 +129,21 @@ fn deviation(floors: &[Floor], channel: &str) -> Option<f64> {
     floors.iter().find(|f| f.channel == channel).map(|f| f.deviation)
 }
 
-/// -1: always against the motion, 1: always with it.
-fn with_motion(torque: &[f64], velocity: &[f64]) -> f64 {
-    let power = || torque.iter().zip(velocity).map(|(d, v)| d * v).filter(|p| p.is_finite());
-    let size: f64 = power().map(f64::abs).sum();
-    if size > 0.0 { power().sum::<f64>() / size } else { 0.0 }
-}
-
-/// What brakes nearly always is friction; what also drives comes from the actuator.
+/// What takes energy in every swing to one side is friction; what also gives some comes from the actuator.
 fn at_motor(torque: &[f64], velocity: &[f64]) -> &'static str {
-    if with_motion(torque, velocity) < -0.6 { "motor-friction" } else { "actuator" }
+    let mut swings = vec![0.0];
+    let mut side = 0.0;
+    for (power, v) in torque.iter().zip(velocity).map(|(d, v)| (d * v, v)).filter(|(p, _)| p.is_finite()) {
+        if v.signum() != side {
+            side = v.signum();
+            swings.push(0.0);
+        }
+        if let Some(last) = swings.last_mut() {
+            *last += power;
+        }
+    }
+    let (sum, size) = swings.iter().fold((0.0, 0.0), |(sum, size), w| (sum + w, size + w.abs()));
+    if sum < -0.6 * size { "motor-friction" } else { "actuator" }
 }
 
 fn titled<T>(title: &str, x: [&str; 2], unit: &str, map: T) -> Titled<T> {

@@ -5,8 +5,11 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::locate::{ArmBalances, ArmColumns, Cause, arm_balances};
+use trueup_diagnosis::picture::picture;
 use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_models::effect::Plant;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 const H: f64 = 0.01;
@@ -26,8 +29,8 @@ fn command(t: f64) -> Vec<f64> {
     u
 }
 
-/// A run of a system with parameters `p` by Runge-Kutta, read with noise; what is handed over is `command`.
-fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
+/// A run of a system with parameters `p` by Runge-Kutta, read with noise: coordinates, and `command`.
+fn record(p: &[f64], extra: Extra) -> [Vec<Vec<f64>>; 2] {
     let arm = PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap();
     let dofs = arm.dofs();
     let rates = |t: f64, x: &[f64]| {
@@ -59,7 +62,13 @@ fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
             x = (0..2 * dofs).map(|i| x[i] + h / 6.0 * (a[i] + 2.0 * b[i] + 2.0 * c[i] + d[i])).collect();
         }
     }
-    let nominal = arm.defaults();
+    [columns, inputs]
+}
+
+fn diagnose(p: &[f64], extra: Extra) -> ArmBalances {
+    let [columns, inputs] = record(p, extra);
+    let arm = PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap();
+    let (nominal, dofs) = (arm.defaults(), arm.dofs());
     let mut doubts: Vec<(usize, f64)> = [parameter::base_mass(LINKS), parameter::base_inertia(LINKS)]
         .into_iter()
         .chain((0..LINKS).flat_map(|j| [parameter::link_mass(LINKS) + j, parameter::link_inertia(LINKS) + j]))
@@ -144,4 +153,54 @@ fn a_wrong_mass_is_not_taken_for_a_force() {
     let found = diagnose(&p, |_, _, _| {});
     assert!(found.ratio > 2.0 && found.ratio_fitted < 1.5, "{} {}", found.ratio, found.ratio_fitted);
     assert_ne!(found.cause, Cause::External);
+}
+
+#[test]
+fn the_picture_of_a_case_says_inside_or_outside_and_where() {
+    use std::fmt::Write as _;
+    let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();
+    let tilt: Extra = |_, _, u| u[input::base_force(LINKS)] = 0.003;
+    let ripple: Extra = |t, _, u| u[1] += 0.01 * (5.0 * t).sin();
+    let mut soft = defaults();
+    soft[parameter::joint_stiffness(LINKS)] *= 0.7;
+    let nothing: Extra = |_, _, _| {};
+    let cases = [
+        (defaults(), nothing, Cause::None, "", None),
+        (defaults(), friction, Cause::Internal, "motor-friction", Some(1)),
+        (defaults(), ripple, Cause::Internal, "actuator", Some(2)),
+        (soft, nothing, Cause::Internal, "transmission", Some(1)),
+        (defaults(), tilt, Cause::External, "base", None),
+    ];
+    for (p, extra, cause, component, joint) in cases {
+        let folder = tempfile::tempdir().unwrap();
+        let [columns, inputs] = record(&p, extra);
+        let mut csv =
+            "time,basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
+                       motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]\n"
+                .to_owned();
+        for k in 0..N {
+            write!(csv, "{:?}", k as f64 * H).unwrap();
+            columns.iter().chain(&inputs[..LINKS]).for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
+            csv.push('\n');
+        }
+        let mut toml = "model = \"PlanarManipulator\"\ntrain = [\"run.csv\"]\n".to_owned();
+        for name in csv.lines().next().unwrap().split(',').skip(1).take(7) {
+            writeln!(toml, "[channels.\"{name}\"]\nnoise = {NOISE:?}").unwrap();
+        }
+        std::fs::write(folder.path().join("case.toml"), toml).unwrap();
+        std::fs::write(folder.path().join("run.csv"), csv).unwrap();
+        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+        let subject = Subject { plant: Plant::Arm, flexible: vec![true, false, false] };
+        let seen = picture(&loaded, &subject, &defaults());
+        println!("{component}: {:?} {:?}", seen.cause, seen.places);
+        assert_eq!(seen.cause, Some(cause));
+        match seen.places.first() {
+            None => assert_eq!(component, ""),
+            Some(first) => {
+                assert_eq!((first.component.as_str(), first.joint), (component, joint));
+                assert!(seen.places.iter().map(|p| p.share).sum::<f64>() < 1.0 + 1e-12);
+                assert!(!seen.courses.is_empty());
+            }
+        }
+    }
 }

@@ -7,8 +7,11 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
+use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::locate::unknown_input::place_shares;
 use trueup_diagnosis::locate::{JointColumns, joint_balances, joint_intervals, joint_unknown_inputs};
+use trueup_diagnosis::picture::picture;
+use trueup_models::effect::Plant;
 use trueup_models::joint::parameter as j;
 
 const H: f64 = 0.002;
@@ -191,4 +194,109 @@ fn a_push_is_found_in_time_by_its_estimate() {
     for (edge, truth) in [(when[0].start, 14.0), (when[0].end, 14.5)] {
         assert!((edge - truth).abs() <= f64::max(2.0 * H, 5e-3) + 1e-9, "{edge}");
     }
+}
+
+/// As a case on the disk, all its recordings of the same effect.
+fn case(missing: Missing, seeds: &[u64]) -> (tempfile::TempDir, trueup_signals::Loaded) {
+    use std::fmt::Write as _;
+    let folder = tempfile::tempdir().unwrap();
+    let p = parameters();
+    let names: Vec<String> = seeds.iter().map(|s| format!("\"{s}.csv\"")).collect();
+    let mut toml = format!("model = \"TwoMassJoint\"\ntrain = [{}]\n[parameters]\n", names.join(", "));
+    for (name, k) in [
+        ("motorInertia", j::MOTOR_INERTIA),
+        ("loadInertia", j::LOAD_INERTIA),
+        ("gearRatio", j::GEAR_RATIO),
+        ("torqueConstant", j::TORQUE_CONSTANT),
+        ("stiffness", j::STIFFNESS),
+        ("damping", j::DAMPING),
+        ("coulombFriction", j::COULOMB_FRICTION),
+        ("viscousFriction", j::VISCOUS_FRICTION),
+    ] {
+        writeln!(toml, "{name} = {:?}", p[k]).unwrap();
+    }
+    writeln!(
+        toml,
+        "[channels.motorAngle]\nnoise = {MOTOR_FLOOR:?}\n[channels.loadAngle]\nnoise = {LOAD_FLOOR:?}"
+    )
+    .unwrap();
+    std::fs::write(folder.path().join("case.toml"), toml).unwrap();
+    for &seed in seeds {
+        let run = simulate(missing, seed);
+        let mut csv = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+        for (k, ((u, m), l)) in run.current.iter().zip(&run.motor).zip(&run.load).enumerate() {
+            writeln!(csv, "{:?},{u:?},{m:?},{l:?}", k as f64 * H).unwrap();
+        }
+        std::fs::write(folder.path().join(format!("{seed}.csv")), csv).unwrap();
+    }
+    let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+    (folder, loaded)
+}
+
+#[test]
+fn the_picture_of_a_case_shows_what_is_missing_and_where() {
+    let subject = Subject { plant: Plant::Joint, flexible: vec![true] };
+    for (k, (place, components, missing)) in [
+        ("motor", ["motor-friction", "actuator"], CASES[1].2),
+        ("transmission", ["transmission"; 2], CASES[2].2),
+        ("load", ["load"; 2], CASES[3].2),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let (_folder, loaded) = case(missing, &[20 + 2 * k as u64, 21 + 2 * k as u64]);
+        let seen = picture(&loaded, &subject, &parameters());
+        println!("{place}: {:?}", seen.places);
+        assert!(components.contains(&seen.places[0].component.as_str()));
+        assert!(seen.places[0].share > 0.8 && seen.places.iter().map(|p| p.share).sum::<f64>() < 1.0 + 1e-12);
+        assert_eq!(seen.floors.len(), 2);
+        // By structure: motor friction and actuator are one class, transmission and load each by itself.
+        let told = &seen.isolability;
+        assert!(told.isolable("transmission") && told.isolable("load") && !told.isolable("motor-friction"));
+        assert_eq!(seen.courses.len(), 2);
+        let law = |name: &str| seen.curves.iter().find(|c| c.title.contains(name)).unwrap();
+        match place {
+            // As the truth has it: 30 e^3 over the twist e.
+            "transmission" => {
+                let c = &law("against twist").map;
+                let ends = [0, c.x.len() - 1].map(|i| c.mean[i] / (30.0 * c.x[i].powi(3)));
+                println!("  of the truth at both ends: {ends:.2?}");
+                assert!(ends.iter().all(|r| (r - 1.0).abs() < 0.15), "{ends:?}");
+                // The spring hardens: more torque per twist outside than in the middle.
+                let s = &seen.surfaces[0].map;
+                let cells = |x: usize| s.z.iter().filter_map(|row| row[x]).collect::<Vec<f64>>();
+                let mean = |v: Vec<f64>| v.iter().sum::<f64>() / v.len() as f64;
+                let rise = mean(cells(s.x.len() - 2)) - mean(cells(0));
+                let secant = rise / (s.x[s.x.len() - 2] - s.x[0]);
+                println!("  secant stiffness {secant:.3} N.m/rad");
+                assert!(secant > 1.05 * parameters()[j::STIFFNESS]);
+            }
+            "load" => {
+                let edges: Vec<f64> = seen.intervals.iter().flat_map(|i| [i.start, i.end]).collect();
+                println!("  {edges:?}");
+                for truth in [4.0, 4.5] {
+                    let near = edges.iter().filter(|e| (*e - truth).abs() <= 5e-3).count();
+                    assert_eq!(near, 2, "{truth} in both recordings: {edges:?}");
+                }
+            }
+            _ => {
+                // It brakes, most at low speed.
+                let c = &law("against motor speed").map;
+                let at = |v: f64| {
+                    let k = (0..c.x.len()).min_by(|a, b| (c.x[*a] - v).abs().total_cmp(&(c.x[*b] - v).abs()));
+                    c.mean[k.unwrap()]
+                };
+                println!("  {:.4} {:.4} {:.4} {:.4}", at(-10.0), at(-1.5), at(1.5), at(10.0));
+                assert!(at(1.5) < -0.002 && at(-1.5) > 0.002);
+                assert!(at(10.0).abs() < 0.4 * at(1.5).abs());
+            }
+        }
+    }
+}
+
+#[test]
+fn the_picture_of_a_case_without_a_gap_has_no_place() {
+    let (_folder, loaded) = case(|_, _, _| [0.0; 3], &[30]);
+    let seen = picture(&loaded, &Subject { plant: Plant::Joint, flexible: vec![true] }, &parameters());
+    assert_eq!(seen.places, []);
 }

@@ -5,9 +5,10 @@ mod heat;
 mod parts;
 mod words;
 
-use trueup_diagnosis::locate::Bands;
 use trueup_diagnosis::locate::map::{Curve, Surface};
-use trueup_diagnosis::outcome::Diagnosis;
+use trueup_diagnosis::locate::{Bands, Order};
+use trueup_diagnosis::outcome::{Diagnosis, Verdict};
+use trueup_diagnosis::picture::Picture;
 
 use crate::page::Page;
 
@@ -24,10 +25,6 @@ pub struct Evidence<'a> {
     pub maps: Vec<Map<'a>>,
     /// The noise floor of each channel: channel, its standard deviation with unit, where it comes from.
     pub floors: Vec<[String; 3]>,
-    /// Components that these sensors cannot tell apart by structure, class by class.
-    pub classes: Vec<Vec<String>>,
-    /// Components whose faults these sensors cannot see at all.
-    pub hidden: Vec<String>,
     /// Inputs of the next experiment: name, unit, times in s, values.
     pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
     /// How it was done: setting and value.
@@ -103,10 +100,8 @@ pub enum Map<'a> {
         title: &'a str,
         /// Unit of the amplitude.
         unit: &'a str,
-        /// Periods per turn.
-        order: &'a [f64],
-        /// Amplitudes.
-        amplitude: &'a [f64],
+        /// Periods per turn with their amplitudes.
+        orders: &'a [Order],
     },
     /// An unknown quantity over time.
     Course {
@@ -123,6 +118,38 @@ pub enum Map<'a> {
     },
 }
 
+/// Of the recordings so many are drawn.
+const RECORDINGS: usize = 4;
+
+impl<'a> Map<'a> {
+    /// What a case shows before any effect is named: surfaces, curves, orders, spectra, and courses of some recordings.
+    pub fn of(picture: &'a Picture) -> Vec<Self> {
+        fn pair(of: &[String; 2]) -> [&str; 2] {
+            [&of[0], &of[1]]
+        }
+        let surfaces = picture.surfaces.iter().map(|s| {
+            let (x, y) = (pair(&s.x), pair(&s.y));
+            Map::Surface { title: &s.title, x, y, unit: &s.unit, surface: &s.map }
+        });
+        let curves = picture.curves.iter().map(|c| {
+            let (x, before, after) = (pair(&c.x), &c.map, None);
+            Map::Curve { title: &c.title, x, unit: &c.unit, before, after }
+        });
+        let orders =
+            picture.orders.iter().map(|o| Map::Orders { title: &o.title, unit: &o.unit, orders: &o.map });
+        let bands =
+            picture.bands.iter().map(|b| Map::Spectrum { title: &b.title, unit: &b.unit, bands: &b.map });
+        let courses = picture.courses.iter().take(RECORDINGS).map(|c| Map::Course {
+            title: &c.title,
+            recording: &c.recording,
+            unit: &c.unit,
+            time: &c.time,
+            value: &c.value,
+        });
+        surfaces.chain(curves).chain(orders).chain(bands).chain(courses).collect()
+    }
+}
+
 /// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
 pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String {
     let title = match evidence.case {
@@ -133,11 +160,18 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
     parts::summary(&mut page, diagnosis);
     parts::gap(&mut page, diagnosis);
     parts::location(&mut page, diagnosis);
+    // What has no name is to be seen; elsewhere the pictures back the name.
+    let nameless = diagnosis.verdict == Verdict::Unknown;
+    if nameless {
+        parts::maps(&mut page, diagnosis, evidence);
+    }
     parts::candidates(&mut page, diagnosis);
-    parts::told_apart(&mut page, diagnosis, evidence);
+    parts::told_apart(&mut page, diagnosis);
     parts::next(&mut page, diagnosis, evidence);
     parts::series(&mut page, diagnosis, evidence);
-    parts::maps(&mut page, evidence);
+    if !nameless {
+        parts::maps(&mut page, diagnosis, evidence);
+    }
     parts::method(&mut page, diagnosis, evidence);
     page.finish()
 }

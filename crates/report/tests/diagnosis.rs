@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use trueup_diagnosis::locate::map::{curve, surface};
-use trueup_diagnosis::locate::{Residual, bands};
+use trueup_diagnosis::locate::{Order, Residual, bands};
 use trueup_diagnosis::outcome::*;
 use trueup_report::{Evidence, Map, Trace, diagnosis_page, sentence};
 
@@ -54,6 +54,13 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             channels: BTreeMap::from([("motorAngle".to_owned(), gap()), ("loadAngle".to_owned(), gap())]),
             left_out: vec!["tipAngle".into()],
         },
+        sensors: Sensors {
+            classes: vec![
+                vec!["actuator".into(), "motor-friction".into(), "sensor:motorCurrent".into()],
+                vec!["transmission".into()],
+            ],
+            hidden: vec![],
+        },
         location: Where {
             components: vec![
                 ComponentShare { id: "motor-friction".into(), share: 0.94, joint: Some(1) },
@@ -76,6 +83,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
                 share: 0.7,
             }],
             bands: vec![BandShare { low_hz: 0.0, high_hz: 2.0, share: 0.9 }],
+            cause: Some("internal".into()),
         },
         effects,
         candidates: vec![
@@ -119,8 +127,13 @@ fn page(verdict: Verdict) -> String {
     let residual: Vec<f64> = before.iter().zip(&measured).map(|(b, m)| b - m).collect();
     let spectrum =
         bands(&[Residual { recording: "a", time: &t, value: &residual, floor: 0.0023 }], None).unwrap();
-    let orders: Vec<f64> = (1..40).map(|k| 0.5 * f64::from(k)).collect();
-    let amplitudes: Vec<f64> = orders.iter().map(|o| if *o == 2.0 { 0.08 } else { 0.004 / o }).collect();
+    let orders: Vec<Order> = (1..40)
+        .map(|k| 0.5 * f64::from(k))
+        .map(|order| {
+            let cosine = if order == 2.0 { 0.08 } else { 0.004 / order };
+            Order { order, cosine, sine: 0.0, share: 0.0 }
+        })
+        .collect();
     let trace = |channel| Trace {
         recording: "holdout-1.csv",
         channel,
@@ -151,12 +164,7 @@ fn page(verdict: Verdict) -> String {
                 surface: &cells,
             },
             Map::Spectrum { title: "Residual of motorAngle", unit: "rad", bands: &spectrum },
-            Map::Orders {
-                title: "Orders of the motor angle",
-                unit: "rad",
-                order: &orders,
-                amplitude: &amplitudes,
-            },
+            Map::Orders { title: "Orders of the motor angle", unit: "rad", orders: &orders },
             Map::Course {
                 title: "Unknown torque at the motor",
                 recording: "train-1.csv",
@@ -166,11 +174,6 @@ fn page(verdict: Verdict) -> String {
             },
         ],
         floors: vec![["motorAngle".into(), "0.0023 rad".into(), "declared noise and resolution".into()]],
-        classes: vec![
-            vec!["actuator".into(), "motor-friction".into(), "sensor:motorCurrent".into()],
-            vec!["transmission".into()],
-        ],
-        hidden: vec![],
         next: vec![("motorCurrent", "A", &t, &speed)],
         settings: vec![["seed".into(), "1".into()]],
         versions: vec![["trueup".into(), "0.1.0".into()]],
@@ -217,7 +220,9 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "99.0 % (98.0 % to 100 %)",
         "Predicted to tell with probability 93.0 %",
         "next-experiment.csv",
-        "one class",
+        "only by the form of an effect",
+        "Form-based",
+        "the cause is inside the arm",
         "tipAngle",
         "0.1.0",
         "TwoMassJoint.augmented.fmi3.fmu",

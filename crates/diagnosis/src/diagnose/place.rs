@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use trueup_models::effect;
+use trueup_models::{effect, joint};
+use trueup_signals::Loaded;
 
 use super::Trace;
 use super::claim::joint_of;
@@ -13,12 +14,41 @@ use crate::engine::search::Search;
 use crate::engine::select::Found;
 use crate::locate;
 use crate::outcome::*;
+use crate::picture::{Picture, picture};
+
+/// As many stretches of time are told, those with most first.
+const INTERVALS: usize = 60;
+
+/// What the case shows with the plant's own parameters as they were fitted, whatever effect they were fitted beside.
+pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision: &Decision) -> Picture {
+    let case = search.case;
+    // Beside a wrong cause they would be bent.
+    let fitted = if decision.verdict == Verdict::Unknown { &found.plain } else { &found.best };
+    let stated = &fitted.stated;
+    let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
+    let mut p = case.nominal.clone();
+    for (i, named) in case.subject.parameters(&case.model).iter().enumerate() {
+        let at = stated.unknowns[..own].iter().position(|u| u.name == named.name && u.run.is_none());
+        if let Some(k) = at.filter(|_| decision.verdict != Verdict::NoGap) {
+            p[i] = stated.unknowns[k].scale.value(fitted.theta[k]).0;
+        }
+    }
+    if case.subject.plant == effect::Plant::Joint {
+        let (coulomb, held) = (joint::parameter::COULOMB_FRICTION, joint::parameter::STATIC_FRICTION);
+        p[held] = p[held].max(p[coulomb]);
+        if case.nominal[held] <= case.nominal[coulomb] {
+            p[held] = p[coulomb];
+        }
+    }
+    picture(loaded, &case.subject, &p)
+}
 
 /// Where the gap sits: components, channels, times, bands, regimes.
 pub(super) fn where_it_lies(
     search: &Search<'_>,
     found: &Found,
     decision: &Decision,
+    picture: &Picture,
     traces: &[Trace],
     seed: u64,
 ) -> Where {
@@ -49,6 +79,9 @@ pub(super) fn where_it_lies(
             let joint = if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
             add(&h.component, joint, share.clamp(0.0, 1.0));
         }
+    } else if decision.verdict == Verdict::Unknown && !picture.places.is_empty() {
+        // Nobody knows its form: the balances say where it is.
+        picture.places.iter().for_each(|p| add(&p.component, p.joint, p.share));
     } else {
         for f in singles {
             let h = &f.stated.set[0];
@@ -90,13 +123,14 @@ pub(super) fn where_it_lies(
         .zip(locate::shares(&pairs))
         .map(|(name, share)| ChannelShare { name: (*name).to_owned(), share })
         .collect();
-    missing_by_place(search, found, components, channels, seed)
+    missing_by_place(search, found, picture, components, channels, seed)
 }
 
 /// Times, bands and regimes of what the plain model misses: there a cause shows while it acts.
 fn missing_by_place(
     search: &Search<'_>,
     found: &Found,
+    picture: &Picture,
     components: Vec<ComponentShare>,
     mut channels: Vec<ChannelShare>,
     seed: u64,
@@ -126,9 +160,13 @@ fn missing_by_place(
         .filter(|(_, c, ..)| *c == main)
         .map(|(recording, _, time, value)| locate::Residual { recording, time, value, floor: 1.0 })
         .collect();
-    let intervals = locate::intervals(&residuals, 0.02)
+    // An estimate of what is missing has sharper edges than what it leaves in a channel.
+    let seen = picture.intervals.clone();
+    let intervals = if seen.is_empty() { locate::intervals(&residuals, 0.02) } else { seen };
+    let intervals = intervals
         .into_iter()
-        .take(12)
+        .filter(|i| i.end > i.start)
+        .take(INTERVALS)
         .map(|i| IntervalShare {
             recording: i.recording,
             start: i.start,
@@ -145,7 +183,12 @@ fn missing_by_place(
     });
     let regimes = regimes(case, &residuals, seed);
     channels.sort_by(|a, b| b.share.total_cmp(&a.share));
-    Where { components, channels, intervals, regimes, bands }
+    let cause = match picture.cause {
+        Some(locate::Cause::Internal) => Some("internal".to_owned()),
+        Some(locate::Cause::External) => Some("external".to_owned()),
+        _ => None,
+    };
+    Where { components, channels, intervals, regimes, bands, cause }
 }
 
 fn regimes(case: &Prepared, residuals: &[locate::Residual<'_>], seed: u64) -> Vec<RegimeShare> {

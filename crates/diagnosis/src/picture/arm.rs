@@ -10,6 +10,8 @@ use crate::locate::{ArmBalances, ArmColumns, Balance, Cause, Residual, arm_balan
 
 /// Balances are looked at below this part of the sampling rate.
 const CUTOFF: f64 = 0.08;
+/// ... and below this frequency in Hz: arms that float move slowly, and noise of accelerations grows with its square.
+const FASTEST: f64 = 3.0;
 /// Relative doubt of masses and inertias whose owner states none.
 const DOUBT: f64 = 0.05;
 
@@ -45,7 +47,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             position_floor: names.iter().map(floor).collect(),
             velocity_floor: Vec::new(),
         };
-        if let Some(b) = arm_balances(arm, p, &columns, &doubts, CUTOFF / step) {
+        if let Some(b) = arm_balances(arm, p, &columns, &doubts, (CUTOFF / step).min(FASTEST)) {
             let start = grid.start + b.first as f64 * step;
             for (name, row) in names.iter().zip(&b.missing) {
                 let unit = if name.starts_with("basePosition") { "N" } else { "N.m" };
@@ -126,9 +128,10 @@ fn places(
         let on_tip = excess[3..3 + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
         add(if on_tip { "tip" } else { "base" }, None, base + if on_tip { links } else { 0.0 });
     }
-    let of = |r: usize| -> (Vec<f64>, Vec<f64>) {
-        let join = |f: fn(&ArmBalances, usize) -> Vec<f64>| all.iter().flat_map(|(.., b)| f(b, r)).collect();
-        (join(|b, r| b.missing[r].value.clone()), join(|b, r| b.velocity[r].clone()))
+    let at_motor = |r: usize| {
+        let join =
+            |f: &dyn Fn(&ArmBalances) -> Vec<f64>| all.iter().flat_map(|(.., b)| f(b)).collect::<Vec<_>>();
+        at_motor(&join(&|b| b.missing[r].value.clone()), &join(&|b| b.velocity[r].clone()))
     };
     let handled = cause == Cause::External && found.first().is_some_and(|p: &Place| p.component == "tip");
     for i in 0..n {
@@ -143,15 +146,13 @@ fn places(
             }
         };
         if motor == joint {
-            let (torque, velocity) = of(joint);
-            add(at_motor(&torque, &velocity), if handled { 0.0 } else { excess[joint] });
+            add(at_motor(joint), if handled { 0.0 } else { excess[joint] });
         } else if excess[joint].min(excess[motor]) > 0.02 * excess[joint].max(excess[motor])
             && opposed(all, joint, motor)
         {
             add("transmission", excess[joint] + excess[motor]);
         } else {
-            let (torque, velocity) = of(motor);
-            add(at_motor(&torque, &velocity), excess[motor]);
+            add(at_motor(motor), excess[motor]);
             add("load", if handled { 0.0 } else { excess[joint] });
         }
     }
@@ -161,11 +162,12 @@ fn places(
 
 /// Whether two rows are missing the same, the other way round.
 fn opposed(all: &[(&str, f64, ArmBalances)], a: usize, b: usize) -> bool {
-    let dot = |x: &Balance, y: &Balance| x.value.iter().zip(&y.value).map(|(x, y)| x * y).sum::<f64>();
     let sum = |f: &dyn Fn(&ArmBalances) -> f64| all.iter().map(|(.., balances)| f(balances)).sum::<f64>();
-    let cross = sum(&|x| dot(&x.missing[a], &x.missing[b]));
-    let sizes = sum(&|x| dot(&x.missing[a], &x.missing[a])) * sum(&|x| dot(&x.missing[b], &x.missing[b]));
-    cross < -0.5 * sizes.sqrt()
+    let dot = |x: &Balance, y: &Balance| x.value.iter().zip(&y.value).map(|(x, y)| x * y).sum::<f64>();
+    // Noise has no counterpart.
+    let power = |x: &Balance| dot(x, x) - x.value.len() as f64 * x.floor.powi(2);
+    let size = |r: usize| sum(&|x| power(&x.missing[r])).max(0.0);
+    sum(&|x| dot(&x.missing[a], &x.missing[b])) < -0.5 * (size(a) * size(b)).sqrt()
 }
 
 /// Channels of the coordinates in the model's order.

@@ -77,8 +77,8 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, flexible: bool, p: &[f64]
         "load" => "Unknown torque at the load (motor side)".to_owned(),
         sensor => format!("Unknown error of {sensor}"),
     };
-    let (mut velocity, mut motor, mut twist, mut load, mut unknown) =
-        (Vec::new(), Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let (mut velocity, mut motor, mut twist, mut load) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    let mut unknown = Vec::new();
     // Shares of a recording become shares of all, by their power.
     let power = |found: &[Estimate]| -> f64 {
         found.iter().filter(|e| e.place == best).flat_map(|e| &e.value).map(|d| d * d).sum()

@@ -1,19 +1,19 @@
 //! The sections, one after the other.
 
+use std::collections::BTreeSet;
+
 use trueup_diagnosis::outcome::{Amount, Candidate, Diagnosis, Gap, Verdict};
 
 use super::bars::{Bar, bars};
 use super::heat::heat;
 use super::words::{badge, effect_name, percent, place, sentence};
-use super::{Evidence, Map};
+use super::{Evidence, Map, RECORDINGS};
 use crate::chart::{Axis, Chart, Style};
 use crate::number::number;
 use crate::page::{Page, escape};
 
 /// Candidates beyond these are not worth a row.
 const CANDIDATES: usize = 15;
-/// Of the recordings so many are drawn.
-const RECORDINGS: usize = 4;
 
 /// `[a, b]`, open ends as words.
 fn interval(ci: &[Option<f64>; 2]) -> String {
@@ -76,6 +76,9 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
             &rows,
         );
     }
+    for line in d.effects.iter().filter_map(|e| basis(d, &e.component, e.joint)).collect::<BTreeSet<_>>() {
+        page.text(&line);
+    }
     if !d.parameters.is_empty() {
         page.html("<details><summary>The plant's own parameters, refitted</summary>");
         let rows: Vec<Vec<String>> =
@@ -83,6 +86,24 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
         page.table(&["parameter", "value", "95 % interval"], &rows);
         page.html("</details>");
     }
+}
+
+/// Whether the sensors tell a component from the others by structure, or the form of the effect has to.
+fn basis(d: &Diagnosis, component: &str, joint: Option<usize>) -> Option<String> {
+    let at =
+        |name: &String| *name == component || joint.is_some_and(|j| *name == format!("{component}[{j}]"));
+    let class = d.sensors.classes.iter().find(|c| c.iter().any(at))?;
+    let others: Vec<&str> = class.iter().filter(|name| !at(name)).map(String::as_str).collect();
+    let here = place(component, joint.filter(|_| d.model != "TwoMassJoint"));
+    Some(match others.is_empty() {
+        true => format!(
+            "Structural: these sensors tell {here} from every other component by the equations alone."
+        ),
+        false => format!(
+            "Form-based: with these sensors {} would show in the same balances as {here}; the form of the effect tells them apart.",
+            others.join(", ")
+        ),
+    })
 }
 
 /// How far the gap shrinks.
@@ -144,6 +165,15 @@ pub(super) fn location(page: &mut Page, d: &Diagnosis) {
         return;
     }
     page.section("Where", "Shares of what is left over the noise floor with nominal structure.");
+    match w.cause.as_deref() {
+        Some("external") => page.text(
+            "The momentum of the whole does not stay: a force from outside acts on it (besides whatever may be missing inside).",
+        ),
+        Some("internal") => {
+            page.text("The momentum of the whole stays, a joint's balance does not: the cause is inside the arm.");
+        }
+        _ => {}
+    }
     let bar = |label: String, share: f64, colour: usize| Bar {
         label,
         length: share,
@@ -224,8 +254,8 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
 }
 
 /// What was not told apart from what, and what the sensors could tell at all.
-pub(super) fn told_apart(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
-    let structural = e.classes.iter().any(|c| c.len() > 1) || !e.hidden.is_empty();
+pub(super) fn told_apart(page: &mut Page, d: &Diagnosis) {
+    let structural = !d.sensors.classes.is_empty() || !d.sensors.hidden.is_empty();
     if d.indistinguishable.is_empty() && !structural {
         return;
     }
@@ -239,17 +269,18 @@ pub(super) fn told_apart(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
         page.html(&format!("<ul>{}</ul>", items.collect::<String>()));
     }
     if structural {
+        page.html("<h3>What these sensors can tell at all</h3>");
         page.text(
-            "What the equations alone allow with these channels: components in one class can only be told apart by the form \
-             of an effect, as long as nothing else is missing.",
+            "What the equations alone allow with these channels, before anything is compared: components in one class can only \
+             be told apart by the form of an effect, as long as nothing else is missing.",
         );
-        let mut rows: Vec<Vec<String>> = e
-            .classes
-            .iter()
-            .map(|c| vec![c.join(", "), if c.len() > 1 { "one class" } else { "told apart" }.to_owned()])
-            .collect();
-        if !e.hidden.is_empty() {
-            rows.push(vec![e.hidden.join(", "), "not seen by these sensors".to_owned()]);
+        let row = |c: &[String], what: &str| vec![c.join(", "), what.to_owned()];
+        let apart = |c: &Vec<String>| {
+            row(c, if c.len() > 1 { "only by the form of an effect" } else { "told apart from all others" })
+        };
+        let mut rows: Vec<Vec<String>> = d.sensors.classes.iter().map(apart).collect();
+        if !d.sensors.hidden.is_empty() {
+            rows.push(row(&d.sensors.hidden, "in no balance of measured quantities"));
         }
         page.table(&["component", "by structure"], &rows);
     }
@@ -328,14 +359,21 @@ pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
 }
 
 /// What is missing, as pictures.
-pub(super) fn maps(page: &mut Page, e: &Evidence<'_>) {
+pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     if e.maps.is_empty() {
         return;
     }
-    page.section(
-        "What is missing, without a formula",
-        "Whatever the verdict, this is what the recordings ask for.",
-    );
+    let text = match d.verdict {
+        Verdict::NoGap | Verdict::Parameters => {
+            "The model's own equations, solved for a torque (or a reading) that would be missing in them. What is left here is \
+             noise."
+        }
+        _ => {
+            "The model's own equations, solved for the torque (or the reading) that is missing in them, without any candidate: \
+             an effect that is to be believed looks like this."
+        }
+    };
+    page.section("What is missing, without a formula", text);
     for map in &e.maps {
         match map {
             Map::Curve { title, x, unit, before, after } => {
@@ -361,13 +399,12 @@ pub(super) fn maps(page: &mut Page, e: &Evidence<'_>) {
                 }
                 page.chart(&chart);
             }
-            Map::Orders { title, unit, order, amplitude } => page.chart(
-                &Chart::new(title, Axis::new("periods per turn", ""), Axis::new("amplitude", unit)).line(
-                    "amplitude",
-                    order,
-                    amplitude,
-                ),
-            ),
+            Map::Orders { title, unit, orders } => {
+                let (order, amplitude): (Vec<f64>, Vec<f64>) =
+                    orders.iter().map(|o| (o.order, o.amplitude())).unzip();
+                let (x, y) = (Axis::new("periods per turn", ""), Axis::new("amplitude", unit));
+                page.chart(&Chart::new(title, x, y).line("amplitude", &order, &amplitude));
+            }
             Map::Course { title, recording, unit, time, value } => {
                 let title = format!("{title}, {recording}");
                 page.chart(&Chart::over_time(&title, unit).line("estimate", time, value));

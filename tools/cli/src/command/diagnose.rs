@@ -6,13 +6,13 @@ use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, diagnose};
-use trueup_diagnosis::floor;
-use trueup_diagnosis::locate::isolability::Structure;
+use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
+use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
-use trueup_report::{Evidence, Trace, diagnosis_page};
+use trueup_report::{Evidence, Map, Trace, diagnosis_page, number};
 use trueup_signals::Loaded;
 
 use crate::args::Diagnose;
@@ -25,6 +25,7 @@ pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     let begun = Instant::now();
     let loaded = identify::load(&args.case)?;
     let options = Options { seed: args.seed, ..Options::default() };
+    sensors(&loaded);
     let bar = std::io::stderr().is_terminal().then(bar);
     let mut tell = |part: f64, what: &str| match &bar {
         Some(bar) => {
@@ -61,6 +62,24 @@ pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     say(&if args.json { json } else { text(&found.diagnosis) })?;
     eprintln!("{} in {:.1} s", args.output.join("diagnosis.json").display(), begun.elapsed().as_secs_f64());
     Ok(())
+}
+
+/// What these sensors can tell at all, said before anything is compared.
+fn sensors(loaded: &Loaded) {
+    let Ok(subject) = Subject::of(&loaded.case) else { return };
+    let told = isolability(loaded, &subject);
+    let of = |one: bool| {
+        let classes = told.classes.iter().filter(|c| (c.len() == 1) == one);
+        classes.map(|c| c.join(", ")).collect::<Vec<_>>()
+    };
+    let list = |what: &str, classes: &[String]| {
+        if !classes.is_empty() {
+            eprintln!("{what}: {}", classes.join(" | "));
+        }
+    };
+    list("these sensors tell apart by the equations alone", &of(true));
+    list("... by the form of an effect only", &of(false));
+    list("... and in no balance at all", &told.hidden);
 }
 
 fn bar() -> ProgressBar {
@@ -115,23 +134,18 @@ fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
         after: &t.after,
         floor: t.floor,
     });
-    let floors = units.iter().filter_map(|(name, unit)| {
-        let floor = floor::output(loaded, name)?;
-        Some([(*name).to_owned(), format!("{:.3e} {unit}", floor.deviation), floor.source.text().to_owned()])
+    let floors = found.picture.floors.iter().map(|f| {
+        [
+            f.channel.clone(),
+            format!("{} {}", number(f.deviation), unit(&f.channel)),
+            f.source.text().to_owned(),
+        ]
     });
-    let flexible = found.flexible.as_slice();
-    let names: Vec<&str> = units.keys().copied().collect();
-    let structure = match loaded.case.model.as_str() {
-        "TwoMassJoint" => Structure::joint(flexible.first().copied().unwrap_or(true), &names),
-        _ => Structure::arm(flexible, &names),
-    };
-    let isolability = structure.isolability();
     let evidence = Evidence {
         case: &case,
         traces: traces.collect(),
         floors: floors.collect(),
-        classes: isolability.classes,
-        hidden: isolability.hidden,
+        maps: Map::of(&found.picture),
         settings: vec![["seed".into(), seed.to_string()]],
         versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
         ..Evidence::default()
