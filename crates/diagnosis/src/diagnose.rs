@@ -11,6 +11,7 @@ use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found};
+use crate::experiment::{self, Experiment};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
@@ -75,6 +76,8 @@ pub struct Diagnosed {
     pub diagnosis: Diagnosis,
     /// What the case shows before any effect is named.
     pub picture: Picture,
+    /// What to record next.
+    pub next: Option<Experiment>,
     /// Held-out recordings (of cases without: those for fitting).
     pub traces: Vec<Trace>,
     /// Which joints of the nominal model have a spring.
@@ -179,6 +182,8 @@ pub fn diagnose(
     tell(0.95, "where it lies");
     let picture = look(loaded, &search, &found, &decision);
     let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
+    tell(0.97, "what to record next");
+    let next = experiment::propose(&search, &found, &decision, &options.limits);
     let diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
@@ -191,7 +196,7 @@ pub fn diagnose(
         parameters: parameters(&found, &decision),
         indistinguishable: indistinguishable(&found, &decision),
         unknown: Unknown { present: decision.verdict == Verdict::Unknown, probability: decision.unknown },
-        next_experiment: None,
+        next_experiment: next.as_ref().map(|n| n.said.clone()),
         augmented: None,
         notes: if case.holdout.is_empty() {
             vec!["the case has no hold-out: the figures are of the recordings for fitting".into()]
@@ -199,9 +204,13 @@ pub fn diagnose(
             Vec::new()
         },
     };
+    let mut diagnosis = diagnosis;
+    if decision.verdict == Verdict::Ambiguous && next.is_none() {
+        diagnosis.notes.push(experiment::NOTHING.into());
+    }
     let augmented = claimed.then(|| augmented(&search, &after));
     tell(1.0, "done");
-    Ok(Diagnosed { diagnosis, picture, traces, flexible: case.subject.flexible.clone(), augmented })
+    Ok(Diagnosed { diagnosis, picture, next, traces, flexible: case.subject.flexible.clone(), augmented })
 }
 
 fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {

@@ -1,12 +1,14 @@
 //! Where the gap between a simulation and recordings lies, which effect causes it, and how far it shrinks.
 //!
 //! - [`engine`]: which effect;
+//! - [`experiment`]: what to record next where causes were not told apart;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
 //! - [`picture`]: all that a case shows before any effect is named.
 
 pub mod diagnose;
 pub mod engine;
+pub mod experiment;
 pub mod floor;
 pub mod locate;
 pub mod outcome;

@@ -21,13 +21,15 @@ pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
     }
 }
 
-/// Standard deviations of the coordinates of a fit, misfit included.
-fn deviations(f: &Fitted) -> Vec<f64> {
-    let information: DMatrix<f64> = f.jacobian.tr_mul(&f.jacobian);
-    let inflation = (1.0 + f.excess()).max(1.0);
-    let n = information.nrows();
-    let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
-    (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
+impl Fitted {
+    /// Standard deviations of its coordinates, misfit included.
+    pub(crate) fn deviations(&self) -> Vec<f64> {
+        let information: DMatrix<f64> = self.jacobian.tr_mul(&self.jacobian);
+        let inflation = (1.0 + self.excess()).max(1.0);
+        let n = information.nrows();
+        let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
+        (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
+    }
 }
 
 fn amount(f: &Fitted, k: usize, sd: &[f64]) -> Amount {
@@ -47,7 +49,7 @@ pub(super) fn effects(search: &Search<'_>, found: &Found, decision: &Decision) -
     let plant = search.case.subject.plant;
     let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
     let claim = |f: &Fitted, h: &Hypothesis, probability: f64| {
-        let sd = deviations(f);
+        let sd = f.deviations();
         let at = f.stated.set.iter().position(|o| o == h).unwrap_or(0);
         let begin = f.stated.begin[at];
         let end = f.stated.begin.get(at + 1).copied().unwrap_or(f.stated.unknowns.len());
@@ -125,7 +127,7 @@ pub(super) fn parameters(found: &Found, decision: &Decision) -> BTreeMap<String,
     if decision.verdict == Verdict::NoGap {
         return BTreeMap::new();
     }
-    let sd = deviations(&found.best);
+    let sd = found.best.deviations();
     let own = found.best.stated.begin.first().copied().unwrap_or(found.best.stated.unknowns.len());
     (0..found.best.stated.unknowns.len())
         .filter(|&k| k < own && found.best.stated.unknowns[k].run.is_none())

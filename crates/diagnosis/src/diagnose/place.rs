@@ -30,7 +30,13 @@ pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision
     for (i, named) in case.subject.parameters(&case.model).iter().enumerate() {
         let at = stated.unknowns[..own].iter().position(|u| u.name == named.name && u.run.is_none());
         if let Some(k) = at.filter(|_| decision.verdict != Verdict::NoGap) {
-            p[i] = stated.unknowns[k].scale.value(fitted.theta[k]).0;
+            let u = &stated.unknowns[k];
+            let mut x = fitted.theta[k];
+            // What is missing bends them, too: no further than their owner would believe.
+            if let (Verdict::Unknown, Some((mean, sd))) = (decision.verdict, u.prior) {
+                x = x.clamp(mean - 2.0 * sd, mean + 2.0 * sd);
+            }
+            p[i] = u.scale.value(x).0;
         }
     }
     if case.subject.plant == effect::Plant::Joint {

@@ -7,6 +7,7 @@ use std::time::Instant;
 use indicatif::{ProgressBar, ProgressStyle};
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, diagnose};
 use trueup_diagnosis::engine::subject::Subject;
+use trueup_diagnosis::experiment;
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
@@ -22,6 +23,16 @@ use crate::error::Error;
 use crate::output::{folder, say};
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
+    let found = write(args)?;
+    say(&if args.json { json(&found)? } else { text(&found) })
+}
+
+fn json(d: &Diagnosis) -> Result<String, Error> {
+    Ok(serde_json::to_string_pretty(d).map_err(|e| Error::Failed(e.to_string()))? + "\n")
+}
+
+/// Diagnoses and writes all files.
+pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let begun = Instant::now();
     let loaded = identify::load(&args.case)?;
     let options = Options { seed: args.seed, ..Options::default() };
@@ -50,18 +61,18 @@ pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
             Err(e) => return Err(e),
         }
     }
-    let json =
-        serde_json::to_string_pretty(&found.diagnosis).map_err(|e| Error::Failed(e.to_string()))? + "\n";
     folder(&args.output)?;
     let page = page(&loaded, &found, args.seed);
+    if let Some(next) = &found.next {
+        files.push((experiment::FILE.into(), experiment::csv(&next.inputs).into_bytes()));
+    }
     files.push(("report.html".into(), page.into_bytes()));
-    files.push(("diagnosis.json".into(), json.clone().into_bytes()));
+    files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
     for (name, bytes) in files {
         write_file(&args.output.join(name), &bytes).map_err(|e| Error::Failed(e.to_string()))?;
     }
-    say(&if args.json { json } else { text(&found.diagnosis) })?;
     eprintln!("{} in {:.1} s", args.output.join("diagnosis.json").display(), begun.elapsed().as_secs_f64());
-    Ok(())
+    Ok(found.diagnosis)
 }
 
 /// What these sensors can tell at all, said before anything is compared.
@@ -141,20 +152,22 @@ fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
             f.source.text().to_owned(),
         ]
     });
+    let next = found.next.iter().flat_map(|n| &n.inputs);
+    let next = next.map(|i| (i.name.as_str(), unit(&i.name), i.time.as_slice(), i.value.as_slice()));
     let evidence = Evidence {
         case: &case,
         traces: traces.collect(),
         floors: floors.collect(),
+        next: next.collect(),
         maps: Map::of(&found.picture),
         settings: vec![["seed".into(), seed.to_string()]],
         versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
-        ..Evidence::default()
     };
     diagnosis_page(&found.diagnosis, &evidence)
 }
 
 /// The verdict for people.
-fn text(d: &Diagnosis) -> String {
+pub(crate) fn text(d: &Diagnosis) -> String {
     let mut out = match d.verdict {
         Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
         Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),
@@ -183,6 +196,10 @@ fn text(d: &Diagnosis) -> String {
             "gap on held-out recordings: {:.4} before, {:.4} tuned, {:.4} after, floor {:.4}; closed {closed}\n",
             g.before, g.tuned, g.after, g.floor
         );
+    }
+    if let Some(n) = &d.next_experiment {
+        let chance = n.probability.map_or(String::new(), |p| format!("; it tells with probability {p:.2}"));
+        out += &format!("next experiment: {} ({}){chance}\n", n.why, n.input);
     }
     if !d.location.components.is_empty() && d.verdict == Verdict::Unknown {
         let places: Vec<String> = d

@@ -1,0 +1,325 @@
+//! The next experiment: of a small menu of inputs the one that tells causes apart which the recordings do not.
+//!
+//! Every input is played to the most likely model, which is read with the sensors' noise; then the model and its rivals are
+//! fitted to that recording as they would be to a real one, within what the recordings at hand leave open. The input that is
+//! proposed has the greatest lead of the truth over the best rival (T-optimal design: A.C. Atkinson, V.V. Fedorov,
+//! Biometrika 62, 1975), by the same odds that decide a verdict.
+
+mod menu;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, Normal};
+use trueup_identification::lsq::Options;
+use trueup_identification::run::{Channel, Drive, Run};
+use trueup_numerics::hybrid::Hybrid;
+
+use crate::engine::decide::{Decision, Thresholds};
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::problem::{Compared, Comparison, Unknown};
+use crate::engine::recordings::Prepared;
+use crate::engine::search::{Fitted, Search};
+use crate::engine::select::Found;
+use crate::outcome::{NextExperiment, Verdict};
+use menu::Course;
+
+/// The file that its inputs are written to.
+pub const FILE: &str = "next-experiment.csv";
+/// Where nothing on the menu would tell.
+pub const NOTHING: &str = "no input of the menu, within what was recorded, promises to tell the causes apart: record larger motions, \
+                           or another quantity";
+/// Longest experiment in s.
+const LONGEST: f64 = 20.0;
+/// A joint may leave the range in which it was recorded by this many times that range.
+const BEYOND: f64 = 1.0;
+/// Rivals that are looked at.
+const RIVALS: usize = 2;
+/// Fewer readings that count are none.
+const LEAST: f64 = 100.0;
+/// Of the noise that is drawn.
+const SEEDS: [u64; 2] = [1, 2];
+
+/// An input over time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Played {
+    /// FMU variable.
+    pub name: String,
+    /// Times in s.
+    pub time: Vec<f64>,
+    /// Values in the variable's unit.
+    pub value: Vec<f64>,
+}
+
+/// An experiment with what it promises.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Experiment {
+    /// What `diagnosis.json` says.
+    pub said: NextExperiment,
+    /// Its inputs, on the same times.
+    pub inputs: Vec<Played>,
+}
+
+/// The inputs as a recording's file.
+pub fn csv(inputs: &[Played]) -> String {
+    let mut out = inputs.iter().fold("time".to_owned(), |line, i| format!("{line},{}", i.name)) + "\n";
+    for (k, t) in inputs.first().map_or(&[][..], |i| &i.time).iter().enumerate() {
+        out += &inputs.iter().fold(format!("{t:?}"), |line, i| format!("{line},{:?}", i.value[k]));
+        out.push('\n');
+    }
+    out
+}
+
+/// What is to be told apart, and on what ground.
+struct Setting<'a> {
+    search: &'a Search<'a>,
+    /// Inputs that drove the plant: index, largest value, how it goes between samples.
+    driven: Vec<(usize, f64)>,
+    /// A recording that the new one is to be like.
+    like: &'a Compared,
+    step: f64,
+    length: f64,
+    /// How much of a log likelihood counts.
+    trust: f64,
+}
+
+/// Proposes an experiment where causes were not told apart; `None` where there is nothing to tell apart, or nothing on the
+/// menu that would.
+pub fn propose(
+    search: &Search<'_>,
+    found: &Found,
+    decision: &Decision,
+    limits: &Thresholds,
+) -> Option<Experiment> {
+    if decision.verdict != Verdict::Ambiguous {
+        return None;
+    }
+    let (at, rivals) = decision.rivals.iter().enumerate().find_map(|(i, list)| {
+        let near = list.iter().filter(|r| -r.1 < limits.odds).map(|r| &found.sets[r.0]);
+        let near: Vec<&Fitted> = near.filter(|f| other(found, f).is_some()).take(RIVALS).collect();
+        (found.best.stated.set[i].is_effect() && !near.is_empty()).then_some((i, near))
+    })?;
+    let setting = Setting::new(search, limits.trust)?;
+    let mut separates = vec![found.best.stated.set[at].id.clone()];
+    separates.extend(rivals.iter().filter_map(|f| Some(other(found, f)?.id.clone())));
+    separates.dedup();
+    let courses = menu::courses(&setting.driven, setting.step, setting.length, &setting.favoured(&rivals));
+    let tried: Vec<(Promise, &Course)> =
+        courses.par_iter().filter_map(|c| Some((setting.least(&found.best, &rivals, c)?, c))).collect();
+    let (promise, course) = tried.into_iter().max_by(|a, b| a.0.odds.total_cmp(&b.0.odds))?;
+    // Odds that are there already count.
+    let odds = promise.odds + decision.rivals[at].first().map_or(0.0, |r| -r.1);
+    let spread = promise.spread.hypot((2.0 * promise.odds.max(0.0)).sqrt()).max(1e-9);
+    let probability = Normal::standard().cdf((odds - limits.odds) / spread);
+    if promise.odds <= 0.0 || probability < 0.5 {
+        return None;
+    }
+    let inputs: Vec<Played> = course
+        .inputs
+        .iter()
+        .map(|(input, value)| Played {
+            name: search.case.subject.inputs()[*input].clone(),
+            time: (0..value.len()).map(|k| tidy(k as f64 * setting.step)).collect(),
+            value: value.clone(),
+        })
+        .collect();
+    let names: Vec<&str> = inputs.iter().map(|i| i.name.as_str()).collect();
+    let why = format!(
+        "{} of what was recorded, on {}, for {:.0} s from rest: fitted to what the likelier model would show, its best rival still \
+         leaves {:.3} times as much as that model itself.",
+        course.what,
+        names.join(", "),
+        setting.length,
+        promise.ratio
+    );
+    let said = NextExperiment { why, separates, input: FILE.into(), probability: Some(probability) };
+    Some(Experiment { said, inputs })
+}
+
+/// Without the last digits of a product.
+fn tidy(t: f64) -> f64 {
+    (t * 1e9).round() / 1e9
+}
+
+/// What a rival set has in the place of one of the chosen causes.
+fn other<'a>(found: &Found, f: &'a Fitted) -> Option<&'a Hypothesis> {
+    f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect())
+}
+
+/// What an input promises.
+#[derive(Clone, Copy, Debug)]
+struct Promise {
+    /// Odds (natural logarithm) of the truth over the rival.
+    odds: f64,
+    /// By how much they vary with the noise.
+    spread: f64,
+    /// RMS that the rival leaves over that of the truth.
+    ratio: f64,
+}
+
+impl<'a> Setting<'a> {
+    fn new(search: &'a Search<'a>, trust: f64) -> Option<Self> {
+        let train = &search.case.train;
+        let like = train.first()?;
+        let mut driven: Vec<(usize, f64)> = Vec::new();
+        for d in train.iter().flat_map(|r| &r.run.drives) {
+            let most = d.u.iter().fold(0.0, |m: f64, u| m.max(u.abs()));
+            match driven.iter_mut().find(|(input, _)| *input == d.input) {
+                Some((_, known)) => *known = known.max(most),
+                None => driven.push((d.input, most)),
+            }
+        }
+        driven.retain(|(_, most)| *most > 0.0);
+        let length = |r: &Compared| {
+            let ends = r.run.channels.iter().filter_map(|c| Some(c.t.last()? - c.t.first()?));
+            ends.fold(0.0, f64::max)
+        };
+        let step = like.run.channels.iter().filter_map(|c| crate::engine::coordinate::median_step(&c.t));
+        let step = step.fold(f64::INFINITY, f64::min);
+        let length = train.iter().map(length).fold(0.0, f64::max).min(LONGEST);
+        (step.is_finite() && step > 0.0 && length > 20.0 * step && !driven.is_empty()).then_some(Self {
+            search,
+            driven,
+            like,
+            step,
+            length,
+            trust,
+        })
+    }
+
+    /// Inputs of the joints that the rivals are about.
+    fn favoured(&self, rivals: &[&Fitted]) -> Vec<usize> {
+        let inputs = self.search.case.subject.inputs();
+        let sites = rivals.iter().flat_map(|f| &f.stated.set).filter(|h| h.per_joint).map(|h| h.site + 1);
+        let name = |site: usize| format!("jointTorque[{site}]");
+        let mut all: Vec<usize> = sites.filter_map(|s| inputs.iter().position(|i| *i == name(s))).collect();
+        all.sort_unstable();
+        all.dedup();
+        all
+    }
+
+    /// The recording that would be made, without readings yet.
+    fn blank(&self, course: &Course) -> Compared {
+        let run = &self.like.run;
+        let count = (self.length / self.step).floor() as usize + 1;
+        let t: Vec<f64> = (0..count).map(|k| self.step * k as f64).collect();
+        let channels =
+            run.channels.iter().map(|c| Channel { t: t.clone(), y: vec![0.0; count], ..c.clone() });
+        let drives = course.inputs.iter().map(|(input, value)| Drive {
+            input: *input,
+            t: t.clone(),
+            u: value.clone(),
+            between: run.drives.iter().find(|d| d.input == *input).map(|d| d.between).unwrap_or_default(),
+            ..Drive::default()
+        });
+        let (channels, drives) = (channels.collect(), drives.collect());
+        let new = Run { name: FILE.into(), channels, drives, start: 0.0, ..Run::default() };
+        // From rest where it was.
+        let speeds: Vec<usize> =
+            self.search.case.coordinates.iter().filter_map(|c| Some(c.start?[1])).collect();
+        let still = |(i, v): &(usize, f64)| (*i, if speeds.contains(i) { 0.0 } else { *v });
+        let known = self.like.known.iter().map(still).collect();
+        Compared::new(new, known, self.search.case.model.sizes().inputs)
+    }
+
+    /// The recording that a model as it was fitted would make, read with noise. `None`: it cannot be simulated, or would
+    /// leave the range that is known.
+    fn made(&self, truth: &Fitted, course: &Course, seed: u64) -> Option<Compared> {
+        let runs = [self.blank(course)];
+        let mut stated = truth.stated.clone();
+        stated.nominal = self.search.compare(&truth.stated).parameters(0, &truth.theta);
+        let (unknowns, theta): (Vec<Unknown>, Vec<f64>) = (stated.unknowns.iter().zip(&truth.theta))
+            .filter(|(u, _)| u.run.is_none())
+            .map(|(u, x)| (u.clone(), *x))
+            .unzip();
+        let (nominal, ties) = (stated.nominal, stated.ties);
+        let model =
+            Comparison { model: &stated.model, nominal, ties, runs: &runs, led: Vec::new(), unknowns };
+        let shown = model.errors(0, &theta).ok()?;
+        let mut run = runs[0].run.clone();
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut begin = 0;
+        for c in &mut run.channels {
+            let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
+            for (y, shown) in c.y.iter_mut().zip(&shown[begin..]) {
+                *y = shown + white * rng.sample::<f64, _>(StandardNormal);
+                if c.resolution > 0.0 {
+                    *y = (*y / c.resolution).round() * c.resolution;
+                }
+            }
+            begin += c.y.len();
+            if !self.inside(c) {
+                return None;
+            }
+        }
+        for d in &mut run.drives {
+            let sigma = self.search.case.input_noise.get(d.input).copied().unwrap_or(0.0);
+            d.u.iter_mut().for_each(|u| *u += sigma * rng.sample::<f64, _>(StandardNormal));
+        }
+        Some(Compared::new(run, runs[0].known.clone(), self.search.case.model.sizes().inputs))
+    }
+
+    /// Power that a set of causes leaves of a recording, fitted to it within what the recordings at hand leave open.
+    fn left(new: &Search<'_>, f: &Fitted) -> Option<(f64, f64)> {
+        let mut stated = new.state(&f.stated.set).ok()?;
+        let sd = f.deviations();
+        for u in stated.unknowns.iter_mut().filter(|u| u.run.is_none() && u.lower < u.upper) {
+            let known = f.stated.unknowns.iter().position(|o| o.name == u.name && o.run.is_none());
+            if let Some(k) = known.filter(|k| sd[*k] > 0.0) {
+                u.prior = Some((f.theta[k], sd[k]));
+            }
+        }
+        let start = new.begin_with(&stated, f);
+        let options = Options { max_iterations: 6, cost_tolerance: 1e-4, radius: 1.0, ..Options::default() };
+        let fitted = new.fit(stated, &start, options).ok()?;
+        Some(((fitted.chi2 + fitted.prior2) / fitted.count(), fitted.count()))
+    }
+
+    /// What the course promises against the rival that comes nearest, over several draws of the noise.
+    fn least(&self, truth: &Fitted, rivals: &[&Fitted], course: &Course) -> Option<Promise> {
+        let draws = SEEDS.map(|seed| {
+            let train = vec![self.made(truth, course, seed)?];
+            let case = Prepared { train, holdout: Vec::new(), ..self.search.case.clone() };
+            let new = Search::new(&case, seed).ok()?;
+            let (own, count) = Self::left(&new, truth)?;
+            let all: Option<Vec<f64>> = rivals.iter().map(|r| Some(Self::left(&new, r)?.0 / own)).collect();
+            let ratio = all?.into_iter().fold(f64::INFINITY, f64::min);
+            // A plant that only rests tells nothing.
+            let odds = 0.5 * self.trust * count * ratio.ln();
+            (odds.is_finite() && count >= LEAST).then_some((odds, ratio.sqrt()))
+        });
+        let draws: Vec<(f64, f64)> = draws.into_iter().collect::<Option<_>>()?;
+        let mean = |f: &dyn Fn(&(f64, f64)) -> f64| draws.iter().map(f).sum::<f64>() / draws.len() as f64;
+        let odds = mean(&|d| d.0);
+        let spread = mean(&|d| (d.0 - odds).powi(2)).sqrt() * std::f64::consts::SQRT_2;
+        Some(Promise { odds, spread, ratio: mean(&|d| d.1) })
+    }
+
+    /// Whether a channel stays near where it was recorded.
+    fn inside(&self, predicted: &Channel) -> bool {
+        let same = self.search.case.train.iter().flat_map(|r| &r.run.channels);
+        let readings = same.filter(|c| c.output == predicted.output).flat_map(|c| &c.y);
+        let (low, high) =
+            readings.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(*y), h.max(*y)));
+        let more = BEYOND * (high - low);
+        predicted.y.iter().all(|y| (low - more..=high + more).contains(y))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_of_inputs_is_a_recording() {
+        let played = |name: &str, value: [f64; 3]| Played {
+            name: name.into(),
+            time: vec![0.0, tidy(3.0 * 0.1), 0.6],
+            value: value.to_vec(),
+        };
+        let text =
+            csv(&[played("jointTorque[1]", [0.0, 0.25, -0.5]), played("jointTorque[2]", [1.0, 0.0, 1e-9])]);
+        assert_eq!(text, "time,jointTorque[1],jointTorque[2]\n0.0,0.0,1.0\n0.3,0.25,0.0\n0.6,-0.5,1e-9\n");
+    }
+}
