@@ -1,7 +1,9 @@
-//! `trueup demo`: packs the FMUs, lets the master run systems of them, draws what they did.
+//! `trueup demo`: packs the FMUs, lets the master run systems of them, draws what they did; then identifies and diagnoses a
+//! case whose cause is sealed, and opens the seal.
 
 mod loops;
 mod metric;
+mod story;
 mod waves;
 
 use std::path::Path;
@@ -15,7 +17,7 @@ use trueup_report::{Chart, Page};
 pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     let folder = &args.output;
     crate::output::folder(folder)?;
-    eprintln!("[1/5] packing the four models for FMI 2.0 and 3.0");
+    eprintln!("[1/8] packing the four models for FMI 2.0 and 3.0");
     let pack = |models: &[&str], effects: &[&str]| {
         super::pack::run(&Pack {
             model: models.iter().map(|m| (*m).to_owned()).collect(),
@@ -32,14 +34,15 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
         "Every curve below was made by packed FMUs that the master ran, as it runs anybody's. The systems lie beside this \
          page as TOML: trueup simulate runs them again.",
     );
-    eprintln!("[2/5] TwoMassJoint: current pulses on a joint with stick-slip friction");
+    eprintln!("[2/8] TwoMassJoint: current pulses on a joint with stick-slip friction");
     joint(folder, &mut page)?;
-    eprintln!("[3/5] PlanarManipulator: a free-floating arm moves its base");
+    eprintln!("[3/8] PlanarManipulator: a free-floating arm moves its base");
     arm(folder, &mut page)?;
-    eprintln!("[4/5] JointController and TwoMassJoint: P/PI against wave-based control");
+    eprintln!("[4/8] JointController and TwoMassJoint: P/PI against wave-based control");
     waves::draw(folder, &mut page)?;
-    eprintln!("[5/5] ManipulatorController and PlanarManipulator: three joints to their references");
+    eprintln!("[5/8] ManipulatorController and PlanarManipulator: three joints to their references");
     arm_control(folder, &mut page)?;
+    story::tell(folder, &mut page)?;
 
     let path = folder.join("index.html");
     trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes())

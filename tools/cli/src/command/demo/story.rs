@@ -1,0 +1,67 @@
+//! A simulation that does not match its recordings: refitted, diagnosed, and the seal of the cause opened.
+
+use std::path::Path;
+
+use trueup_identification::identify::Method;
+use trueup_report::{Page, escape, sentence};
+use trueup_trials::{Key, Order, Plant, Split, generate};
+
+use crate::args::{Diagnose, Identify};
+use crate::command::{diagnose, identify};
+use crate::error::Error;
+
+/// One case of blind trials: which seed, and which of its cases. No scorecard has it.
+const SEED: u64 = 100;
+const INDEX: usize = 1;
+
+fn failed(e: impl std::fmt::Display) -> Error {
+    Error::Failed(e.to_string())
+}
+
+pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
+    eprintln!("[6/8] recordings of a joint that does something its model does not know; the cause is sealed");
+    let trial = folder.join("trial");
+    let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
+    let order = Order { plant: Plant::Joint, split: Split::Single, count, seed: SEED, shard };
+    let mut name = String::new();
+    generate(&trial, &order, |_, made| name = made.to_owned()).map_err(failed)?;
+    let case = trial.join("cases").join(&name);
+
+    eprintln!("[7/8] trueup identify: the parameters that the model has, fitted to the recordings");
+    let plot = Some(folder.join("identified.html"));
+    let method = Method::OutputError;
+    identify::run(&Identify { case: case.clone(), method, fmu: None, json: false, plot, fast: true })?;
+
+    eprintln!("[8/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
+    let output = folder.join("diagnosis");
+    let found = diagnose::write(&Diagnose { case, output, json: false, seed: 1, library: None })?;
+    crate::output::say(&diagnose::text(&found))?;
+
+    // Only now.
+    let seal = trial.join("keys").join(format!("{name}.toml"));
+    let text = std::fs::read_to_string(&seal).map_err(|e| Error::at(&seal, e))?;
+    let key: Key = toml::from_str(&text).map_err(|e| Error::at(&seal, e))?;
+    let truth = format!("{} ({})", key.effects.join(", "), key.components.join(", "));
+    crate::output::say(&format!("the seal: {truth}\n"))?;
+
+    page.section(
+        "Diagnosis: a cause that was sealed",
+        "A generator that shares nothing with Trueup's effects made recordings of a joint. The diagnosis saw the recordings and the \
+         owner's model; the key was opened when it was done.",
+    );
+    page.html(&format!("<p class=\"verdict\">{}</p>", escape(&sentence(&found))));
+    let said: Vec<String> = found.effects.iter().map(|e| format!("{} ({})", e.id, e.component)).collect();
+    let none = || "-".to_owned();
+    let said = if said.is_empty() { none() } else { said.join(", ") };
+    let verdict = serde_json::to_value(found.verdict).map_err(failed)?;
+    let rows = [
+        ["verdict".to_owned(), verdict.as_str().unwrap_or_default().to_owned(), key.verdict.clone()],
+        ["effect".to_owned(), said, truth],
+    ];
+    page.table(&["", "said", "sealed"], &rows.map(|r| r.to_vec()));
+    page.html(
+        "<p><a href=\"diagnosis/report.html\">The whole diagnosis</a>; before it, \
+         <a href=\"identified.html\">what fitting the model's own parameters gave</a>.</p>",
+    );
+    Ok(())
+}
