@@ -1,6 +1,7 @@
 //! From a case to a diagnosis.
 
 mod claim;
+mod held_out;
 mod place;
 
 use trueup_signals::Loaded;
@@ -16,6 +17,7 @@ use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use claim::{augmented, candidates, effects, indistinguishable, parameters};
+use held_out::held_out;
 use place::{look, where_it_lies};
 
 /// How to diagnose.
@@ -168,7 +170,8 @@ pub fn diagnose(
     let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
     tell(0.85, "free-running: what was chosen");
     let tuned = if decision.verdict == Verdict::NoGap { before.clone() } else { tuned };
-    let shown_tuned = if decision.verdict == Verdict::NoGap { shown_before.clone() } else { shown_tuned };
+    let shown_tuned =
+        if decision.verdict == Verdict::NoGap { shown_before.clone() } else { shown_tuned.clone() };
     let after = match (claimed, polished) {
         (true, Some(p)) => p,
         (true, None) => search.polish(&found.best, 8),
@@ -205,6 +208,10 @@ pub fn diagnose(
         },
     };
     let mut diagnosis = diagnosis;
+    let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
+    held_out(&search, &found, decision.verdict, overall, &mut diagnosis.candidates, |r| {
+        Some(gap_of(r)?.after)
+    });
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());
     }

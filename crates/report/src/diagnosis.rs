@@ -122,7 +122,7 @@ pub enum Map<'a> {
 const RECORDINGS: usize = 4;
 
 impl<'a> Map<'a> {
-    /// What a case shows before any effect is named: surfaces, curves, orders, spectra, and courses of some recordings.
+    /// What a case shows before any effect is named: courses of some recordings, surfaces, curves, orders, spectra.
     pub fn of(picture: &'a Picture) -> Vec<Self> {
         fn pair(of: &[String; 2]) -> [&str; 2] {
             [&of[0], &of[1]]
@@ -146,7 +146,7 @@ impl<'a> Map<'a> {
             time: &c.time,
             value: &c.value,
         });
-        surfaces.chain(curves).chain(orders).chain(bands).chain(courses).collect()
+        courses.chain(surfaces).chain(curves).chain(orders).chain(bands).collect()
     }
 }
 

@@ -212,7 +212,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
     for part in [
         "a &lt;case&gt;",
         "&lt;declared&gt; noise",
-        "motor-friction, joint 1",
+        "motor-friction",
         "motorVelocity from -0.4 to 0.4",
         "holdout-1.csv: 2.1 s to 3.4 s",
         "at most 25",

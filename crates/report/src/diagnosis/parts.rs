@@ -14,6 +14,10 @@ use crate::page::{Page, escape};
 
 /// Candidates beyond these are not worth a row.
 const CANDIDATES: usize = 15;
+/// Stretches of time beyond these.
+const INTERVALS: usize = 8;
+/// Of a spectrum what is below this part of its largest value is not drawn.
+const DEPTH: f64 = 1e-9;
 
 /// `[a, b]`, open ends as words.
 fn interval(ci: &[Option<f64>; 2]) -> String {
@@ -51,7 +55,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
             .iter()
             .flat_map(|e| {
                 let head =
-                    [effect_name(&e.id).to_owned(), place(&e.component, e.joint), percent(e.probability)];
+                    [effect_name(&e.id).to_owned(), at(d, &e.component, e.joint), percent(e.probability)];
                 let alone = e.closed_alone.map_or_else(|| "–".to_owned(), percent);
                 let first = e.parameters.iter().enumerate().map(move |(k, (name, a))| {
                     let lead = if k == 0 { head.clone() } else { Default::default() };
@@ -63,7 +67,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
                     let alone = e.closed_alone.map_or_else(|| "–".to_owned(), percent);
                     let head = vec![
                         effect_name(&e.id).to_owned(),
-                        place(&e.component, e.joint),
+                        at(d, &e.component, e.joint),
                         percent(e.probability),
                     ];
                     rows.push([head, vec![alone, String::new(), String::new(), String::new()]].concat());
@@ -88,13 +92,18 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
     }
 }
 
+/// Where, with the joint where there are several.
+fn at(d: &Diagnosis, component: &str, joint: Option<usize>) -> String {
+    place(component, joint.filter(|_| d.model != "TwoMassJoint"))
+}
+
 /// Whether the sensors tell a component from the others by structure, or the form of the effect has to.
 fn basis(d: &Diagnosis, component: &str, joint: Option<usize>) -> Option<String> {
-    let at =
+    let own =
         |name: &String| *name == component || joint.is_some_and(|j| *name == format!("{component}[{j}]"));
-    let class = d.sensors.classes.iter().find(|c| c.iter().any(at))?;
-    let others: Vec<&str> = class.iter().filter(|name| !at(name)).map(String::as_str).collect();
-    let here = place(component, joint.filter(|_| d.model != "TwoMassJoint"));
+    let class = d.sensors.classes.iter().find(|c| c.iter().any(own))?;
+    let others: Vec<&str> = class.iter().filter(|name| !own(name)).map(String::as_str).collect();
+    let here = at(d, component, joint);
     Some(match others.is_empty() {
         true => format!(
             "Structural: these sensors tell {here} from every other component by the equations alone."
@@ -181,7 +190,7 @@ pub(super) fn location(page: &mut Page, d: &Diagnosis) {
         colour,
     };
     page.html("<div class=\"columns\">");
-    let rows: Vec<Bar> = w.components.iter().map(|c| bar(place(&c.id, c.joint), c.share, 0)).collect();
+    let rows: Vec<Bar> = w.components.iter().map(|c| bar(at(d, &c.id, c.joint), c.share, 0)).collect();
     bars(page, "Component", &rows);
     let rows: Vec<Bar> = w.channels.iter().map(|c| bar(c.name.clone(), c.share, 5)).collect();
     bars(page, "Channel", &rows);
@@ -208,10 +217,17 @@ pub(super) fn location(page: &mut Page, d: &Diagnosis) {
     let rows: Vec<Bar> = w
         .intervals
         .iter()
+        .take(INTERVALS)
         .map(|i| bar(format!("{}: {} s to {} s", i.recording, number(i.start), number(i.end)), i.share, 1))
         .collect();
     bars(page, "Time", &rows);
     page.html("</div>");
+    if w.intervals.len() > INTERVALS {
+        page.text(&format!(
+            "And {} more stretches of time: see diagnosis.json.",
+            w.intervals.len() - INTERVALS
+        ));
+    }
 }
 
 /// What was looked at.
@@ -229,7 +245,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
     let rows: Vec<Bar> = shown
         .clone()
         .map(|c| Bar {
-            label: format!("{} ({})", effect_name(&c.id), place(&c.component, c.joint)),
+            label: format!("{} ({})", effect_name(&c.id), at(d, &c.component, c.joint)),
             length: c.probability,
             figure: percent(c.probability),
             colour: if claimed(c) { 2 } else { 7 },
@@ -240,7 +256,7 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
     let rows: Vec<Vec<String>> = shown
         .map(|c| {
             let gap = c.holdout_gap.map_or_else(|| "not worth a fit".to_owned(), percent);
-            vec![c.id.clone(), place(&c.component, c.joint), percent(c.probability), number(c.evidence), gap]
+            vec![c.id.clone(), at(d, &c.component, c.joint), percent(c.probability), number(c.evidence), gap]
         })
         .collect();
     page.table(&["candidate", "where", "probability", "log evidence", "held-out gap"], &rows);
@@ -390,9 +406,12 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
             Map::Surface { title, x, y, unit, surface } => heat(page, title, *x, *y, unit, surface),
             Map::Spectrum { title, unit, bands } => {
                 let unit = format!("({unit})²/Hz");
+                let least = DEPTH * bands.residual.iter().copied().fold(0.0, f64::max);
+                let drawn = |v: &f64| if *v > least { *v } else { f64::NAN };
+                let residual: Vec<f64> = bands.residual.iter().map(drawn).collect();
                 let mut chart =
                     Chart::new(title, Axis::new("frequency", "Hz"), Axis::new("", &unit).logarithmic())
-                        .line("residual", &bands.frequency, &bands.residual)
+                        .line("residual", &bands.frequency, &residual)
                         .line("noise alone", &bands.frequency, &bands.floor);
                 for b in &bands.bands {
                     chart = chart.band(b.low, b.high);

@@ -47,7 +47,9 @@ pub(super) fn percent(x: f64) -> String {
     match p.abs() {
         a if a >= 99.95 || a == 0.0 => format!("{p:.0}\u{a0}%"),
         a if a >= 10.0 => format!("{p:.1}\u{a0}%"),
-        a if a >= 1.0 => format!("{p:.2}\u{a0}%"),
+        a if a >= 0.1 => format!("{p:.2}\u{a0}%"),
+        a if a >= 0.001 => format!("{p:.3}\u{a0}%"),
+        a if a.is_finite() => "<\u{a0}0.001\u{a0}%".to_owned(),
         _ => format!("{}\u{a0}%", number(p)),
     }
 }

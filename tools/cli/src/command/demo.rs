@@ -1,5 +1,5 @@
-//! `trueup demo`: packs the FMUs, lets the master run systems of them, draws what they did; then identifies and diagnoses a
-//! case whose cause is sealed, and opens the seal.
+//! `trueup demo`: packs the FMUs, lets the master run systems of them, draws what they did; before that it
+//! identifies and diagnoses a case whose cause is sealed, and opens the seal.
 
 mod loops;
 mod metric;
@@ -30,19 +30,19 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     pack(&["TwoMassJoint"], &["flexible-link"])?;
 
     let mut page = Page::new(
-        "Trueup: the FMUs of this build at work",
-        "Every curve below was made by packed FMUs that the master ran, as it runs anybody's. The systems lie beside this \
+        "Trueup: a gap explained, and the FMUs of this build at work",
+        "First a simulation that does not match its recordings, and what it lacks. Then the models: every curve below was made by packed FMUs that the master ran, as it runs anybody's. The systems lie beside this \
          page as TOML: trueup simulate runs them again.",
     );
-    eprintln!("[2/8] TwoMassJoint: current pulses on a joint with stick-slip friction");
-    joint(folder, &mut page)?;
-    eprintln!("[3/8] PlanarManipulator: a free-floating arm moves its base");
-    arm(folder, &mut page)?;
-    eprintln!("[4/8] JointController and TwoMassJoint: P/PI against wave-based control");
-    waves::draw(folder, &mut page)?;
-    eprintln!("[5/8] ManipulatorController and PlanarManipulator: three joints to their references");
-    arm_control(folder, &mut page)?;
     story::tell(folder, &mut page)?;
+    eprintln!("[5/8] TwoMassJoint: current pulses on a joint with stick-slip friction");
+    joint(folder, &mut page)?;
+    eprintln!("[6/8] PlanarManipulator: a free-floating arm moves its base");
+    arm(folder, &mut page)?;
+    eprintln!("[7/8] JointController and TwoMassJoint: P/PI against wave-based control");
+    waves::draw(folder, &mut page)?;
+    eprintln!("[8/8] ManipulatorController and PlanarManipulator: three joints to their references");
+    arm_control(folder, &mut page)?;
 
     let path = folder.join("index.html");
     trueup_fmi_description::pack::write_file(&path, page.finish().as_bytes())

@@ -19,7 +19,7 @@ fn failed(e: impl std::fmt::Display) -> Error {
 }
 
 pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
-    eprintln!("[6/8] recordings of a joint that does something its model does not know; the cause is sealed");
+    eprintln!("[2/8] recordings of a joint that does something its model does not know; the cause is sealed");
     let trial = folder.join("trial");
     let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
     let order = Order { plant: Plant::Joint, split: Split::Single, count, seed: SEED, shard };
@@ -27,12 +27,12 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     generate(&trial, &order, |_, made| name = made.to_owned()).map_err(failed)?;
     let case = trial.join("cases").join(&name);
 
-    eprintln!("[7/8] trueup identify: the parameters that the model has, fitted to the recordings");
+    eprintln!("[3/8] trueup identify: the parameters that the model has, fitted to the recordings");
     let plot = Some(folder.join("identified.html"));
     let method = Method::OutputError;
     identify::run(&Identify { case: case.clone(), method, fmu: None, json: false, plot, fast: true })?;
 
-    eprintln!("[8/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
+    eprintln!("[4/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
     let found = diagnose::write(&Diagnose { case, output, json: false, seed: 1, library: None })?;
     crate::output::say(&diagnose::text(&found))?;
