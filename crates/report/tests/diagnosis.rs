@@ -296,8 +296,11 @@ fn a_browser_shows_it_with_and_without_script() {
     std::fs::write(folder.path().join("still.html"), format!("{still}</body></html>")).unwrap();
     let (dom, _) = browse(&browser, folder.path(), "still.html", &["--dump-dom"]);
     assert_eq!((dom.matches("<canvas").count(), dom.matches("<svg ").count()), (0, 10));
-    // What it looks like, on a desk and on a telephone.
-    for (width, file) in [(1100, "report.html"), (390, "still.html")] {
+    // A frame in a sandbox runs no script of the page within.
+    let frame = "<body style='margin:0'><iframe sandbox src='report.html' style='width:100%;height:5200px;border:0'></iframe>";
+    std::fs::write(folder.path().join("off.html"), frame).unwrap();
+    // What it looks like: on a desk, with script switched off, on a telephone.
+    for (width, file) in [(1100, "report.html"), (1000, "off.html"), (390, "still.html")] {
         let name = folder.path().join(format!("{width}.png"));
         let (shot, size) =
             (format!("--screenshot={}", name.display()), format!("--window-size={width},5200"));
