@@ -75,18 +75,16 @@ where
         .x_label_area_size(42 * SCALE)
         .y_label_area_size(76 * SCALE)
         .build_cartesian_2d(x, y)?;
-    let (left, right) = {
-        let range = area.x_range();
-        (range.start, range.end)
-    };
+    let (across, up) = (area.x_range(), area.y_range());
+    let (left, right) = (across.start, across.end);
     let text = |size: u32| ("sans-serif", size * SCALE).into_font().color(&colour(INK));
     area.configure_mesh()
         .x_desc(chart.x.text())
         .y_desc(chart.y.text())
         .x_labels(10)
         .y_labels(7)
-        .x_label_formatter(&|v| number(*v))
-        .y_label_formatter(&|v| number(*v))
+        .x_label_formatter(&|v| tick(*v, &across))
+        .y_label_formatter(&|v| tick(*v, &up))
         .label_style(text(15))
         .axis_desc_style(text(16))
         .axis_style(colour(GRID).stroke_width(SCALE))
@@ -135,6 +133,11 @@ fn range(axis: &Axis, values: impl Iterator<Item = f64>, margin: f64) -> std::op
     };
     let back = |v: f64| if axis.logarithmic { v.exp() } else { v };
     back(low - margin)..back(high + margin)
+}
+
+/// What rounding leaves of a mark at 0 is 0.
+fn tick(v: f64, range: &std::ops::Range<f64>) -> String {
+    number(if v.abs() < 1e-9 * (range.end - range.start) && range.start <= 0.0 { 0.0 } else { v })
 }
 
 /// Each value until the next sample.
