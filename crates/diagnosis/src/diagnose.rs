@@ -1,24 +1,23 @@
 //! From a case to a diagnosis.
 
 mod claim;
-mod held_out;
+mod contest;
 mod place;
 
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Free, Thresholds, decide};
+use crate::engine::decide::{Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Effort, Found};
-use crate::experiment::{self, Experiment};
+use crate::engine::select::{Effort, Found, same};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use claim::{augmented, candidates, effects, indistinguishable, parameters};
-use held_out::held_out;
-use place::{look, where_it_lies};
+use contest::{Contest, Ground};
+use place::where_it_lies;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -121,66 +120,70 @@ pub fn diagnose(
     tell(0.7, "free-running simulations");
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
-    let tuned = search.polish(&tuned_start(&search, &found), 8);
+    let tuned = better(&search, search.polish(&tuned_start(&search, &found), 24), &before);
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
-    let shown_before = replay(&before)?;
-    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown_before.clone());
-    let nominal_floors =
-        search.floors(&before, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    let gap_of = |after: &Replayed| {
-        gap_report(&traces(&case, [&shown_before, &shown_tuned, after], &nominal_floors), options.seed)
-            .overall
-            .map(|g| Free { before: g.before, tuned: g.tuned, after: g.after, floor: g.floor })
+    let floors_of = |c: &Complete| {
+        search.floors(c, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))
     };
-    let mut polished: Option<Complete> = None;
-    let mut free = gap_of(&shown_tuned).unwrap_or_default();
+    let shown = replay(&before)?;
+    let ground = Ground {
+        search: &search,
+        runs,
+        tuned: replay(&tuned).unwrap_or_else(|_| shown.clone()),
+        before: shown,
+        floors: floors_of(&before)?,
+        seed: options.seed,
+        limits: options.limits,
+    };
+    let mut free = ground.free(&ground.tuned).unwrap_or_default();
     // What the balances leave open the free-running simulation has to tell.
-    if free.tuned > options.limits.free * free.floor {
-        let own = found.best.stated.set.iter().any(Hypothesis::is_effect);
-        let mut contenders: Vec<usize> = Vec::new();
-        if !own {
-            let singles = found.sets.iter().enumerate().filter(|(_, f)| {
-                f.stated.set.len() == 1
-                    && f.stated.set[0].is_effect()
-                    && f.evidence(1.0) > found.plain.evidence(1.0) + 20.0
-            });
-            contenders = singles.map(|s| s.0).take(3).collect();
-        }
-        let mut best: Option<(f64, Complete, usize)> = None;
-        for i in contenders {
-            tell(0.75, &format!("free-running: {:?}", found.sets[i].labels()));
-            let complete = search.polish(&found.sets[i], 8);
-            let Ok(shown) = replay(&complete) else { continue };
-            let Some(g) = gap_of(&shown) else { continue };
-            if best.as_ref().is_none_or(|b| g.after < b.0) {
-                best = Some((g.after, complete, i));
-            }
-        }
-        if let Some((after, complete, i)) = best {
-            let left = |v: f64| (v * v - free.floor * free.floor).max(0.0);
-            if left(after) < 0.5 * left(free.tuned) {
-                found.best = found.sets[i].clone();
-                free.after = after;
-                polished = Some(complete);
-            }
-        }
-    }
-    let decision = decide(&found, raw, Some(&free), &options.limits);
-    let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
-    tell(0.85, "free-running: what was chosen");
-    let tuned = if decision.verdict == Verdict::NoGap { before.clone() } else { tuned };
-    let shown_tuned =
-        if decision.verdict == Verdict::NoGap { shown_before.clone() } else { shown_tuned.clone() };
-    let after = match (claimed, polished) {
-        (true, Some(p)) => p,
-        (true, None) => search.polish(&found.best, 8),
-        _ => tuned.clone(),
+    let contenders = if free.tuned > options.limits.free * free.floor {
+        ground.contest(&found, options.limits.free * free.floor)
+    } else {
+        Vec::new()
     };
-    let shown_after = if claimed { replay(&after)? } else { shown_tuned.clone() };
-    let floors =
-        search.floors(&after, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    let traces = traces(&case, [&shown_before, &shown_tuned, &shown_after], &floors);
+    for c in &contenders {
+        tell(
+            0.8,
+            &format!(
+                "free-running {:?}: {:.4} ({:.0})",
+                found.sets[c.at].labels(),
+                c.after,
+                found.sets[c.at].evidence(1.0) - found.plain.evidence(1.0)
+            ),
+        );
+    }
+    let ran = Contest { ground: &ground, contenders: &contenders };
+    let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    tell(
+        0.85,
+        &format!(
+            "{:?} explained {:.3} closed {:?} left {:.3}",
+            decision.verdict,
+            decision.explained,
+            decision.closed,
+            found.best.excess()
+        ),
+    );
+    let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
+    let no_gap = decision.verdict == Verdict::NoGap;
+    let tuned = if no_gap { before.clone() } else { tuned };
+    let shown_tuned = if no_gap { ground.before.clone() } else { ground.tuned.clone() };
+    let chosen = contenders
+        .into_iter()
+        .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
+    let (after, shown_after) = match chosen {
+        Some(c) => (c.complete, c.shown),
+        None if claimed => {
+            let complete = search.polish(&found.best, 16);
+            let shown = replay(&complete)?;
+            (complete, shown)
+        }
+        None => (tuned.clone(), shown_tuned.clone()),
+    };
+    let floors = floors_of(&after)?;
+    let traces = traces(&case, [&ground.before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
     tell(0.95, "where it lies");
     let picture = look(loaded, &search, &found, &decision);
@@ -225,6 +228,15 @@ fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
     Ok((r.iter().map(|r| r * r).sum::<f64>() - search.expected_of_training()) / r.len() as f64)
+}
+
+/// The one of two that fits the recordings for fitting better, free-running.
+fn better(search: &Search<'_>, a: Complete, b: &Complete) -> Complete {
+    let cost = |c: &Complete| {
+        let train = &search.case.train;
+        search.replay(c, train).map_or(f64::INFINITY, |r| search.misfit(&r, train))
+    };
+    if cost(&a) <= cost(b) { a } else { b.clone() }
 }
 
 /// The plain model with all its parameters free, from where the search left it.

@@ -1,13 +1,16 @@
 //! A recording led through a model: at every instant the measured coordinates are where the recording has them, and
 //! what the model lacks shows as the acceleration that is missing there and then.
 //!
-//! Nothing drifts, nothing bifurcates, and a look costs one evaluation of the rates per instant. Readings and inputs
-//! pass one narrow Gaussian before they enter, so that linear terms stay consistent; coordinates that nobody measures
+//! Nothing drifts, nothing bifurcates, and a look costs one evaluation of the rates per instant. Readings enter as they
+//! are; what the model makes of them passes the Gaussian that their derivatives passed, so that both sides stay
+//! consistent, fast torques (ripple, gear errors, play) included; coordinates that nobody measures
 //! and states of effects are integrated along. What is missing is split into octaves ([`super::octaves`]); each counts
 //! in units of what a perfect model leaves there (noise, quantisation, hold of inputs, dry friction at reversals), which
 //! a simulated recording of the nominal model shows, and of a tolerance for the forms of laws.
 
 mod advance;
+
+use std::collections::BTreeMap;
 
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::{Between, Drive, Run};
@@ -40,6 +43,8 @@ pub struct Smooth {
     pub smooth_sigma: f64,
     /// Standard deviation of its smoothed rate.
     pub rate_sigma: f64,
+    /// Reading as it is, and its rate (of a velocity: itself) through a narrow kernel: what enters the model.
+    pub enters: [Vec<f64>; 2],
     /// Reading.
     pub y: Vec<f64>,
     /// First derivative.
@@ -100,9 +105,30 @@ pub struct Links {
     held: Vec<usize>,
 }
 
+/// The kernel for recordings, in steps of their grids: one for all, since what noise leaves depends on it. Velocities come
+/// to about 2 % of what they are typically.
+pub fn kernel<'a>(runs: impl Iterator<Item = &'a Run>) -> f64 {
+    // By channel: sum of squared rates, their count, the largest deviation of a reading over a step.
+    let mut all: BTreeMap<&str, (f64, f64, f64)> = BTreeMap::new();
+    for run in runs {
+        let steps = run.channels.iter().filter_map(|c| median_step(&c.t));
+        let step = steps.fold(f64::INFINITY, f64::min);
+        for c in &run.channels {
+            let (sum, count) = rates(&c.t, &c.y);
+            let e = all.entry(&c.name).or_default();
+            *e = (e.0 + sum, e.1 + count, e.2.max(c.sigma / step));
+        }
+    }
+    all.values().fold(KERNEL, |kernel, (sum, count, rough)| {
+        let rms = (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE);
+        let wanted = (rough / (0.02 * rms)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
+        kernel.max(wanted.cbrt().min(6.0))
+    })
+}
+
 impl Led {
-    /// A recording on its grid, floors not yet known.
-    pub fn new(run: &Run, inputs: usize) -> Option<Self> {
+    /// A recording on its grid, smoothed by a kernel of that many steps; floors not yet known.
+    pub fn new(run: &Run, inputs: usize, kernel: f64) -> Option<Self> {
         let steps = run.channels.iter().filter_map(|c| median_step(&c.t));
         let step = steps.fold(f64::INFINITY, f64::min);
         let ends = run.channels.iter().filter_map(|c| c.t.last()).fold(f64::INFINITY, |m, t| m.min(*t));
@@ -113,14 +139,6 @@ impl Led {
         let t: Vec<f64> = (0..n).map(|k| run.start + k as f64 * step).collect();
         if n < 40 {
             return None;
-        }
-        // Velocities to about 2 % of what they are typically.
-        let mut kernel = KERNEL;
-        for c in &run.channels {
-            let (sum, count) = rates(&c.t, &c.y);
-            let rms = (sum / count.max(1.0)).sqrt().max(f64::MIN_POSITIVE);
-            let wanted = (c.sigma / (0.02 * rms * step)).powi(2) / (4.0 * std::f64::consts::PI.sqrt());
-            kernel = kernel.max(wanted.cbrt().min(6.0));
         }
         let mut channels = Vec::with_capacity(run.channels.len());
         for c in &run.channels {
@@ -136,11 +154,16 @@ impl Led {
                 dy: smoothed(1).iter().map(|v| v / step).collect(),
                 ddy: smoothed(2).iter().map(|v| v / (step * step)).collect(),
                 y: smoothed(0),
+                enters: {
+                    let narrow = (0.5 * kernel).max(1.0);
+                    let rate = octaves::gaussian(&y, narrow, 1).iter().map(|v| v / step).collect();
+                    [y, rate]
+                },
             });
         }
         let mut u = vec![Vec::new(); inputs];
         for d in &run.drives {
-            u[d.input] = octaves::gaussian(&averaged(d, &t, step), kernel, 0);
+            u[d.input] = averaged(d, &t, step);
         }
         let edge = (4.0 * kernel).ceil() as usize + 2;
         let counts = edge..n.saturating_sub(edge);
@@ -168,7 +191,8 @@ impl Led {
                 Target::SensorDelay(output) => {
                     for c in s.channels.iter_mut().filter(|c| c.output == *output) {
                         let samples = by / self.step;
-                        for v in [&mut c.y, &mut c.dy, &mut c.ddy] {
+                        let [a, b] = &mut c.enters;
+                        for v in [&mut c.y, &mut c.dy, &mut c.ddy, a, b] {
                             *v = octaves::moved(v, samples);
                         }
                     }
@@ -279,7 +303,11 @@ impl Led {
                 Some(s) => (-s[d][k] + v) / f,
                 None => T::constant(v / f),
             };
-            if rate { [T::zero(), less(s.y[k], 0)] } else { [less(s.y[k], 0), less(s.dy[k], 1)] }
+            if rate {
+                [T::zero(), less(s.enters[0][k], 0)]
+            } else {
+                [less(s.enters[0][k], 0), less(s.enters[1][k], 1)]
+            }
         };
         let mut x = vec![T::zero(); sizes.states];
         model.start(p, &mut x);
@@ -313,10 +341,11 @@ impl Led {
                 plain.0.iter_mut().zip(&x).for_each(|(a, b)| *a = b.value());
                 plain.1.iter_mut().zip(&u).for_each(|(a, b)| *a = b.value());
                 for &i in &links.held {
-                    let Some((c, f, _)) = links.leads[i] else { continue };
-                    if plain.0[links.velocity[i]].abs() < 5.0 * self.channels[c].rate_sigma / f.abs() {
-                        plain.0[links.velocity[i]] = 0.0;
-                    }
+                    let Some((c, f, rate)) = links.leads[i] else { continue };
+                    let s = &self.channels[c];
+                    let v = if rate { s.y[k] } else { s.dy[k] };
+                    let moves = v.abs() >= 5.0 * s.rate_sigma;
+                    plain.0[links.velocity[i]] = if moves { v / f } else { 0.0 };
                 }
                 let at = At { t: self.t[k], x: &plain.0, u: &plain.1, p: &values, modes: &none };
                 modes.fill(0);
@@ -330,27 +359,23 @@ impl Led {
             for (c, s) in self.channels.iter().enumerate() {
                 out[c].push(match links.shows[c] {
                     // A torque or an acceleration that is measured: the reading itself.
-                    None => shown[s.output] - s.y[k] + sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]),
+                    None => shown[s.output] + sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]),
                     // Nothing leads it: its readings.
                     Some((i, f, rate)) if links.leads[i].is_none() => {
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);
                         let state =
                             if rate { x[links.velocity[i]] } else { links.position(i, &coordinate, &x) };
-                        state * f + more - s.y[k]
+                        state * f + more
                     }
                     Some((i, f, false)) => {
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[2][k]);
-                        dx[links.velocity[i]] * f + more - s.ddy[k]
+                        dx[links.velocity[i]] * f + more
                     }
                     // The only sensor of its coordinate: its slope. Beside another one: the reading.
                     Some((i, f, true)) => {
                         let d = usize::from(matches!(links.leads[i], Some((l, ..)) if l == c));
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[d][k]);
-                        if d == 1 {
-                            dx[links.velocity[i]] * f + more - s.dy[k]
-                        } else {
-                            coordinate[i][1] * f + more - s.y[k]
-                        }
+                        if d == 1 { dx[links.velocity[i]] * f + more } else { coordinate[i][1] * f + more }
                     }
                 });
             }
@@ -385,6 +410,16 @@ impl Led {
                 return Err(PredictError::NotFinite { run: self.name.clone(), t: self.t[k], state });
             }
         }
+        // The model's side through the kernel that the readings passed.
+        for (c, s) in self.channels.iter().enumerate() {
+            let measured = match links.shows[c] {
+                Some((i, _, false)) if links.leads[i].is_some() => &s.ddy,
+                Some((i, _, true)) if matches!(links.leads[i], Some((l, ..)) if l == c) => &s.dy,
+                _ => &s.y,
+            };
+            let series = octaves::gaussian(&out[c], self.kernel, 0);
+            out[c] = series.into_iter().zip(measured).map(|(v, m)| v - *m).collect();
+        }
         Ok(out)
     }
 
@@ -404,13 +439,16 @@ impl Led {
         let u = vec![T::zero(); sizes.inputs];
         let modes = vec![0; sizes.modes];
         let mut shown = vec![T::zero(); sizes.outputs];
+        // Where the readings' own noise told the error, the error could be fitted to take that noise away.
+        let calm: Vec<Vec<f64>> =
+            self.channels.iter().map(|c| octaves::gaussian(&c.enters[0], 2.0 * self.kernel, 0)).collect();
         let mut added: Vec<Vec<T>> = vec![Vec::with_capacity(self.t.len()); self.channels.len()];
         for k in 0..self.t.len() {
-            self.channels.iter().for_each(|c| shown[c.output] = T::constant(c.y[k]));
+            self.channels.iter().zip(&calm).for_each(|(c, y)| shown[c.output] = T::constant(y[k]));
             let at = At { t: T::constant(self.t[k] - self.t[0]), x: &x, u: &u, p, modes: &modes };
             model.effects().sense(&at, &mut shown);
             for (c, s) in self.channels.iter().enumerate() {
-                added[c].push(shown[s.output] - s.y[k] + offsets[s.output]);
+                added[c].push(shown[s.output] - calm[c][k] + offsets[s.output]);
             }
         }
         let h = self.step;

@@ -10,7 +10,7 @@ use trueup_models::effect::Plant;
 use trueup_models::joint;
 use trueup_numerics::hybrid::Hybrid;
 
-use super::balance::{FORM, Led};
+use super::balance::{FORM, Led, kernel};
 use super::problem::{Compared, Comparison};
 use super::recordings::Prepared;
 
@@ -41,7 +41,8 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     let mut led = Vec::with_capacity(runs.len());
     // By list of channels: what noise leaves, what the terms are, what the nominal model misses.
     let mut found: BTreeMap<Vec<String>, [Products; 3]> = BTreeMap::new();
-    let grids: Vec<Option<Led>> = runs.iter().map(|r| Led::new(&r.run, inputs)).collect();
+    let kernel = kernel(runs.iter().map(|r| &r.run));
+    let grids: Vec<Option<Led>> = runs.iter().map(|r| Led::new(&r.run, inputs, kernel)).collect();
     let lead = leading(case, &grids.iter().flatten().collect::<Vec<_>>());
     for ((index, run), grid) in runs.iter().enumerate().zip(grids) {
         let short = || format!("{}: it is too short: 40 readings of a channel are the least", run.run.name);
@@ -54,7 +55,7 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         run.known.iter().for_each(|(i, v)| p[*i] = *v);
         let all = found.entry(names(run)).or_default();
         let made = perfect(case, run, seed.wrapping_add(index as u64));
-        if let Some(mut perfect) = Led::new(&made, inputs) {
+        if let Some(mut perfect) = Led::new(&made, inputs, kernel) {
             perfect.leading.clone_from(&own.leading);
             perfect.mark_reversals(&links);
             if let Ok(series) = perfect.missing(&case.model, &links, &p, &offsets) {

@@ -72,6 +72,15 @@ impl Hypothesis {
     pub fn is_effect(&self) -> bool {
         matches!(self.claim, Claim::Effect(_))
     }
+    /// The output that a sensor's error adds to.
+    pub fn sensed(&self, p: &Prepared) -> Option<usize> {
+        let Claim::Effect(choice) = self.claim else { return None };
+        if choice.scope() != Scope::Channel {
+            return None;
+        }
+        let place = choice.place().map_or("", |p| p.name);
+        elements_of(p, place).into_iter().find(|e| e.0 == self.site).map(|e| e.1)
+    }
     /// Its name with the joint.
     pub fn label(&self) -> String {
         let place = match self.claim {
@@ -399,6 +408,12 @@ impl Hypothesis {
                 effect::Plant::Arm => b.arm_name,
             };
             let Some(at) = find(name) else { continue };
+            // What the plant has already is among its own unknowns.
+            let structure = matches!(b.neutral, effect::Neutral::Structure);
+            if structure && own_parameters(p).iter().any(|i| p.subject.parameters(&p.model)[*i].name == name)
+            {
+                continue;
+            }
             let size = b.scale.value(measure);
             match b.neutral {
                 effect::Neutral::Of(base) => {

@@ -57,7 +57,7 @@ pub fn parts(n: usize) -> Vec<Part> {
 
 /// Convolution with a Gaussian of deviation `width` samples, or with its first or second derivative; exact for straight
 /// lines and parabolas. Beyond the ends the series goes on as a straight line.
-pub fn gaussian(y: &[f64], width: f64, order: usize) -> Vec<f64> {
+pub fn gaussian<T: Scalar>(y: &[T], width: f64, order: usize) -> Vec<T> {
     let reach = (4.5 * width).ceil() as isize;
     let g: Vec<f64> = (-reach..=reach).map(|k| (-0.5 * (k as f64 / width).powi(2)).exp()).collect();
     let sum: f64 = g.iter().sum();
@@ -78,14 +78,15 @@ pub fn gaussian(y: &[f64], width: f64, order: usize) -> Vec<f64> {
     let n = y.len() as isize;
     let at = |k: isize| {
         if k < 0 {
-            2.0 * y[0] - y[(-k).min(n - 1) as usize]
+            y[0] * 2.0 - y[(-k).min(n - 1) as usize]
         } else if k >= n {
-            2.0 * y[n as usize - 1] - y[(2 * n - 2 - k).max(0) as usize]
+            y[n as usize - 1] * 2.0 - y[(2 * n - 2 - k).max(0) as usize]
         } else {
             y[k as usize]
         }
     };
-    (0..n).map(|i| kernel.iter().zip(-reach..).map(|(g, k)| g * at(i + k)).sum()).collect()
+    let sum = |i: isize| kernel.iter().zip(-reach..).fold(T::zero(), |sum, (g, k)| sum + at(i + k) * *g);
+    (0..n).map(sum).collect()
 }
 
 /// The series at `samples` later, on cubics (Catmull-Rom).

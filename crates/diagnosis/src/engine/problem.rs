@@ -142,7 +142,7 @@ impl Comparison<'_> {
         (0..self.runs.len()).for_each(|r| begin.push(begin[begin.len() - 1] + self.length(r)));
         begin
     }
-    /// All parameters in one recording at `theta`.
+    /// All parameters in one recording at `theta`; beyond the last: in none of them.
     pub fn parameters(&self, run: usize, theta: &[f64]) -> Vec<f64> {
         self.arguments(run, theta, |_, v, _| v).0
     }
@@ -159,7 +159,8 @@ impl Comparison<'_> {
         seed: impl Fn(usize, f64, f64) -> T,
     ) -> (Vec<T>, Vec<T>) {
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
-        self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
+        let known = self.runs.get(run).map_or(&[][..], |r| &r.known);
+        known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
         let mut offsets = vec![T::zero(); self.model.sizes().outputs];
         let mut above = Vec::new();
         for k in self.acting(run) {

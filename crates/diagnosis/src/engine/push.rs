@@ -1,5 +1,6 @@
 //! When a push may have come: where what is missing has a mean of its own for longest and most.
 
+use rayon::prelude::*;
 use trueup_models::effect::Plant;
 
 use super::hypothesis::{Claim, Hypothesis};
@@ -28,24 +29,11 @@ impl Search<'_> {
             .map(|run| coordinates.iter().filter_map(|c| self.missing(base, run, *c)).collect())
             .collect();
         let fill = |stretch: &dyn Fn(Option<usize>) -> Option<Stretch>| -> Vec<f64> {
-            unknowns
-                .iter()
-                .map(|u| {
-                    let found = stretch(u.run);
-                    match () {
-                        () if u.name.ends_with("Start") => found.map_or(u.start, |s| s.start),
-                        () if u.name.ends_with("Duration") => {
-                            found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper)
-                        }
-                        () if u.name.ends_with("Edge") => u.start,
-                        () => match u.scale {
-                            trueup_identification::unknown::Scale::Linear(s) => s,
-                            trueup_identification::unknown::Scale::Log => u.start,
-                        },
-                    }
-                })
-                .collect()
+            unknowns.iter().map(|u| value(u, stretch(u.run))).collect()
         };
+        if runs.iter().all(Vec::is_empty) {
+            return self.tried_pushes(base, h, &fill);
+        }
         if h.per_run {
             let each: Vec<Option<Stretch>> = runs
                 .iter()
@@ -55,6 +43,68 @@ impl Search<'_> {
         }
         let all: Vec<&Missing> = runs.iter().flatten().collect();
         scan(&all).into_iter().take(2).map(|s| fill(&|_| Some(s))).collect()
+    }
+
+    /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
+    fn tried_pushes(
+        &self,
+        base: &Fitted,
+        h: &Hypothesis,
+        fill: &dyn Fn(&dyn Fn(Option<usize>) -> Option<Stretch>) -> Vec<f64>,
+    ) -> Vec<Vec<f64>> {
+        let mut set = base.stated.set.clone();
+        set.push(Hypothesis { per_run: false, ..h.clone() });
+        let Ok(stated) = self.state(&set) else { return Vec::new() };
+        let Some(&begin) = stated.begin.last() else { return Vec::new() };
+        let problem = self.compare(&stated);
+        let segments = problem.begins();
+        let from = self.begin_with(&stated, base);
+        let (first, last) = self.led[..self.case.train.len()]
+            .iter()
+            .map(|l| (l.t[l.counts.start], l.t[l.counts.end - 1]))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |m, e| (m.0.min(e.0), m.1.max(e.1)));
+        let span = last - first;
+        let tries: Vec<Stretch> = [0.06, 0.2]
+            .into_iter()
+            .flat_map(|length| {
+                let count = (1.0 / length * 1.5) as usize;
+                (0..count).map(move |i| Stretch {
+                    start: first + span * (i as f64 / count as f64),
+                    length: span * length,
+                    score: 0.0,
+                })
+            })
+            .collect();
+        // By stretch and recording: by how much it would fall.
+        let gains: Vec<Vec<f64>> = tries
+            .par_iter()
+            .map(|stretch| {
+                let mut theta = from.clone();
+                for (k, u) in stated.unknowns[begin..].iter().enumerate() {
+                    theta[begin + k] = u.scale.coordinate(value(u, Some(*stretch)));
+                }
+                let Ok(there) = problem.residuals(&theta) else { return vec![0.0; segments.len() - 1] };
+                segments
+                    .windows(2)
+                    .map(|s| {
+                        let (mut cross, mut own) = (0.0, f64::MIN_POSITIVE);
+                        for (b, a) in there[s[0]..s[1]].iter().zip(&base.residuals.as_slice()[s[0]..s[1]]) {
+                            let d = b - a;
+                            (cross, own) = (cross + d * a, own + d * d);
+                        }
+                        cross * cross / own
+                    })
+                    .collect()
+            })
+            .collect();
+        let best = |score: &dyn Fn(&Vec<f64>) -> f64| {
+            let at = (0..tries.len()).max_by(|a, b| score(&gains[*a]).total_cmp(&score(&gains[*b])));
+            at.map(|i| tries[i])
+        };
+        if h.per_run {
+            return vec![fill(&|run| best(&|g| g[run.unwrap_or(0)]))];
+        }
+        vec![fill(&|_| best(&|g| g.iter().sum()))]
     }
 
     /// The coordinates that a push moves at once.
@@ -87,6 +137,19 @@ impl Search<'_> {
         // Simulated less measured: what lacks has the other sign, which the amplitude takes.
         let a = here.iter().map(|r| r / scatter.max(1e-300)).collect();
         Some(Missing { t: led.t[led.counts.clone()].to_vec(), a })
+    }
+}
+
+/// What an unknown of a push is for a stretch; its force is of the typical size.
+fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
+    match () {
+        () if u.name.ends_with("Start") => found.map_or(u.start, |s| s.start),
+        () if u.name.ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
+        () if u.name.ends_with("Edge") => u.start,
+        () => match u.scale {
+            trueup_identification::unknown::Scale::Linear(s) => s,
+            trueup_identification::unknown::Scale::Log => u.start,
+        },
     }
 }
 

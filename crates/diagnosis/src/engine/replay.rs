@@ -91,7 +91,7 @@ impl Search<'_> {
         let mut start = problem.start();
         start[..own].copy_from_slice(&from.theta);
         let options =
-            Options { max_iterations: iterations, cost_tolerance: 1e-4, radius: 1.0, ..Options::default() };
+            Options { max_iterations: iterations, cost_tolerance: 1e-3, radius: 1.0, ..Options::default() };
         let Ok(found) = solve(&problem, &start, options) else { return before };
         let after = Complete { stated: from.stated.clone(), theta: found.x[..own].to_vec() };
         let cost = |c: &Complete| {
@@ -101,7 +101,7 @@ impl Search<'_> {
     }
 
     /// Sum of squares of relative errors, over channels.
-    fn misfit(&self, replayed: &Replayed, runs: &[Compared]) -> f64 {
+    pub fn misfit(&self, replayed: &Replayed, runs: &[Compared]) -> f64 {
         let mut sum = 0.0;
         for (run, shown) in runs.iter().zip(replayed) {
             for (channel, shown) in run.run.channels.iter().zip(shown) {
@@ -129,9 +129,11 @@ impl Search<'_> {
             led: Vec::new(),
             unknowns: stated.unknowns.clone(),
         };
-        let nominal = whole.parameters(0, &complete.theta);
         runs.iter()
             .map(|run| {
+                // What acts in one recording for fitting only does not act in those held out.
+                let own = self.case.train.iter().position(|t| t.run.name == run.run.name);
+                let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
                 let one = [run.clone()];
                 let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
                 for (u, x) in stated.unknowns.iter().zip(&complete.theta) {
@@ -161,7 +163,7 @@ impl Search<'_> {
                 }
                 let problem = Comparison {
                     model: &stated.model,
-                    nominal: nominal.clone(),
+                    nominal,
                     ties: Vec::new(),
                     runs: &one,
                     led: Vec::new(),

@@ -166,7 +166,14 @@ impl<'a> Search<'a> {
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
         for h in set {
             begin.push(unknowns.len());
-            let one = h.pose(p, &self.sizes, &names);
+            let mut one = h.pose(p, &self.sizes, &names);
+            for u in one
+                .unknowns
+                .iter_mut()
+                .filter(|u| u.name.split('[').next().is_some_and(|n| n.ends_with("Order")))
+            {
+                u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
+            }
             let own =
                 |u: &Unknown| unknowns.iter().any(|v: &Unknown| v.name == u.name && v.target == u.target);
             let known = matches!(h.claim, hypothesis::Claim::Parameter(_)) && one.unknowns.iter().all(own);

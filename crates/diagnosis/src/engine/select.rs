@@ -39,6 +39,8 @@ pub struct Found {
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
 pub const FORM: f64 = 0.03;
+/// Evidence for which a set is followed although its share is small.
+const HINT: f64 = 30.0;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -73,11 +75,16 @@ impl Search<'_> {
         let mut sets: Vec<Fitted> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
+        let mut last = false;
         for depth in 1..=effort.most {
             let mut grown: Vec<Fitted> = Vec::new();
             for base in &beam {
                 let screened = self.screen(base);
-                let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
+                let refits = match depth {
+                    1 => effort.refits,
+                    _ if last => 2,
+                    _ => 4,
+                };
                 let tried: Vec<Fitted> = screened
                     .iter()
                     .take(refits)
@@ -99,6 +106,7 @@ impl Search<'_> {
             tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
             let (before, after) = (best.excess(), top.excess());
             let gained = before - after;
+            let hint = top.evidence(1.0) > best.evidence(1.0) + HINT;
             let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
                 && gained > NEGLIGIBLE
                 && gained > SHARE * before.max(0.0)
@@ -106,14 +114,27 @@ impl Search<'_> {
             if worth {
                 best = top.clone();
             }
-            beam = grown.iter().take(effort.beam).cloned().collect();
+            beam = grown.iter().take(if worth { effort.beam } else { 1 }).cloned().collect();
             sets.extend(grown);
-            if !worth || after < NEGLIGIBLE.max(FORM * plain.excess()) {
+            // One cause more is fitted even so, where the evidence is for it: a free-running simulation may tell.
+            let spent = !worth || after < NEGLIGIBLE.max(FORM * plain.excess());
+            if last || spent && !hint {
                 break;
             }
+            last = spent;
         }
         best = self.without_needless(best, options);
         best = self.exchanged(best, &mut sets, effort, options, &mut tell);
+        let simpler = |f: &&Fitted| f.stated.set.len() <= best.stated.set.len();
+        let most = sets.iter().filter(simpler).max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)));
+        if let Some(most) =
+            most.filter(|m| m.evidence(1.0) > best.evidence(1.0) && !best.stated.set.is_empty())
+        {
+            best = most.clone();
+        }
+        if !sets.iter().any(|f| same(&f.stated.set, &best.stated.set)) && !best.stated.set.is_empty() {
+            sets.push(best.clone());
+        }
         sets.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
         Ok(Found { plain, sets, best })
     }
@@ -192,6 +213,7 @@ impl Search<'_> {
     }
 }
 
-fn same(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
+/// The same causes.
+pub fn same(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
     a.len() == b.len() && a.iter().all(|h| b.contains(h))
 }

@@ -1,9 +1,10 @@
 //! `kinematic-error`: a gear error that repeats with the angle of the wave generator.
 //!
-//! (EF-19) the deflection is epsilon - e(phi) with e = e_s sin(k phi) + e_c cos(k phi), phi being the angle of the
-//! motor's shaft; the motor feels (1 - de/dtheta) times the spring's torque, as the work demands.
+//! (EF-19) the deflection is epsilon - e(phi) with e = e_s sin(k phi) + e_c cos(k phi) + e_s2 sin(2 k phi) +
+//! e_c2 cos(2 k phi), phi being the angle of the motor's shaft; the motor feels (1 - de/dtheta) times the spring's torque,
+//! as the work demands.
 //!
-//! What it gets wrong: one order only; on a rigid joint it does nothing.
+//! What it gets wrong: one order and its double only; on a rigid joint it does nothing.
 
 use super::*;
 
@@ -44,6 +45,20 @@ impl Effect for KinematicError {
                 scale: Scale::plain(2.0),
                 ..ParameterSpec::SHAPE
             },
+            ParameterSpec {
+                name: "kinematicErrorSine2",
+                unit: "rad",
+                description: "Gear error that goes with the sine of the double order, e_s2 (EF-19)",
+                scale: Scale::of(0.02, &[(Measure::Deflection, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "kinematicErrorCosine2",
+                unit: "rad",
+                description: "Gear error that goes with the cosine of the double order, e_c2 (EF-19)",
+                scale: Scale::of(0.02, &[(Measure::Deflection, 1)]),
+                ..ParameterSpec::NONE
+            },
         ],
         ..Spec::NONE
     };
@@ -51,8 +66,9 @@ impl Effect for KinematicError {
     fn gear<T: Scalar>(l: &Local<T>, d: &mut Drive<T>) {
         let k = d.shaft * l.p(2);
         let (sine, cosine) = (d.theta * k).sin_cos();
-        let slope = k * (l.p(0) * cosine - l.p(1) * sine);
-        d.epsilon -= l.p(0) * sine + l.p(1) * cosine;
+        let (sine2, cosine2) = (sine * cosine * 2.0, cosine * cosine * 2.0 - 1.0);
+        let slope = k * (l.p(0) * cosine - l.p(1) * sine + (l.p(3) * cosine2 - l.p(4) * sine2) * 2.0);
+        d.epsilon -= l.p(0) * sine + l.p(1) * cosine + l.p(3) * sine2 + l.p(4) * cosine2;
         d.epsilon_dot -= slope * d.omega;
         d.slope += slope;
     }
@@ -65,7 +81,7 @@ mod tests {
 
     #[test]
     fn ef19_rate_and_slope_are_the_derivatives_of_the_error() {
-        let p = [0.03, 0.02, 2.0].map(Dual::<1>::constant);
+        let p = [0.03, 0.02, 2.0, 0.01, -0.005].map(Dual::<1>::constant);
         let theta = Dual::variable(0.7, 0);
         let mut d = Drive {
             theta,
@@ -76,7 +92,8 @@ mod tests {
             ..Drive::default()
         };
         KinematicError::gear(&Local::new(&p, &[], &[], 0, 1), &mut d);
-        let error = 0.03 * f64::sin(14.0) + 0.02 * f64::cos(14.0);
+        let error =
+            0.03 * f64::sin(14.0) + 0.02 * f64::cos(14.0) + 0.01 * f64::sin(28.0) - 0.005 * f64::cos(28.0);
         assert!((d.epsilon.re - (0.7 - error)).abs() < 1e-14);
         assert!((1.0 - d.slope.re - d.epsilon.eps[0]).abs() < 1e-14);
         assert!((d.epsilon_dot.re - 3.0 * d.epsilon.eps[0]).abs() < 1e-14);

@@ -1,9 +1,10 @@
 //! `torque-ripple`: torque that repeats with the motor's position (cogging, commutation).
 //!
-//! (EF-12) adds T_s sin(k phi) + T_c cos(k phi) to the motor's torque, phi being the angle of the motor's shaft (on the
-//! arm: gearRatio times the motor's angle).
+//! (EF-12) adds T_s sin(k phi) + T_c cos(k phi) + T_s2 sin(2 k phi) + T_c2 cos(2 k phi) to the motor's torque, phi being
+//! the angle of the motor's shaft (on the arm: gearRatio times the motor's angle).
 //!
-//! What it gets wrong: it does not grow with the current, as the ripple of a commutation does; one order only.
+//! What it gets wrong: it does not grow with the current, as the ripple of a commutation does; one order and its double
+//! only.
 
 use super::*;
 
@@ -44,13 +45,28 @@ impl Effect for TorqueRipple {
                 scale: Scale::plain(4.0),
                 ..ParameterSpec::SHAPE
             },
+            ParameterSpec {
+                name: "rippleSine2",
+                unit: "N.m",
+                description: "Torque that goes with the sine of the double order, T_s2 (EF-12)",
+                scale: Scale::of(0.04, &[(Measure::Torque, 1)]),
+                ..ParameterSpec::NONE
+            },
+            ParameterSpec {
+                name: "rippleCosine2",
+                unit: "N.m",
+                description: "Torque that goes with the cosine of the double order, T_c2 (EF-12)",
+                scale: Scale::of(0.04, &[(Measure::Torque, 1)]),
+                ..ParameterSpec::NONE
+            },
         ],
         ..Spec::NONE
     };
 
     fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
         let (sine, cosine) = (d.theta * d.shaft * l.p(2)).sin_cos();
-        torque + (l.p(0) * sine + l.p(1) * cosine)
+        let (sine2, cosine2) = (sine * cosine * 2.0, cosine * cosine * 2.0 - 1.0);
+        torque + (l.p(0) * sine + l.p(1) * cosine + l.p(3) * sine2 + l.p(4) * cosine2)
     }
 }
 
@@ -60,7 +76,7 @@ mod tests {
 
     #[test]
     fn ef12_does_no_work_over_a_turn() {
-        let l = Local::new(&[0.3, -0.2, 3.0], &[], &[], 0, 1);
+        let l = Local::new(&[0.3, -0.2, 3.0, 0.1, 0.05], &[], &[], 0, 1);
         let at = |theta: f64| {
             TorqueRipple::actuator(&l, &Drive { theta, shaft: 10.0, ..Drive::default() }, 1.0) - 1.0
         };
@@ -71,7 +87,7 @@ mod tests {
             (0..n).map(|i| f(period * f64::from(i) / f64::from(n))).sum::<f64>() / f64::from(n)
         };
         assert!(mean(&at).abs() < 1e-15);
-        assert!((mean(&|x| at(x).powi(2)) - 0.5 * (0.09 + 0.04)).abs() < 1e-15);
-        assert!((at(0.0) + 0.2).abs() < 1e-15 && (at(0.25 * period) - 0.3).abs() < 1e-15);
+        assert!((mean(&|x| at(x).powi(2)) - 0.5 * (0.09 + 0.04 + 0.01 + 0.0025)).abs() < 1e-15);
+        assert!((at(0.0) + 0.15).abs() < 1e-15 && (at(0.25 * period) - 0.25).abs() < 1e-15);
     }
 }

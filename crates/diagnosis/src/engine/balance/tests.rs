@@ -43,7 +43,7 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
     let inertia = p[parameter::MOTOR_INERTIA] + p[parameter::LOAD_INERTIA] / p[parameter::GEAR_RATIO].powi(2);
     let coordinates = subject.coordinates(&model, &p);
     for push in [0.0, 0.01] {
-        let led = Led::new(&recording(&p, push), 2).unwrap();
+        let led = Led::new(&recording(&p, push), 2, 1.5).unwrap();
         let links = led.links(&model, &coordinates);
         let missing = led.missing(&model, &links, &p, &[0.0; output::COUNT]).unwrap();
         for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| led.counts.contains(k)) {
@@ -73,7 +73,7 @@ fn a_lag_is_exact_on_ramps() {
 fn rests_are_bridged() {
     let p = Subject { plant: Plant::Joint, flexible: vec![false] };
     let model = p.model(&[] as &[&str]).unwrap();
-    let mut led = Led::new(&recording(&p.defaults(&model), 0.0), 2).unwrap();
+    let mut led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let series: Vec<f64> = led.t.clone();
     led.reversal[1000..1500].fill(true);
     let mut odd = series.clone();
