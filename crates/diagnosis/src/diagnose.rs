@@ -110,9 +110,10 @@ pub fn diagnose(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Nominal)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
+    let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
     let mut found = search
-        .select(options.effort, |what| {
+        .select(effort, |what| {
             done = (done + 0.8) * 0.5;
             tell(done, what);
         })
@@ -139,7 +140,7 @@ pub fn diagnose(
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     // What the balances leave open the free-running simulation has to tell.
     let contenders = if free.tuned > options.limits.free * free.floor {
-        ground.contest(&found, options.limits.free * free.floor)
+        ground.contest(&mut found, options.limits.free * free.floor, effort)
     } else {
         Vec::new()
     };

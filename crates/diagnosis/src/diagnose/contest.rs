@@ -8,7 +8,7 @@ use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, Replayed};
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Found, NEGLIGIBLE};
+use crate::engine::select::{Effort, Found, NEGLIGIBLE};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
@@ -73,28 +73,29 @@ impl Ground<'_> {
 
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
     /// rivals; where no effect was chosen, the single effects that lead. A gap up to `near` leaves nothing to be found.
-    pub(super) fn contest(&self, found: &Found, near: f64) -> Vec<Contender> {
-        let best = &found.best.stated.set;
+    pub(super) fn contest(&self, found: &mut Found, near: f64, effort: Effort) -> Vec<Contender> {
+        let chosen = found.best.clone();
+        let best = &chosen.stated.set;
         let claims = best.iter().any(Hypothesis::is_effect);
         // What the balances have settled no free run can turn.
         let open = |f: &Fitted| {
-            let n = self.limits.independent(&found.best);
-            f.concentrated(n) + 0.5 * f.occam > found.best.concentrated(n) + 0.5 * found.best.occam - SETTLED
+            let n = self.limits.independent(&chosen);
+            f.concentrated(n) + 0.5 * f.occam > chosen.concentrated(n) + 0.5 * chosen.occam - SETTLED
         };
+        let plain = found.plain.evidence(1.0);
         let kind = |f: &Fitted| {
             let set = &f.stated.set;
             let shared = set.iter().filter(|h| best.contains(h)).count();
             match () {
                 () if !set.iter().any(Hypothesis::is_effect) => None,
-                () if !claims => (set.len() == 1 && f.evidence(1.0) > found.plain.evidence(1.0) + 20.0)
-                    .then_some(Kind::Rival),
+                () if !claims => (set.len() == 1 && f.evidence(1.0) > plain + 20.0).then_some(Kind::Rival),
                 () if shared == best.len() && set.len() == best.len() => Some(Kind::Best),
                 () if shared == best.len() && set.len() == best.len() + 1 => {
-                    let gained = f.evidence(1.0) - found.best.evidence(1.0);
-                    let (left, before) = (f.excess(), found.best.excess());
+                    let gained = f.evidence(1.0) - chosen.evidence(1.0);
+                    let (left, before) = (f.excess(), chosen.excess());
                     // What the others leave is the form of a law, unless it is nothing.
                     let told = before < NEGLIGIBLE
-                        || gained > SHARE * (found.best.evidence(1.0) - found.plain.evidence(1.0))
+                        || gained > SHARE * (chosen.evidence(1.0) - plain)
                         || before - left > NOTABLE * before.max(0.0) && before - left > NEGLIGIBLE;
                     (gained > MORE && told).then_some(Kind::More)
                 }
@@ -109,13 +110,19 @@ impl Ground<'_> {
             let most = match wanted {
                 Kind::Best | Kind::Fewer => 1,
                 Kind::More if good => 0,
-                Kind::More => 2,
+                Kind::More => 4,
                 Kind::Rival if claims => 1 + usize::from(!good),
                 Kind::Rival => 3,
             };
+            if wanted == Kind::More && most > 0 && claims {
+                self.search.grow(found, effort);
+            }
+            let mut order: Vec<usize> = (0..found.sets.len()).collect();
+            order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
             let mut seen: Vec<(&str, &str)> = Vec::new();
             let mut list: Vec<usize> = Vec::new();
-            for (at, f) in found.sets.iter().enumerate().filter(|(_, f)| kind(f) == Some(wanted)) {
+            for at in order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted)) {
+                let f = &found.sets[at];
                 // Of one cause in one place the better of its forms.
                 let new = f.stated.set.iter().find(|h| !best.contains(h));
                 let key = new.map_or(("", ""), |h| (&*h.id, &*h.component));

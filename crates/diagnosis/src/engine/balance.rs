@@ -29,8 +29,8 @@ use advance::{Context, Work};
 pub const FORM: f64 = 3e-4;
 /// The shortest kernel, in steps of the grid.
 const KERNEL: f64 = 1.5;
-/// Steps of integration along the recording, s.
-const STEP: f64 = 2.5e-3;
+/// Steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
+pub const PART: [f64; 2] = [2.5e-3, 5e-3];
 
 /// A channel smoothed: itself and its derivatives on the grid.
 #[derive(Clone, Debug)]
@@ -60,6 +60,8 @@ pub struct Led {
     pub name: String,
     /// Step of the grid, s.
     pub step: f64,
+    /// Longest step of integration, s.
+    pub part: f64,
     /// Instants, s.
     pub t: Vec<f64>,
     /// Per channel.
@@ -169,6 +171,7 @@ impl Led {
         let counts = edge..n.saturating_sub(edge);
         Some(Self {
             name: run.name.clone(),
+            part: PART[0],
             step,
             kernel,
             reversal: vec![false; n],
@@ -324,7 +327,7 @@ impl Led {
         let mut coordinate = vec![[T::zero(); 2]; count];
         let mut ahead = vec![[T::zero(); 2]; count];
         let mut out: Vec<Vec<T>> = vec![Vec::with_capacity(n); self.channels.len()];
-        let substeps = (h / STEP).ceil().max(1.0) as usize;
+        let substeps = (h / self.part).ceil().max(1.0) as usize;
         for k in 0..n {
             for (i, c) in coordinate.iter_mut().enumerate() {
                 *c = at(i, k);

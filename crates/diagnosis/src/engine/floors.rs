@@ -10,7 +10,7 @@ use trueup_models::effect::Plant;
 use trueup_models::joint;
 use trueup_numerics::hybrid::Hybrid;
 
-use super::balance::{FORM, Led, kernel};
+use super::balance::{FORM, Led, PART, kernel};
 use super::problem::{Compared, Comparison};
 use super::recordings::Prepared;
 
@@ -43,11 +43,13 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     let mut found: BTreeMap<Vec<String>, [Products; 3]> = BTreeMap::new();
     let kernel = kernel(runs.iter().map(|r| &r.run));
     let grids: Vec<Option<Led>> = runs.iter().map(|r| Led::new(&r.run, inputs, kernel)).collect();
+    let part = PART[usize::from(case.subject.plant == Plant::Arm)];
     let lead = leading(case, &grids.iter().flatten().collect::<Vec<_>>());
     for ((index, run), grid) in runs.iter().enumerate().zip(grids) {
         let short = || format!("{}: it is too short: 40 readings of a channel are the least", run.run.name);
         let mut own = grid.ok_or_else(short)?;
         own.leading.clone_from(&lead);
+        own.part = part;
         let links = own.links(&case.model, &case.coordinates);
         own.mark_reversals(&links);
         let offsets = vec![0.0; case.model.sizes().outputs];
@@ -57,6 +59,7 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         let made = perfect(case, run, seed.wrapping_add(index as u64));
         if let Some(mut perfect) = Led::new(&made, inputs, kernel) {
             perfect.leading.clone_from(&own.leading);
+            perfect.part = part;
             perfect.mark_reversals(&links);
             if let Ok(series) = perfect.missing(&case.model, &links, &p, &offsets) {
                 merge(&mut all[0], perfect.products(&series));
@@ -167,6 +170,7 @@ fn perfect(case: &Prepared, run: &Compared, seed: u64) -> Run {
         runs: &one,
         led: Vec::new(),
         unknowns: Vec::new(),
+        held: BTreeMap::new(),
     };
     if let Ok(differences) = free.errors(0, &[]) {
         let mut at = 0;

@@ -8,7 +8,7 @@ use super::problem::Unknown;
 use super::search::{Fitted, Search};
 
 /// Orders that are looked at closely.
-const CLOSELY: usize = 3;
+const CLOSELY: usize = 2;
 /// Highest order.
 const HIGHEST: f64 = 40.0;
 /// Over more turns than this lines are too narrow to be scanned for: whole and half orders only.

@@ -1,5 +1,7 @@
 //! What a model misses of recordings, and its derivatives by what is unknown.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueup_identification::lsq::{Evaluation, Problem};
@@ -118,6 +120,8 @@ pub struct Comparison<'a> {
     pub led: Vec<(&'a Led, Links)>,
     /// What is estimated.
     pub unknowns: Vec<Unknown>,
+    /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
+    pub held: BTreeMap<usize, Vec<f64>>,
 }
 
 impl Comparison<'_> {
@@ -304,6 +308,7 @@ impl Comparison<'_> {
     fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
         let (shifts, smooth): (Vec<usize>, Vec<usize>) =
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
+        let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in smooth.chunks(24) {
             let (r, columns) = match piece.len() {
@@ -319,7 +324,9 @@ impl Comparison<'_> {
         if residuals.is_empty() {
             residuals = self.residual(run, theta)?;
         }
-        for k in shifts.into_iter().filter(|&k| self.unknowns[k].lower < self.unknowns[k].upper) {
+        let moves =
+            |&k: &usize| self.unknowns[k].lower < self.unknowns[k].upper && !self.held.contains_key(&k);
+        for k in shifts.into_iter().filter(moves) {
             let mut moved = theta.to_vec();
             let step = 0.02;
             moved[k] += step;
@@ -399,6 +406,9 @@ impl Problem for Comparison<'_> {
                 for (k, column) in all {
                     j.column_mut(k).as_mut_slice()[range.clone()].copy_from_slice(&column);
                 }
+            }
+            for (k, column) in &self.held {
+                j.column_mut(*k).as_mut_slice()[..readings].copy_from_slice(column);
             }
         } else {
             residuals.as_mut_slice()[..readings].copy_from_slice(&self.residuals(theta)?);

@@ -1,5 +1,7 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
+use std::collections::BTreeMap;
+
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::unknown::Scale;
@@ -87,6 +89,7 @@ impl Search<'_> {
             runs: &self.case.train,
             led: Vec::new(),
             unknowns,
+            held: BTreeMap::new(),
         };
         let mut start = problem.start();
         start[..own].copy_from_slice(&from.theta);
@@ -128,6 +131,7 @@ impl Search<'_> {
             runs: &self.case.train,
             led: Vec::new(),
             unknowns: stated.unknowns.clone(),
+            held: BTreeMap::new(),
         };
         runs.iter()
             .map(|run| {
@@ -168,6 +172,7 @@ impl Search<'_> {
                     runs: &one,
                     led: Vec::new(),
                     unknowns,
+                    held: BTreeMap::new(),
                 };
                 let start = problem.start();
                 let options =

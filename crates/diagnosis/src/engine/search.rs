@@ -197,6 +197,7 @@ impl<'a> Search<'a> {
             runs: &self.case.train,
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
+            held: BTreeMap::new(),
         }
     }
     /// What a perfect model leaves of the recordings for fitting.
@@ -209,7 +210,38 @@ impl<'a> Search<'a> {
     /// # Errors
     /// The model could not be simulated at the start.
     pub fn fit(&self, stated: Stated, start: &[f64], options: Options) -> Result<Fitted, PredictError> {
-        let problem = self.compare(&stated);
+        self.fit_holding(stated, start, options, BTreeMap::new())
+    }
+
+    /// Fits a set that grew out of `base`, whose columns of the Jacobian are held: they hardly change, and cost most.
+    ///
+    /// # Errors
+    /// See [`Self::fit`].
+    pub fn fit_beside(
+        &self,
+        stated: Stated,
+        start: &[f64],
+        options: Options,
+        base: &Fitted,
+    ) -> Result<Fitted, PredictError> {
+        let readings = self.compare(&stated).readings();
+        let own = stated.begin.last().copied().unwrap_or(0);
+        let held = stated.unknowns[..own].iter().enumerate().filter_map(|(k, u)| {
+            let old = base.stated.unknowns.iter().position(|v| v.name == u.name && v.run == u.run)?;
+            Some((k, base.jacobian.column(old).as_slice()[..readings].to_vec()))
+        });
+        let held = held.collect();
+        self.fit_holding(stated, start, options, held)
+    }
+
+    fn fit_holding(
+        &self,
+        stated: Stated,
+        start: &[f64],
+        options: Options,
+        held: BTreeMap<usize, Vec<f64>>,
+    ) -> Result<Fitted, PredictError> {
+        let problem = Comparison { held, ..self.compare(&stated) };
         let found = solve(&problem, start, options)?;
         let readings = problem.readings();
         let r = found.residuals;

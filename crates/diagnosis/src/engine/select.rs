@@ -1,6 +1,7 @@
 //! Which set of causes: a beam search by evidence.
 
 use trueup_identification::lsq::Options;
+use trueup_models::effect::Plant;
 
 use super::hypothesis::Hypothesis;
 use super::search::{Fitted, Search};
@@ -24,6 +25,17 @@ impl Default for Effort {
     }
 }
 
+impl Effort {
+    /// The same for a plant whose looks cost more: one set is followed only.
+    #[must_use]
+    pub fn on(self, plant: Plant) -> Self {
+        match plant {
+            Plant::Joint => self,
+            Plant::Arm => Self { refits: self.refits.min(5), beam: 1, most: self.most.min(3), ..self },
+        }
+    }
+}
+
 /// What the search found.
 #[derive(Debug)]
 pub struct Found {
@@ -39,8 +51,10 @@ pub struct Found {
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
 pub const FORM: f64 = 0.03;
-/// Evidence for which a set is followed although its share is small.
-const HINT: f64 = 30.0;
+/// Sets with a cause more that are fitted for free-running simulations.
+const GROW: usize = 5;
+/// Sets of each size that are fitted with all derivatives.
+const WHOLE: usize = 2;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -75,16 +89,11 @@ impl Search<'_> {
         let mut sets: Vec<Fitted> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
-        let mut last = false;
         for depth in 1..=effort.most {
             let mut grown: Vec<Fitted> = Vec::new();
             for base in &beam {
                 let screened = self.screen(base);
-                let refits = match depth {
-                    1 => effort.refits,
-                    _ if last => 2,
-                    _ => 4,
-                };
+                let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
                 let tried: Vec<Fitted> = screened
                     .iter()
                     .take(refits)
@@ -96,17 +105,23 @@ impl Search<'_> {
                             return None;
                         }
                         let stated = self.state(&set).ok()?;
-                        self.fit(stated, &s.start, options).ok()
+                        self.fit_beside(stated, &s.start, options, base).ok()
                     })
                     .collect();
                 grown.extend(tried);
+            }
+            grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+            // The best once more with all derivatives.
+            for fitted in grown.iter_mut().take(WHOLE) {
+                if let Ok(whole) = self.fit(fitted.stated.clone(), &fitted.theta, options) {
+                    *fitted = whole;
+                }
             }
             grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
             let Some(top) = grown.first() else { break };
             tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
             let (before, after) = (best.excess(), top.excess());
             let gained = before - after;
-            let hint = top.evidence(1.0) > best.evidence(1.0) + HINT;
             let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
                 && gained > NEGLIGIBLE
                 && gained > SHARE * before.max(0.0)
@@ -114,14 +129,11 @@ impl Search<'_> {
             if worth {
                 best = top.clone();
             }
-            beam = grown.iter().take(if worth { effort.beam } else { 1 }).cloned().collect();
+            beam = grown.iter().take(effort.beam).cloned().collect();
             sets.extend(grown);
-            // One cause more is fitted even so, where the evidence is for it: a free-running simulation may tell.
-            let spent = !worth || after < NEGLIGIBLE.max(FORM * plain.excess());
-            if last || spent && !hint {
+            if !worth || after < NEGLIGIBLE.max(FORM * plain.excess()) {
                 break;
             }
-            last = spent;
         }
         best = self.without_needless(best, options);
         best = self.exchanged(best, &mut sets, effort, options, &mut tell);
@@ -137,6 +149,29 @@ impl Search<'_> {
         }
         sets.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
         Ok(Found { plain, sets, best })
+    }
+
+    /// Fits the likeliest sets with one cause more than the chosen one, however small their share: a free-running simulation
+    /// may tell.
+    pub fn grow(&self, found: &mut Found, effort: Effort) {
+        let options = Options {
+            max_iterations: effort.iterations,
+            cost_tolerance: 1e-4,
+            radius: 1.0,
+            ..Options::default()
+        };
+        let base = found.best.clone();
+        for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(GROW) {
+            let mut set = base.stated.set.clone();
+            set.push(self.causes[s.index].clone());
+            if found.sets.iter().any(|f| same(&f.stated.set, &set)) {
+                continue;
+            }
+            let fitted = self.state(&set).map(|stated| self.fit_beside(stated, &s.start, options, &base));
+            if let Ok(Ok(fitted)) = fitted {
+                found.sets.push(fitted);
+            }
+        }
     }
 
     /// Tries other causes in the place of each of several.
@@ -170,7 +205,7 @@ impl Search<'_> {
                     continue;
                 }
                 let Ok(stated) = self.state(&set) else { continue };
-                let Ok(fit) = self.fit(stated, &s.start, options) else { continue };
+                let Ok(fit) = self.fit_beside(stated, &s.start, options, &base) else { continue };
                 if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + 5.0 {
                     better = Some(fit.clone());
                 }
