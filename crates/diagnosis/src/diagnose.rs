@@ -2,6 +2,7 @@
 
 mod claim;
 mod contest;
+mod held_out;
 mod place;
 
 use trueup_signals::Loaded;
@@ -12,12 +13,14 @@ use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found, same};
+use crate::experiment::{self, Experiment};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use claim::{augmented, candidates, effects, indistinguishable, parameters};
 use contest::{Contest, Ground};
-use place::where_it_lies;
+use held_out::held_out;
+use place::{look, where_it_lies};
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -171,6 +174,7 @@ pub fn diagnose(
     let no_gap = decision.verdict == Verdict::NoGap;
     let tuned = if no_gap { before.clone() } else { tuned };
     let shown_tuned = if no_gap { ground.before.clone() } else { ground.tuned.clone() };
+    let gaps: Vec<(usize, f64)> = contenders.iter().map(|c| (c.at, c.after)).collect();
     let chosen = contenders
         .into_iter()
         .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
@@ -213,9 +217,7 @@ pub fn diagnose(
     };
     let mut diagnosis = diagnosis;
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
-    held_out(&search, &found, decision.verdict, overall, &mut diagnosis.candidates, |r| {
-        Some(gap_of(r)?.after)
-    });
+    held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());
     }

@@ -234,8 +234,15 @@ impl<'a> Setting<'a> {
             .map(|(u, x)| (u.clone(), *x))
             .unzip();
         let (nominal, ties) = (stated.nominal, stated.ties);
-        let model =
-            Comparison { model: &stated.model, nominal, ties, runs: &runs, led: Vec::new(), unknowns };
+        let model = Comparison {
+            model: &stated.model,
+            nominal,
+            ties,
+            runs: &runs,
+            led: Vec::new(),
+            unknowns,
+            held: std::collections::BTreeMap::new(),
+        };
         let shown = model.errors(0, &theta).ok()?;
         let mut run = runs[0].run.clone();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -32,7 +32,7 @@ impl Search<'_> {
             unknowns.iter().map(|u| value(u, stretch(u.run))).collect()
         };
         if runs.iter().all(Vec::is_empty) {
-            return self.tried_pushes(base, h, &fill);
+            return self.tried_pushes(base, h, unknowns);
         }
         if h.per_run {
             let each: Vec<Option<Stretch>> = runs
@@ -46,12 +46,7 @@ impl Search<'_> {
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
-    fn tried_pushes(
-        &self,
-        base: &Fitted,
-        h: &Hypothesis,
-        fill: &dyn Fn(&dyn Fn(Option<usize>) -> Option<Stretch>) -> Vec<f64>,
-    ) -> Vec<Vec<f64>> {
+    fn tried_pushes(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
         let mut set = base.stated.set.clone();
         set.push(Hypothesis { per_run: false, ..h.clone() });
         let Ok(stated) = self.state(&set) else { return Vec::new() };
@@ -102,9 +97,9 @@ impl Search<'_> {
             at.map(|i| tries[i])
         };
         if h.per_run {
-            return vec![fill(&|run| best(&|g| g[run.unwrap_or(0)]))];
+            return vec![unknowns.iter().map(|u| value(u, best(&|g| g[u.run.unwrap_or(0)]))).collect()];
         }
-        vec![fill(&|_| best(&|g| g.iter().sum()))]
+        vec![unknowns.iter().map(|u| value(u, best(&|g| g.iter().sum()))).collect()]
     }
 
     /// The coordinates that a push moves at once.
