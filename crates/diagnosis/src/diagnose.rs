@@ -124,7 +124,10 @@ pub fn diagnose(
     tell(0.7, "free-running simulations");
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
-    let tuned = better(&search, search.polish(&tuned_start(&search, &found), 24), &before);
+    let led = tuned_start(&search, &found);
+    let given = Fitted { theta: search.compare(&led.stated).start(), ..led.clone() };
+    let (led, given) = rayon::join(|| search.polish(&led, 20), || search.polish(&given, 20));
+    let tuned = better(&search, better(&search, led, &given), &before);
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     let floors_of = |c: &Complete| {
