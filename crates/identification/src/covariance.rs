@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::lsq::Loss;
+
 /// Singular values below this share of the largest one (columns scaled to length 1) count as 0: the data say nothing
 /// along that direction.
 pub const RANK_TOLERANCE: f64 = 1e-7;
@@ -15,6 +17,8 @@ pub struct Information {
     pub condition: f64,
     /// (J^T J)^+, over the determined directions.
     pub covariance: DMatrix<f64>,
+    /// W with W W^T = (J^T J)^+, one column per determined direction: J W has orthonormal columns.
+    pub root: DMatrix<f64>,
     /// How much of each unknown lies in undetermined directions, 0 to 1.
     pub undetermined: Vec<f64>,
     /// The undetermined directions, scaled unknowns, one per column.
@@ -34,28 +38,31 @@ impl Information {
         let values = &svd.singular_values;
         let v_t = svd.v_t.unwrap_or_else(|| DMatrix::identity(n, n));
         let largest = values.iter().copied().fold(0.0, f64::max);
-        let kept = |i: usize| values[i] > RANK_TOLERANCE * largest;
-        let rank = (0..values.len()).filter(|&i| kept(i)).count();
-        let mut covariance = DMatrix::zeros(n, n);
-        let mut determined = DMatrix::<f64>::zeros(n, n);
-        for i in (0..values.len()).filter(|&i| kept(i)) {
-            let v: DVector<f64> = v_t.row(i).transpose();
-            let w = DVector::from_fn(n, |k, _| v[k] / (values[i] * unit(scale[k])));
-            covariance += &w * w.transpose();
-            determined += &v * v.transpose();
-        }
+        let (given, lost): (Vec<usize>, Vec<usize>) =
+            (0..values.len()).partition(|&i| values[i] > RANK_TOLERANCE * largest);
+        let rank = given.len();
+        let directions = DMatrix::from_fn(n, rank, |k, i| v_t[(given[i], k)]);
+        let root = DMatrix::from_fn(n, rank, |k, i| directions[(k, i)] / (values[given[i]] * unit(scale[k])));
+        let determined = &directions * directions.transpose();
         let undetermined = (0..n).map(|k| (1.0 - determined[(k, k)]).clamp(0.0, 1.0)).collect();
         let smallest = values.iter().copied().fold(f64::INFINITY, f64::min);
-        let lost: Vec<DVector<f64>> =
-            (0..values.len()).filter(|&i| !kept(i)).map(|i| v_t.row(i).transpose()).collect();
-        let null = if lost.is_empty() { DMatrix::zeros(n, 0) } else { DMatrix::from_columns(&lost) };
         Self {
             rank,
             condition: if smallest > 0.0 { largest / smallest } else { f64::INFINITY },
-            covariance,
+            covariance: &root * root.transpose(),
+            root,
             undetermined,
-            null,
+            null: DMatrix::from_fn(n, lost.len(), |k, i| v_t[(lost[i], k)]),
         }
+    }
+
+    /// Of a fit whose readings a robust loss weighs.
+    pub fn weighed(residuals: &DVector<f64>, jacobian: &DMatrix<f64>, loss: Loss) -> Self {
+        let mut weighted = jacobian.clone();
+        for mut column in weighted.column_iter_mut() {
+            column.iter_mut().zip(residuals.iter()).for_each(|(j, r)| *j *= loss.weight(*r).sqrt());
+        }
+        Self::new(&weighted)
     }
 
     /// Whether the data determine unknown `i`.

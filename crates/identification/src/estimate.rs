@@ -1,10 +1,9 @@
 //! From a problem to estimates that tell how sure they are.
 //!
 //! *Starts*: each is led down with a loss that forgives what is far off, the best one is then fitted to the end.
+//! *Counts*: readings of coarse sensors are taken as intervals wherever that makes the recordings more likely.
 //! *Standard errors*: (J^T J)^-1 if readings err independently. Quantisation errors do not (a slow sensor repeats itself, a
-//! sampled one beats), nor do those of a wrong model: then (J^T J)^-1 M (J^T J)^-1. Of a quantised channel M is worked
-//! out from the counts of the fitted motion, over all shifts of the counts; else it sums products of the scores J_i r_i
-//! up to a lag (Newey and West 1987), if that is more.
+//! sampled one beats), nor do those of a wrong model: [`crate::scatter`].
 //! *Intervals*: profile likelihood: where the least cost with the unknown held fixed has risen by half of the chi-square
 //! quantile, times the ratio of the two variances.
 
@@ -15,12 +14,12 @@ use trueup_signals::process::rms;
 
 use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, refine, search};
-use crate::interval;
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
 use crate::plant::Predictor;
 use crate::predict::PredictError;
 use crate::run::Channel;
+use crate::scatter::{as_normal, scatter};
 
 /// Half the 95 % quantile of chi-square with one degree of freedom, as a standard deviation.
 const Z95: f64 = 1.959_963_984_540_054;
@@ -51,7 +50,8 @@ pub struct Estimated {
     pub value: f64,
     /// Its standard error; `None`: the data do not give it.
     pub standard_error: Option<f64>,
-    /// Standard error if readings erred independently: the Cramer-Rao bound at the estimate (priors included).
+    /// The Cramer-Rao bound at the estimate (priors included) if readings had independent normal errors. Counts whose edges
+    /// are read can know more.
     pub cramer_rao: Option<f64>,
     /// 95 % interval; an open end is `None`.
     pub ci95: [Option<f64>; 2],
@@ -101,19 +101,6 @@ pub struct Estimate {
     pub channels: Vec<ChannelFit>,
 }
 
-/// Standard errors that are so many times the bound of independent errors come from errors that are not.
-const CORRELATED: f64 = 1.3;
-
-impl Estimate {
-    /// What all recordings share is known worse than independent errors of the readings would allow: as of counts that
-    /// repeat themselves, or beat.
-    pub fn suffers(&self) -> bool {
-        let shared = self.unknowns.iter().filter(|u| u.run.is_none());
-        let mut errors = shared.filter_map(|u| u.standard_error.zip(u.cramer_rao));
-        errors.any(|(se, bound)| se > CORRELATED * bound)
-    }
-}
-
 /// Estimates the unknowns of a problem.
 ///
 /// # Errors
@@ -129,12 +116,14 @@ pub fn estimate<M: Predictor>(
         ..FitOptions::default()
     };
     let (found, best, start_costs) = search(problem, &options)?;
-    let mut e = assess(problem, &found, settings);
-    if let Some((slack, finer)) = e.suffers().then(|| refine(problem, &found, settings.loss)).flatten() {
-        let mut problem = problem.clone();
-        problem.read_intervals(Some(slack));
-        e = assess(&problem, &finer, settings);
-    }
+    let mut e = match refine(problem, &found, settings.loss) {
+        Some((slack, finer)) => {
+            let mut problem = problem.clone();
+            problem.read_intervals(Some(slack));
+            assess(&problem, &finer, settings)
+        }
+        None => assess(problem, &found, settings),
+    };
     (e.start, e.start_costs) = (best, start_costs);
     Ok(e)
 }
@@ -143,17 +132,19 @@ pub fn estimate<M: Predictor>(
 pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
     let unknowns = problem.unknowns();
     let n = unknowns.len();
-    let mut weighted = found.jacobian.clone();
-    for mut column in weighted.column_iter_mut() {
-        let pairs = column.iter_mut().zip(found.residuals.iter());
-        pairs.for_each(|(j, r)| *j *= settings.loss.weight(*r).sqrt());
-    }
-    let information = Information::new(&weighted);
-    let robust = sandwich(problem, found, &information, settings.loss);
+    let information = Information::weighed(&found.residuals, &found.jacobian, settings.loss);
+    // As if readings had normal errors, each its own.
+    let normal = as_normal(problem, found);
+    let independent = Information::weighed(&normal.residuals, &normal.jacobian, settings.loss);
+    let robust = scatter(problem, found, &information, &normal, settings.loss);
     // Residuals of a few hundred samples underrate their own correlation; counts do not.
     let counts =
         |r: usize| problem.carried(r).is_none() && problem.runs()[r].channels.iter().all(Channel::counts);
-    let least = if (0..problem.runs().len()).all(counts) { 0.1 } else { 1.0 };
+    let least = match (0..problem.runs().len()).all(counts) {
+        true if problem.reads_intervals() => 0.0,
+        true => 0.1,
+        false => 1.0,
+    };
     let inflation: Vec<f64> = (0..n)
         .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(least))
         .collect();
@@ -165,8 +156,7 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
         .map(|k| {
             let u = &unknowns[k];
             let (value, slope) = u.scale.value(found.x[k]);
-            let bound = information.covariance[(k, k)].max(0.0).sqrt();
-            let se = bound * inflation[k].sqrt();
+            let se = (information.covariance[(k, k)].max(0.0) * inflation[k]).sqrt();
             let reason = why_not(problem, found, &information, k, se);
             let given = reason.is_none();
             let wald = |sign: f64| Some(u.scale.value(found.x[k] + sign * Z95 * se).0);
@@ -184,7 +174,7 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
                 run: u.run,
                 value,
                 standard_error: given.then_some(se * slope),
-                cramer_rao: given.then_some(bound * slope),
+                cramer_rao: given.then_some(independent.covariance[(k, k)].max(0.0).sqrt() * slope),
                 ci95,
                 reason,
             }
@@ -201,7 +191,7 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
         start_costs: Vec::new(),
         iterations: found.iterations,
         stop: found.stop,
-        channels: channels(problem, &plain(problem, found, false).residuals),
+        channels: channels(problem, &normal.residuals),
     }
 }
 
@@ -251,106 +241,6 @@ fn why_not<M: Predictor>(
         return Some(format!("its standard error would be {:.0} % of its size{with}", 100.0 * se));
     }
     None
-}
-
-/// Residuals so many times the noise come from a wrong model.
-const WRONG: f64 = 2.0;
-
-/// Twice the lag at which residuals have forgotten what they were; at most a quarter of them, and 300.
-fn memory(r: &[f64]) -> usize {
-    let power: f64 = r.iter().map(|r| r * r).sum();
-    let most = (r.len() / 8).min(150);
-    let at = |lag: usize| r.iter().zip(&r[lag..]).map(|(a, b)| a * b).sum::<f64>();
-    2 * (1..most).find(|lag| at(*lag) < 0.1 * power).unwrap_or(most)
-}
-
-/// Shifts of the counts for which quantisation errors are worked out.
-const SHIFTS: usize = 32;
-
-/// (J^T J)^-1 M (J^T J)^-1: of a quantised channel M is what the quantisation of the fitted motion would do, over shifts
-/// of the counts against it; of any other it is the scores' autocovariance up to a lag.
-fn sandwich<M: Predictor>(
-    problem: &OutputError<M>,
-    found: &Solution,
-    information: &Information,
-    loss: Loss,
-) -> DMatrix<f64> {
-    let n = found.x.len();
-    // How each reading moves the solution, row by row.
-    let influence = &found.jacobian * &information.covariance;
-    // Of intervals: the predictions themselves, over the deviations of their readings, and their derivatives.
-    let as_errors = (0..problem.runs().len())
-        .any(|r| (0..problem.runs()[r].channels.len()).any(|c| problem.slack(r, c).is_some()))
-        .then(|| plain(problem, found, true));
-    let (shows_off, shows) = as_errors.map_or((DVector::zeros(0), None), |e| (e.residuals, e.jacobian));
-    let scored = |i: usize| found.residuals[i] * loss.weight(found.residuals[i]);
-    let of_channel = |run: usize, c: usize| -> DMatrix<f64> {
-        let (channel, w) = (&problem.runs()[run].channels[c], &problem.plans()[run].channels()[c..]);
-        let begin = problem.residuals_of(run).start;
-        let (first, len) = (begin + w[0], w[1] - w[0]);
-        let rows = influence.rows(first, len);
-        let mut meat = DMatrix::<f64>::zeros(n, n);
-        let step = channel.resolution;
-        let power = (first..first + len).map(|i| found.residuals[i].powi(2)).sum::<f64>() / len.max(1) as f64;
-        if let (Some(slack), Some(shows)) = (problem.slack(run, c), &shows) {
-            // What was there, by the fit; its counts shifted.
-            let rows = shows.rows(first, len) * &information.covariance;
-            let shown = |k: usize| channel.y[k] + shows_off[first + k] * channel.deviation(k);
-            for shift in 0..SHIFTS {
-                let phase = (shift as f64 + 0.5) / SHIFTS as f64;
-                let scores = DVector::from_fn(len, |k, _| {
-                    let y = shown(k) / step + phase;
-                    let (r, slope) = interval::residual((y - y.round()) * step, step, slack);
-                    r * slope * channel.deviation(k)
-                });
-                let moved = rows.tr_mul(&scores);
-                meat += &moved * moved.transpose() / SHIFTS as f64;
-            }
-            return meat;
-        }
-        // Innovations are white if the model is right; what a wrong model leaves is no quantisation.
-        if channel.counts() && problem.carried(run).is_none() && power < WRONG * WRONG {
-            // What was there, by the fit.
-            let shown: Vec<f64> =
-                (0..len).map(|k| channel.y[k] + found.residuals[first + k] * channel.deviation(k)).collect();
-            for shift in 0..SHIFTS {
-                let phase = (shift as f64 + 0.5) / SHIFTS as f64;
-                let errors = DVector::from_fn(len, |k, _| {
-                    let y = shown[k] / step + phase;
-                    (y - y.round()) * step / channel.deviation(k)
-                });
-                let moved = rows.tr_mul(&errors);
-                meat += &moved * moved.transpose() / SHIFTS as f64;
-            }
-            return meat;
-        }
-        let mut score = rows.into_owned();
-        score.row_iter_mut().enumerate().for_each(|(i, mut row)| row *= scored(first + i));
-        meat += score.tr_mul(&score);
-        let least = (4.0 * (len as f64 / 100.0).powf(2.0 / 9.0)).ceil() as usize;
-        let lags = if power < WRONG * WRONG {
-            least
-        } else {
-            memory(&found.residuals.as_slice()[first..first + len]).max(least)
-        };
-        for lag in 1..=lags.min(len.saturating_sub(1)) {
-            let weight = 1.0 - lag as f64 / (lags as f64 + 1.0);
-            let cross = score.rows(lag, len - lag).tr_mul(&score.rows(0, len - lag)) * weight;
-            meat += &cross + cross.transpose();
-        }
-        meat
-    };
-    let pieces: Vec<(usize, usize)> = (problem.runs().iter().enumerate())
-        .flat_map(|(run, r)| (0..r.channels.len()).map(move |c| (run, c)))
-        .collect();
-    let all: Vec<DMatrix<f64>> = pieces.par_iter().map(|&(run, c)| of_channel(run, c)).collect();
-    let mut meat = all.into_iter().fold(DMatrix::zeros(n, n), |sum, m| sum + m);
-    // What a prior contributes is as sure as it says.
-    for row in problem.readings()..found.residuals.len() {
-        let r = influence.row(row);
-        meat += r.transpose() * r;
-    }
-    meat
 }
 
 /// The problem with one unknown held.
@@ -428,15 +318,6 @@ fn profile<M: Predictor>(
         };
     }
     Some(u.scale.value(found.x[k] + sign * distance).0)
-}
-
-/// Residuals over the deviation of a reading, whatever the fit took them for.
-fn plain<M: Predictor>(problem: &OutputError<M>, found: &Solution, jacobian: bool) -> Evaluation {
-    let mut problem = problem.clone();
-    problem.read_intervals(None);
-    problem
-        .evaluate(&found.x, jacobian)
-        .unwrap_or_else(|_| Evaluation { residuals: found.residuals.clone(), jacobian: None })
 }
 
 fn channels<M: Predictor>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {

@@ -142,11 +142,6 @@ pub(crate) fn of_solution<M: Predictor>(
     start: usize,
     start_costs: Vec<f64>,
 ) -> Result<Fit, PredictError> {
-    let mut weighted = solution.jacobian.clone();
-    for mut column in weighted.column_iter_mut() {
-        let pairs = column.iter_mut().zip(solution.residuals.iter());
-        pairs.for_each(|(j, r)| *j *= loss.weight(*r).sqrt());
-    }
     let theta = solution.x.clone();
     Ok(Fit {
         values: problem.values(&theta),
@@ -154,7 +149,7 @@ pub(crate) fn of_solution<M: Predictor>(
         cost: solution.cost,
         comparisons: compare(problem, &theta)?,
         jacobian: solution.jacobian.clone(),
-        information: Information::new(&weighted),
+        information: Information::weighed(&solution.residuals, &solution.jacobian, loss),
         start,
         start_costs,
         iterations: solution.iterations,
@@ -201,7 +196,7 @@ pub fn fit_carried<M: Plant>(
 
 /// From a solution with normal errors on to one that takes the readings of counting sensors as intervals
 /// ([`OutputError::read_intervals`]), the slack made smaller for as long as that makes the recordings more likely. `None`:
-/// nothing counts, or the model is not as right as that.
+/// nothing counts, the model is not as right as that, or normal errors explain the readings better.
 pub fn refine<M: Predictor>(
     problem: &OutputError<'_, M>,
     found: &Solution,
@@ -214,6 +209,7 @@ pub fn refine<M: Predictor>(
         return None;
     }
     let mut at = found.x.clone();
+    let normal = found.cost + problem.constant();
     let mut best: Option<(f64, f64, Solution)> = None;
     let mut problem = problem.clone();
     for slack in SLACKS {
@@ -227,7 +223,7 @@ pub fn refine<M: Predictor>(
         at = s.x.clone();
         best = Some((slack, surprise, s));
     }
-    best.map(|(slack, _, s)| (slack, s))
+    best.filter(|b| b.1 < normal).map(|(slack, _, s)| (slack, s))
 }
 
 /// All channels of all recordings against their simulation at `theta`, without fitting.

@@ -11,6 +11,9 @@ use statrs::function::erf::erfc;
 /// Slacks in counts that are tried, one after the other.
 pub(crate) const SLACKS: [f64; 4] = [0.3, 0.1, 0.05, 0.025];
 
+/// A motion so many times the slack inside both edges fits as well as the middle does, to the last digit.
+const INNER: f64 = 8.0;
+
 /// -ln P(y | y): what the residual leaves out of the likelihood.
 pub(crate) fn least(step: f64, slack: f64) -> f64 {
     -(-2.0 * ln_tail(0.5 * step / slack).exp()).ln_1p()
@@ -32,6 +35,9 @@ fn ln_density(z: f64) -> f64 {
 /// Residual and its derivative by the prediction; `off` is prediction less reading, `step` one count, `slack` s.
 pub(crate) fn residual(off: f64, step: f64, slack: f64) -> (f64, f64) {
     let h = 0.5 * step / slack;
+    if off.abs() < (h - INNER) * slack {
+        return (0.0, 0.0);
+    }
     let ln_p = |a: f64, b: f64| {
         // Phi(b) - Phi(a): from the tail in which both lie, else 1 less the two tails.
         if a > 0.0 {

@@ -19,5 +19,6 @@ pub mod quasi_static;
 pub mod recorded;
 pub mod regress;
 pub mod run;
+mod scatter;
 pub mod tangent;
 pub mod unknown;

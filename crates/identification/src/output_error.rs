@@ -75,6 +75,10 @@ impl<'a, M: Predictor> OutputError<'a, M> {
     pub fn read_intervals(&mut self, slack: Option<f64>) {
         self.slack = slack;
     }
+    /// Whether channels that count are read as intervals.
+    pub fn reads_intervals(&self) -> bool {
+        self.slack.is_some()
+    }
     /// Error before counting of a channel that is read as intervals, in its unit.
     pub fn slack(&self, run: usize, channel: usize) -> Option<f64> {
         self.slack_of(&self.runs[run].channels[channel])
@@ -86,12 +90,17 @@ impl<'a, M: Predictor> OutputError<'a, M> {
             noise.max(share * channel.resolution)
         })
     }
-    /// What the residuals of intervals leave out of the negative logarithm of the likelihood.
+    /// What the residuals of counting channels leave out of the negative logarithm of the likelihood of their counts.
     pub(crate) fn constant(&self) -> f64 {
-        let of = |c: &Channel| {
-            self.slack_of(c).map_or(0.0, |s| c.y.len() as f64 * interval::least(c.resolution, s))
+        let of = |c: &Channel| -> f64 {
+            let slack = self.slack_of(c);
+            let of = |k: usize| match slack {
+                Some(s) => interval::least(c.resolution, s),
+                None => (c.deviation(k) / c.resolution * (2.0 * std::f64::consts::PI).sqrt()).ln(),
+            };
+            (0..c.y.len()).filter(|k| !c.left_out(*k)).map(of).sum()
         };
-        self.runs.iter().flat_map(|r| &r.channels).map(of).sum()
+        self.runs.iter().flat_map(|r| &r.channels).filter(|c| c.counts()).map(of).sum()
     }
     /// Weighs residuals by the noise of the readings alone again.
     pub fn forget_noise(&mut self) {
@@ -238,8 +247,7 @@ impl<'a, M: Predictor> OutputError<'a, M> {
             for (k, measured) in channel.y.iter().enumerate() {
                 let at = residuals.len();
                 let off = y[at].value() - measured;
-                let left_out = channel.deviation(k) > 1e6 * channel.sigma;
-                let (r, slope) = match slack.filter(|_| !left_out) {
+                let (r, slope) = match slack.filter(|_| !channel.left_out(k)) {
                     Some(slack) => interval::residual(off, channel.resolution, slack),
                     None => (off / channel.deviation(k), 1.0 / channel.deviation(k)),
                 };

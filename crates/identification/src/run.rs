@@ -67,6 +67,11 @@ impl Channel {
         readings.iter().for_each(|k| self.spread[*k] = 1e9);
     }
 
+    /// Whether reading `k` counts for nothing.
+    pub fn left_out(&self, k: usize) -> bool {
+        self.spread.get(k).is_some_and(|s| *s > 1e6)
+    }
+
     /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no
     /// more than one. While it moves on evenly the errors within a count cancel, and its readings stay as they are.
     /// So a count that lasts for more than twice as long as the shorter one of its neighbours is weighed like that.

@@ -213,12 +213,10 @@ pub(super) fn by_simulation<M: Searched>(
         let iterations = fit.iterations + rough.iterations;
         (Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
     };
-    let quick = EstimateSettings { starts: Vec::new(), loss, profile: Vec::new(), first_iterations: 0 };
     let refined = if wrong.is_some() || settings.method == Method::NelderMead {
         None
     } else {
-        let suffers = assess(&problem, &fit.solution, &quick).suffers();
-        suffers.then(|| refine(&problem, &fit.solution, loss)).flatten()
+        refine(&problem, &fit.solution, loss)
     };
     let fit = match refined {
         Some((slack, finer)) => {
