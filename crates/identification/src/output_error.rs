@@ -93,12 +93,11 @@ impl<'a, M: Predictor> OutputError<'a, M> {
     /// What the residuals of counting channels leave out of the negative logarithm of the likelihood of their counts.
     pub(crate) fn constant(&self) -> f64 {
         let of = |c: &Channel| -> f64 {
-            let slack = self.slack_of(c);
-            let of = |k: usize| match slack {
+            let each = match self.slack_of(c) {
                 Some(s) => interval::least(c.resolution, s),
-                None => (c.deviation(k) / c.resolution * (2.0 * std::f64::consts::PI).sqrt()).ln(),
+                None => (c.sigma / c.resolution * (2.0 * std::f64::consts::PI).sqrt()).ln(),
             };
-            (0..c.y.len()).filter(|k| !c.left_out(*k)).map(of).sum()
+            (0..c.y.len()).map(|k| each * c.worth(k)).sum()
         };
         self.runs.iter().flat_map(|r| &r.channels).filter(|c| c.counts()).map(of).sum()
     }
@@ -247,8 +246,12 @@ impl<'a, M: Predictor> OutputError<'a, M> {
             for (k, measured) in channel.y.iter().enumerate() {
                 let at = residuals.len();
                 let off = y[at].value() - measured;
-                let (r, slope) = match slack.filter(|_| !channel.left_out(k)) {
-                    Some(slack) => interval::residual(off, channel.resolution, slack),
+                let (r, slope) = match slack {
+                    Some(slack) => {
+                        let (r, slope) = interval::residual(off, channel.resolution, slack);
+                        let weight = channel.worth(k).sqrt();
+                        (r * weight, slope * weight)
+                    }
                     None => (off / channel.deviation(k), 1.0 / channel.deviation(k)),
                 };
                 each(at, &y[at], slope);

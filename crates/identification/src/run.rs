@@ -67,9 +67,9 @@ impl Channel {
         readings.iter().for_each(|k| self.spread[*k] = 1e9);
     }
 
-    /// Whether reading `k` counts for nothing.
-    pub fn left_out(&self, k: usize) -> bool {
-        self.spread.get(k).is_some_and(|s| *s > 1e6)
+    /// How much of a reading `k` counts for, 0 to 1: a factor on its part of the logarithm of the likelihood.
+    pub fn worth(&self, k: usize) -> f64 {
+        self.spread.get(k).map_or(1.0, |s| s.powi(-2))
     }
 
     /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no

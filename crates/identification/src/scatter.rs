@@ -150,12 +150,13 @@ struct Counts {
     slack: f64,
     /// By how much a draw may move each reading.
     reach: DVector<f64>,
+    /// Factor on the residual of each reading.
+    weight: DVector<f64>,
 }
 
 impl Counts {
-    /// What a draw leaves to be fitted: motion less count at the solution, and its derivatives, of the readings that may
-    /// come near an edge.
-    fn again(&self, phase: f64, rng: &mut StdRng) -> (DVector<f64>, DMatrix<f64>) {
+    /// What a draw leaves to be fitted: the readings that may come near an edge.
+    fn again(&self, phase: f64, rng: &mut StdRng) -> Near {
         let mut off = Vec::new();
         let mut near = Vec::new();
         for (i, y) in self.shown.iter().enumerate() {
@@ -166,14 +167,23 @@ impl Counts {
                 near.push(i);
             }
         }
-        (DVector::from_vec(off), self.along.select_rows(&near))
+        let (along, weight) = (self.along.select_rows(&near), self.weight.select_rows(&near));
+        Near { off: DVector::from_vec(off), along, weight, slack: self.slack }
     }
+}
+
+/// Readings of a channel near the edges of their counts, in counts.
+struct Near {
+    /// Motion less count at the solution, and its derivatives.
+    off: DVector<f64>,
+    along: DMatrix<f64>,
+    weight: DVector<f64>,
+    slack: f64,
 }
 
 /// A fit to counts made anew; everything else is a quadratic about the solution.
 struct Again<'a> {
-    /// Motion less count, its derivatives, and the error before counting, in counts, channel by channel.
-    counts: Vec<(DVector<f64>, DMatrix<f64>, f64)>,
+    counts: Vec<Near>,
     /// Residuals of the quadratic, K z + w.
     k: &'a DMatrix<f64>,
     w: DVector<f64>,
@@ -183,17 +193,17 @@ impl Problem for Again<'_> {
     type Error = std::convert::Infallible;
     fn evaluate(&self, z: &[f64], jacobian: bool) -> Result<Evaluation, Self::Error> {
         let z = DVector::from_column_slice(z);
-        let readings: usize = self.counts.iter().map(|(off, ..)| off.len()).sum();
+        let readings: usize = self.counts.iter().map(|c| c.off.len()).sum();
         let mut residuals = DVector::zeros(readings + z.len());
         let mut rows = jacobian.then(|| DMatrix::zeros(residuals.len(), z.len()));
         let mut begin = 0;
-        for (off, along, slack) in &self.counts {
+        for Near { off, along, weight, slack } in &self.counts {
             let moved = off + along * &z;
-            for (i, off) in moved.iter().enumerate() {
+            for (i, (off, weight)) in moved.iter().zip(weight).enumerate() {
                 let (r, slope) = interval::residual(*off, 1.0, *slack);
-                residuals[begin + i] = r;
+                residuals[begin + i] = r * weight;
                 if let Some(rows) = rows.as_mut().filter(|_| slope > 0.0) {
-                    (0..z.len()).for_each(|j| rows[(begin + i, j)] = along[(i, j)] * slope);
+                    (0..z.len()).for_each(|j| rows[(begin + i, j)] = along[(i, j)] * slope * weight);
                 }
             }
             begin += off.len();
@@ -228,7 +238,8 @@ fn bootstrap<M: Predictor>(
             let channel = &problem.runs()[run].channels[c];
             let (first, len) = place(problem, run, c);
             let step = channel.resolution;
-            let kept: Vec<usize> = (0..len).filter(|k| !channel.left_out(*k)).collect();
+            // Not those that are left out.
+            let kept: Vec<usize> = (0..len).filter(|k| channel.worth(*k) > 1e-9).collect();
             let scale = |i: usize| channel.deviation(kept[i]) / step;
             let along = DMatrix::from_fn(kept.len(), normal.jacobian.ncols(), |i, j| {
                 normal.jacobian[(first + kept[i], j)] * scale(i)
@@ -247,6 +258,7 @@ fn bootstrap<M: Predictor>(
                 }),
                 reach: DVector::from_fn(kept.len(), |i, _| REACH * along.row(i).norm()),
                 along,
+                weight: DVector::from_fn(kept.len(), |i, _| channel.worth(kept[i]).sqrt()),
                 noise: if slack > interval::SLACKS[interval::SLACKS.len() - 1] {
                     slack
                 } else if declared > 1e-9 {
@@ -279,8 +291,7 @@ fn bootstrap<M: Predictor>(
             let counts = (counts.iter())
                 .map(|c| {
                     let phase = *phases.entry(c.sensor).or_insert_with(|| rng.random_range(-0.5..0.5));
-                    let (off, along) = c.again(phase, &mut rng);
-                    (off, along, c.slack)
+                    c.again(phase, &mut rng)
                 })
                 .collect();
             let w = &spread * DVector::from_fn(n, |_, _| StandardNormal.sample(&mut rng));

@@ -100,10 +100,11 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
         torque_constant: q[p::TORQUE_CONSTANT],
         gear_ratio: q[p::GEAR_RATIO],
     };
-    let mut line = |method: &str, k: usize, value: f64, ci: Option<[f64; 2]>, bound: f64| {
+    let mut line = |method: &str, k: usize, value: f64, ci: Option<[f64; 2]>, [bound, se]: [f64; 2]| {
         let truth = q[FITTED[k].1];
         let covered = ci.map_or(-1, |[a, b]| i32::from(a <= truth && truth <= b));
-        let _ = writeln!(text, "{c},{seed},{method},{k},{},{covered},{bound}", value / truth - 1.0);
+        let error = value / truth - 1.0;
+        let _ = writeln!(text, "{c},{seed},{method},{k},{error},{covered},{bound},{}", se / truth);
     };
     let mut found = [f64::NAN; 4];
     for (method, kind) in [
@@ -112,7 +113,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
         ("filtered", Regression::Filtered(8.0)),
     ] {
         if let Ok(r) = regress(&data.measured, None, &known, kind) {
-            (0..4).for_each(|k| line(method, k, r.values[k], None, f64::NAN));
+            (0..4).for_each(|k| line(method, k, r.values[k], None, [f64::NAN; 2]));
             found = r.values;
         }
     }
@@ -135,7 +136,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
             found = r.values;
         }
     }
-    (0..4).for_each(|k| line("iv", k, found[k], None, f64::NAN));
+    (0..4).for_each(|k| line("iv", k, found[k], None, [f64::NAN; 2]));
     let (problem, truth) = output_error(&model, cell, &data, 1.5);
     let bound = problem.evaluate(&truth, true).ok().and_then(|e| e.jacobian).map(|j| Information::new(&j));
     let mut from_iv = problem.start();
@@ -152,7 +153,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
                 let u = &e.unknowns[k];
                 let ends = [u.ci95[0].unwrap_or(0.0), u.ci95[1].unwrap_or(f64::INFINITY)];
                 let bound = bound.as_ref().map_or(f64::NAN, |b| b.covariance[(k, k)].sqrt());
-                line("output-error", k, u.value, Some(ends), bound);
+                line("output-error", k, u.value, Some(ends), [bound, u.standard_error.unwrap_or(f64::NAN)]);
             }
         }
         Err(e) => eprintln!("{cell:?} seed {seed}: {e}"),
