@@ -2,12 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-use std::f64::consts::TAU;
+use std::f64::consts::{LN_2, TAU};
 
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_identification::covariance::Information;
-use trueup_identification::fit::refine;
+use trueup_identification::fit::{cost, refine};
 use trueup_identification::lsq::{Loss, Options, Problem, solve};
 use trueup_identification::output_error::OutputError;
 use trueup_identification::run::{Between, Channel, Drive, Run};
@@ -112,4 +112,31 @@ fn a_wrong_model_is_left_with_normal_errors() {
     let problem = OutputError::new(&model, &q, &runs, unknowns);
     let first = solve(&problem, &problem.start(), Options::default()).unwrap();
     assert!(refine(&problem, &first, Loss::Squares).is_none());
+}
+
+/// A sensor that stands still says one thing, however often.
+#[test]
+fn a_rest_says_no_more_for_lasting() {
+    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let q = delian(2).unwrap();
+    let step = TAU / 16.0;
+    for length in [100, 1000] {
+        let mut channel = Channel {
+            output: output::MOTOR_ANGLE,
+            t: (0..length).map(|k| f64::from(k) * 1e-3).collect(),
+            y: (0..length).map(|_| 0.0).collect(),
+            sigma: step / 12f64.sqrt(),
+            resolution: step,
+            ..Channel::default()
+        };
+        channel.weigh_rests();
+        let drives = vec![Drive { t: vec![0.0], u: vec![0.0], ..Drive::default() }];
+        let runs = [Run { channels: vec![channel], drives, at_rest: true, ..Run::default() }];
+        let offset = Unknown::free("offset", Target::Offset(output::MOTOR_ANGLE), None, step);
+        let mut problem = OutputError::new(&model, &q, &runs, vec![offset]);
+        problem.read_intervals(Some(0.025));
+        // On the edge of its count each reading is half as likely as within, and there are two of them.
+        let found = cost(&problem, &[0.5], Loss::Squares).unwrap();
+        assert!((found - 2.0 * LN_2).abs() < 1e-9, "{length}: {found}");
+    }
 }
