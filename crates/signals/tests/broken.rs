@@ -362,6 +362,13 @@ fn cases() {
             &["did you mean `motorAngle`"],
         ),
         ("no noise", with(""), Warning, NoNoise, &["motorAngle", "noise", "rest"]),
+        (
+            "hardly a motion",
+            with("[channels.motorAngle]\nnoise = 100.0\n"),
+            Warning,
+            LittleExcitation,
+            &["motorAngle", "errs by 100", "larger or longer"],
+        ),
         ("not UTF-8", String::new(), Error, Encoding, &["case.toml", "not UTF-8"]),
     ];
     let mut long = String::from("time,motorCurrent,motorAngle\n");

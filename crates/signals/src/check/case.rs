@@ -35,6 +35,7 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
     for run in loaded.rest() {
         findings.extend(run.channels.iter().filter_map(|c| moving(run, c)));
     }
+    findings.extend(excitation(loaded, known));
     let noisy = !case.repeats.is_empty() || !case.rest.is_empty();
     if let (false, Some(run)) = (noisy, loaded.train().first()) {
         for c in &run.channels {
@@ -88,4 +89,35 @@ fn moving(run: &Recording, c: &Channel) -> Option<Finding> {
         let what = format!("the mean moves by {} although the recording is declared at rest", short(change));
         Finding::warning(Kind::NotAtRest, &run.file, what, "take it out of `rest`").channel(&c.name)
     })
+}
+
+/// A motion below so many times the error of its sensor, root mean square, tells little of any parameter.
+const STILL: f64 = 3.0;
+
+/// Outputs that hardly leave the noise in any recording that is to be fitted.
+fn excitation(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
+    let train = loaded.train();
+    let Some(first) = train.first() else { return Vec::new() };
+    let outputs = first.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Output));
+    outputs
+        .filter_map(|c| {
+            let error = c.sensor.deviation().filter(|e| *e > 0.0)?;
+            let moves = |c: &Channel| {
+                let n = c.len().max(1) as f64;
+                let mean = c.values.iter().sum::<f64>() / n;
+                (c.values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
+            };
+            let most = train.iter().filter_map(|r| r.channel(&c.name)).map(moves).fold(0.0, f64::max);
+            // What is one value all along was said to be.
+            (most > 0.0 && most < STILL * error).then(|| {
+                let what = format!(
+                    "it moves by {} (RMS) at most in all of `train`, a reading errs by {}: too little to tell parameters by",
+                    short(most),
+                    short(error)
+                );
+                let mend = "record larger or longer motions, or correct `noise` and `resolution`";
+                Finding::warning(Kind::LittleExcitation, &loaded.case.file, what, mend).channel(&c.name)
+            })
+        })
+        .collect()
 }

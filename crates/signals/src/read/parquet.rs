@@ -13,7 +13,8 @@ use super::Table;
 use crate::finding::{Finding, Kind};
 
 pub(super) fn read(file: &Path, open: File, findings: &mut Vec<Finding>) -> Option<Table> {
-    let mend = "write a flat table of numbers, uncompressed or with Snappy (pandas: to_parquet(...) as it is)";
+    let mend =
+        "write a flat table of numbers, uncompressed or with Snappy (pandas: to_parquet(...) as it is)";
     let table = SerializedFileReader::new(open).and_then(|reader| columns(&reader));
     let wrong = match table {
         Ok(table) => return Some(table),
