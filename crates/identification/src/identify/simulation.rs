@@ -232,9 +232,17 @@ pub(super) fn by_simulation<M: Searched>(
     let profile = if settings.profile && model.profiles() { (0..shared.len()).collect() } else { Vec::new() };
     let how = EstimateSettings { starts: Vec::new(), loss, profile, first_iterations: 0 };
     let e = assess(&problem, &fit.solution, &how);
+    let noisy = problem.runs().iter().flat_map(|r| &r.drives).any(|d| d.sigma > 0.0);
+    let uncarried = noisy && settings.method == Method::NelderMead && wrong.is_none();
+    if uncarried {
+        notes.push(
+            "nelder-mead does not carry the noise of the inputs along: what it does to the motion is in no error, and lifts residuals above the noise floor; use output-error"
+                .into(),
+        );
+    }
     for c in &e.channels {
         let name = &train[c.run].name;
-        if wrong.is_none() && c.above_floor > 1.5 && !free.contains(&c.channel) {
+        if wrong.is_none() && !uncarried && c.above_floor > 1.5 && !free.contains(&c.channel) {
             notes.push(format!(
                 "{name}: {} is fitted {:.1} times above its noise floor: the model lacks something, see `trueup diagnose`; errors are widened for that, but do not hold what a wrong model does",
                 c.channel, c.above_floor
