@@ -45,6 +45,9 @@ pub enum DiagnoseError {
     /// The case is not fit for it.
     #[error(transparent)]
     Unfit(#[from] Unfit),
+    /// A recording is too short.
+    #[error("{0}; leave it out of case.toml, or record for longer")]
+    Short(String),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"
@@ -110,7 +113,7 @@ pub fn diagnose(
 ) -> Result<Diagnosed, DiagnoseError> {
     let case = Prepared::new(loaded)?;
     tell(0.01, "what a perfect model would leave");
-    let search = Search::new(&case, options.seed).map_err(DiagnoseError::Nominal)?;
+    let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
     let effort = options.effort.on(case.subject.plant);
@@ -124,7 +127,7 @@ pub fn diagnose(
     tell(0.7, "free-running simulations");
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
-    let led = tuned_start(&search, &found);
+    let led = tuned_start(&search, &found, effort);
     let given = Fitted { theta: search.compare(&led.stated).start(), ..led.clone() };
     let (led, given) = rayon::join(|| search.polish(&led, 20), || search.polish(&given, 20));
     let tuned = better(&search, better(&search, led, &given), &before);
@@ -198,7 +201,7 @@ pub fn diagnose(
     let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
     tell(0.97, "what to record next");
     let next = experiment::propose(&search, &found, &decision, &options.limits);
-    let diagnosis = Diagnosis {
+    let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
         verdict: decision.verdict,
@@ -218,7 +221,6 @@ pub fn diagnose(
             Vec::new()
         },
     };
-    let mut diagnosis = diagnosis;
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
     held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
@@ -246,20 +248,14 @@ fn better(search: &Search<'_>, a: Complete, b: &Complete) -> Complete {
 }
 
 /// The plain model with all its parameters free, from where the search left it.
-fn tuned_start(search: &Search<'_>, found: &Found) -> Fitted {
+fn tuned_start(search: &Search<'_>, found: &Found, effort: Effort) -> Fitted {
     let wide: Vec<Hypothesis> =
         search.causes.iter().filter(|h| matches!(h.claim, Claim::Parameter(_))).cloned().collect();
-    let options = trueup_identification::lsq::Options {
-        max_iterations: 10,
-        cost_tolerance: 1e-4,
-        radius: 1.0,
-        ..Default::default()
-    };
     let start_from =
         if found.best.stated.set.iter().any(Hypothesis::is_effect) { &found.plain } else { &found.best };
     let fitted = search.state(&wide).ok().and_then(|stated| {
         let start = search.begin_with(&stated, start_from);
-        search.fit(stated, &start, options).ok()
+        search.fit(stated, &start, effort.options()).ok()
     });
     fitted.unwrap_or_else(|| start_from.clone())
 }

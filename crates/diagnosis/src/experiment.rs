@@ -7,9 +7,10 @@
 
 mod menu;
 
-use rand::{Rng, SeedableRng};
+use std::collections::BTreeMap;
+
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::StandardNormal;
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 use trueup_identification::lsq::Options;
@@ -241,28 +242,20 @@ impl<'a> Setting<'a> {
             runs: &runs,
             led: Vec::new(),
             unknowns,
-            held: std::collections::BTreeMap::new(),
+            held: BTreeMap::new(),
         };
         let shown = model.errors(0, &theta).ok()?;
         let mut run = runs[0].run.clone();
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut begin = 0;
         for c in &mut run.channels {
-            let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
-            for (y, shown) in c.y.iter_mut().zip(&shown[begin..]) {
-                *y = shown + white * rng.sample::<f64, _>(StandardNormal);
-                if c.resolution > 0.0 {
-                    *y = (*y / c.resolution).round() * c.resolution;
-                }
-            }
-            begin += c.y.len();
-            if !self.inside(c) {
-                return None;
-            }
+            let end = begin + c.y.len();
+            c.y.copy_from_slice(&shown[begin..end]);
+            begin = end;
         }
-        for d in &mut run.drives {
-            let sigma = self.search.case.input_noise.get(d.input).copied().unwrap_or(0.0);
-            d.u.iter_mut().for_each(|u| *u += sigma * rng.sample::<f64, _>(StandardNormal));
+        self.search.case.read_noisily(&mut run, &mut rng);
+        if !run.channels.iter().all(|c| self.inside(c)) {
+            return None;
         }
         Some(Compared::new(run, runs[0].known.clone(), self.search.case.model.sizes().inputs))
     }

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout, clippy::print_stderr)]
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use trueup_diagnosis::diagnose::{Options, diagnose};
 use trueup_diagnosis::locate::{JointColumns, joint_intervals, joint_unknown_inputs};
@@ -87,10 +87,8 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
     }
 }
 
-/// EMPS (A. Janot et al., 2019): a drive with rectangular pulses added to its input, which are withheld here.
-#[test]
-fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
-    let Some(folder) = data() else { return };
+/// EMPS with pulses: time (s), pulses (V), position (m), input (V).
+fn pulses_run(folder: &Path) -> [Vec<f64>; 4] {
     // With names of its own beside it.
     let own = tempfile::tempdir().unwrap();
     let file = own.path().join("pulses.mat");
@@ -98,8 +96,15 @@ fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
     std::fs::write(own.path().join("pulses.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
     let (run, _) = Recording::read(&file, &[], &BTreeMap::new()).unwrap();
     let all = |name: &str| run.channel(name).unwrap().values.clone();
-    let (time, pulses, motor) = (run.channel("qm").unwrap().time.clone(), all("pulses_N"), all("qm"));
-    let current: Vec<f64> = all("vir").iter().zip(&pulses).map(|(v, p)| v - p).collect();
+    [run.channel("qm").unwrap().time.clone(), all("pulses_N"), all("qm"), all("vir")]
+}
+
+/// EMPS (A. Janot et al., 2019): a drive with rectangular pulses added to its input, which are withheld here.
+#[test]
+fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
+    let Some(folder) = data() else { return };
+    let [time, pulses, motor, volts] = pulses_run(&folder);
+    let current: Vec<f64> = volts.iter().zip(&pulses).map(|(v, p)| v - p).collect();
     let mut p = vec![0.0; j::COUNT];
     // As published, without the offset.
     (p[j::MOTOR_INERTIA], p[j::GEAR_RATIO], p[j::TORQUE_CONSTANT]) = (95.1089, 1.0, 35.150_65);
@@ -147,13 +152,7 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     use std::fmt::Write as _;
     let Some(folder) = data() else { return };
     let own = tempfile::tempdir().unwrap();
-    let file = own.path().join("pulses.mat");
-    std::fs::copy(folder.join("real/emps/DATA_EMPS_PULSES.mat"), &file).unwrap();
-    std::fs::write(own.path().join("pulses.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
-    let (run, _) = Recording::read(&file, &[], &BTreeMap::new()).unwrap();
-    let all = |name: &str| run.channel(name).unwrap().values.clone();
-    let (time, pulses, motor, volts) =
-        (run.channel("qm").unwrap().time.clone(), all("pulses_N"), all("qm"), all("vir"));
+    let [time, pulses, motor, volts] = pulses_run(&folder);
     let half = time.len() / 2;
     let case = own.path().join("case");
     std::fs::create_dir(&case).unwrap();
@@ -182,6 +181,9 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let near = |e: &f64| told.iter().map(|t| (t - e).abs()).fold(f64::INFINITY, f64::min);
     let hits = edges.iter().filter(|e| near(e) <= 5e-3).count();
     println!("{} edges, {} told, {hits} within 5 ms", edges.len(), told.len());
-    assert!(matches!(d.verdict, Verdict::Effects | Verdict::Unknown | Verdict::Ambiguous), "{:?}", d.verdict);
+    // A push at the actuator, or something there that has no name.
+    let named = d.effects.first().is_some_and(|e| e.id == "external-force" && e.component == "actuator");
+    let there = d.location.components.first().is_some_and(|c| c.id == "actuator");
+    assert!(named || d.verdict == Verdict::Unknown && there, "{:?} {:?}", d.verdict, d.location.components);
     assert!(hits as f64 >= 0.95 * edges.len() as f64);
 }

@@ -12,13 +12,14 @@ use crate::engine::select::{Effort, Found, NEGLIGIBLE};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
-/// Share of the evidence for the others that it has to bring as well, or of the excess that they leave.
-const SHARE: f64 = 0.02;
-const NOTABLE: f64 = 0.15;
 /// Odds (natural logarithm) of the balances that free runs cannot turn.
 const SETTLED: f64 = 60.0;
 /// Evidence that a cause more has to bring, lest it be tried at all.
 const MORE: f64 = 60.0;
+/// ... and, where the others leave some excess, this share of the evidence for them,
+const SHARE: f64 = 0.02;
+/// ... or this share of that excess.
+const NOTABLE: f64 = 0.15;
 
 /// A set that ran freely.
 #[derive(Clone, Debug)]
@@ -119,36 +120,23 @@ impl Ground<'_> {
             }
             let mut order: Vec<usize> = (0..found.sets.len()).collect();
             order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
-            let mut seen: Vec<(&str, &str)> = Vec::new();
-            let mut list: Vec<usize> = Vec::new();
-            for at in order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted)) {
-                let f = &found.sets[at];
-                // Of one cause in one place the better of its forms.
-                let new = f.stated.set.iter().find(|h| !best.contains(h));
-                let key = new.map_or(("", ""), |h| (&*h.id, &*h.component));
-                let effect = new.is_none_or(Hypothesis::is_effect);
-                if effect && !seen.contains(&key) && seen.len() < most {
-                    seen.push(key);
-                    list.push(at);
-                }
-            }
+            // Of one cause in one place the better of its forms.
+            let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
+            let like = order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted));
+            let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
+            let list = first_of_each(effects, |at| new(at).map(|h| (&*h.id, &*h.component)), most);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
         // Nothing of that helps: the effects that lead by themselves.
         let tuned = self.free(&self.tuned).map_or(0.0, |f| f.tuned);
         if claims && all.iter().all(|c| c.after > 0.7 * tuned) {
-            let single = |f: &Fitted| f.stated.set.len() == 1 && f.stated.set[0].is_effect();
-            let mut seen: Vec<&str> = Vec::new();
-            let mut list: Vec<usize> = Vec::new();
-            for (at, f) in found.sets.iter().enumerate().filter(|(_, f)| single(f)) {
-                let id = &*f.stated.set[0].id;
-                if !seen.contains(&id) && seen.len() < 4 {
-                    seen.push(id);
-                    if all.iter().all(|c| c.at != at) {
-                        list.push(at);
-                    }
-                }
-            }
+            let id = |at: usize| match &found.sets[at].stated.set[..] {
+                [h] if h.is_effect() => Some(&*h.id),
+                _ => None,
+            };
+            let singles = (0..found.sets.len()).filter(|at| id(*at).is_some());
+            let mut list = first_of_each(singles, id, 4);
+            list.retain(|at| all.iter().all(|c| c.at != *at));
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
         all
@@ -162,6 +150,22 @@ impl Ground<'_> {
         shown.iter_mut().zip(held).for_each(|(t, y)| t.measured.clone_from(y));
         gap_report(&shown, self.seed).overall.map(|g| g.after)
     }
+}
+
+/// The first of each key, as many as `most`.
+fn first_of_each<K: PartialEq>(
+    list: impl Iterator<Item = usize>,
+    key: impl Fn(usize) -> K,
+    most: usize,
+) -> Vec<usize> {
+    let mut seen: Vec<(K, usize)> = Vec::new();
+    for at in list {
+        let key = key(at);
+        if seen.len() < most && !seen.iter().any(|s| s.0 == key) {
+            seen.push((key, at));
+        }
+    }
+    seen.into_iter().map(|s| s.1).collect()
 }
 
 /// What ran.

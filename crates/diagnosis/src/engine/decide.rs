@@ -11,8 +11,7 @@ pub struct Thresholds {
     pub gap: f64,
     /// ... or, where nothing explains it, the floor's by this.
     pub bare: f64,
-    /// Mean share, of the balances' excess and of the free-running gap, that an explanation has to take, lest the cause be
-    /// unknown.
+    /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
     pub explained: f64,
     /// Excess that may be left whatever the share.
     pub left: f64,
@@ -92,6 +91,10 @@ pub struct Decision {
 }
 
 impl Fitted {
+    /// How many effects it claims.
+    fn effects(&self) -> usize {
+        self.stated.set.iter().filter(|h| h.is_effect()).count()
+    }
     /// Half the number of readings that count as independent, times the logarithm of the power that is left: what the
     /// likelihood is when the size of the misfit is not known.
     pub fn concentrated(&self, independent: f64) -> f64 {
@@ -99,7 +102,7 @@ impl Fitted {
     }
 }
 
-/// How well a free-running simulation does: its gap above the floor, as a power. Below a third of the floor nothing counts.
+/// How well a free-running simulation does: its gap above the floor, as a power. What is below a tenth of the floor's does not count.
 fn left(gap: f64, floor: f64) -> f64 {
     (gap * gap - floor * floor).max(0.1 * floor * floor).max(f64::MIN_POSITIVE)
 }
@@ -112,120 +115,143 @@ pub trait Ran {
     fn apart(&self, a: usize, b: usize) -> Option<f64>;
 }
 
+/// What the sets that were fitted and run come to.
+struct Judge<'a> {
+    found: &'a Found,
+    free: Free,
+    ran: &'a dyn Ran,
+    limits: &'a Thresholds,
+    /// Readings of the balances that count.
+    independent: f64,
+    /// By size of a set: the largest gap of those that ran; 0: none did.
+    worst: Vec<f64>,
+}
+
+impl<'a> Judge<'a> {
+    fn new(found: &'a Found, free: Free, ran: &'a dyn Ran, limits: &'a Thresholds) -> Self {
+        let mut worst = Vec::new();
+        for (at, f) in found.sets.iter().enumerate() {
+            let size = f.stated.set.len();
+            worst.resize(worst.len().max(size + 1), 0.0);
+            worst[size] = f64::max(worst[size], ran.after(at).unwrap_or(0.0));
+        }
+        Self { found, free, ran, limits, independent: limits.independent(&found.best), worst }
+    }
+    /// What a free run leaves above the floor, as a power. A set that did not run is held to do no better than the worst of
+    /// its size that ran.
+    fn power(&self, at: usize) -> f64 {
+        let worst = self.worst[self.found.sets[at].stated.set.len()];
+        let assumed = if worst > 0.0 { worst } else { self.free.tuned };
+        left(self.ran.after(at).unwrap_or(assumed), self.free.floor)
+    }
+    fn tuned(&self) -> f64 {
+        left(self.free.tuned, self.free.floor)
+    }
+    /// Logarithm of the probability of a set, up to a constant.
+    fn score(&self, at: usize) -> f64 {
+        let f = &self.found.sets[at];
+        f.concentrated(self.independent) + 0.5 * f.occam - self.limits.run * self.power(at).ln()
+    }
+    /// Sets of that size with effects that ran.
+    fn of_size(&self, size: usize) -> impl Iterator<Item = usize> {
+        let sets = self.found.sets.iter().enumerate();
+        let fits = sets.filter(move |(_, f)| f.stated.set.len() == size && f.effects() > 0);
+        fits.map(|(at, _)| at).filter(|at| self.ran.after(*at).is_some())
+    }
+    fn best_of_size(&self, size: usize) -> Option<usize> {
+        self.of_size(size).max_by(|a, b| self.score(*a).total_cmp(&self.score(*b)))
+    }
+
+    /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
+    fn choose(&self) -> Option<usize> {
+        let tuned = self.tuned();
+        if self.found.best.effects() == 0 {
+            return self.best_of_size(1).filter(|&i| self.power(i) < 0.5 * tuned);
+        }
+        let size = self.found.best.stated.set.len();
+        let own = self.best_of_size(size);
+        // One fewer that does as well; one more that does far better where the own one falls short.
+        let fewer = if size > 1 { self.best_of_size(size - 1) } else { None };
+        let fewer =
+            fewer.filter(|f| own.is_none_or(|o| self.power(*f) < self.limits.needless * self.power(o)));
+        let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
+        let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
+        let more = more
+            .filter(|m| own.is_none_or(|o| short(o) && self.power(*m) * self.limits.more < self.power(o)));
+        let chosen = fewer.or(more).or(own);
+        // What the balances favour changes nothing, and another effect by itself does.
+        let remains = chosen.map_or(tuned, |c| self.power(c));
+        let idle = chosen.is_none_or(|_| remains > 0.5 * tuned);
+        self.best_of_size(1).filter(|a| idle && self.power(*a) < 0.25 * remains).or(chosen)
+    }
+
+    /// Other causes in the place of the `i`-th of `best`, with their odds.
+    fn rivals(&self, chosen: Option<usize>, best: &Fitted, i: usize, after: f64) -> Vec<(usize, f64)> {
+        let (set, h) = (&best.stated.set, &best.stated.set[i]);
+        let other = |f: &Fitted| {
+            f.stated.set.len() == set.len()
+                && !f.stated.set.contains(h)
+                && set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
+        };
+        let odds = |at: usize, f: &Fitted| {
+            let Some(chosen) = chosen else {
+                let n = self.independent;
+                return f.concentrated(n) - best.concentrated(n) + (f.occam - best.occam) * 0.5;
+            };
+            // Predictions as near to each other as either is to the recordings tell nothing apart.
+            let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.alike * after);
+            if alike { 0.0 } else { self.score(at) - self.score(chosen) }
+        };
+        let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
+        let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();
+        list.sort_by(|a, b| b.1.total_cmp(&a.1));
+        list
+    }
+}
+
 /// Chooses and decides; `raw` is the excess of the nominal model as it is. `found.best` and `free.after` become those of the
 /// set chosen.
 pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limits: &Thresholds) -> Decision {
-    let floor_of = |gap: f64| left(gap, free.floor);
-    let tuned = floor_of(free.tuned);
-    let independent = limits.independent(&found.best);
-    let effects = |f: &Fitted| f.stated.set.iter().filter(|h| h.is_effect()).count();
-    // A set that did not run is held to do no better than the worst of its size that ran.
-    let worst: Vec<f64> = (0..8)
-        .map(|size| {
-            let like = (0..found.sets.len()).filter(|&i| found.sets[i].stated.set.len() == size);
-            like.filter_map(|i| ran.after(i)).fold(0.0, f64::max)
-        })
-        .collect();
-    let power = |at: usize| {
-        let size = found.sets[at].stated.set.len();
-        let assumed = worst.get(size).copied().filter(|w| *w > 0.0).unwrap_or(free.tuned);
-        floor_of(ran.after(at).unwrap_or(assumed))
-    };
-    let score = |at: usize| {
-        let f = &found.sets[at];
-        f.concentrated(independent) + 0.5 * f.occam - limits.run * power(at).ln()
-    };
-    let of_size = |size: usize| -> Vec<usize> {
-        let all = 0..found.sets.len();
-        let fits = |&i: &usize| {
-            found.sets[i].stated.set.len() == size && effects(&found.sets[i]) > 0 && ran.after(i).is_some()
-        };
-        all.filter(fits).collect()
-    };
-    let best_of = |list: Vec<usize>| list.into_iter().max_by(|a, b| score(*a).total_cmp(&score(*b)));
-    let size = found.best.stated.set.len();
-    let chosen = if effects(&found.best) > 0 {
-        let own = best_of(of_size(size));
-        // One fewer that does as well; one more that does far better.
-        let fewer = if size > 1 { best_of(of_size(size - 1)) } else { None };
-        let more = of_size(size + 1).into_iter().min_by(|a, b| power(*a).total_cmp(&power(*b)));
-        let fewer = fewer.filter(|f| own.is_none_or(|o| power(*f) < limits.needless * power(o)));
-        let short = |o: usize| ran.after(o).is_some_and(|a| a > limits.free * free.floor);
-        let more = more.filter(|m| own.is_none_or(|o| short(o) && power(*m) * limits.more < power(o)));
-        let chosen = fewer.or(more).or(own);
-        // What the balances favour changes nothing, and another effect by itself does.
-        let alone = best_of(of_size(1)).filter(|a| {
-            chosen.is_none_or(|c| power(c) > 0.5 * tuned) && power(*a) < 0.25 * chosen.map_or(tuned, power)
-        });
-        alone.or(chosen)
-    } else {
-        best_of(of_size(1)).filter(|&i| power(i) < 0.5 * tuned)
-    };
-    if let Some(at) = chosen {
-        free.after = ran.after(at).unwrap_or(free.after);
-    } else {
-        free.after = free.tuned;
-    }
-    let closed = (1.0 - floor_of(free.after) / tuned).clamp(0.0, 1.0);
+    let judge = Judge::new(found, *free, ran, limits);
+    let chosen = judge.choose();
+    free.after = chosen.and_then(|at| ran.after(at)).unwrap_or(free.tuned);
+    let closed = (1.0 - left(free.after, free.floor) / judge.tuned()).clamp(0.0, 1.0);
     let best = chosen.map_or_else(|| found.best.clone(), |at| found.sets[at].clone());
-    let count = effects(&best);
+    let rivals: Vec<Vec<(usize, f64)>> =
+        (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();
+    let mass = |list: &Vec<(usize, f64)>| list.iter().map(|l| l.1.exp()).sum::<f64>();
+    let mut probability: Vec<f64> = rivals.iter().map(|list| 1.0 / (1.0 + mass(list))).collect();
+    let count = best.effects();
     let left = best.excess();
     let shown = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
     let gap = free.before > limits.free * free.floor || shown && free.before > 1.2 * free.floor;
     // What nothing can explain away is no excess: declared noise may be wrong.
     let bottom = found.sets.iter().map(Fitted::excess).fold(left, f64::min).min(0.0);
-    let total = (raw - bottom).max(1e-12);
-    let structural = (found.plain.excess() - bottom).max(1e-12);
-    let explained = 1.0 - (left - bottom) / if count > 0 { structural } else { total };
-    let mut rivals = Vec::new();
-    let mut probability = Vec::new();
-    let own = chosen.map(&score);
-    for (i, h) in best.stated.set.iter().enumerate() {
-        let others = |f: &Fitted| {
-            f.stated.set.len() == best.stated.set.len()
-                && !f.stated.set.contains(h)
-                && best.stated.set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
-        };
-        let mut list: Vec<(usize, f64)> = Vec::new();
-        for (at, f) in found.sets.iter().enumerate().filter(|(_, f)| others(f)) {
-            let odds = match own {
-                Some(own) => score(at) - own,
-                _ => {
-                    f.concentrated(independent) - best.concentrated(independent)
-                        + (f.occam - best.occam) * 0.5
-                }
-            };
-            list.push((at, odds.min(0.0)));
-        }
-        list.sort_by(|a, b| b.1.total_cmp(&a.1));
-        let mass: f64 = list.iter().map(|l| l.1.exp()).sum();
-        probability.push(1.0 / (1.0 + mass));
-        rivals.push(list);
-    }
-    let as_good = count == 0 && free.tuned <= limits.free * free.floor;
-    let missed = count == 0 && free.tuned > 1.5 * limits.free * free.floor;
+    let whole = if count > 0 { found.plain.excess() } else { raw };
+    let explained = 1.0 - (left - bottom) / (whole - bottom).max(1e-12);
+    let as_good = free.tuned <= limits.free * free.floor;
+    let missed = free.tuned > 1.5 * limits.free * free.floor;
     // Balances tell the law, free runs the size: either may be spoilt by the form of a law.
     let balances = explained.clamp(0.0, 1.0);
     let known = balances.max(closed).max(0.5 * (balances + closed) + 0.2);
     let unexplained = if count > 0 {
         known < limits.explained
     } else {
-        !as_good && (explained < 0.8 && left - bottom > limits.left || missed)
+        !as_good && (explained < limits.explained && left - bottom > limits.left || missed)
     };
-    let unknown = 1.0 / (1.0 + ((known - limits.explained) * 12.0).exp());
+    let close = |list: &Vec<(usize, f64)>| list.first().is_some_and(|(_, odds)| -odds < limits.odds);
     let verdict = if !gap {
         Verdict::NoGap
     } else if unexplained {
         Verdict::Unknown
     } else if count == 0 {
         Verdict::Parameters
-    } else if (best.stated.set.iter().zip(&rivals))
-        .any(|(h, r)| h.is_effect() && r.first().is_some_and(|(_, odds)| -odds < limits.odds))
-    {
+    } else if best.stated.set.iter().zip(&rivals).any(|(h, r)| h.is_effect() && close(r)) {
         Verdict::Ambiguous
     } else {
         Verdict::Effects
     };
+    let unknown = 1.0 / (1.0 + ((known - limits.explained) * 12.0).exp());
     let unknown = match verdict {
         Verdict::NoGap | Verdict::Parameters => unknown.min(0.05),
         _ => unknown,

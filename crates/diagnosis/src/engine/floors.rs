@@ -4,7 +4,6 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 use rand::SeedableRng;
-use rand_distr::{Distribution, Normal};
 use trueup_identification::run::Run;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
@@ -180,21 +179,6 @@ fn perfect(case: &Prepared, run: &Compared, seed: u64) -> Run {
         }
     }
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    for c in &mut made.channels {
-        let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
-        let Ok(normal) = Normal::new(0.0, white) else { continue };
-        for y in &mut c.y {
-            *y += normal.sample(&mut rng);
-            if c.resolution > 0.0 {
-                *y = (*y / c.resolution).round() * c.resolution;
-            }
-        }
-    }
-    for d in &mut made.drives {
-        let Ok(normal) = Normal::new(0.0, case.input_noise.get(d.input).copied().unwrap_or(0.0)) else {
-            continue;
-        };
-        d.u.iter_mut().for_each(|u| *u += normal.sample(&mut rng));
-    }
+    case.read_noisily(&mut made, &mut rng);
     made
 }

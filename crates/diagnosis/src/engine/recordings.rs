@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use rand::Rng;
+use rand_distr::StandardNormal;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::{effect, joint};
 use trueup_numerics::hybrid::Hybrid;
@@ -90,6 +92,23 @@ impl Subject {
 }
 
 impl Prepared {
+    /// Reads a simulated recording with the noise and the resolution of its sensors, inputs with theirs.
+    pub fn read_noisily(&self, run: &mut Run, rng: &mut impl Rng) {
+        for c in &mut run.channels {
+            let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
+            for y in &mut c.y {
+                *y += white * rng.sample::<f64, _>(StandardNormal);
+                if c.resolution > 0.0 {
+                    *y = (*y / c.resolution).round() * c.resolution;
+                }
+            }
+        }
+        for d in &mut run.drives {
+            let sigma = self.input_noise.get(d.input).copied().unwrap_or(0.0);
+            d.u.iter_mut().for_each(|u| *u += sigma * rng.sample::<f64, _>(StandardNormal));
+        }
+    }
+
     /// From a case with its recordings.
     ///
     /// # Errors

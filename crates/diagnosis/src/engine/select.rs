@@ -26,6 +26,10 @@ impl Default for Effort {
 }
 
 impl Effort {
+    /// How a set is fitted.
+    pub fn options(&self) -> Options {
+        Options { max_iterations: self.iterations, cost_tolerance: 1e-4, radius: 1.0, ..Options::default() }
+    }
     /// The same for a plant whose looks cost more: one set is followed only.
     #[must_use]
     pub fn on(self, plant: Plant) -> Self {
@@ -76,12 +80,7 @@ impl Search<'_> {
     /// # Errors
     /// Why the nominal model cannot be fitted.
     pub fn select(&self, effort: Effort, mut tell: impl FnMut(&str)) -> Result<Found, String> {
-        let options = Options {
-            max_iterations: effort.iterations,
-            cost_tolerance: 1e-4,
-            radius: 1.0,
-            ..Options::default()
-        };
+        let options = effort.options();
         let stated = self.state(&[])?;
         let start = self.compare(&stated).start();
         let plain = self.fit(stated, &start, options).map_err(|e| e.to_string())?;
@@ -154,12 +153,7 @@ impl Search<'_> {
     /// Fits the likeliest sets with one cause more than the chosen one, however small their share: a free-running simulation
     /// may tell.
     pub fn grow(&self, found: &mut Found, effort: Effort) {
-        let options = Options {
-            max_iterations: effort.iterations,
-            cost_tolerance: 1e-4,
-            radius: 1.0,
-            ..Options::default()
-        };
+        let options = effort.options();
         let base = found.best.clone();
         for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(GROW) {
             let mut set = base.stated.set.clone();

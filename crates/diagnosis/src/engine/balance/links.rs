@@ -1,0 +1,129 @@
+//! How the coordinates of a model hang together with the channels of a recording.
+
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::Hybrid;
+
+use super::Led;
+use crate::engine::coordinate::Coordinate;
+use crate::engine::subject::Model;
+
+/// How the coordinates of a model hang together with the channels of a recording.
+#[derive(Clone, Debug)]
+pub struct Links {
+    /// Channel that leads each coordinate, as factor times it, and whether it shows its velocity only.
+    pub(super) leads: Vec<Option<(usize, f64, bool)>>,
+    /// Which coordinate each channel shows, as factor times it, and whether its velocity.
+    pub(super) shows: Vec<Option<(usize, f64, bool)>>,
+    /// States set by the coordinates' positions and velocities: state, (coordinate, factor).
+    pub(super) positions: Vec<(usize, Vec<(usize, f64)>)>,
+    pub(super) velocities: Vec<(usize, Vec<(usize, f64)>)>,
+    /// States with the position of a coordinate that nothing leads.
+    pub(super) unled: Vec<(usize, Vec<(usize, f64)>)>,
+    /// State that is each coordinate's velocity.
+    pub(super) velocity: Vec<usize>,
+    /// States to be integrated: those that follow, others.
+    pub(super) followers: Vec<usize>,
+    pub(super) free: Vec<usize>,
+    /// Velocities with dry friction that are integrated, and those that are led (coordinate).
+    pub(super) stops: Vec<usize>,
+    pub(super) held: Vec<usize>,
+}
+
+impl Led {
+    /// How these coordinates of that model are led.
+    pub fn links(&self, model: &Model, coordinates: &[Coordinate]) -> Links {
+        use trueup_identification::plant::Plant;
+        let find =
+            |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
+        let mut leads = Vec::new();
+        for (i, c) in coordinates.iter().enumerate() {
+            if self.leading.get(i) == Some(&false) && coordinates.len() == self.leading.len() {
+                leads.push(None);
+                continue;
+            }
+            let best = |list: &[(usize, f64)]| {
+                let seen = self.channels.iter().enumerate();
+                seen.filter_map(|(k, s)| Some((k, find(list, s.output)?, s.sigma)))
+                    .min_by(|a, b| (a.2 / a.1.abs()).total_cmp(&(b.2 / b.1.abs())))
+                    .map(|(k, f, _)| (k, f))
+            };
+            let led = best(&c.positions).map(|(k, f)| (k, f, false));
+            leads.push(led.or_else(|| best(&c.velocities).map(|(k, f)| (k, f, true))));
+        }
+        let shows = self.channels.iter().map(|s| {
+            coordinates.iter().enumerate().find_map(|(i, c)| {
+                find(&c.positions, s.output)
+                    .map(|f| (i, f, false))
+                    .or_else(|| find(&c.velocities, s.output).map(|f| (i, f, true)))
+            })
+        });
+        let sum = |of: &dyn Fn(&Coordinate) -> Vec<(usize, f64)>| {
+            let mut all: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
+            for (i, c) in coordinates.iter().enumerate() {
+                for (state, factor) in of(c) {
+                    match all.iter_mut().find(|a| a.0 == state) {
+                        Some(a) => a.1.push((i, factor)),
+                        None => all.push((state, vec![(i, factor)])),
+                    }
+                }
+            }
+            all.into_iter().partition::<Vec<_>, _>(|a| a.1.iter().all(|(i, _)| leads[*i].is_some()))
+        };
+        let (positions, unled) = sum(&|c| c.position.clone());
+        let (velocities, _) = sum(&|c| c.velocity.clone());
+        let led = |s: &usize| positions.iter().chain(&velocities).any(|p| p.0 == *s);
+        let followers = model.followers();
+        let free = (0..model.sizes().states).filter(|s| !led(s) && !followers.contains(s)).collect();
+        let (held, stops): (Vec<usize>, Vec<usize>) = (0..coordinates.len())
+            .filter(|i| coordinates[*i].held.is_some())
+            .partition(|i| leads[*i].is_some());
+        let velocity: Vec<usize> =
+            coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
+        Links {
+            stops: stops.into_iter().map(|i| velocity[i]).collect(),
+            held,
+            velocity,
+            shows: shows.collect(),
+            positions,
+            velocities,
+            unled,
+            followers,
+            free,
+            leads,
+        }
+    }
+}
+
+impl Links {
+    /// The position of a coordinate that is not led: from a state that depends on it.
+    pub(super) fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 2]], x: &[T]) -> T {
+        let Some((state, parts)) = self.unled.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
+            return T::zero();
+        };
+        let mut rest = x[*state];
+        let mut own = 1.0;
+        for (j, f) in parts {
+            if *j == i {
+                own = *f;
+            } else {
+                rest -= coordinate[*j][0] * *f;
+            }
+        }
+        rest / own
+    }
+    /// Coordinates that nothing leads.
+    pub fn unled(&self) -> impl Iterator<Item = usize> {
+        self.leads.iter().enumerate().filter(|l| l.1.is_none()).map(|l| l.0)
+    }
+    /// The channel that leads a coordinate.
+    pub fn lead_of(&self, coordinate: usize) -> Option<usize> {
+        self.leads.get(coordinate).copied().flatten().map(|l| l.0)
+    }
+    pub(super) fn lead<T: Scalar>(&self, coordinate: &[[T; 2]], x: &mut [T]) {
+        for (list, d) in [(&self.positions, 0), (&self.velocities, 1)] {
+            for (state, parts) in list {
+                x[*state] = parts.iter().fold(T::zero(), |sum, (i, f)| sum + coordinate[*i][d] * *f);
+            }
+        }
+    }
+}

@@ -1,0 +1,322 @@
+//! A hypothesis put into numbers: its unknowns, and where to look from.
+
+use super::*;
+
+/// A point to look from: values of the hypothesis' unknowns.
+pub type Look = Vec<f64>;
+
+/// A hypothesis put into numbers.
+#[derive(Clone, Debug)]
+pub struct Posed {
+    /// Its unknowns.
+    pub unknowns: Vec<Unknown>,
+    /// Index of each amplitude among the unknowns, with its neutral value.
+    pub amplitudes: Vec<(usize, f64)>,
+    /// Where to look from; amplitudes at a size that shows.
+    pub looks: Vec<Look>,
+    /// Shapes that grow with the first amplitude.
+    pub follow: Vec<usize>,
+}
+
+impl Hypothesis {
+    /// In numbers, for a model that has its effect. `names` are the model's parameters.
+    pub fn pose(&self, p: &Prepared, sizes: &Sizes, names: &BTreeMap<String, usize>) -> Posed {
+        match self.claim {
+            Claim::Parameter(index) => {
+                let doubt =
+                    if p.subject.plant == effect::Plant::Joint && index == joint::parameter::GEAR_RATIO {
+                        0.02
+                    } else {
+                        WRONG
+                    };
+                let u = parameter(p, index, doubt);
+                Posed { unknowns: vec![u], amplitudes: vec![], looks: vec![], follow: vec![] }
+            }
+            Claim::Offset(output) => {
+                let s = sizes.range(output).max(1e-12) * 0.02;
+                let u =
+                    amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
+                Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]], follow: vec![] }
+            }
+            Claim::Effect(choice) if shifts(&choice) => self.pose_shift(p, choice),
+            Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
+        }
+    }
+
+    fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
+        let late = |name: &str, target: Target, s: f64| Unknown {
+            name: name.to_owned(),
+            unit: "s".into(),
+            target,
+            run: None,
+            start: 0.0,
+            scale: Scale::Linear(s),
+            lower: 0.0,
+            upper: 0.2,
+            prior: Some((0.0, 1.0)),
+        };
+        if choice.spec().id == "sensor-delay" {
+            let place = choice.place().map_or("", |p| p.name);
+            let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
+            let u = late(&choice.variable("delay"), Target::SensorDelay(output), 0.01);
+            return Posed {
+                unknowns: vec![u],
+                amplitudes: vec![(0, 0.0)],
+                looks: vec![vec![0.002], vec![0.01]],
+                follow: vec![],
+            };
+        }
+        let input = match p.subject.plant {
+            effect::Plant::Joint => joint::input::MOTOR_CURRENT,
+            effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
+        };
+        let unknowns = vec![
+            late("actuatorLag", Target::InputLag(input), 0.01),
+            late("actuatorDelay", Target::InputDelay(input), 0.01),
+        ];
+        Posed {
+            unknowns,
+            amplitudes: vec![(0, 0.0), (1, 0.0)],
+            looks: vec![vec![0.003, 0.003], vec![0.012, 0.012]],
+            follow: vec![],
+        }
+    }
+
+    fn pose_effect(
+        &self,
+        p: &Prepared,
+        sizes: &Sizes,
+        names: &BTreeMap<String, usize>,
+        choice: Choice,
+    ) -> Posed {
+        let spec = choice.spec();
+        let measure = |m: Measure| match m {
+            Measure::Reading => {
+                let place = choice.place().map_or("", |p| p.name);
+                elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(1.0, |e| sizes.range(e.1))
+            }
+            m => sizes.get(self.site, m),
+        };
+        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]], follow: vec![] };
+        let find = |name: &str| {
+            names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
+        };
+        for b in spec.borrows {
+            let name = match p.subject.plant {
+                effect::Plant::Joint => b.joint_name,
+                effect::Plant::Arm => b.arm_name,
+            };
+            let Some(at) = find(name) else { continue };
+            // What the plant has already is among its own unknowns.
+            let structure = matches!(b.neutral, effect::Neutral::Structure);
+            if structure && own_parameters(p).iter().any(|i| p.subject.parameters(&p.model)[*i].name == name)
+            {
+                continue;
+            }
+            let size = b.scale.value(measure);
+            match b.neutral {
+                effect::Neutral::Of(base) => {
+                    let Some(base) = find(base) else { continue };
+                    let target = Target::Above { at, base };
+                    posed.amplitude(amplitude(name, "N.m", target, size, (0.0, f64::INFINITY)), 0.0, &[1.0]);
+                }
+                effect::Neutral::Value(v) => {
+                    let u = amplitude(name, "", Target::Parameter(at), size, (v, f64::INFINITY));
+                    posed.amplitude(u, v, &[1.0]);
+                }
+                effect::Neutral::Structure => {
+                    posed.shape(
+                        logarithmic(name, "", Target::Parameter(at), size, 3.0),
+                        &[0.03, 0.2, 1.0, 6.0, 30.0],
+                    );
+                }
+            }
+        }
+        for s in choice.parameters() {
+            let name = choice.variable(s.name);
+            let Some(at) = find(&name) else { continue };
+            self.pose_parameter(&mut posed, s, &choice, &name, at, s.scale.value(measure));
+        }
+        if is_push(&choice) {
+            self.pose_push(p, &mut posed);
+        }
+        if spec.id == "flexible-link" {
+            posed.resonances(sizes.get(self.site, Measure::Mode));
+        }
+        posed
+    }
+
+    /// Times are looked for elsewhere; an edge of a few samples keeps derivatives by them.
+    fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
+        let step = p
+            .train
+            .iter()
+            .flat_map(|c| &c.run.channels)
+            .filter_map(|c| crate::engine::coordinate::median_step(&c.t));
+        let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
+        posed.looks.clear();
+        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Edge")) {
+            (u.start, u.lower, u.upper) = (edge, edge, edge);
+        }
+        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Duration")) {
+            u.lower = edge;
+        }
+        if !self.per_run {
+            return;
+        }
+        let one = core::mem::take(&mut posed.unknowns);
+        let amplitudes = core::mem::take(&mut posed.amplitudes);
+        for run in 0..p.train.len() {
+            let begin = posed.unknowns.len();
+            posed.amplitudes.extend(amplitudes.iter().map(|(k, n)| (begin + k, *n)));
+            posed.unknowns.extend(one.iter().map(|u| Unknown { run: Some(run), ..u.clone() }));
+        }
+    }
+
+    fn pose_parameter(
+        &self,
+        posed: &mut Posed,
+        s: &ParameterSpec,
+        choice: &Choice,
+        name: &str,
+        at: usize,
+        size: f64,
+    ) {
+        let target = Target::Parameter(at);
+        let unit = choice.unit(s.unit);
+        let id = choice.spec().id;
+        match s.role {
+            Role::Reference => {
+                // The typical size at hand is the unit of measure.
+                posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
+            }
+            Role::Amplitude if s.neutral.is_finite() && !s.log => {
+                posed.amplitude(amplitude(name, unit, target, size, (s.min, s.max)), s.neutral, &[1.0]);
+            }
+            Role::Amplitude if s.neutral.is_infinite() => {
+                let u = logarithmic(name, unit, target, size, 0.7);
+                posed.shape(u, &[0.6, 1.0, 1.6, 2.4]);
+            }
+            Role::Amplitude => {
+                let u = amplitude(name, unit, target, size, (s.min, s.max));
+                posed.amplitude(u, s.neutral, &[1.0]);
+            }
+            Role::Shape if s.log => {
+                let factors: &[f64] = match (id, s.name.ends_with("Order")) {
+                    (_, true) => &[],
+                    ("friction-drift" | "sensor-drift", _) => &[0.5, 3.0],
+                    ("flexible-link" | "appendage-mode", _) => &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0],
+                    _ => &[0.03, 0.1, 0.3, 1.0, 4.0],
+                };
+                let mut u = logarithmic(name, unit, target, size, 1.0);
+                (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
+                if matches!(id, "flexible-link" | "appendage-mode") {
+                    u.prior = Some((size.ln(), 3.0));
+                }
+                if s.name.ends_with("Order") {
+                    u.prior = Some((size.ln(), 1.5));
+                    (u.lower, u.upper) = (0.02, 200.0);
+                    let orders: Vec<f64> =
+                        [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].iter().map(|o| o / size).collect();
+                    posed.shape(u, &orders);
+                } else {
+                    posed.shape(u, factors);
+                }
+            }
+            Role::Shape => {
+                let angles = s.unit == "rad";
+                let size = if angles { 1.0 } else { size };
+                let mut u = amplitude(name, unit, target, size, (s.min, s.max));
+                u.prior = Some((0.0, 2.0));
+                let looks: &[f64] = if angles {
+                    &[-core::f64::consts::FRAC_PI_2, 0.0, core::f64::consts::FRAC_PI_2, core::f64::consts::PI]
+                } else {
+                    &[-1.0, 0.0, 1.0]
+                };
+                posed.plain(u, looks);
+            }
+        }
+    }
+}
+
+impl Posed {
+    /// Looks for a small inertia on a spring: resonances are narrow, so many frequencies around `mode` (rad/s).
+    fn resonances(&mut self, mode: f64) {
+        let find = |end: &str| {
+            self.unknowns.iter().position(|u| u.name.split('[').next().is_some_and(|n| n.ends_with(end)))
+        };
+        let (Some(j), Some(k), Some(d)) = (find("Inertia"), find("Stiffness"), find("Damping")) else {
+            return;
+        };
+        let Scale::Linear(size) = self.unknowns[j].scale else { return };
+        self.follow = vec![k, d];
+        let inertia = 0.04 * size;
+        let base: Vec<f64> = self.unknowns.iter().map(|u| u.start).collect();
+        self.looks = (0..18)
+            .map(|i| {
+                let w = mode * 0.1 * 1.22f64.powi(i);
+                let mut look = base.clone();
+                (look[j], look[k], look[d]) = (inertia, inertia * w * w, 2.0 * 0.03 * inertia * w);
+                look
+            })
+            .collect();
+    }
+    fn amplitude(&mut self, u: Unknown, neutral: f64, sizes: &[f64]) {
+        let Scale::Linear(s) = u.scale else { return };
+        self.amplitudes.push((self.unknowns.len(), neutral));
+        self.unknowns.push(u);
+        self.spread(&sizes.iter().map(|f| neutral + f * s).collect::<Vec<_>>());
+    }
+    fn shape(&mut self, u: Unknown, factors: &[f64]) {
+        let start = u.start;
+        self.unknowns.push(u);
+        self.spread(&factors.iter().map(|f| f * start).collect::<Vec<_>>());
+    }
+    fn plain(&mut self, u: Unknown, values: &[f64]) {
+        self.unknowns.push(u);
+        self.spread(values);
+    }
+    /// Not searched: its bounds hold it.
+    fn fixed(&mut self, u: Unknown) {
+        let start = u.start;
+        self.unknowns.push(Unknown { lower: start, upper: start, ..u });
+        self.spread(&[start]);
+    }
+    fn spread(&mut self, values: &[f64]) {
+        let looks = core::mem::take(&mut self.looks);
+        for look in looks {
+            for v in values {
+                let mut look = look.clone();
+                look.push(*v);
+                self.looks.push(look);
+            }
+        }
+    }
+}
+
+fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f64)) -> Unknown {
+    Unknown {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        target,
+        run: None,
+        start: 0.0,
+        scale: Scale::Linear(size),
+        lower: bounds.0,
+        upper: bounds.1,
+        prior: Some((0.0, 1.0)),
+    }
+}
+fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) -> Unknown {
+    Unknown {
+        name: name.to_owned(),
+        unit: unit.to_owned(),
+        target,
+        run: None,
+        start: size,
+        scale: Scale::Log,
+        lower: size * 1e-4,
+        upper: size * 1e4,
+        prior: Some((size.ln(), doubt)),
+    }
+}
