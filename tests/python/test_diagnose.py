@@ -81,6 +81,22 @@ def test_a_sealed_effect_is_named_and_shrinks_the_gap(tmp_path):
     assert all((tmp_path / "found" / name).exists() for name in diagnosis["augmented"])
 
 
+def test_a_cause_that_hides_behind_another(tmp_path):
+    """Of a late encoder and a little gravity the equations of motion see the first only; what the free run lacks tells the second."""
+    made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "pairs", "--count", "3", "--seed", "100")
+    assert made.returncode == 0, made.stderr
+    keys = [tomllib.loads(p.read_text()) for p in (tmp_path / "keys").iterdir()]
+    (key,) = [k for k in keys if sorted(k["effects"]) == ["gravity-torque", "sensor-delay"]]
+    done = run("diagnose", tmp_path / "cases" / key["case"], "-o", tmp_path / "found", "--json")
+    assert done.returncode == 0, done.stderr
+    diagnosis = json.loads(done.stdout)
+    overall = diagnosis["gap"]["overall"]
+    print(key["case"], [(e["id"], e["component"]) for e in diagnosis["effects"]], overall)
+    assert diagnosis["verdict"] == "effects"
+    assert {(e["id"], e["component"]) for e in diagnosis["effects"]} == set(zip(key["effects"], key["components"]))
+    assert overall["after"] < 2 * overall["floor"] < overall["before"]
+
+
 def test_mistakes(tmp_path):
     wrong = run("diagnose", tmp_path / "nowhere", "-o", tmp_path / "out")
     assert wrong.returncode != 0 and "nowhere" in wrong.stderr and not (tmp_path / "out").exists()

@@ -130,14 +130,17 @@ pub fn diagnose(
     let led = tuned_start(&search, &found, effort);
     let given = Fitted { theta: search.compare(&led.stated).start(), ..led.clone() };
     let (led, given) = rayon::join(|| search.polish(&led, 20), || search.polish(&given, 20));
-    let tuned = better(&search, better(&search, led, &given), &before);
+    let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
+    let tuned =
+        [led, given].into_iter().filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    let tuned = tuned.map_or_else(|| before.clone(), |p| p.complete);
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     let floors_of = |c: &Complete| {
         search.floors(c, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))
     };
     let shown = replay(&before)?;
-    let ground = Ground {
+    let mut ground = Ground {
         search: &search,
         runs,
         tuned: replay(&tuned).unwrap_or_else(|_| shown.clone()),
@@ -149,10 +152,11 @@ pub fn diagnose(
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     // What the balances leave open the free-running simulation has to tell.
     let contenders = if free.tuned > options.limits.free * free.floor {
-        ground.contest(&mut found, options.limits.free * free.floor, effort)
+        ground.contest(&mut found, effort)
     } else {
         Vec::new()
     };
+    free = ground.free(&ground.tuned).unwrap_or_default();
     for c in &contenders {
         tell(
             0.8,
@@ -187,7 +191,7 @@ pub fn diagnose(
     let (after, shown_after) = match chosen {
         Some(c) => (c.complete, c.shown),
         None if claimed => {
-            let complete = search.polish(&found.best, 16);
+            let complete = search.polish(&found.best, 16).complete;
             let shown = replay(&complete)?;
             (complete, shown)
         }
@@ -236,15 +240,6 @@ fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
     Ok((r.iter().map(|r| r * r).sum::<f64>() - search.expected_of_training()) / r.len() as f64)
-}
-
-/// The one of two that fits the recordings for fitting better, free-running.
-fn better(search: &Search<'_>, a: Complete, b: &Complete) -> Complete {
-    let cost = |c: &Complete| {
-        let train = &search.case.train;
-        search.replay(c, train).map_or(f64::INFINITY, |r| search.misfit(&r, train))
-    };
-    if cost(&a) <= cost(b) { a } else { b.clone() }
 }
 
 /// The plain model with all its parameters free, from where the search left it.

@@ -243,6 +243,7 @@ impl<'a> Setting<'a> {
             led: Vec::new(),
             unknowns,
             held: BTreeMap::new(),
+            allowed: Vec::new(),
         };
         let shown = model.errors(0, &theta).ok()?;
         let mut run = runs[0].run.clone();

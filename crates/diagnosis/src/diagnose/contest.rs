@@ -6,20 +6,18 @@ use super::{gap_report, traces};
 use crate::engine::decide::{Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, Replayed};
+use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Effort, Found, NEGLIGIBLE};
+use crate::engine::select::{Effort, Found};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
 /// Odds (natural logarithm) of the balances that free runs cannot turn.
-const SETTLED: f64 = 60.0;
-/// Evidence that a cause more has to bring, lest it be tried at all.
-const MORE: f64 = 60.0;
-/// ... and, where the others leave some excess, this share of the evidence for them,
-const SHARE: f64 = 0.02;
-/// ... or this share of that excess.
-const NOTABLE: f64 = 0.15;
+const SETTLED: f64 = 40.0;
+/// Evidence that a cause more has to bring, lest it be tried at all,
+const MORE: f64 = 10.0;
+/// and the share that it would explain of what a free run misses without it.
+const MISSED: f64 = 0.3;
 
 /// A set that ran freely.
 #[derive(Clone, Debug)]
@@ -32,6 +30,8 @@ pub(super) struct Contender {
     pub shown: Replayed,
     /// Their gap.
     pub after: f64,
+    /// The free-running fit.
+    pub fitted: Option<Fitted>,
 }
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
@@ -66,21 +66,63 @@ impl Ground<'_> {
     }
 
     fn run(&self, found: &Found, at: usize) -> Option<Contender> {
-        let complete = self.search.polish(&found.sets[at], POLISH);
+        self.shown(at, self.search.polish(&found.sets[at], POLISH))
+    }
+    fn shown(&self, at: usize, polished: Polished) -> Option<Contender> {
+        let Polished { complete, fitted, .. } = polished;
         let shown = self.search.replay(&complete, self.runs).ok()?;
         let after = self.free(&shown)?.after;
-        Some(Contender { at, complete, shown, after })
+        Some(Contender { at, complete, shown, after, fitted })
+    }
+
+    /// A cause more beside the best: the balances say which and how large it would be, the free run whether it is missed.
+    fn more(&self, found: &mut Found, best: &Contender, effort: Effort) -> Vec<Contender> {
+        let Some(base) = &best.fitted else { return Vec::new() };
+        self.search.grow(found, effort);
+        let set = &found.sets[best.at].stated.set;
+        let grown = |f: &Fitted| {
+            let shared = set.iter().filter(|h| f.stated.set.contains(h)).count();
+            shared == set.len() && f.stated.set.len() == set.len() + 1
+        };
+        let own = found.sets[best.at].evidence(1.0);
+        let mut missed: Vec<(f64, usize)> = (0..found.sets.len())
+            .into_par_iter()
+            .filter(|&at| grown(&found.sets[at]) && found.sets[at].evidence(1.0) > own + MORE)
+            .filter_map(|at| Some((self.search.share(base, &found.sets[at])?.0, at)))
+            .collect();
+        missed.sort_by(|a, b| b.0.total_cmp(&a.0));
+        missed.retain(|m| m.0 > MISSED);
+        missed.truncate(3);
+        let run = |&(_, at): &(f64, usize)| {
+            let (_, stated, start) = self.search.share(base, &found.sets[at])?;
+            self.shown(at, self.search.polished(stated, &start, POLISH)?)
+        };
+        missed.par_iter().filter_map(run).collect()
+    }
+
+    /// Noise carried through the model that is the best so far.
+    fn carry(&mut self, best: &Contender) {
+        let tuned = self.free(&self.tuned).map_or(f64::INFINITY, |f| f.tuned);
+        if best.after < tuned
+            && let Ok(floors) = self.search.floors(&best.complete, self.runs, self.seed)
+        {
+            self.floors = floors;
+        }
+    }
+    fn is_near(&self, c: &Contender) -> bool {
+        self.free(&c.shown).is_some_and(|f| f.after <= self.limits.free * f.floor)
     }
 
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
-    /// rivals; where no effect was chosen, the single effects that lead. A gap up to `near` leaves nothing to be found.
-    pub(super) fn contest(&self, found: &mut Found, near: f64, effort: Effort) -> Vec<Contender> {
+    /// rivals; where no effect was chosen, the single effects that lead. A gap near the floor leaves nothing to be found.
+    pub(super) fn contest(&mut self, found: &mut Found, effort: Effort) -> Vec<Contender> {
         let chosen = found.best.clone();
         let best = &chosen.stated.set;
         let claims = best.iter().any(Hypothesis::is_effect);
+        let limits = self.limits;
         // What the balances have settled no free run can turn.
         let open = |f: &Fitted| {
-            let n = self.limits.independent(&chosen);
+            let n = limits.independent(&chosen);
             f.concentrated(n) + 0.5 * f.occam > chosen.concentrated(n) + 0.5 * chosen.occam - SETTLED
         };
         let plain = found.plain.evidence(1.0);
@@ -91,33 +133,19 @@ impl Ground<'_> {
                 () if !set.iter().any(Hypothesis::is_effect) => None,
                 () if !claims => (set.len() == 1 && f.evidence(1.0) > plain + 20.0).then_some(Kind::Rival),
                 () if shared == best.len() && set.len() == best.len() => Some(Kind::Best),
-                () if shared == best.len() && set.len() == best.len() + 1 => {
-                    let gained = f.evidence(1.0) - chosen.evidence(1.0);
-                    let (left, before) = (f.excess(), chosen.excess());
-                    // What the others leave is the form of a law, unless it is nothing.
-                    let told = before < NEGLIGIBLE
-                        || gained > SHARE * (chosen.evidence(1.0) - plain)
-                        || before - left > NOTABLE * before.max(0.0) && before - left > NEGLIGIBLE;
-                    (gained > MORE && told).then_some(Kind::More)
-                }
                 () if shared + 1 == best.len() && set.len() + 1 == best.len() => Some(Kind::Fewer),
                 () if shared + 1 == best.len() && set.len() == best.len() => open(f).then_some(Kind::Rival),
                 () => None,
             }
         };
         let mut all: Vec<Contender> = Vec::new();
-        for wanted in [Kind::Best, Kind::More, Kind::Fewer, Kind::Rival] {
-            let good = all.iter().any(|c| c.after <= near);
+        for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
+            let good = all.iter().any(|c| self.is_near(c));
             let most = match wanted {
                 Kind::Best | Kind::Fewer => 1,
-                Kind::More if good => 0,
-                Kind::More => 4,
                 Kind::Rival if claims => 1 + usize::from(!good),
                 Kind::Rival => 3,
             };
-            if wanted == Kind::More && most > 0 && claims {
-                self.search.grow(found, effort);
-            }
             let mut order: Vec<usize> = (0..found.sets.len()).collect();
             order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
             // Of one cause in one place the better of its forms.
@@ -126,6 +154,13 @@ impl Ground<'_> {
             let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
             let list = first_of_each(effects, |at| new(at).map(|h| (&*h.id, &*h.component)), most);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+            if let (Kind::Best, [best]) = (wanted, &all[..]) {
+                self.carry(best);
+                if claims && !self.is_near(best) {
+                    let more = self.more(found, best, effort);
+                    all.extend(more);
+                }
+            }
         }
         // Nothing of that helps: the effects that lead by themselves.
         let tuned = self.free(&self.tuned).map_or(0.0, |f| f.tuned);
@@ -195,7 +230,6 @@ impl Ran for Contest<'_> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Best,
-    More,
     Fewer,
     Rival,
 }

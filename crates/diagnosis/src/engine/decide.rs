@@ -137,11 +137,16 @@ impl<'a> Judge<'a> {
         }
         Self { found, free, ran, limits, independent: limits.independent(&found.best), worst }
     }
-    /// What a free run leaves above the floor, as a power. A set that did not run is held to do no better than the worst of
-    /// its size that ran.
+    /// What a free run leaves above the floor, as a power. A set that did not run is held to do as the best of those that
+    /// lack some of its causes and ran, for only what promised more did; else no better than the worst of its size.
     fn power(&self, at: usize) -> f64 {
-        let worst = self.worst[self.found.sets[at].stated.set.len()];
-        let assumed = if worst > 0.0 { worst } else { self.free.tuned };
+        let set = &self.found.sets[at].stated.set;
+        let part =
+            |f: &Fitted| f.stated.set.len() < set.len() && f.stated.set.iter().all(|h| set.contains(h));
+        let parts = self.found.sets.iter().enumerate().filter(|(_, f)| part(f));
+        let lacking = parts.filter_map(|(at, _)| self.ran.after(at)).min_by(f64::total_cmp);
+        let worst = Some(self.worst[set.len()]).filter(|w| *w > 0.0);
+        let assumed = lacking.or(worst).unwrap_or(self.free.tuned);
         left(self.ran.after(at).unwrap_or(assumed), self.free.floor)
     }
     fn tuned(&self) -> f64 {

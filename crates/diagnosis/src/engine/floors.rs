@@ -170,6 +170,7 @@ fn perfect(case: &Prepared, run: &Compared, seed: u64) -> Run {
         led: Vec::new(),
         unknowns: Vec::new(),
         held: BTreeMap::new(),
+        allowed: Vec::new(),
     };
     if let Ok(differences) = free.errors(0, &[]) {
         let mut at = 0;

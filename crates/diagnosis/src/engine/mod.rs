@@ -11,6 +11,7 @@ pub mod problem;
 mod push;
 pub mod recordings;
 pub mod replay;
+pub mod screen;
 pub mod search;
 pub mod select;
 pub mod sizes;

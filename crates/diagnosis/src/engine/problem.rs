@@ -41,7 +41,7 @@ pub enum Target {
 
 impl Target {
     /// Changes when things happen: the derivative is a difference.
-    fn shifts(self) -> bool {
+    pub fn shifts(self) -> bool {
         matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
     }
 }
@@ -122,6 +122,8 @@ pub struct Comparison<'a> {
     pub unknowns: Vec<Unknown>,
     /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
     pub held: BTreeMap<usize, Vec<f64>>,
+    /// Free-running: deviation by output that the model is allowed beside that of the readings; empty: none.
+    pub allowed: Vec<f64>,
 }
 
 impl Comparison<'_> {
@@ -275,10 +277,13 @@ impl Comparison<'_> {
             .map_or_else(|| Ok(Vec::new()), |(led, links)| led.missing(self.model, links, &p, &offsets))
     }
 
-    /// 1 over the standard deviation of each reading.
+    /// 1 over the deviation of each reading.
     fn weights(&self, run: usize) -> Vec<f64> {
         let channels = self.runs[run].run.channels.iter();
-        channels.flat_map(|c| (0..c.t.len()).map(|k| 1.0 / c.deviation(k))).collect()
+        let allowed = |output: usize| self.allowed.get(output).copied().unwrap_or(0.0);
+        channels
+            .flat_map(|c| (0..c.t.len()).map(move |k| 1.0 / c.deviation(k).hypot(allowed(c.output))))
+            .collect()
     }
 
     fn columns<const N: usize>(

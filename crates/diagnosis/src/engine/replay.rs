@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::unknown::Scale;
@@ -10,6 +11,9 @@ use trueup_numerics::hybrid::Hybrid;
 use super::problem::{Compared, Comparison, Target, Unknown};
 use super::search::{Fitted, Search, Stated};
 use super::subject::Model;
+
+/// A first state is not surer than this share of the range that is seen.
+const UNSURE: f64 = 0.003;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
 pub type Replayed = Vec<Vec<Vec<f64>>>;
@@ -21,6 +25,43 @@ pub struct Complete {
     pub stated: Stated,
     /// Coordinates of the unknowns.
     pub theta: Vec<f64>,
+}
+
+/// A set fitted free-running.
+#[derive(Clone, Debug)]
+pub struct Polished {
+    /// The set with everything set.
+    pub complete: Complete,
+    /// What is left on the recordings for fitting ([`Search::misfit`]).
+    pub misfit: f64,
+    /// The fit; `None`: the recordings led it as well.
+    pub fitted: Option<Fitted>,
+}
+
+/// A recording that runs freely from where it fits best.
+struct Settled {
+    /// Coordinates of what was estimated for it.
+    theta: Vec<f64>,
+    /// First states and offsets among them by name.
+    first: Vec<(String, f64)>,
+    /// Readings, channel after channel.
+    shown: Vec<Vec<f64>>,
+    /// Deviations that the model was allowed.
+    allowed: Vec<f64>,
+}
+
+/// Readings of a free-running simulation, channel after channel.
+fn shown(problem: &Comparison<'_>, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
+    let differences = problem.errors(run, theta)?;
+    let mut begin = 0;
+    let channels = problem.runs[run].run.channels.iter();
+    Ok(channels
+        .map(|c| {
+            let of = differences[begin..][..c.y.len()].iter().zip(&c.y).map(|(d, y)| d + y).collect();
+            begin += c.y.len();
+            of
+        })
+        .collect())
 }
 
 impl Search<'_> {
@@ -37,18 +78,23 @@ impl Search<'_> {
         let mut all = Vec::new();
         for (_, c) in self.case.coordinates.iter().enumerate().filter(|c| which(c.0)) {
             let Some(start) = c.start else { continue };
-            let sigma = run.run.channels.iter().find_map(|ch| {
+            // Deviation of a reading, time between two, and how far and how fast it goes.
+            let seen = run.run.channels.iter().find_map(|ch| {
                 let f = c.positions.iter().find(|p| p.0 == ch.output)?.1;
-                Some((ch.sigma / f, ch.t.get(1).map_or(0.01, |t| t - ch.t[0])))
+                let h = ch.t.get(1).map_or(0.01, |t| t - ch.t[0]);
+                let apart = (0.05 / h).ceil().max(1.0);
+                let moved = ch.y.windows(apart as usize + 1).map(|w| (w[apart as usize] - w[0]).abs());
+                let fastest = moved.fold(0.0, f64::max) / (apart * h);
+                Some((ch.sigma / f, h, self.sizes.range(ch.output) / f, fastest / f))
             });
             for (k, at) in start.into_iter().enumerate() {
                 let Some(name) = old.get(at).map(|n| n.name.clone()) else { continue };
                 let Some(at) = named.iter().position(|n| n.name == name) else { continue };
                 let value = run.known.iter().find(|(i, _)| *i == start[k]).map_or(0.0, |k| k.1);
-                // What a few dozen readings give; nobody measures it: as much as it may be.
-                let doubt = match (sigma, k) {
-                    (Some((s, _)), 0) => 5.0 * s,
-                    (Some((s, h)), _) => 10.0 * s / (8.0 * h).max(0.05),
+                // What a few dozen readings give, or a wrong model of what they show; nobody measures it: as much as may be.
+                let doubt = match (seen, k) {
+                    (Some((s, _, range, _)), 0) => (5.0 * s).max(UNSURE * range.abs()),
+                    (Some((s, h, _, speed)), _) => (10.0 * s / (8.0 * h).max(0.05)).max(UNSURE * speed.abs()),
                     (None, 0) => 0.05 * self.typical(c.positions.first().map(|p| p.0)),
                     (None, _) => 0.1 * self.typical(c.positions.first().map(|p| p.0)),
                 };
@@ -73,34 +119,70 @@ impl Search<'_> {
         output.map_or(1.0, |o| self.sizes.range(o))
     }
 
-    /// Fits a set once more, free-running, from where the recordings led it. The better of the two on the recordings for
-    /// fitting is what comes back.
-    pub fn polish(&self, from: &Fitted, iterations: usize) -> Complete {
+    /// Fits a set once more, free-running, from where the recordings led it: first states alone, then everything.
+    pub fn polish(&self, from: &Fitted, iterations: usize) -> Polished {
         let before = Complete { stated: from.stated.clone(), theta: from.theta.clone() };
-        let mut unknowns = from.stated.unknowns.clone();
-        let own = unknowns.len();
-        for (index, run) in self.case.train.iter().enumerate() {
-            unknowns.extend(self.first_states(&from.stated.model, run, index, |_| true));
-        }
-        let problem = Comparison {
-            model: &from.stated.model,
-            nominal: from.stated.nominal.clone(),
-            ties: from.stated.ties.clone(),
-            runs: &self.case.train,
+        let train = &self.case.train;
+        let settled: Result<Vec<Settled>, PredictError> =
+            train.par_iter().map(|run| self.settle(&before, run)).collect();
+        let Ok(settled) = settled else {
+            return Polished { complete: before, misfit: f64::INFINITY, fitted: None };
+        };
+        let shown: Replayed = settled.iter().map(|s| s.shown.clone()).collect();
+        let misfit = self.misfit(&shown, train);
+        let stated = self.state_like(&from.stated.set, Some(self.allowed(misfit, train)));
+        let fitted = stated.ok().and_then(|stated| {
+            let mut start = self.begin_with(&stated, from);
+            for (x, u) in start.iter_mut().zip(&stated.unknowns) {
+                let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
+                if let Some((_, there)) = of {
+                    *x = *there;
+                }
+            }
+            self.polished(stated, &start, iterations)
+        });
+        fitted.filter(|f| f.misfit <= misfit).unwrap_or(Polished { complete: before, misfit, fitted: None })
+    }
+
+    /// Fits a free-running set from `start`.
+    pub fn polished(&self, stated: Stated, start: &[f64], iterations: usize) -> Option<Polished> {
+        let options =
+            Options { max_iterations: iterations, cost_tolerance: 1e-3, radius: 1.0, ..Options::default() };
+        let fitted = self.fit(stated, start, options).ok()?;
+        let train = &self.case.train;
+        let stated = self.state(&fitted.stated.set).ok()?;
+        let theta = self.begin_with(&stated, &fitted);
+        let problem = self.compare(&fitted.stated);
+        let shown: Result<Replayed, PredictError> =
+            (0..train.len()).into_par_iter().map(|run| shown(&problem, run, &fitted.theta)).collect();
+        let misfit = self.misfit(&shown.ok()?, train);
+        Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
+    }
+
+    /// Deviations of a model that misses so much of recordings ([`Self::misfit`]): the same share of each output's range.
+    fn allowed(&self, misfit: f64, runs: &[Compared]) -> Vec<f64> {
+        let channels: usize = runs.iter().map(|r| r.run.channels.len()).sum();
+        let share = (misfit / channels.max(1) as f64).sqrt();
+        (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o)).collect()
+    }
+
+    fn free<'b>(
+        &self,
+        stated: &'b Stated,
+        runs: &'b [Compared],
+        nominal: Vec<f64>,
+        unknowns: Vec<Unknown>,
+    ) -> Comparison<'b> {
+        Comparison {
+            model: &stated.model,
+            nominal,
+            ties: stated.ties.clone(),
+            runs,
             led: Vec::new(),
             unknowns,
             held: BTreeMap::new(),
-        };
-        let mut start = problem.start();
-        start[..own].copy_from_slice(&from.theta);
-        let options =
-            Options { max_iterations: iterations, cost_tolerance: 1e-3, radius: 1.0, ..Options::default() };
-        let Ok(found) = solve(&problem, &start, options) else { return before };
-        let after = Complete { stated: from.stated.clone(), theta: found.x[..own].to_vec() };
-        let cost = |c: &Complete| {
-            self.replay(c, &self.case.train).map_or(f64::INFINITY, |r| self.misfit(&r, &self.case.train))
-        };
-        if cost(&after) <= cost(&before) { after } else { before }
+            allowed: Vec::new(),
+        }
     }
 
     /// Sum of squares of relative errors, over channels.
@@ -122,77 +204,48 @@ impl Search<'_> {
     /// # Errors
     /// The model cannot be simulated.
     pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
+        runs.par_iter().map(|run| Ok(self.settle(complete, run)?.shown)).collect()
+    }
+
+    /// What is unknown of one recording once everything else is set.
+    fn alone<'b>(&self, complete: &'b Complete, run: &'b Compared) -> Comparison<'b> {
         let stated = &complete.stated;
         // Parameters of the whole are set; what shifts signals stays an unknown that is held.
-        let whole = Comparison {
-            model: &stated.model,
-            nominal: stated.nominal.clone(),
-            ties: stated.ties.clone(),
-            runs: &self.case.train,
-            led: Vec::new(),
-            unknowns: stated.unknowns.clone(),
-            held: BTreeMap::new(),
-        };
-        runs.iter()
-            .map(|run| {
-                // What acts in one recording for fitting only does not act in those held out.
-                let own = self.case.train.iter().position(|t| t.run.name == run.run.name);
-                let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
-                let one = [run.clone()];
-                let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
-                for (u, x) in stated.unknowns.iter().zip(&complete.theta) {
-                    let value = u.scale.value(*x).0;
-                    let held = matches!(
-                        u.target,
-                        Target::SensorDelay(_)
-                            | Target::InputDelay(_)
-                            | Target::InputLag(_)
-                            | Target::Offset(_)
-                    ) && u.run.is_none();
-                    if held {
-                        let prior = None;
-                        unknowns.push(Unknown {
-                            start: value,
-                            lower: value,
-                            upper: value,
-                            prior,
-                            ..u.clone()
-                        });
-                    }
-                }
-                for output in &self.case.offsets {
-                    if run.run.channels.iter().any(|c| c.output == *output) {
-                        unknowns.push(super::search::offset(*output, 0, 0.1 * self.sizes.range(*output)));
-                    }
-                }
-                let problem = Comparison {
-                    model: &stated.model,
-                    nominal,
-                    ties: Vec::new(),
-                    runs: &one,
-                    led: Vec::new(),
-                    unknowns,
-                    held: BTreeMap::new(),
-                };
-                let start = problem.start();
-                let options =
-                    Options { max_iterations: 12, cost_tolerance: 1e-5, radius: 3.0, ..Options::default() };
-                let theta = solve(&problem, &start, options).map_or(start, |found| found.x);
-                let differences = problem.errors(0, &theta)?;
-                let mut begin = 0;
-                Ok(run
-                    .run
-                    .channels
-                    .iter()
-                    .map(|c| {
-                        let shown =
-                            differences[begin..][..c.y.len()].iter().zip(&c.y).map(|(d, y)| d + y).collect();
-                        begin += c.y.len();
-                        shown
-                    })
-                    .collect())
-            })
-            .collect()
+        let train = &self.case.train;
+        let whole = self.free(stated, train, stated.nominal.clone(), stated.unknowns.clone());
+        // What acts in one recording for fitting only does not act in those held out.
+        let own = train.iter().position(|t| t.run.name == run.run.name);
+        let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
+        let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
+        for (u, x) in stated.unknowns.iter().zip(&complete.theta).filter(|(u, _)| u.run.is_none()) {
+            let value = u.scale.value(*x).0;
+            if u.target.shifts() || matches!(u.target, Target::Offset(_)) {
+                unknowns.push(Unknown { start: value, lower: value, upper: value, prior: None, ..u.clone() });
+            }
+        }
+        for output in &self.case.offsets {
+            if run.run.channels.iter().any(|c| c.output == *output) {
+                unknowns.push(super::search::offset(*output, 0, 0.1 * self.sizes.range(*output)));
+            }
+        }
+        let one = std::slice::from_ref(run);
+        Comparison { ties: Vec::new(), ..self.free(stated, one, nominal, unknowns) }
+    }
+
+    fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
+        let mut problem = self.alone(complete, run);
+        let mut theta = problem.start();
+        // What a wrong model misses does not tell where the motion began: its readings count by what it misses.
+        for max_iterations in [3, 6] {
+            let missed = self.misfit(&vec![shown(&problem, 0, &theta)?], problem.runs);
+            problem.allowed = self.allowed(missed, problem.runs);
+            let options =
+                Options { max_iterations, cost_tolerance: 3e-3, radius: 10.0, ..Options::default() };
+            theta = solve(&problem, &theta, options)?.x;
+        }
+        let shown = shown(&problem, 0, &theta)?;
+        let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
+        Ok(Settled { theta, first, shown, allowed: problem.allowed })
     }
 
     /// Standard deviation that noise alone leaves in each channel of each recording: that of the sensor, and that of the
@@ -206,7 +259,7 @@ impl Search<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        runs.iter()
+        runs.par_iter()
             .map(|run| {
                 let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
                 let deviation: Vec<f64> = run
@@ -215,11 +268,19 @@ impl Search<'_> {
                     .iter()
                     .map(|d| self.case.input_noise.get(d.input).copied().unwrap_or(0.0))
                     .collect();
+                let settled = self.settle(complete, run)?;
+                let options =
+                    Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
                 let carried = crate::floor::carried(&inputs, &deviation, 4, seed, |inputs| {
                     let mut noisy = run.run.clone();
                     noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
-                    let one = [Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs)];
-                    Ok(self.replay(complete, &one)?.swap_remove(0))
+                    let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
+                    let problem =
+                        Comparison { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
+                    // Part of the noise goes into the first states.
+                    let theta = solve(&problem, &settled.theta, options)
+                        .map_or_else(|_| settled.theta.clone(), |found| found.x);
+                    shown(&problem, 0, &theta)
                 })?;
                 Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
             })

@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
-use trueup_identification::lsq::{Options, solve};
+use trueup_identification::lsq::{Options, Problem, solve};
 use trueup_identification::predict::PredictError;
 use trueup_models::{effect, joint};
 
@@ -33,6 +32,8 @@ pub struct Stated {
     pub begin: Vec<usize>,
     /// What each cause is in numbers.
     pub posed: Vec<Posed>,
+    /// It runs freely, and may miss readings by these deviations, output by output; `None`: the recordings lead it.
+    pub free: Option<Vec<f64>>,
 }
 
 /// A set of causes fitted to the recordings.
@@ -61,21 +62,15 @@ impl Fitted {
     pub fn evidence(&self, dispersion: f64) -> f64 {
         -0.5 * self.chi2 / dispersion - 0.5 * self.prior2 + self.occam
     }
+    /// Coordinate of an unknown that another set shares.
+    pub fn coordinate_of(&self, unknown: &Unknown) -> Option<f64> {
+        let same = |v: &Unknown| v.name == unknown.name && v.run == unknown.run;
+        self.stated.unknowns.iter().position(same).map(|i| self.theta[i])
+    }
     /// Names of the causes.
     pub fn labels(&self) -> Vec<String> {
         self.stated.set.iter().map(Hypothesis::label).collect()
     }
-}
-
-/// A cause as it looks from where the search stands.
-#[derive(Clone, Debug)]
-pub struct Screened {
-    /// Which of the causes.
-    pub index: usize,
-    /// By how much the sum of squares would fall, half.
-    pub gain: f64,
-    /// Where to begin.
-    pub start: Vec<f64>,
 }
 
 /// The search over one case.
@@ -105,11 +100,19 @@ impl<'a> Search<'a> {
         Ok(Self { case, sizes, causes, led, expected })
     }
 
-    /// A set of causes in numbers.
+    /// A set of causes in numbers, led by the recordings.
     ///
     /// # Errors
     /// The set cannot be built.
     pub fn state(&self, set: &[Hypothesis]) -> Result<Stated, String> {
+        self.state_like(set, None)
+    }
+
+    /// A set of causes in numbers; `free`: see [`Stated::free`].
+    ///
+    /// # Errors
+    /// The set cannot be built.
+    pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<f64>>) -> Result<Stated, String> {
         let p = self.case;
         let mut effects: Vec<String> = set.iter().filter_map(Hypothesis::effect).collect();
         effects.dedup();
@@ -160,8 +163,9 @@ impl<'a> Search<'a> {
         // What nothing leads begins somewhere.
         for (run, (led, compared)) in self.led.iter().zip(&p.train).enumerate() {
             let links = led.links(&model, &p.subject.coordinates(&model, &nominal));
-            let free: Vec<usize> = links.unled().collect();
-            unknowns.extend(self.first_states(&model, compared, run, |c| free.contains(&c)));
+            let unled: Vec<usize> = links.unled().collect();
+            let which = |c: usize| free.is_some() || unled.contains(&c);
+            unknowns.extend(self.first_states(&model, compared, run, which));
         }
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
         for h in set {
@@ -183,13 +187,14 @@ impl<'a> Search<'a> {
             }
             posed.push(one);
         }
-        Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed })
+        Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free })
     }
 
     /// The comparison of a set with the recordings for fitting.
     pub fn compare<'b>(&'b self, stated: &'b Stated) -> Comparison<'b> {
         let coordinates = self.case.subject.coordinates(&stated.model, &stated.nominal);
-        let led = self.led[..self.case.train.len()].iter();
+        let lead = if stated.free.is_none() { self.case.train.len() } else { 0 };
+        let led = self.led[..lead].iter();
         Comparison {
             model: &stated.model,
             nominal: stated.nominal.clone(),
@@ -198,6 +203,7 @@ impl<'a> Search<'a> {
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
             held: BTreeMap::new(),
+            allowed: stated.free.clone().unwrap_or_default(),
         }
     }
     /// What a perfect model leaves of the recordings for fitting.
@@ -243,137 +249,38 @@ impl<'a> Search<'a> {
     ) -> Result<Fitted, PredictError> {
         let problem = Comparison { held, ..self.compare(&stated) };
         let found = solve(&problem, start, options)?;
-        let readings = problem.readings();
-        let r = found.residuals;
+        Ok(self.fitted(stated, found.x, found.residuals, found.jacobian))
+    }
+
+    /// The model as it was given, in the place of a fit of it.
+    pub fn given(&self, plain: &Fitted) -> Option<Fitted> {
+        let problem = self.compare(&plain.stated);
+        let start = problem.start();
+        let there = problem.evaluate(&start, true).ok()?;
+        Some(self.fitted(plain.stated.clone(), start, there.residuals, there.jacobian?))
+    }
+
+    fn fitted(&self, stated: Stated, theta: Vec<f64>, r: DVector<f64>, jacobian: DMatrix<f64>) -> Fitted {
+        let readings = self.compare(&stated).readings();
         let chi2 = r.rows(0, readings).norm_squared();
         let prior2 = r.rows(readings, r.len() - readings).norm_squared();
         let mut fitted = Fitted {
             stated,
-            theta: found.x,
+            theta,
             residuals: r,
-            jacobian: found.jacobian,
+            jacobian,
             chi2,
             expected: self.expected_of_training(),
             prior2,
             occam: 0.0,
         };
         fitted.occam = occam(&fitted, readings);
-        Ok(fitted)
+        fitted
     }
 
     /// Coordinates to begin with when `set` grows out of `from`: what is shared is taken over.
     pub fn begin_with(&self, stated: &Stated, from: &Fitted) -> Vec<f64> {
-        stated
-            .unknowns
-            .iter()
-            .map(|u| {
-                let old = from.stated.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
-                old.map_or_else(|| u.coordinate(), |i| from.theta[i])
-            })
-            .collect()
-    }
-
-    /// How each cause would fare beside those of `base`, from one simulation per look.
-    pub fn screen(&self, base: &Fitted) -> Vec<Screened> {
-        let projection = Projection::new(base);
-        let tasks: Vec<usize> = (0..self.causes.len())
-            .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
-            .collect();
-        let mut all: Vec<Screened> =
-            tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i)).collect();
-        all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-        all
-    }
-
-    /// How one cause would fare beside those of `base`.
-    pub fn screen_one_of(&self, base: &Fitted, index: usize) -> Option<Screened> {
-        self.screen_one(base, &Projection::new(base), index)
-    }
-
-    fn screen_one(&self, base: &Fitted, projection: &Projection, index: usize) -> Option<Screened> {
-        let h = &self.causes[index];
-        let mut set = base.stated.set.clone();
-        set.push(h.clone());
-        let stated = self.state(&set).ok()?;
-        let from = self.begin_with(&stated, base);
-        let last = stated.posed.last()?;
-        if let hypothesis::Claim::Parameter(_) = h.claim {
-            let known = base.stated.unknowns.iter().position(|u| u.name == h.id && u.run.is_none());
-            if let Some(k) = known {
-                let (gain, step) = projection.relaxed(base, k, hypothesis::WRONG)?;
-                let mut start = from;
-                start[k] += step.clamp(-0.7, 0.7);
-                return Some(Screened { index, gain, start });
-            }
-        }
-        let begin = *stated.begin.last()?;
-        let problem = self.compare(&stated);
-        let neutral = |look: &[f64], keep: Option<usize>| {
-            let mut theta = from.clone();
-            for (k, u) in last.unknowns.iter().enumerate() {
-                let value = match last.amplitudes.iter().find(|(a, _)| *a == k) {
-                    Some((_, n)) if keep != Some(k) => *n,
-                    _ => look[k],
-                };
-                theta[begin + k] = u.scale.coordinate(value);
-            }
-            theta
-        };
-        let mut best: Option<Screened> = None;
-        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
-        let looks: Vec<Vec<f64>> = if push {
-            self.push_looks(base, h, &last.unknowns)
-        } else if last.looks.is_empty() {
-            vec![last.unknowns.iter().map(|u| u.start).collect()]
-        } else {
-            match self.orders(base, h, &last.unknowns) {
-                Some((at, orders)) => {
-                    let mut first = last.looks[0].clone();
-                    orders
-                        .into_iter()
-                        .map(|k| {
-                            first[at] = k;
-                            first.clone()
-                        })
-                        .collect()
-                }
-                None => last.looks.clone(),
-            }
-        };
-        for look in &looks {
-            let single = last.amplitudes.is_empty();
-            let keeps: Vec<Option<usize>> =
-                if single { vec![None] } else { last.amplitudes.iter().map(|a| Some(a.0)).collect() };
-            let mut columns = Vec::new();
-            for keep in &keeps {
-                let Ok(there) = problem.residuals(&neutral(look, *keep)) else { continue };
-                let difference: Vec<f64> =
-                    there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
-                columns.push((*keep, projection.out(&difference)));
-            }
-            if columns.is_empty() {
-                continue;
-            }
-            let (gain, s) = projection.best(&columns.iter().map(|c| &c.1).collect::<Vec<_>>());
-            let mut theta = neutral(look, None);
-            for ((keep, _), s) in columns.iter().zip(&s) {
-                let Some(k) = keep else { continue };
-                let u = &last.unknowns[*k];
-                let n = last.amplitudes.iter().find(|a| a.0 == *k).map_or(0.0, |a| a.1);
-                let value = (n + s * (look[*k] - n)).clamp(u.lower, u.upper);
-                theta[begin + k] = u.scale.coordinate(value);
-            }
-            for &k in last.follow.iter().filter(|_| s[0] > 0.0) {
-                theta[begin + k] = last.unknowns[k].scale.coordinate(look[k] * s[0]);
-            }
-            let one_sided = columns.len() == 1
-                && (single || last.unknowns[columns[0].0.unwrap_or(0)].lower >= last.amplitudes[0].1);
-            let gain = if one_sided && s[0] <= 0.0 { 0.0 } else { gain };
-            if best.as_ref().is_none_or(|b| gain > b.gain) {
-                best = Some(Screened { index, gain, start: theta });
-            }
-        }
-        best
+        stated.unknowns.iter().map(|u| from.coordinate_of(u).unwrap_or_else(|| u.coordinate())).collect()
     }
 }
 
@@ -403,65 +310,4 @@ fn occam(f: &Fitted, readings: usize) -> f64 {
         m[(a, a)] += 1.0;
     }
     m.cholesky().map_or(0.0, |c| -c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>())
-}
-
-/// What the unknowns of a fit cannot take up.
-struct Projection {
-    /// Orthonormal columns that span the Jacobian (with the rows of the priors).
-    q: DMatrix<f64>,
-    residuals: DVector<f64>,
-}
-
-impl Projection {
-    fn new(base: &Fitted) -> Self {
-        let mut j = base.jacobian.clone();
-        for mut column in j.column_iter_mut() {
-            let norm = column.norm();
-            if norm > 0.0 {
-                column /= norm;
-            }
-        }
-        let q = j.qr().q();
-        let residuals = &base.residuals - &q * q.tr_mul(&base.residuals);
-        Self { q, residuals }
-    }
-    /// A change of the readings, less what the unknowns would do against it.
-    fn out(&self, readings: &[f64]) -> DVector<f64> {
-        let mut v = DVector::zeros(self.residuals.len());
-        v.as_mut_slice()[..readings.len()].copy_from_slice(readings);
-        let along = self.q.tr_mul(&v);
-        v - &self.q * along
-    }
-    /// Half the fall of the sum of squares with the best factors of these changes, and the factors; a factor of 1 has
-    /// the prior's standard deviation.
-    fn best(&self, columns: &[&DVector<f64>]) -> (f64, Vec<f64>) {
-        let n = columns.len();
-        let mut a = DMatrix::from_fn(n, n, |i, j| columns[i].dot(columns[j]));
-        let b = DVector::from_fn(n, |i, _| columns[i].dot(&self.residuals));
-        let bare = a.clone();
-        (0..n).for_each(|i| a[(i, i)] += 1.0);
-        let Some(c) = a.cholesky() else { return (0.0, vec![0.0; n]) };
-        let mut s = -c.solve(&b);
-        // A simulation at one size says little about one that is many times as large.
-        let most = s.amax();
-        if most > 4.0 {
-            s *= 4.0 / most;
-        }
-        let gain = -(b.dot(&s) + 0.5 * s.dot(&(&bare * &s)) + 0.5 * s.norm_squared());
-        (gain.max(0.0), s.iter().copied().collect())
-    }
-    /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
-    fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
-        let (_, old) = base.stated.unknowns[k].prior?;
-        let mut a = base.jacobian.tr_mul(&base.jacobian);
-        let mut b = base.jacobian.tr_mul(&base.residuals);
-        let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
-        let change = 1.0 / (sd * sd) - 1.0 / (old * old);
-        a[(k, k)] += change;
-        b[k] += change * r;
-        let step = -a.cholesky()?.solve(&b);
-        let before = 0.5 * (base.residuals.norm_squared() + change * r * r);
-        let gain = -0.5 * step.dot(&b) + 0.5 * base.residuals.norm_squared() - before;
-        Some((gain.max(0.0), step[k]))
-    }
 }

@@ -4,6 +4,7 @@ use trueup_identification::lsq::Options;
 use trueup_models::effect::Plant;
 
 use super::hypothesis::Hypothesis;
+use super::screen::Screened;
 use super::search::{Fitted, Search};
 
 /// How far to look.
@@ -55,8 +56,14 @@ pub struct Found {
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
 pub const FORM: f64 = 0.03;
+/// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly.
+const WHOLLY: f64 = 0.7;
+/// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
+const DRAGGED: f64 = 25.0;
+/// Pairs that are fitted after a screen of all.
+const PAIRS: usize = 6;
 /// Sets with a cause more that are fitted for free-running simulations.
-const GROW: usize = 5;
+const GROW: usize = 12;
 /// Sets of each size that are fitted with all derivatives.
 const WHOLE: usize = 2;
 /// An excess that is a smaller share of the floor's power than this is none.
@@ -88,26 +95,43 @@ impl Search<'_> {
         let mut sets: Vec<Fitted> = Vec::new();
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
+        // Where a cause has dragged parameters far away, it is better seen from where they were.
+        if plain.prior2 > DRAGGED {
+            beam.extend(self.given(&plain));
+        }
+        let mut alone: Vec<(Fitted, Vec<Screened>)> = Vec::new();
         for depth in 1..=effort.most {
             let mut grown: Vec<Fitted> = Vec::new();
             for base in &beam {
                 let screened = self.screen(base);
                 let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
-                let tried: Vec<Fitted> = screened
-                    .iter()
-                    .take(refits)
-                    .filter(|s| s.gain > 2.0)
-                    .filter_map(|s| {
-                        let mut set: Vec<Hypothesis> = base.stated.set.clone();
-                        set.push(self.causes[s.index].clone());
-                        if grown.iter().any(|g| same(&g.stated.set, &set)) {
-                            return None;
-                        }
-                        let stated = self.state(&set).ok()?;
-                        self.fit_beside(stated, &s.start, options, base).ok()
-                    })
-                    .collect();
-                grown.extend(tried);
+                for s in screened.iter().take(refits).filter(|s| s.gain > 2.0) {
+                    let mut set: Vec<Hypothesis> = base.stated.set.clone();
+                    set.push(self.causes[s.index].clone());
+                    let known = grown.iter().position(|g| same(&g.stated.set, &set));
+                    if known.is_some() && depth > 1 {
+                        continue;
+                    }
+                    let Ok(stated) = self.state(&set) else { continue };
+                    let Ok(fitted) = self.fit_beside(stated, &s.start, options, base) else { continue };
+                    match known {
+                        Some(i) if fitted.evidence(1.0) > grown[i].evidence(1.0) => grown[i] = fitted,
+                        Some(_) => {}
+                        None => grown.push(fitted),
+                    }
+                }
+                if depth == 1 {
+                    alone.push((base.clone(), screened));
+                }
+            }
+            // What hides behind another: two that were screened together.
+            for (base, screened) in alone.iter().filter(|_| depth == 2) {
+                for pair in self.pairs(base, screened).iter().take(PAIRS) {
+                    let set = pair.indices.map(|i| self.causes[i].clone());
+                    if !grown.iter().any(|g| same(&g.stated.set, &set)) {
+                        grown.extend(self.fit_pair(base, screened, pair, options));
+                    }
+                }
             }
             grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
             // The best once more with all derivatives.
@@ -124,13 +148,15 @@ impl Search<'_> {
             let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
                 && gained > NEGLIGIBLE
                 && gained > SHARE * before.max(0.0)
-                && (depth == 1 || gained > FORM * plain.excess());
+                && (depth == 1
+                    || gained > FORM * plain.excess()
+                    || after < NEGLIGIBLE && gained > WHOLLY * before);
             if worth {
                 best = top.clone();
             }
             beam = grown.iter().take(effort.beam).cloned().collect();
             sets.extend(grown);
-            if !worth || after < NEGLIGIBLE.max(FORM * plain.excess()) {
+            if !worth || after < NEGLIGIBLE {
                 break;
             }
         }

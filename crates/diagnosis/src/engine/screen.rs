@@ -1,0 +1,308 @@
+//! The screen: what each cause, and each pair of causes, would explain, from a few simulations and a linear fit.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use trueup_identification::lsq::Options;
+
+use super::hypothesis::{self, Posed};
+use super::search::{Fitted, Search, Stated};
+
+/// A cause as it looks from where the search stands.
+#[derive(Clone, Debug)]
+pub struct Screened {
+    /// Which of the causes.
+    pub index: usize,
+    /// By how much the sum of squares would fall, half.
+    pub gain: f64,
+    /// Where to begin.
+    pub start: Vec<f64>,
+    /// Where it was looked at; none: it only frees a parameter.
+    looked: Option<Looked>,
+}
+
+/// A look at a cause: values of its unknowns, and how the residuals change, amplitude by amplitude.
+#[derive(Clone, Debug)]
+struct Looked {
+    values: Vec<f64>,
+    columns: Vec<(Option<usize>, DVector<f64>)>,
+    /// Only one sign of its change makes sense.
+    one_sided: bool,
+}
+
+/// Two causes together.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// Which of the causes.
+    pub indices: [usize; 2],
+    /// By how much the sum of squares would fall, half.
+    pub gain: f64,
+    /// Factors of the changes of either.
+    factors: [Vec<f64>; 2],
+}
+
+impl Looked {
+    /// Sets the unknowns of a cause, the first being coordinate `begin`, such that its changes have these factors.
+    fn set(&self, theta: &mut [f64], begin: usize, posed: &Posed, factors: &[f64]) {
+        for (k, u) in posed.unknowns.iter().enumerate() {
+            theta[begin + k] = u.scale.coordinate(self.at(posed, k, None));
+        }
+        for ((keep, _), s) in self.columns.iter().zip(factors) {
+            let Some(k) = keep else { continue };
+            let (u, n) = (&posed.unknowns[*k], posed.neutral(*k));
+            let value = (n + s * (self.values[*k] - n)).clamp(u.lower, u.upper);
+            theta[begin + k] = u.scale.coordinate(value);
+        }
+        for &k in posed.follow.iter().filter(|_| factors[0] > 0.0) {
+            theta[begin + k] = posed.unknowns[k].scale.coordinate(self.values[k] * factors[0]);
+        }
+    }
+    /// Value of an unknown when all amplitudes but `keep` are neutral.
+    fn at(&self, posed: &Posed, k: usize, keep: Option<usize>) -> f64 {
+        match posed.amplitudes.iter().find(|(a, _)| *a == k) {
+            Some((_, neutral)) if keep != Some(k) => *neutral,
+            _ => self.values[k],
+        }
+    }
+}
+
+impl Posed {
+    fn one_sided(&self) -> bool {
+        match &self.amplitudes[..] {
+            [] => true,
+            [(k, neutral)] => self.unknowns[*k].lower >= *neutral,
+            _ => false,
+        }
+    }
+    fn neutral(&self, k: usize) -> f64 {
+        self.amplitudes.iter().find(|a| a.0 == k).map_or(0.0, |a| a.1)
+    }
+}
+
+impl Search<'_> {
+    /// How each cause would fare beside those of `base`, from one simulation per look.
+    pub fn screen(&self, base: &Fitted) -> Vec<Screened> {
+        let projection = Projection::new(base);
+        let tasks: Vec<usize> = (0..self.causes.len())
+            .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
+            .collect();
+        let mut all: Vec<Screened> =
+            tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i)).collect();
+        all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        all
+    }
+
+    /// How one cause would fare beside those of `base`.
+    pub fn screen_one_of(&self, base: &Fitted, index: usize) -> Option<Screened> {
+        self.screen_one(base, &Projection::new(base), index)
+    }
+
+    fn screen_one(&self, base: &Fitted, projection: &Projection, index: usize) -> Option<Screened> {
+        let h = &self.causes[index];
+        let mut set = base.stated.set.clone();
+        set.push(h.clone());
+        let stated = self.state(&set).ok()?;
+        let from = self.begin_with(&stated, base);
+        let last = stated.posed.last()?;
+        if let hypothesis::Claim::Parameter(_) = h.claim {
+            let known = base.stated.unknowns.iter().position(|u| u.name == h.id && u.run.is_none());
+            if let Some(k) = known {
+                let (gain, step) = projection.relaxed(base, k, hypothesis::WRONG)?;
+                let mut start = from;
+                start[k] += step.clamp(-0.7, 0.7);
+                return Some(Screened { index, gain, start, looked: None });
+            }
+        }
+        let begin = *stated.begin.last()?;
+        let problem = self.compare(&stated);
+        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
+        let looks: Vec<Vec<f64>> = if push {
+            self.push_looks(base, h, &last.unknowns)
+        } else if last.looks.is_empty() {
+            vec![last.unknowns.iter().map(|u| u.start).collect()]
+        } else {
+            match self.orders(base, h, &last.unknowns) {
+                Some((at, orders)) => {
+                    let mut first = last.looks[0].clone();
+                    orders
+                        .into_iter()
+                        .map(|k| {
+                            first[at] = k;
+                            first.clone()
+                        })
+                        .collect()
+                }
+                None => last.looks.clone(),
+            }
+        };
+        let keeps: Vec<Option<usize>> = match &last.amplitudes[..] {
+            [] => vec![None],
+            all => all.iter().map(|a| Some(a.0)).collect(),
+        };
+        let mut best: Option<Screened> = None;
+        for values in looks {
+            let mut looked = Looked { values, columns: Vec::new(), one_sided: last.one_sided() };
+            for keep in &keeps {
+                let mut theta = from.clone();
+                for (k, u) in last.unknowns.iter().enumerate() {
+                    theta[begin + k] = u.scale.coordinate(looked.at(last, k, *keep));
+                }
+                let Ok(there) = problem.residuals(&theta) else { continue };
+                let difference: Vec<f64> =
+                    there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
+                looked.columns.push((*keep, projection.out(&difference)));
+            }
+            if looked.columns.is_empty() {
+                continue;
+            }
+            let (gain, s) = projection.best(&looked.columns.iter().map(|c| &c.1).collect::<Vec<_>>());
+            let gain = if looked.one_sided && s[0] <= 0.0 { 0.0 } else { gain };
+            if best.as_ref().is_none_or(|b| gain > b.gain) {
+                let mut start = from.clone();
+                looked.set(&mut start, begin, last, &s);
+                best = Some(Screened { index, gain, start, looked: Some(looked) });
+            }
+        }
+        best
+    }
+
+    /// What `led` has more than `base`, which runs freely, would explain of what that misses: the share of its sum of squares.
+    /// With it where a fit of all would begin.
+    pub fn share(&self, base: &Fitted, led: &Fitted) -> Option<(f64, Stated, Vec<f64>)> {
+        let stated = self.state_like(&led.stated.set, base.stated.free.clone()).ok()?;
+        let shared = |u| base.coordinate_of(u).or_else(|| led.coordinate_of(u));
+        let start: Vec<f64> =
+            stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
+        let there = self.compare(&stated).residuals(&start).ok()?;
+        let difference: Vec<f64> = there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
+        let projection = Projection::new(base);
+        let (gain, s) = projection.best(&[&projection.out(&difference)]);
+        let gain = if s[0] > 0.0 { gain } else { 0.0 };
+        Some((gain / (0.5 * base.residuals.norm_squared()).max(f64::MIN_POSITIVE), stated, start))
+    }
+
+    /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
+    pub fn pairs(&self, base: &Fitted, screened: &[Screened]) -> Vec<Pair> {
+        let looks: Vec<(&Screened, &Looked)> = (screened.iter())
+            .filter(|s| self.causes[s.index].is_effect())
+            .filter_map(|s| Some((s, s.looked.as_ref()?)))
+            .collect();
+        let mut begin = vec![0];
+        looks.iter().for_each(|(_, l)| begin.push(begin[begin.len() - 1] + l.columns.len()));
+        let all: Vec<DVector<f64>> =
+            looks.iter().flat_map(|(_, l)| l.columns.iter().map(|c| c.1.clone())).collect();
+        if all.is_empty() {
+            return Vec::new();
+        }
+        let all = DMatrix::from_columns(&all);
+        let (among, with) = (all.tr_mul(&all), all.tr_mul(&Projection::new(base).residuals));
+        let of = |a: usize, b: usize| -> Option<Pair> {
+            let indices = [looks[a].0.index, looks[b].0.index];
+            let [one, other] = indices.map(|i| &self.causes[i]);
+            if one.same_place(other) {
+                return None;
+            }
+            let at: Vec<usize> = (begin[a]..begin[a + 1]).chain(begin[b]..begin[b + 1]).collect();
+            let products = DMatrix::from_fn(at.len(), at.len(), |i, j| among[(at[i], at[j])]);
+            let (gain, mut first) = best(products, DVector::from_fn(at.len(), |i, _| with[at[i]]));
+            let second = first.split_off(looks[a].1.columns.len());
+            let against = |i: usize, factors: &[f64]| looks[i].1.one_sided && factors[0] <= 0.0;
+            let sensible = !against(a, &first) && !against(b, &second);
+            sensible.then_some(Pair { indices, gain, factors: [first, second] })
+        };
+        let mut pairs: Vec<Pair> = (0..looks.len())
+            .flat_map(|a| (a + 1..looks.len()).map(move |b| (a, b)))
+            .filter_map(|(a, b)| of(a, b))
+            .filter(|p| p.gain > looks[0].0.gain)
+            .collect();
+        pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        pairs
+    }
+
+    /// A pair fitted beside `base`.
+    pub fn fit_pair(
+        &self,
+        base: &Fitted,
+        screened: &[Screened],
+        pair: &Pair,
+        options: Options,
+    ) -> Option<Fitted> {
+        let mut set = base.stated.set.clone();
+        set.extend(pair.indices.map(|i| self.causes[i].clone()));
+        let stated = self.state(&set).ok()?;
+        let mut start = self.begin_with(&stated, base);
+        let first = stated.begin.len() - 2;
+        for (k, index) in pair.indices.into_iter().enumerate() {
+            let looked = screened.iter().find(|s| s.index == index)?.looked.as_ref()?;
+            let posed = &stated.posed[first + k];
+            let factors = &pair.factors[k];
+            looked.set(&mut start, stated.begin[first + k], posed, factors);
+        }
+        self.fit_beside(stated, &start, options, base).ok()
+    }
+}
+
+/// What the unknowns of a fit cannot take up.
+struct Projection {
+    /// Orthonormal columns that span the Jacobian (with the rows of the priors).
+    q: DMatrix<f64>,
+    residuals: DVector<f64>,
+}
+
+impl Projection {
+    fn new(base: &Fitted) -> Self {
+        let mut j = base.jacobian.clone();
+        for mut column in j.column_iter_mut() {
+            let norm = column.norm();
+            if norm > 0.0 {
+                column /= norm;
+            }
+        }
+        let q = j.qr().q();
+        let residuals = &base.residuals - &q * q.tr_mul(&base.residuals);
+        Self { q, residuals }
+    }
+    /// A change of the readings, less what the unknowns would do against it.
+    fn out(&self, readings: &[f64]) -> DVector<f64> {
+        let mut v = DVector::zeros(self.residuals.len());
+        v.as_mut_slice()[..readings.len()].copy_from_slice(readings);
+        let along = self.q.tr_mul(&v);
+        v - &self.q * along
+    }
+    /// Half the fall of the sum of squares with the best factors of these changes, and the factors; a factor of 1 has
+    /// the prior's standard deviation.
+    fn best(&self, columns: &[&DVector<f64>]) -> (f64, Vec<f64>) {
+        let n = columns.len();
+        let a = DMatrix::from_fn(n, n, |i, j| columns[i].dot(columns[j]));
+        best(a, DVector::from_fn(n, |i, _| columns[i].dot(&self.residuals)))
+    }
+    /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
+    fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
+        let (_, old) = base.stated.unknowns[k].prior?;
+        let mut a = base.jacobian.tr_mul(&base.jacobian);
+        let mut b = base.jacobian.tr_mul(&base.residuals);
+        let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
+        let change = 1.0 / (sd * sd) - 1.0 / (old * old);
+        a[(k, k)] += change;
+        b[k] += change * r;
+        let step = -a.cholesky()?.solve(&b);
+        let before = 0.5 * (base.residuals.norm_squared() + change * r * r);
+        let gain = -0.5 * step.dot(&b) + 0.5 * base.residuals.norm_squared() - before;
+        Some((gain.max(0.0), step[k]))
+    }
+}
+
+/// Of changes with products `a` among themselves and `b` with the residuals.
+fn best(mut a: DMatrix<f64>, b: DVector<f64>) -> (f64, Vec<f64>) {
+    let (n, bare) = (b.len(), a.clone());
+    (0..n).for_each(|i| a[(i, i)] += 1.0);
+    let Some(c) = a.cholesky() else { return (0.0, vec![0.0; n]) };
+    let mut s = -c.solve(&b);
+    // A simulation at one size says little about one that is many times as large.
+    let most = s.amax();
+    if most > 4.0 {
+        s *= 4.0 / most;
+    }
+    let gain = -(b.dot(&s) + 0.5 * s.dot(&(&bare * &s)) + 0.5 * s.norm_squared());
+    (gain.max(0.0), s.iter().copied().collect())
+}
