@@ -133,7 +133,7 @@ pub fn diagnose(
     let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
     let tuned =
         [led, given].into_iter().filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    let tuned = tuned.map_or_else(|| before.clone(), |p| p.complete);
+    let (tuned, fitted) = tuned.map_or_else(|| (before.clone(), None), |p| (p.complete, p.fitted));
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     let floors_of = |c: &Complete| {
@@ -145,7 +145,8 @@ pub fn diagnose(
         runs,
         tuned: replay(&tuned).unwrap_or_else(|_| shown.clone()),
         before: shown,
-        floors: floors_of(&before)?,
+        floors: floors_of(&tuned)?,
+        fitted,
         seed: options.seed,
         limits: options.limits,
     };

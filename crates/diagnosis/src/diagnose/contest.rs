@@ -7,6 +7,7 @@ use crate::engine::decide::{Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, Polished, Replayed};
+use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found};
 
@@ -18,6 +19,8 @@ const SETTLED: f64 = 40.0;
 const MORE: f64 = 10.0;
 /// and the share that it would explain of what a free run misses without it.
 const MISSED: f64 = 0.3;
+/// As many of them are tried.
+const TRIED: usize = 3;
 
 /// A set that ran freely.
 #[derive(Clone, Debug)]
@@ -44,6 +47,8 @@ pub(super) struct Ground<'a> {
     pub before: Replayed,
     /// With them fitted.
     pub tuned: Replayed,
+    /// The free-running fit of them.
+    pub fitted: Option<Fitted>,
     /// What noise leaves, by recording and channel.
     pub floors: Vec<Vec<f64>>,
     /// For what is drawn.
@@ -75,29 +80,25 @@ impl Ground<'_> {
         Some(Contender { at, complete, shown, after, fitted })
     }
 
-    /// A cause more beside the best: the balances say which and how large it would be, the free run whether it is missed.
-    fn more(&self, found: &mut Found, best: &Contender, effort: Effort) -> Vec<Contender> {
-        let Some(base) = &best.fitted else { return Vec::new() };
-        self.search.grow(found, effort);
-        let set = &found.sets[best.at].stated.set;
+    /// Sets with a cause more than `led`, those that explain most of what `base`, running freely, misses.
+    fn more(&self, found: &mut Found, led: &Fitted, base: Option<&Fitted>, effort: Effort) -> Vec<Contender> {
+        let Some(base) = base else { return Vec::new() };
+        self.search.grow(found, led, effort);
+        let set = &led.stated.set;
         let grown = |f: &Fitted| {
-            let shared = set.iter().filter(|h| f.stated.set.contains(h)).count();
-            shared == set.len() && f.stated.set.len() == set.len() + 1
+            f.stated.set.len() == set.len() + 1
+                && set.iter().all(|h| f.stated.set.contains(h))
+                && f.stated.set.iter().any(|h| h.is_effect() && !set.contains(h))
+                && f.evidence(1.0) > led.evidence(1.0) + MORE
         };
-        let own = found.sets[best.at].evidence(1.0);
-        let mut missed: Vec<(f64, usize)> = (0..found.sets.len())
-            .into_par_iter()
-            .filter(|&at| grown(&found.sets[at]) && found.sets[at].evidence(1.0) > own + MORE)
-            .filter_map(|at| Some((self.search.share(base, &found.sets[at])?.0, at)))
-            .collect();
-        missed.sort_by(|a, b| b.0.total_cmp(&a.0));
-        missed.retain(|m| m.0 > MISSED);
-        missed.truncate(3);
-        let run = |&(_, at): &(f64, usize)| {
-            let (_, stated, start) = self.search.share(base, &found.sets[at])?;
-            self.shown(at, self.search.polished(stated, &start, POLISH)?)
-        };
-        missed.par_iter().filter_map(run).collect()
+        let places: Vec<usize> = (0..found.sets.len()).filter(|at| grown(&found.sets[*at])).collect();
+        let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
+        let mut all: Vec<(usize, Asked)> = places.into_par_iter().filter_map(ask).collect();
+        all.retain(|a| a.1.share > MISSED);
+        all.sort_by(|a, b| b.1.share.total_cmp(&a.1.share));
+        all.truncate(TRIED);
+        let run = |(at, a): (usize, Asked)| self.shown(at, self.search.polished(a.stated, &a.start, POLISH)?);
+        all.into_par_iter().filter_map(run).collect()
     }
 
     /// Noise carried through the model that is the best so far.
@@ -139,12 +140,16 @@ impl Ground<'_> {
             }
         };
         let mut all: Vec<Contender> = Vec::new();
+        if !claims {
+            let plain = found.plain.clone();
+            all = self.more(found, &plain, self.fitted.as_ref(), effort);
+        }
         for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
             let good = all.iter().any(|c| self.is_near(c));
             let most = match wanted {
                 Kind::Best | Kind::Fewer => 1,
                 Kind::Rival if claims => 1 + usize::from(!good),
-                Kind::Rival => 3,
+                Kind::Rival => 2,
             };
             let mut order: Vec<usize> = (0..found.sets.len()).collect();
             order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
@@ -152,12 +157,14 @@ impl Ground<'_> {
             let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
             let like = order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted));
             let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
-            let list = first_of_each(effects, |at| new(at).map(|h| (&*h.id, &*h.component)), most);
+            let others = effects.filter(|at| all.iter().all(|c| c.at != *at));
+            let list = first_of_each(others, |at| new(at).map(|h| (&*h.id, &*h.component)), most);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
             if let (Kind::Best, [best]) = (wanted, &all[..]) {
                 self.carry(best);
                 if claims && !self.is_near(best) {
-                    let more = self.more(found, best, effort);
+                    let led = found.sets[best.at].clone();
+                    let more = self.more(found, &led, best.fitted.as_ref(), effort);
                     all.extend(more);
                 }
             }
@@ -165,12 +172,15 @@ impl Ground<'_> {
         // Nothing of that helps: the effects that lead by themselves.
         let tuned = self.free(&self.tuned).map_or(0.0, |f| f.tuned);
         if claims && all.iter().all(|c| c.after > 0.7 * tuned) {
+            let plain = found.plain.clone();
+            let more = self.more(found, &plain, self.fitted.as_ref(), effort);
+            all.extend(more);
             let id = |at: usize| match &found.sets[at].stated.set[..] {
                 [h] if h.is_effect() => Some(&*h.id),
                 _ => None,
             };
             let singles = (0..found.sets.len()).filter(|at| id(*at).is_some());
-            let mut list = first_of_each(singles, id, 4);
+            let mut list = first_of_each(singles, id, 2);
             list.retain(|at| all.iter().all(|c| c.at != *at));
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }

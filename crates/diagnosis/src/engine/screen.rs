@@ -30,6 +30,17 @@ struct Looked {
     one_sided: bool,
 }
 
+/// A set with a cause more, asked for by what a free run misses.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    /// Share of its sum of squares that the cause would explain.
+    pub share: f64,
+    /// The set, running freely.
+    pub stated: Stated,
+    /// Where a fit would begin.
+    pub start: Vec<f64>,
+}
+
 /// Two causes together.
 #[derive(Clone, Debug)]
 pub struct Pair {
@@ -166,11 +177,11 @@ impl Search<'_> {
         best
     }
 
-    /// What `led` has more than `base`, which runs freely, would explain of what that misses: the share of its sum of squares.
-    /// With it where a fit of all would begin.
-    pub fn share(&self, base: &Fitted, led: &Fitted) -> Option<(f64, Stated, Vec<f64>)> {
-        let stated = self.state_like(&led.stated.set, base.stated.free.clone()).ok()?;
-        let shared = |u| base.coordinate_of(u).or_else(|| led.coordinate_of(u));
+    /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
+    /// balances have it.
+    pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
+        let stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
+        let shared = |u| base.coordinate_of(u).or_else(|| grown.coordinate_of(u));
         let start: Vec<f64> =
             stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
         let there = self.compare(&stated).residuals(&start).ok()?;
@@ -178,7 +189,8 @@ impl Search<'_> {
         let projection = Projection::new(base);
         let (gain, s) = projection.best(&[&projection.out(&difference)]);
         let gain = if s[0] > 0.0 { gain } else { 0.0 };
-        Some((gain / (0.5 * base.residuals.norm_squared()).max(f64::MIN_POSITIVE), stated, start))
+        let whole = 0.5 * base.residuals.norm_squared();
+        Some(Asked { share: gain / whole.max(f64::MIN_POSITIVE), stated, start })
     }
 
     /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.

@@ -176,18 +176,17 @@ impl Search<'_> {
         Ok(Found { plain, sets, best })
     }
 
-    /// Fits the likeliest sets with one cause more than the chosen one, however small their share: a free-running simulation
-    /// may tell.
-    pub fn grow(&self, found: &mut Found, effort: Effort) {
+    /// Fits the likeliest sets with one cause more than `base`, however small their share: a free-running simulation may
+    /// tell.
+    pub fn grow(&self, found: &mut Found, base: &Fitted, effort: Effort) {
         let options = effort.options();
-        let base = found.best.clone();
-        for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(GROW) {
+        for s in self.screen(base).iter().filter(|s| s.gain > 2.0).take(GROW) {
             let mut set = base.stated.set.clone();
             set.push(self.causes[s.index].clone());
             if found.sets.iter().any(|f| same(&f.stated.set, &set)) {
                 continue;
             }
-            let fitted = self.state(&set).map(|stated| self.fit_beside(stated, &s.start, options, &base));
+            let fitted = self.state(&set).map(|stated| self.fit_beside(stated, &s.start, options, base));
             if let Ok(Ok(fitted)) = fitted {
                 found.sets.push(fitted);
             }
