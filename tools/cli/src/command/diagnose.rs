@@ -108,11 +108,10 @@ fn fmus(args: &Diagnose, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(
     let library = std::fs::read(&library).map_err(|e| Error::at(&library, e))?;
     let flexible: Vec<bool> =
         loaded.case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
-    let mut configuration = Configuration {
-        joint_flexible: flexible,
-        effects: catalog::in_order(name, &augmented.effects).unwrap_or_default(),
-        ..Configuration::of(name)
-    };
+    let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
+        Error::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
+    })?;
+    let mut configuration = Configuration { joint_flexible: flexible, effects, ..Configuration::of(name) };
     let table = fmu_library::table(&configuration).map_err(Error::Failed)?;
     let known = |name: &str| {
         table.variables.iter().any(|v| v.name == name.split('[').next().unwrap_or(name) || v.name == name)

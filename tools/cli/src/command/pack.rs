@@ -95,12 +95,11 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
 
 fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
-    let mut configuration = Configuration {
-        joint_flexible: args.flexible.clone(),
-        // In the order in which they act; given twice, an effect is packed once.
-        effects: catalog::in_order(model.name, &args.effect).unwrap_or_default(),
-        ..Configuration::of(model.name)
-    };
+    // In the order in which they act; given twice, an effect is packed once.
+    let effects = catalog::in_order(model.name, &args.effect)
+        .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
+    let mut configuration =
+        Configuration { joint_flexible: args.flexible.clone(), effects, ..Configuration::of(model.name) };
     // Start values are read against the variables that this structure has.
     let table = fmu_library::table(&configuration).map_err(refused)?;
     let preset =
