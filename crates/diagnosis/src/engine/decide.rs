@@ -239,6 +239,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     // Balances tell the law, free runs the size: either may be spoilt by the form of a law.
     let balances = explained.clamp(0.0, 1.0);
     let known = balances.max(closed).max(0.5 * (balances + closed) + 0.2);
+    // What the balances see plainly and mostly do not explain is not known, however well a free run makes up for it.
+    let blank = left - bottom > limits.left && balances < 0.5;
+    let known = if blank { balances } else { known };
     let unexplained = if count > 0 {
         known < limits.explained
     } else {
