@@ -150,14 +150,11 @@ pub fn diagnose(
         seed: options.seed,
         limits: options.limits,
     };
-    let mut free = ground.free(&ground.tuned).unwrap_or_default();
     // What the balances leave open the free-running simulation has to tell.
-    let contenders = if free.tuned > options.limits.free * free.floor {
-        ground.contest(&mut found, effort)
-    } else {
-        Vec::new()
-    };
-    free = ground.free(&ground.tuned).unwrap_or_default();
+    let open = ground.free(&ground.tuned).is_some_and(|f| f.tuned > options.limits.free * f.floor);
+    let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
+    // The contest may have found a model that tells the floor better.
+    let mut free = ground.free(&ground.tuned).unwrap_or_default();
     for c in &contenders {
         tell(
             0.8,

@@ -7,8 +7,6 @@
 
 mod menu;
 
-use std::collections::BTreeMap;
-
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -234,26 +232,14 @@ impl<'a> Setting<'a> {
             .filter(|(u, _)| u.run.is_none())
             .map(|(u, x)| (u.clone(), *x))
             .unzip();
-        let (nominal, ties) = (stated.nominal, stated.ties);
         let model = Comparison {
-            model: &stated.model,
-            nominal,
-            ties,
-            runs: &runs,
-            led: Vec::new(),
+            ties: stated.ties,
             unknowns,
-            held: BTreeMap::new(),
-            allowed: Vec::new(),
+            ..Comparison::free(&stated.model, stated.nominal, &runs)
         };
-        let shown = model.errors(0, &theta).ok()?;
         let mut run = runs[0].run.clone();
+        run.channels.iter_mut().zip(model.shown(0, &theta).ok()?).for_each(|(c, y)| c.y = y);
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let mut begin = 0;
-        for c in &mut run.channels {
-            let end = begin + c.y.len();
-            c.y.copy_from_slice(&shown[begin..end]);
-            begin = end;
-        }
         self.search.case.read_noisily(&mut run, &mut rng);
         if !run.channels.iter().all(|c| self.inside(c)) {
             return None;

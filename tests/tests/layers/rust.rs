@@ -147,7 +147,7 @@ let a = "unsafe \" /home/x"; let q = '"'; let n = '\''; fn f<'a>() {} /* println
 let b = r#"a "quoted" path"#;
 #[cfg(test)]
 mod tests { fn g() { println!("}"); } }
-fn after() { eprint!("/tmp/y"); my_print!(); }
+fn after() { eprint!("/home/y"); my_print!(); }
 "##;
     let s = Source::of(&File { path: "x.rs".into(), text: text.into() });
     assert_eq!(s.lines_with("println!"), [0usize; 0]);
@@ -157,7 +157,7 @@ fn after() { eprint!("/tmp/y"); my_print!(); }
     let literal = |line: usize| s.literals.lines().nth(line - 1).unwrap().trim();
     assert_eq!(literal(3), r#"unsafe \" /home/x"#);
     assert_eq!(literal(4), r#"a "quoted" path"#);
-    assert_eq!((literal(6), literal(7)), ("", "/tmp/y"));
+    assert_eq!((literal(6), literal(7)), ("", "/home/y"));
     assert!(is_test_file("crates/a/tests/b.rs") && is_test_file("crates/a/src/b/tests.rs"));
     assert!(!is_test_file("crates/a/src/contests.rs"));
 }

@@ -162,22 +162,9 @@ fn merge(own: &mut Products, more: Products) {
 fn perfect(case: &Prepared, run: &Compared, seed: u64) -> Run {
     let mut made = run.run.clone();
     let one = [run.clone()];
-    let free = Comparison {
-        model: &case.model,
-        nominal: case.nominal.clone(),
-        ties: Vec::new(),
-        runs: &one,
-        led: Vec::new(),
-        unknowns: Vec::new(),
-        held: BTreeMap::new(),
-        allowed: Vec::new(),
-    };
-    if let Ok(differences) = free.errors(0, &[]) {
-        let mut at = 0;
-        for c in &mut made.channels {
-            c.y.iter_mut().zip(&differences[at..]).for_each(|(y, d)| *y += d);
-            at += c.y.len();
-        }
+    let free = Comparison::free(&case.model, case.nominal.clone(), &one);
+    if let Ok(shown) = free.shown(0, &[]) {
+        made.channels.iter_mut().zip(shown).for_each(|(c, y)| c.y = y);
     }
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
     case.read_noisily(&mut made, &mut rng);

@@ -126,6 +126,22 @@ pub struct Comparison<'a> {
     pub allowed: Vec<f64>,
 }
 
+impl<'a> Comparison<'a> {
+    /// A model that runs freely through recordings, all of it known.
+    pub fn free(model: &'a Model, nominal: Vec<f64>, runs: &'a [Compared]) -> Self {
+        Self {
+            model,
+            nominal,
+            ties: Vec::new(),
+            runs,
+            led: Vec::new(),
+            unknowns: Vec::new(),
+            held: BTreeMap::new(),
+            allowed: Vec::new(),
+        }
+    }
+}
+
 impl Comparison<'_> {
     /// Coordinates to start from.
     pub fn start(&self) -> Vec<f64> {
@@ -221,6 +237,16 @@ impl Comparison<'_> {
         let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
         let shifted = self.shifted(run, theta);
         self.differences(run, &p, &offsets, shifted.as_ref())
+    }
+
+    /// Readings as the model would show them in a recording, channel by channel.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn shown(&self, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
+        let mut errors = self.errors(run, theta)?.into_iter();
+        let channels = self.runs[run].run.channels.iter();
+        Ok(channels.map(|c| c.y.iter().zip(errors.by_ref()).map(|(y, e)| e + y).collect()).collect())
     }
 
     fn differences<T: Scalar>(

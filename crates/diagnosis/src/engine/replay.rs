@@ -1,7 +1,5 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
@@ -48,20 +46,6 @@ struct Settled {
     shown: Vec<Vec<f64>>,
     /// Deviations that the model was allowed.
     allowed: Vec<f64>,
-}
-
-/// Readings of a free-running simulation, channel after channel.
-fn shown(problem: &Comparison<'_>, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
-    let differences = problem.errors(run, theta)?;
-    let mut begin = 0;
-    let channels = problem.runs[run].run.channels.iter();
-    Ok(channels
-        .map(|c| {
-            let of = differences[begin..][..c.y.len()].iter().zip(&c.y).map(|(d, y)| d + y).collect();
-            begin += c.y.len();
-            of
-        })
-        .collect())
 }
 
 impl Search<'_> {
@@ -154,7 +138,7 @@ impl Search<'_> {
         let theta = self.begin_with(&stated, &fitted);
         let problem = self.compare(&fitted.stated);
         let shown: Result<Replayed, PredictError> =
-            (0..train.len()).into_par_iter().map(|run| shown(&problem, run, &fitted.theta)).collect();
+            (0..train.len()).into_par_iter().map(|run| problem.shown(run, &fitted.theta)).collect();
         let misfit = self.misfit(&shown.ok()?, train);
         Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
     }
@@ -164,25 +148,6 @@ impl Search<'_> {
         let channels: usize = runs.iter().map(|r| r.run.channels.len()).sum();
         let share = (misfit / channels.max(1) as f64).sqrt();
         (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o)).collect()
-    }
-
-    fn free<'b>(
-        &self,
-        stated: &'b Stated,
-        runs: &'b [Compared],
-        nominal: Vec<f64>,
-        unknowns: Vec<Unknown>,
-    ) -> Comparison<'b> {
-        Comparison {
-            model: &stated.model,
-            nominal,
-            ties: stated.ties.clone(),
-            runs,
-            led: Vec::new(),
-            unknowns,
-            held: BTreeMap::new(),
-            allowed: Vec::new(),
-        }
     }
 
     /// Sum of squares of relative errors, over channels.
@@ -212,7 +177,11 @@ impl Search<'_> {
         let stated = &complete.stated;
         // Parameters of the whole are set; what shifts signals stays an unknown that is held.
         let train = &self.case.train;
-        let whole = self.free(stated, train, stated.nominal.clone(), stated.unknowns.clone());
+        let whole = Comparison {
+            ties: stated.ties.clone(),
+            unknowns: stated.unknowns.clone(),
+            ..Comparison::free(&stated.model, stated.nominal.clone(), train)
+        };
         // What acts in one recording for fitting only does not act in those held out.
         let own = train.iter().position(|t| t.run.name == run.run.name);
         let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
@@ -228,8 +197,7 @@ impl Search<'_> {
                 unknowns.push(super::search::offset(*output, 0, 0.1 * self.sizes.range(*output)));
             }
         }
-        let one = std::slice::from_ref(run);
-        Comparison { ties: Vec::new(), ..self.free(stated, one, nominal, unknowns) }
+        Comparison { unknowns, ..Comparison::free(&stated.model, nominal, std::slice::from_ref(run)) }
     }
 
     fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
@@ -237,13 +205,13 @@ impl Search<'_> {
         let mut theta = problem.start();
         // What a wrong model misses does not tell where the motion began: its readings count by what it misses.
         for max_iterations in [3, 6] {
-            let missed = self.misfit(&vec![shown(&problem, 0, &theta)?], problem.runs);
+            let missed = self.misfit(&vec![problem.shown(0, &theta)?], problem.runs);
             problem.allowed = self.allowed(missed, problem.runs);
             let options =
                 Options { max_iterations, cost_tolerance: 3e-3, radius: 10.0, ..Options::default() };
             theta = solve(&problem, &theta, options)?.x;
         }
-        let shown = shown(&problem, 0, &theta)?;
+        let shown = problem.shown(0, &theta)?;
         let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
         Ok(Settled { theta, first, shown, allowed: problem.allowed })
     }
@@ -280,7 +248,7 @@ impl Search<'_> {
                     // Part of the noise goes into the first states.
                     let theta = solve(&problem, &settled.theta, options)
                         .map_or_else(|_| settled.theta.clone(), |found| found.x);
-                    shown(&problem, 0, &theta)
+                    problem.shown(0, &theta)
                 })?;
                 Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
             })

@@ -104,10 +104,6 @@ impl Search<'_> {
     }
 
     /// How one cause would fare beside those of `base`.
-    pub fn screen_one_of(&self, base: &Fitted, index: usize) -> Option<Screened> {
-        self.screen_one(base, &Projection::new(base), index)
-    }
-
     fn screen_one(&self, base: &Fitted, projection: &Projection, index: usize) -> Option<Screened> {
         let h = &self.causes[index];
         let mut set = base.stated.set.clone();

@@ -62,10 +62,13 @@ impl Fitted {
     pub fn evidence(&self, dispersion: f64) -> f64 {
         -0.5 * self.chi2 / dispersion - 0.5 * self.prior2 + self.occam
     }
+    /// Which of its unknowns another set's is.
+    pub fn place_of(&self, unknown: &Unknown) -> Option<usize> {
+        self.stated.unknowns.iter().position(|v| v.name == unknown.name && v.run == unknown.run)
+    }
     /// Coordinate of an unknown that another set shares.
     pub fn coordinate_of(&self, unknown: &Unknown) -> Option<f64> {
-        let same = |v: &Unknown| v.name == unknown.name && v.run == unknown.run;
-        self.stated.unknowns.iter().position(same).map(|i| self.theta[i])
+        self.place_of(unknown).map(|k| self.theta[k])
     }
     /// Names of the causes.
     pub fn labels(&self) -> Vec<String> {
@@ -196,14 +199,11 @@ impl<'a> Search<'a> {
         let lead = if stated.free.is_none() { self.case.train.len() } else { 0 };
         let led = self.led[..lead].iter();
         Comparison {
-            model: &stated.model,
-            nominal: stated.nominal.clone(),
             ties: stated.ties.clone(),
-            runs: &self.case.train,
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
-            held: BTreeMap::new(),
             allowed: stated.free.clone().unwrap_or_default(),
+            ..Comparison::free(&stated.model, stated.nominal.clone(), &self.case.train)
         }
     }
     /// What a perfect model leaves of the recordings for fitting.
@@ -233,7 +233,7 @@ impl<'a> Search<'a> {
         let readings = self.compare(&stated).readings();
         let own = stated.begin.last().copied().unwrap_or(0);
         let held = stated.unknowns[..own].iter().enumerate().filter_map(|(k, u)| {
-            let old = base.stated.unknowns.iter().position(|v| v.name == u.name && v.run == u.run)?;
+            let old = base.place_of(u)?;
             Some((k, base.jacobian.column(old).as_slice()[..readings].to_vec()))
         });
         let held = held.collect();
