@@ -230,7 +230,7 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
                 break;
             }
             // Nothing to be gained that rounding would let be seen.
-            if small || predicted <= 1e-14 * best {
+            if small || predicted.is_nan() || predicted <= 1e-14 * best {
                 stop = if small { Stop::Step } else { Stop::Cost };
                 break 'outer;
             }
@@ -242,7 +242,11 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
 
 fn evaluate<P: Problem>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix<f64>), P::Error> {
     let e = problem.evaluate(x, true)?;
-    let jacobian = e.jacobian.unwrap_or_else(|| DMatrix::zeros(e.residuals.len(), x.len()));
+    let mut jacobian = e.jacobian.unwrap_or_else(|| DMatrix::zeros(e.residuals.len(), x.len()));
+    // What has no finite derivative here stays where it is.
+    for mut column in jacobian.column_iter_mut().filter(|c| !c.iter().all(|v| v.is_finite())) {
+        column.fill(0.0);
+    }
     Ok((e.residuals, jacobian))
 }
 
@@ -322,6 +326,20 @@ mod tests {
         let found = solve(&bound, &[2.0, 2.0], Options::default()).unwrap();
         assert!((found.x[0] - 1.22437075).abs() < 1e-6 && found.x[1] == 1.5, "{found:?}");
         assert!((found.cost - 0.025213093946805685).abs() < 1e-9 && found.at_bound == [0, -1]);
+    }
+
+    #[test]
+    fn an_unknown_without_a_derivative_stays() {
+        for wild in [f64::NAN, f64::INFINITY] {
+            let line = |x: &[f64]| (vec![x[0] - 3.0, x[1]], vec![vec![1.0, wild], vec![0.0, 1.0]]);
+            let problem = Of(line, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
+            let found = solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+            assert!((found.x[0] - 3.0).abs() < 1e-8 && found.x[1] == 0.5, "{found:?}");
+            // Nothing but the end is asked for where not even the residuals are numbers.
+            let lost = |x: &[f64]| (vec![x[0] * wild, x[1]], vec![vec![1.0, 0.0], vec![0.0, 1.0]]);
+            let problem = Of(lost, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
+            solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+        }
     }
 
     #[test]
