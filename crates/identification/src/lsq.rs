@@ -103,7 +103,7 @@ pub enum Stop {
     Step,
     /// The gradient is 0 (within the bounds).
     Gradient,
-    /// The iterations are used up.
+    /// The iterations are used up, or a cost is not a number.
     Iterations,
 }
 
@@ -169,7 +169,8 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
     let mut best = cost(&here.0, options.loss);
     let mut radius = options.radius;
     let (mut iterations, mut stop) = (1, Stop::Iterations);
-    'outer: loop {
+    // Where the residuals are not numbers no step is better than another.
+    'outer: while best.is_finite() {
         let q = Quadratic::new(&here.0, &here.1, options.loss);
         let norm = (2.0 * best).sqrt().max(f64::MIN_POSITIVE);
         let free: Vec<usize> = (0..n)
@@ -229,8 +230,11 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
                 }
                 break;
             }
+            if predicted.is_nan() {
+                break 'outer;
+            }
             // Nothing to be gained that rounding would let be seen.
-            if small || predicted.is_nan() || predicted <= 1e-14 * best {
+            if small || predicted <= 1e-14 * best {
                 stop = if small { Stop::Step } else { Stop::Cost };
                 break 'outer;
             }
@@ -335,10 +339,11 @@ mod tests {
             let problem = Of(line, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
             let found = solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
             assert!((found.x[0] - 3.0).abs() < 1e-8 && found.x[1] == 0.5, "{found:?}");
-            // Nothing but the end is asked for where not even the residuals are numbers.
+            // Where not even the residuals are numbers it ends, and does not say that it has converged.
             let lost = |x: &[f64]| (vec![x[0] * wild, x[1]], vec![vec![1.0, 0.0], vec![0.0, 1.0]]);
             let problem = Of(lost, vec![f64::NEG_INFINITY; 2], vec![f64::INFINITY; 2]);
-            solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+            let found = solve(&problem, &[1.0, 0.5], Options::default()).unwrap();
+            assert!(!found.stop.converged(), "{found:?}");
         }
     }
 
