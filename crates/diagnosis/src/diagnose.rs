@@ -11,7 +11,7 @@ use crate::engine::decide::{Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
-use crate::engine::search::{Fitted, Search};
+use crate::engine::search::{Fitted, Search, excess};
 use crate::engine::select::{Effort, Found, same};
 use crate::experiment::{self, Experiment};
 use crate::floor;
@@ -237,7 +237,7 @@ fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
     let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    Ok((r.iter().map(|r| r * r).sum::<f64>() - search.expected_of_training()) / r.len() as f64)
+    Ok(excess(&search.octaves(&r)))
 }
 
 /// The plain model with all its parameters free, from where the search left it.

@@ -45,6 +45,23 @@ pub fn floor(loaded: &Loaded, channel: &str) -> Option<Floor> {
     Some(Floor { deviation, source: Source::Declared })
 }
 
+/// How far the noise of a reading tells that of the next: their correlation at rest, what the resolution adds taken off. 0
+/// without recordings at rest, or where they show nothing but the resolution.
+pub fn correlation(loaded: &Loaded, channel: &str) -> f64 {
+    let (mut own, mut next) = (0.0, 0.0);
+    for c in loaded.rest().iter().filter_map(|run| run.channel(channel)).filter(|c| c.len() >= 100) {
+        let n = c.len() as f64;
+        let mean = c.values.iter().sum::<f64>() / n;
+        let step = c.sensor.resolution.unwrap_or(0.0);
+        own += c.values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() - n * step * step / 12.0;
+        next += c.values.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
+    }
+    if own > 0.0 { (next / own).clamp(0.0, MOST_CORRELATED) } else { 0.0 }
+}
+
+/// More is no noise but a drift.
+const MOST_CORRELATED: f64 = 0.98;
+
 /// Sums of squares and degrees of freedom become a variance.
 fn pooled(parts: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     let (squares, freedom) = parts.fold((0.0, 0.0), |(s, f), (squares, freedom)| (s + squares, f + freedom));

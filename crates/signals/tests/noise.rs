@@ -4,7 +4,7 @@
 
 use rand::{Rng, SeedableRng, rngs::StdRng};
 use rand_distr::Normal;
-use trueup_signals::noise::{Source, floor};
+use trueup_signals::noise::{Source, correlation, floor};
 use trueup_signals::{Channel, Loaded, Recording};
 
 /// A motion from this start, read with noise of standard deviation 0.02.
@@ -61,4 +61,27 @@ fn a_reading_that_stays_in_one_count_is_not_free_of_noise() {
     channel.values.fill(0.25);
     channel.sensor.resolution = Some(0.12);
     assert!((floor(&loaded, "motorAngle").unwrap().deviation - 0.12 / 12f64.sqrt()).abs() < 1e-15);
+}
+
+#[test]
+fn noise_that_lasts_shows_at_rest() {
+    let normal = Normal::new(0.0, 1.0).unwrap();
+    for (told, resolution) in [(0.0, 0.0), (0.6, 0.0), (0.6, 0.02), (0.9, 0.02)] {
+        let mut rng = StdRng::seed_from_u64(5);
+        let mut noise = 0.0;
+        let mut loaded = loaded();
+        let channel = &mut loaded.recordings.get_mut("rest").unwrap().channels[0];
+        for v in &mut channel.values {
+            noise = told * noise + f64::sqrt(1.0 - told * told) * rng.sample(normal);
+            *v = 3.0 + 0.02 * noise;
+            if resolution > 0.0 {
+                *v = (*v / resolution).round() * resolution;
+            }
+        }
+        channel.sensor.resolution = Some(resolution);
+        assert_eq!(correlation(&loaded, "motorAngle"), 0.0, "no recording is said to be at rest");
+        loaded.case.rest = vec!["rest".into()];
+        let found = correlation(&loaded, "motorAngle");
+        assert!((found - told).abs() < 0.05, "{told} at {resolution}: {found}");
+    }
 }

@@ -29,6 +29,8 @@ pub use links::Links;
 
 /// What forms of laws may err by, relative to the terms of the balance.
 pub const FORM: f64 = 3e-4;
+/// Over so many kernels a series fades into a reversal and out of it.
+const FADE: f64 = 16.0;
 /// The shortest kernel, in steps of the grid.
 const KERNEL: f64 = 1.5;
 /// Steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
@@ -79,6 +81,8 @@ pub struct Led {
     /// By octave: the lower triangle that makes the channels' values independent and of
     /// deviation 1, row by row.
     pub whiten: Vec<Vec<f64>>,
+    /// By octave the share of its values that count: a law's form errs alike in all that are fast.
+    pub share: Vec<f64>,
     /// Deviation of each channel by octave.
     pub floors: Vec<Vec<f64>>,
     /// Coordinates that may lead.
@@ -161,6 +165,7 @@ impl Led {
             parts: octaves::parts(counts.len()),
             counts,
             whiten: Vec::new(),
+            share: Vec::new(),
             floors: Vec::new(),
             leading: Vec::new(),
         })
@@ -405,34 +410,39 @@ impl Led {
         all
     }
 
-    /// What counts of a series: reversals, which no kernel can follow, are bridged by straight lines.
+    /// What counts of a series: reversals, which no kernel can follow, are bridged by straight lines. The series fades into
+    /// them and out of them, and their ends are means under a bell: what an abrupt cut would leave of the noise of
+    /// accelerations outweighs all else that is slow.
     pub fn counted<T: Scalar>(&self, series: &[T]) -> Vec<T> {
-        let mut all = series[self.counts.clone()].to_vec();
+        let raw = &series[self.counts.clone()];
         let masked = &self.reversal[self.counts.clone()];
-        let mut k = 0;
-        while k < all.len() {
-            if !masked[k] {
-                k += 1;
-                continue;
-            }
-            let end = masked[k..].iter().position(|m| !m).map_or(all.len(), |n| k + n);
-            // Means of a few, lest one odd value spreads.
-            let mean = |range: std::ops::Range<usize>| {
-                let n = range.len();
-                all[range].iter().fold(T::zero(), |sum, v| sum + *v) / n as f64
+        let mut all = raw.to_vec();
+        let fade = (FADE * self.kernel).ceil() as usize;
+        // Where the last bridge ended.
+        let mut last = 0;
+        while let Some(begin) = masked[last..].iter().position(|m| *m).map(|n| last + n) {
+            let end = masked[begin..].iter().position(|m| !m).map_or(raw.len(), |n| begin + n);
+            let next = masked[end..].iter().position(|m| *m).map_or(raw.len(), |n| end + n);
+            // Centres of the bells and their means.
+            let from = begin.saturating_sub(2 * fade).max(last);
+            let to = next.min(end + 2 * fade);
+            let before = bell(&raw[from..begin]).map(|v| (0.5 * (from + begin) as f64 - 0.5, v));
+            let after = bell(&raw[end..to]).map(|v| (0.5 * (end + to) as f64 - 0.5, v));
+            let bridge = |i: usize| match (before, after) {
+                (Some((a, v)), Some((b, w))) => v + (w - v) * ((i as f64 - a) / (b - a)),
+                (one, other) => one.or(other).map_or(T::zero(), |o| o.1),
             };
-            let until = (end + 4).min(all.len());
-            let (before, after) = match (k, end) {
-                (0, e) if e == all.len() => (T::zero(), T::zero()),
-                (0, e) => (mean(e..until), mean(e..until)),
-                (k, e) if e == all.len() => (mean(k.saturating_sub(4)..k), mean(k.saturating_sub(4)..k)),
-                (k, e) => (mean(k.saturating_sub(4)..k), mean(e..until)),
-            };
-            for i in k..end {
-                let w = (i + 1 - k) as f64 / (end + 1 - k) as f64;
-                all[i] = before * (1.0 - w) + after * w;
+            // No further than half the way to the next one.
+            let (left, right) = (fade.min((begin - last) / 2), fade.min((next - end) / 2));
+            for i in begin - left..end + right {
+                let own = if i < begin {
+                    rise((begin - i) as f64 / (left + 1) as f64)
+                } else {
+                    rise((i + 1).saturating_sub(end) as f64 / (right + 1) as f64)
+                };
+                all[i] = bridge(i) * (1.0 - own) + raw[i] * own;
             }
-            k = end;
+            last = end;
         }
         all
     }
@@ -450,8 +460,8 @@ impl Led {
                 }
             }
         }
-        // What lies between two of them and is no longer than a kernel says nothing either.
-        let least = (6.0 * self.kernel).ceil() as usize;
+        // What lies between two of them and is too short to fade says nothing either.
+        let least = (FADE * self.kernel).ceil() as usize;
         let mut last = None;
         for k in 0..self.reversal.len() {
             if self.reversal[k] {
@@ -499,6 +509,19 @@ impl Led {
         });
         all.collect()
     }
+}
+
+/// Mean under a bell (Hann), which the noise of accelerations hardly reaches.
+fn bell<T: Scalar>(values: &[T]) -> Option<T> {
+    let n = values.len() as f64 + 1.0;
+    let weight = |k: usize| (std::f64::consts::PI * (k + 1) as f64 / n).sin().powi(2);
+    let sum = values.iter().enumerate().fold(T::zero(), |sum, (k, v)| sum + *v * weight(k));
+    (!values.is_empty()).then(|| sum / (0..values.len()).map(weight).sum::<f64>())
+}
+
+/// From 0 at 0 to 1 at 1, level at both.
+fn rise(x: f64) -> f64 {
+    0.5 - 0.5 * (std::f64::consts::PI * x).cos()
 }
 
 /// Means of an input over the grid's steps.

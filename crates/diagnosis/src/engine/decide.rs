@@ -1,7 +1,7 @@
 //! The verdict: what the sets that were fitted say together.
 
-use super::search::Fitted;
-use super::select::Found;
+use super::search::{Fitted, Octave};
+use super::select::{ASKED, Found, WHOLLY};
 use crate::outcome::Verdict;
 
 /// Figures that were set on trials whose seeds are not those reported.
@@ -13,6 +13,8 @@ pub struct Thresholds {
     pub bare: f64,
     /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
     pub explained: f64,
+    /// Share of either below which the other alone does not do.
+    pub neither: f64,
     /// Excess that may be left whatever the share.
     pub left: f64,
     /// How much of the log-likelihood ratio of the residual powers counts: the rest is put down to form.
@@ -27,6 +29,10 @@ pub struct Thresholds {
     pub alike: f64,
     /// A cause less is as good when its free-running gap (as a power) is less than this times that of the whole set.
     pub needless: f64,
+    /// ... unless the balances bring so much evidence for it,
+    pub asked: f64,
+    /// and it takes this share of what they miss without.
+    pub wholly: f64,
     /// Times the floor up to which a free-running simulation is as good as perfect.
     pub free: f64,
     /// Odds (natural logarithm) below which two causes are not told apart.
@@ -37,8 +43,9 @@ impl Default for Thresholds {
     fn default() -> Self {
         Self {
             gap: 0.06,
-            bare: 0.5,
+            bare: 2.0,
             explained: 0.8,
+            neither: 0.2,
             left: 0.25,
             trust: 0.05,
             run: 4.0,
@@ -46,6 +53,8 @@ impl Default for Thresholds {
             more: 4.0,
             alike: 0.5,
             needless: 1.2,
+            asked: ASKED,
+            wholly: WHOLLY,
             free: 2.0,
             odds: 3.0,
         }
@@ -90,6 +99,16 @@ pub struct Decision {
     pub unknown: f64,
 }
 
+impl Found {
+    /// The best without any effect.
+    fn without_effects(&self) -> &Fitted {
+        let own = self.sets.iter().filter(|f| f.effects() == 0);
+        own.chain([&self.plain])
+            .max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))
+            .unwrap_or(&self.plain)
+    }
+}
+
 impl Fitted {
     /// How many effects it claims.
     fn effects(&self) -> usize {
@@ -98,7 +117,9 @@ impl Fitted {
     /// Half the number of readings that count as independent, times the logarithm of the power that is left: what the
     /// likelihood is when the size of the misfit is not known.
     pub fn concentrated(&self, independent: f64) -> f64 {
-        -0.5 * independent * ((self.chi2 + self.prior2) / self.count()).ln()
+        let power = |o: &Octave| (o.squares / o.expected).max(0.5);
+        let mean = self.octaves.iter().map(|o| power(o).ln()).sum::<f64>() / self.octaves.len() as f64;
+        -0.5 * independent * (mean + self.prior2 / self.count())
     }
 }
 
@@ -123,6 +144,8 @@ struct Judge<'a> {
     limits: &'a Thresholds,
     /// Readings of the balances that count.
     independent: f64,
+    /// Excess of the set that leaves least; what nothing can explain away is none.
+    bottom: f64,
     /// By size of a set: the largest gap of those that ran; 0: none did.
     worst: Vec<f64>,
 }
@@ -135,7 +158,9 @@ impl<'a> Judge<'a> {
             worst.resize(worst.len().max(size + 1), 0.0);
             worst[size] = f64::max(worst[size], ran.after(at).unwrap_or(0.0));
         }
-        Self { found, free, ran, limits, independent: limits.independent(&found.best), worst }
+        let least = found.sets.iter().map(Fitted::excess).fold(found.best.excess(), f64::min);
+        let bottom = least.min(0.0);
+        Self { found, free, ran, limits, independent: limits.independent(&found.best), bottom, worst }
     }
     /// What a free run leaves above the floor, as a power. A set that did not run is held to do as the best of those that
     /// lack some of its causes and ran, for only what promised more did; else no better than the worst of its size.
@@ -177,8 +202,15 @@ impl<'a> Judge<'a> {
         let own = self.best_of_size(size);
         // One fewer that does as well; one more that does far better where the own one falls short.
         let fewer = if size > 1 { self.best_of_size(size - 1) } else { None };
-        let fewer =
-            fewer.filter(|f| own.is_none_or(|o| self.power(*f) < self.limits.needless * self.power(o)));
+        let as_good = |f: usize, o: usize| {
+            // What the balances miss without it and hardly with it is no matter of a form.
+            let [without, with] = [f, o].map(|at| &self.found.sets[at]);
+            let gained = without.excess() - with.excess();
+            let asked = with.evidence(1.0) > without.evidence(1.0) + self.limits.asked
+                && gained > self.limits.wholly * (without.excess() - self.bottom);
+            !asked && self.power(f) < self.limits.needless * self.power(o)
+        };
+        let fewer = fewer.filter(|f| own.is_none_or(|o| as_good(*f, o)));
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
         let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
         let more = more
@@ -221,7 +253,13 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let chosen = judge.choose();
     free.after = chosen.and_then(|at| ran.after(at)).unwrap_or(free.tuned);
     let closed = (1.0 - left(free.after, free.floor) / judge.tuned()).clamp(0.0, 1.0);
-    let best = chosen.map_or_else(|| found.best.clone(), |at| found.sets[at].clone());
+    // Declared noise may be wrong.
+    let bottom = judge.bottom;
+    let as_good = free.tuned <= limits.free * free.floor;
+    // Neither the free run nor the balances see anything that parameters leave.
+    let calm = as_good && found.plain.excess() - bottom < limits.left;
+    let bare = || if calm { found.without_effects() } else { &found.best };
+    let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
         (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();
     let mass = |list: &Vec<(usize, f64)>| list.iter().map(|l| l.1.exp()).sum::<f64>();
@@ -230,15 +268,17 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let left = best.excess();
     let shown = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
     let gap = free.before > limits.free * free.floor || shown && free.before > 1.2 * free.floor;
-    // What nothing can explain away is no excess: declared noise may be wrong.
-    let bottom = found.sets.iter().map(Fitted::excess).fold(left, f64::min).min(0.0);
     let whole = if count > 0 { found.plain.excess() } else { raw };
     let explained = 1.0 - (left - bottom) / (whole - bottom).max(1e-12);
-    let as_good = free.tuned <= limits.free * free.floor;
     let missed = free.tuned > 1.5 * limits.free * free.floor;
     // Balances tell the law, free runs the size: either may be spoilt by the form of a law.
     let balances = explained.clamp(0.0, 1.0);
-    let known = balances.max(closed).max(0.5 * (balances + closed) + 0.2);
+    let both = 0.5 * (balances + closed);
+    // A free run that strays far is no witness: it may be as sensitive as the plant itself.
+    let strays = free.after > 1.5 * free.tuned;
+    let ran_freely = chosen.is_some_and(|at| ran.after(at).is_some());
+    let idle = ran_freely && balances.min(closed) < limits.neither && !strays;
+    let known = if idle { both } else { balances.max(closed).max(both + 0.2) };
     // What the balances see plainly and mostly do not explain is not known, however well a free run makes up for it.
     let blank = left - bottom > limits.left && balances < 0.5;
     let known = if blank { balances } else { known };

@@ -68,6 +68,13 @@ impl Hypothesis {
         let place = choice.place().map_or("", |p| p.name);
         elements_of(p, place).into_iter().find(|e| e.0 == self.site).map(|e| e.1)
     }
+    /// It repeats with the angle of the shaft, at an order of it.
+    pub fn has_order(&self) -> bool {
+        match self.claim {
+            Claim::Effect(c) => c.spec().parameters.iter().any(|p| p.name.ends_with("Order")),
+            Claim::Parameter(_) | Claim::Offset(_) => false,
+        }
+    }
     /// Its name with the joint.
     pub fn label(&self) -> String {
         let place = match self.claim {

@@ -16,6 +16,11 @@ const TURNS: f64 = 60.0;
 /// Readings whose pointers turn together.
 const BLOCK: usize = 128;
 
+/// An order of the shaft.
+pub(crate) fn is_order(u: &Unknown) -> bool {
+    u.name.split('[').next().is_some_and(|n| n.ends_with("Order"))
+}
+
 impl Search<'_> {
     /// Which unknown of a cause is an order of the shaft, and where to look for it, best first.
     pub(crate) fn orders(
@@ -24,8 +29,7 @@ impl Search<'_> {
         h: &Hypothesis,
         unknowns: &[Unknown],
     ) -> Option<(usize, Vec<f64>)> {
-        let at =
-            unknowns.iter().position(|u| u.name.split('[').next().is_some_and(|n| n.ends_with("Order")))?;
+        let at = unknowns.iter().position(is_order)?;
         let problem = self.compare(&base.stated);
         let (mut power, mut step): (Vec<[f64; 3]>, f64) = (Vec::new(), 0.0);
         for run in 0..self.case.train.len() {

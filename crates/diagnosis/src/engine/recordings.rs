@@ -64,6 +64,8 @@ pub struct Prepared {
     pub coordinates: Vec<Coordinate>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
+    /// How far the noise of a reading tells that of the next, by output.
+    pub correlation: Vec<f64>,
     /// Outputs whose constant reading offset is to be estimated.
     pub offsets: Vec<usize>,
 }
@@ -96,8 +98,12 @@ impl Prepared {
     pub fn read_noisily(&self, run: &mut Run, rng: &mut impl Rng) {
         for c in &mut run.channels {
             let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
+            let told = self.correlation.get(c.output).copied().unwrap_or(0.0);
+            let new = (1.0 - told * told).sqrt();
+            let mut noise: f64 = rng.sample(StandardNormal);
             for y in &mut c.y {
-                *y += white * rng.sample::<f64, _>(StandardNormal);
+                *y += white * noise;
+                noise = told * noise + new * rng.sample::<f64, _>(StandardNormal);
                 if c.resolution > 0.0 {
                     *y = (*y / c.resolution).round() * c.resolution;
                 }
@@ -156,12 +162,24 @@ impl Prepared {
         }
         let input_noise =
             inputs.iter().map(|name| noise::floor(loaded, name).map_or(0.0, |f| f.deviation)).collect();
+        let outputs = subject.outputs();
+        let correlation = outputs.iter().map(|name| noise::correlation(loaded, name)).collect();
         let estimated = |name: &String| {
             loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.estimate_offset))
         };
-        let offsets =
-            subject.outputs().iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
-        Ok(Self { subject, model, nominal, doubt, train, holdout, coordinates, input_noise, offsets })
+        let offsets = outputs.iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
+        Ok(Self {
+            subject,
+            model,
+            nominal,
+            doubt,
+            train,
+            holdout,
+            coordinates,
+            input_noise,
+            correlation,
+            offsets,
+        })
     }
 }
 

@@ -98,13 +98,23 @@ impl Search<'_> {
             .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
             .collect();
         let mut all: Vec<Screened> =
-            tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i)).collect();
+            tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i, &[])).collect();
         all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         all
     }
 
-    /// How one cause would fare beside those of `base`.
-    fn screen_one(&self, base: &Fitted, projection: &Projection, index: usize) -> Option<Screened> {
+    /// How a cause with an order of the shaft would fare at these orders.
+    pub fn screen_orders(&self, base: &Fitted, index: usize, orders: &[f64]) -> Option<Screened> {
+        self.screen_one(base, &Projection::new(base), index, orders)
+    }
+
+    fn screen_one(
+        &self,
+        base: &Fitted,
+        projection: &Projection,
+        index: usize,
+        orders: &[f64],
+    ) -> Option<Screened> {
         let h = &self.causes[index];
         let mut set = base.stated.set.clone();
         set.push(h.clone());
@@ -129,15 +139,17 @@ impl Search<'_> {
             vec![last.unknowns.iter().map(|u| u.start).collect()]
         } else {
             match self.orders(base, h, &last.unknowns) {
-                Some((at, orders)) => {
+                Some((at, found)) => {
                     let mut first = last.looks[0].clone();
-                    orders
-                        .into_iter()
-                        .map(|k| {
-                            first[at] = k;
-                            first.clone()
-                        })
-                        .collect()
+                    let of = |k: &f64| {
+                        first[at] = *k;
+                        first.clone()
+                    };
+                    if orders.is_empty() {
+                        found.iter().map(of).collect()
+                    } else {
+                        orders.iter().map(of).collect()
+                    }
                 }
                 None => last.looks.clone(),
             }

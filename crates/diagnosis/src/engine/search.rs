@@ -36,6 +36,24 @@ pub struct Stated {
     pub free: Option<Vec<f64>>,
 }
 
+/// What residuals come to in one octave.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Octave {
+    /// Sum of squares.
+    pub squares: f64,
+    /// The same of a perfect model.
+    pub expected: f64,
+    /// How many there are.
+    pub count: f64,
+}
+
+/// Power of residuals beyond that of a perfect model's, in units of the floor's, as a mean over octaves: what is slow has
+/// few values, and would drown among the many of what is fast.
+pub fn excess(octaves: &[Octave]) -> f64 {
+    let beyond = octaves.iter().map(|o| (o.squares - o.expected) / o.count.max(1.0));
+    beyond.sum::<f64>() / octaves.len().max(1) as f64
+}
+
 /// A set of causes fitted to the recordings.
 #[derive(Clone, Debug)]
 pub struct Fitted {
@@ -49,8 +67,8 @@ pub struct Fitted {
     pub jacobian: DMatrix<f64>,
     /// Sum of squares over the readings.
     pub chi2: f64,
-    /// What a perfect model would leave of it.
-    pub expected: f64,
+    /// By octave of the balances what is left, and what a perfect model would leave.
+    pub octaves: Vec<Octave>,
     /// Sum of squares over the priors.
     pub prior2: f64,
     /// -1/2 log det(1 + Lambda^-1 F), what the unknowns cost.
@@ -70,6 +88,13 @@ impl Fitted {
     pub fn coordinate_of(&self, unknown: &Unknown) -> Option<f64> {
         self.place_of(unknown).map(|k| self.theta[k])
     }
+    /// Order of the shaft that a cause of the set repeats with; `None`: it does not.
+    pub fn order_of(&self, cause: usize) -> Option<f64> {
+        let begin = *self.stated.begin.get(cause)?;
+        let own = self.stated.posed.get(cause)?.unknowns.iter().position(super::order::is_order)?;
+        let k = begin + own;
+        Some(self.stated.unknowns.get(k)?.scale.value(self.theta[k]).0)
+    }
     /// Names of the causes.
     pub fn labels(&self) -> Vec<String> {
         self.stated.set.iter().map(Hypothesis::label).collect()
@@ -87,8 +112,8 @@ pub struct Search<'a> {
     pub causes: Vec<Hypothesis>,
     /// Recordings for fitting, then those held out.
     pub led: Vec<Led>,
-    /// Sum of squares that a perfect model leaves, by recording.
-    pub expected: Vec<f64>,
+    /// Mean square that a perfect model leaves, by recording and octave.
+    pub expected: Vec<Vec<f64>>,
 }
 
 impl<'a> Search<'a> {
@@ -174,11 +199,7 @@ impl<'a> Search<'a> {
         for h in set {
             begin.push(unknowns.len());
             let mut one = h.pose(p, &self.sizes, &names);
-            for u in one
-                .unknowns
-                .iter_mut()
-                .filter(|u| u.name.split('[').next().is_some_and(|n| n.ends_with("Order")))
-            {
+            for u in one.unknowns.iter_mut().filter(|u| super::order::is_order(u)) {
                 u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
             }
             let own =
@@ -206,9 +227,22 @@ impl<'a> Search<'a> {
             ..Comparison::free(&stated.model, stated.nominal.clone(), &self.case.train)
         }
     }
-    /// What a perfect model leaves of the recordings for fitting.
-    pub fn expected_of_training(&self) -> f64 {
-        self.expected[..self.case.train.len()].iter().sum()
+    /// What residuals of the recordings for fitting come to, octave by octave.
+    pub fn octaves(&self, residuals: &[f64]) -> Vec<Octave> {
+        let mut all: Vec<Octave> = Vec::new();
+        let mut left = residuals.iter();
+        for (led, expected) in self.led[..self.case.train.len()].iter().zip(&self.expected) {
+            let m = led.channels.len();
+            for part in &led.parts {
+                all.resize(all.len().max(part.octave + 1), Octave::default());
+                let own = &mut all[part.octave];
+                own.squares += left.by_ref().take(m).map(|r| r * r).sum::<f64>();
+                let count = led.share.get(part.octave).copied().unwrap_or(1.0) * m as f64;
+                own.expected += expected.get(part.octave).copied().unwrap_or(1.0) * count;
+                own.count += count;
+            }
+        }
+        all
     }
 
     /// Fits a set from `start`.
@@ -263,17 +297,10 @@ impl<'a> Search<'a> {
     fn fitted(&self, stated: Stated, theta: Vec<f64>, r: DVector<f64>, jacobian: DMatrix<f64>) -> Fitted {
         let readings = self.compare(&stated).readings();
         let chi2 = r.rows(0, readings).norm_squared();
+        let led = stated.free.is_none();
         let prior2 = r.rows(readings, r.len() - readings).norm_squared();
-        let mut fitted = Fitted {
-            stated,
-            theta,
-            residuals: r,
-            jacobian,
-            chi2,
-            expected: self.expected_of_training(),
-            prior2,
-            occam: 0.0,
-        };
+        let octaves = if led { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
+        let mut fitted = Fitted { stated, theta, residuals: r, jacobian, chi2, octaves, prior2, occam: 0.0 };
         fitted.occam = occam(&fitted, readings);
         fitted
     }

@@ -5,7 +5,7 @@ use trueup_models::effect::Plant;
 
 use super::hypothesis::Hypothesis;
 use super::screen::Screened;
-use super::search::{Fitted, Search};
+use super::search::{self, Fitted, Search};
 
 /// How far to look.
 #[derive(Clone, Copy, Debug)]
@@ -18,11 +18,13 @@ pub struct Effort {
     pub most: usize,
     /// Iterations per fit.
     pub iterations: usize,
+    /// How often a cause of the set is exchanged for others.
+    pub exchanges: usize,
 }
 
 impl Default for Effort {
     fn default() -> Self {
-        Self { refits: 7, beam: 2, most: 4, iterations: 10 }
+        Self { refits: 7, beam: 2, most: 4, iterations: 10, exchanges: 6 }
     }
 }
 
@@ -36,7 +38,13 @@ impl Effort {
     pub fn on(self, plant: Plant) -> Self {
         match plant {
             Plant::Joint => self,
-            Plant::Arm => Self { refits: self.refits.min(5), beam: 1, most: self.most.min(3), ..self },
+            Plant::Arm => Self {
+                refits: self.refits.min(5),
+                beam: 1,
+                most: self.most.min(3),
+                iterations: self.iterations.min(6),
+                exchanges: self.exchanges.min(3),
+            },
         }
     }
 }
@@ -56,8 +64,10 @@ pub struct Found {
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
 pub const FORM: f64 = 0.03;
-/// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly.
-const WHOLLY: f64 = 0.7;
+/// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly,
+pub const WHOLLY: f64 = 0.7;
+/// and it brings so much evidence.
+pub const ASKED: f64 = 100.0;
 /// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
 const DRAGGED: f64 = 25.0;
 /// Pairs that are fitted after a screen of all.
@@ -72,12 +82,15 @@ pub const NEGLIGIBLE: f64 = 0.04;
 impl Fitted {
     /// Readings that count.
     pub fn count(&self) -> f64 {
+        if !self.octaves.is_empty() {
+            return self.octaves.iter().map(|o| o.count).sum();
+        }
         let rows = self.residuals.len() - self.stated.unknowns.iter().filter(|u| u.prior.is_some()).count();
         rows as f64
     }
     /// Power of the residuals over that of the floor, what the priors object included.
     pub fn excess(&self) -> f64 {
-        (self.chi2 + self.prior2 - self.expected) / self.count()
+        search::excess(&self.octaves) + self.prior2 / self.count()
     }
 }
 
@@ -145,12 +158,13 @@ impl Search<'_> {
             tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
             let (before, after) = (best.excess(), top.excess());
             let gained = before - after;
-            let worth = top.evidence(1.0) > best.evidence(1.0) + 10.0
+            let evidence = top.evidence(1.0) - best.evidence(1.0);
+            let worth = evidence > 10.0
                 && gained > NEGLIGIBLE
                 && gained > SHARE * before.max(0.0)
                 && (depth == 1
                     || gained > FORM * plain.excess()
-                    || after < NEGLIGIBLE && gained > WHOLLY * before);
+                    || after < NEGLIGIBLE && gained > WHOLLY * before && evidence > ASKED);
             if worth {
                 best = top.clone();
             }
@@ -162,6 +176,7 @@ impl Search<'_> {
         }
         best = self.without_needless(best, options);
         best = self.exchanged(best, &mut sets, effort, options, &mut tell);
+        self.share_orders(&best, &plain, &mut sets, options);
         let simpler = |f: &&Fitted| f.stated.set.len() <= best.stated.set.len();
         let most = sets.iter().filter(simpler).max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)));
         if let Some(most) =
@@ -204,7 +219,7 @@ impl Search<'_> {
     ) -> Fitted {
         let mut i = 0;
         let mut rounds = 0;
-        while best.stated.set.len() > 1 && i < best.stated.set.len() && rounds < 6 {
+        while best.stated.set.len() > 1 && i < best.stated.set.len() && rounds < effort.exchanges {
             rounds += 1;
             let mut fewer = best.stated.set.clone();
             let out = fewer.remove(i);
@@ -240,6 +255,38 @@ impl Search<'_> {
             }
         }
         best
+    }
+
+    /// Tries every other cause with an order of the shaft in the place of one, at the order that this one has: lines are so
+    /// narrow that each would else end at an order of its own.
+    fn share_orders(&self, best: &Fitted, plain: &Fitted, sets: &mut Vec<Fitted>, options: Options) {
+        for i in 0..best.stated.set.len() {
+            let Some(order) = best.order_of(i) else { continue };
+            let mut fewer = best.stated.set.clone();
+            fewer.remove(i);
+            let base = if fewer.is_empty() {
+                Some(plain.clone())
+            } else {
+                let stated = self.state(&fewer).ok();
+                stated.and_then(|s| self.fit(s.clone(), &self.begin_with(&s, best), options).ok())
+            };
+            let Some(base) = base else { continue };
+            for (index, h) in self.causes.iter().enumerate() {
+                if best.stated.set.contains(h) || !h.has_order() {
+                    continue;
+                }
+                let Some(s) = self.screen_orders(&base, index, &[order, 0.5 * order]) else { continue };
+                let mut set = fewer.clone();
+                set.push(h.clone());
+                let Ok(stated) = self.state(&set) else { continue };
+                let Ok(fitted) = self.fit(stated, &s.start, options) else { continue };
+                match sets.iter_mut().find(|f| same(&f.stated.set, &set)) {
+                    Some(old) if old.evidence(1.0) < fitted.evidence(1.0) => *old = fitted,
+                    Some(_) => {}
+                    None => sets.push(fitted),
+                }
+            }
+        }
     }
 
     /// Leaves out what the others make needless.

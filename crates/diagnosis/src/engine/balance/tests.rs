@@ -82,6 +82,32 @@ fn rests_are_bridged() {
     assert!(bridged.iter().zip(&series[led.counts.clone()]).all(|(a, b)| (a - b).abs() < 0.01));
 }
 
+/// Noise of readings is fast once it is an acceleration: bridges leave next to nothing slow of it.
+#[test]
+fn bridges_keep_fast_noise_fast() {
+    use rand::{Rng, SeedableRng};
+    let p = Subject { plant: Plant::Joint, flexible: vec![false] };
+    let model = p.model(&[] as &[&str]).unwrap();
+    let led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
+    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
+    let noise: Vec<f64> = led.t.iter().map(|_| rng.sample(rand_distr::StandardNormal)).collect();
+    let series = octaves::gaussian(&noise, led.kernel, 2);
+    let slow = |series: &[f64]| {
+        let last = led.parts.last().map(|p| p.octave);
+        let values = octaves::split(series).into_iter().zip(&led.parts);
+        let of: Vec<f64> = values.filter(|(_, p)| Some(p.octave) == last).map(|(v, _)| v * v).collect();
+        (of.iter().sum::<f64>() / of.len() as f64).sqrt()
+    };
+    let (mut masked, mut cut) = (led.clone(), series.clone());
+    for begin in (400..4600).step_by(400) {
+        masked.reversal[begin..begin + 60].fill(true);
+        cut[begin..begin + 60].fill(0.0);
+    }
+    let [whole, cut] = [&series, &cut].map(|s| slow(&s[led.counts.clone()]));
+    let bridged = slow(&masked.counted(&series));
+    assert!(bridged < 2.0 * whole && bridged < 0.1 * cut, "{whole} whole, {cut} cut, {bridged} bridged");
+}
+
 /// Fast torques: a ripple at 38 Hz and a shaking motion at 38 Hz, behind a kernel that leaves a third of either.
 #[test]
 fn what_is_fast_passes_the_same_kernel_on_both_sides() {
