@@ -76,6 +76,8 @@ const PAIRS: usize = 6;
 const GROW: usize = 12;
 /// Sets of each size that are fitted with all derivatives.
 const WHOLE: usize = 2;
+/// Evidence that is apart by less is alike.
+const CLOSE: f64 = 5.0;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -127,11 +129,7 @@ impl Search<'_> {
                     }
                     let Ok(stated) = self.state(&set) else { continue };
                     let Ok(fitted) = self.fit_beside(stated, &s.start, options, base) else { continue };
-                    match known {
-                        Some(i) if fitted.evidence(1.0) > grown[i].evidence(1.0) => grown[i] = fitted,
-                        Some(_) => {}
-                        None => grown.push(fitted),
-                    }
+                    keep(&mut grown, fitted);
                 }
                 if depth == 1 {
                     alone.push((base.clone(), screened));
@@ -227,23 +225,25 @@ impl Search<'_> {
             let start = self.begin_with(&stated, &best);
             let Ok(base) = self.fit(stated, &start, options) else { break };
             let mut better: Option<Fitted> = None;
-            for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(effort.refits.saturating_sub(2))
-            {
+            let few = effort.refits.saturating_sub(2);
+            for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(few) {
                 let h = &self.causes[s.index];
                 if *h == out {
                     continue;
                 }
                 let mut set = fewer.clone();
                 set.push(h.clone());
-                if sets.iter().any(|f| same(&f.stated.set, &set)) {
+                let known = sets.iter().position(|f| same(&f.stated.set, &set));
+                // A fit from elsewhere may have ended in another minimum.
+                if known.is_some_and(|i| sets[i].evidence(1.0) + CLOSE > base.evidence(1.0) + s.gain) {
                     continue;
                 }
                 let Ok(stated) = self.state(&set) else { continue };
                 let Ok(fit) = self.fit_beside(stated, &s.start, options, &base) else { continue };
-                if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + 5.0 {
+                if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + CLOSE {
                     better = Some(fit.clone());
                 }
-                sets.push(fit);
+                keep(sets, fit);
             }
             match better {
                 Some(found) => {
@@ -280,11 +280,7 @@ impl Search<'_> {
                 set.push(h.clone());
                 let Ok(stated) = self.state(&set) else { continue };
                 let Ok(fitted) = self.fit(stated, &s.start, options) else { continue };
-                match sets.iter_mut().find(|f| same(&f.stated.set, &set)) {
-                    Some(old) if old.evidence(1.0) < fitted.evidence(1.0) => *old = fitted,
-                    Some(_) => {}
-                    None => sets.push(fitted),
-                }
+                keep(sets, fitted);
             }
         }
     }
@@ -311,6 +307,15 @@ impl Search<'_> {
             }
         }
         best
+    }
+}
+
+/// Adds a fit to those of other sets; of the same set the better stays.
+fn keep(sets: &mut Vec<Fitted>, fitted: Fitted) {
+    match sets.iter_mut().find(|f| same(&f.stated.set, &fitted.stated.set)) {
+        Some(old) if old.evidence(1.0) < fitted.evidence(1.0) => *old = fitted,
+        Some(_) => {}
+        None => sets.push(fitted),
     }
 }
 
