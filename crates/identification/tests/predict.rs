@@ -146,7 +146,7 @@ fn derivatives_are_those_of_central_differences_through_many_events() {
 fn derivatives_hold_with_runge_kutta_and_play() {
     let model = TwoMassJoint::new(true, &["backlash", "nonlinear-stiffness"]).unwrap();
     let mut q = delian(2).unwrap().to_vec();
-    q.extend([0.5, 1e-7]);
+    q.extend([0.5, 1e-7, 0.0, 2.0]);
     let events = derivatives(&model, &q, &run(500.0, 3.0, Between::Linear, rocking), false, 1e-4);
     assert!(events >= 10, "{events}");
 }

@@ -125,6 +125,15 @@ pub fn next_mode(
     }
 }
 
+/// The mode to begin with where the velocity alone tells it; `None`: at rest with dry friction.
+pub fn moving_mode(omega: f64, dry: bool) -> Option<i32> {
+    match omega {
+        _ if !dry => Some(SMOOTH),
+        omega if omega.abs() > TURNED => Some(if omega < 0.0 { -1 } else { 1 }),
+        _ => None,
+    }
+}
+
 /// The mode to begin with.
 pub fn first_mode(omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool) -> i32 {
     next_mode(SMOOTH, omega, applied, levels, dry, f64::INFINITY).0
@@ -149,5 +158,12 @@ mod tests {
         assert_eq!(next(1, -0.5 * OVERSTEP * 5.0, 2.0), (STUCK, true));
         assert_eq!(next(1, -7.0, 2.0), (-1, false));
         assert_eq!(next(STUCK, 4.0, 0.0), (1, false));
+        for omega in [-3.0, 0.0, 2.0] {
+            for dry in [false, true] {
+                let first = first_mode(omega, 9.0, &LEVELS, dry);
+                assert!(moving_mode(omega, dry).is_none_or(|m| m == first), "{omega} {dry}");
+            }
+        }
+        assert_eq!((moving_mode(0.0, true), moving_mode(0.0, false)), (None, Some(SMOOTH)));
     }
 }

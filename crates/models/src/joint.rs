@@ -266,8 +266,11 @@ impl Hybrid for TwoMassJoint {
         let mut with_effects = [0; MAX_MODES];
         with_effects[1..=rest.len()].copy_from_slice(rest);
         let at = At { modes: &with_effects[..=rest.len()], ..at };
-        let applied = self.balance(&at, &d).applied;
-        kept[0] = friction::first_mode(d.omega, applied, &self.both_levels(&at, &d), self.dry(&at));
+        let dry = self.dry(&at);
+        kept[0] = friction::moving_mode(d.omega, dry).unwrap_or_else(|| {
+            let applied = self.balance(&at, &d).applied;
+            friction::first_mode(d.omega, applied, &self.both_levels(&at, &d), dry)
+        });
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {

@@ -58,7 +58,8 @@ impl PlanarManipulator {
         let mut rest = [0; MAX_MODES];
         let rest = &mut rest[..modes.len()];
         for j in 0..self.links() {
-            modes[j] = self.by_velocity(at, j, friction::SMOOTH).0;
+            let omega = at.x[self.dofs() + self.motor(j)];
+            modes[j] = friction::moving_mode(omega, self.dry(at.p, j)).unwrap_or(STUCK);
         }
         for _ in 0..self.links() {
             rest.copy_from_slice(modes);

@@ -17,6 +17,8 @@ pub struct Placed {
     pub begin: Sizes,
     /// First element of the output that a sensor effect acts on.
     pub channel: usize,
+    /// It stands between an output and its reading.
+    sensor: bool,
 }
 
 impl Placed {
@@ -36,11 +38,11 @@ impl Placed {
     }
     /// It acts on joint `joint` (one that stands once: with the first).
     fn acts_at(&self, joint: usize) -> bool {
-        joint < self.sites && self.choice.scope() != Scope::Channel
+        joint < self.sites && !self.sensor
     }
     /// It stands between an output and its reading.
     pub fn is_sensor(&self) -> bool {
-        self.choice.scope() == Scope::Channel
+        self.sensor
     }
 }
 
@@ -83,7 +85,8 @@ impl EffectSet {
                     channel::span(name, plant, joints).ok_or(EffectError::NotHere(spec.id, plant))?
                 }
             };
-            placed.push(Placed { choice, sites, begin: *sizes, channel });
+            let sensor = choice.scope() == Scope::Channel;
+            placed.push(Placed { choice, sites, begin: *sizes, channel, sensor });
             sizes.parameters += choice.parameters().len() * sites;
             sizes.states += spec.states.len() * sites;
             sizes.outputs += spec.outputs.len() * sites;

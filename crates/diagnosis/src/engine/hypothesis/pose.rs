@@ -205,6 +205,7 @@ impl Hypothesis {
                 let factors: &[f64] = match (id, s.name.ends_with("Order")) {
                     (_, true) => &[],
                     ("friction-drift" | "sensor-drift", _) => &[0.5, 3.0],
+                    ("nonlinear-stiffness", _) => &[0.25, 0.7, 1.5, 3.0],
                     ("flexible-link" | "appendage-mode", _) => &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0],
                     _ => &[0.03, 0.1, 0.3, 1.0, 4.0],
                 };
