@@ -10,6 +10,7 @@
 
 mod advance;
 mod links;
+mod pace;
 
 use std::collections::BTreeMap;
 
@@ -33,7 +34,7 @@ pub const FORM: f64 = 3e-4;
 const FADE: f64 = 16.0;
 /// The shortest kernel, in steps of the grid.
 const KERNEL: f64 = 1.5;
-/// Steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
+/// Shortest steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
 pub const PART: [f64; 2] = [2.5e-3, 5e-3];
 
 /// A channel smoothed: itself and its derivatives on the grid.
@@ -64,7 +65,7 @@ pub struct Led {
     pub name: String,
     /// Step of the grid, s.
     pub step: f64,
-    /// Longest step of integration, s.
+    /// Shortest step of integration, s.
     pub part: f64,
     /// Instants, s.
     pub t: Vec<f64>,
@@ -249,7 +250,7 @@ impl Led {
         let mut coordinate = vec![[T::zero(); 2]; count];
         let mut ahead = vec![[T::zero(); 2]; count];
         let mut out: Vec<Vec<T>> = vec![Vec::with_capacity(n); self.channels.len()];
-        let substeps = (h / self.part).ceil().max(1.0) as usize;
+        let mut substeps = (h / self.part).ceil().max(1.0) as usize;
         for k in 0..n {
             for (i, c) in coordinate.iter_mut().enumerate() {
                 *c = at(i, k);
@@ -312,6 +313,17 @@ impl Led {
                 if matches!(links.leads[i], Some((.., true))) {
                     c[0] = integral[i];
                 }
+            }
+            if k == 0 && substeps > 1 && links.followers.is_empty() {
+                plain.0.iter_mut().zip(&x).for_each(|(a, b)| *a = b.value());
+                plain.1.iter_mut().zip(&u).for_each(|(a, b)| *a = b.value());
+                // What sticks is slow: sliding as well.
+                let sliding = vec![1; sizes.modes];
+                let fastest = [&modes, &sliding].map(|modes| {
+                    let at = At { t: self.t[0], x: &plain.0, u: &plain.1, p: &values, modes };
+                    pace::fastest(model, links, &at)
+                });
+                substeps = pace::parts(h, fastest[0].max(fastest[1]), substeps);
             }
             let part = h / substeps as f64;
             for s in 0..substeps {

@@ -34,15 +34,15 @@ impl Search<'_> {
         if runs.iter().all(Vec::is_empty) {
             return self.tried_pushes(base, h, unknowns);
         }
+        let each: Vec<Option<Stretch>> =
+            runs.iter().map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied()).collect();
         if h.per_run {
-            let each: Vec<Option<Stretch>> = runs
-                .iter()
-                .map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied())
-                .collect();
             return vec![fill(&|run| each.get(run?).copied().flatten())];
         }
         let all: Vec<&Missing> = runs.iter().flatten().collect();
-        scan(&all).into_iter().take(2).map(|s| fill(&|_| Some(s))).collect()
+        // Seen in all together, or best in one.
+        let stretches = scan(&all).into_iter().take(2).chain(each.into_iter().flatten());
+        stretches.map(|s| fill(&|_| Some(s))).collect()
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.

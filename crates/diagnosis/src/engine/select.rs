@@ -1,10 +1,11 @@
 //! Which set of causes: a beam search by evidence.
 
+use rayon::prelude::*;
 use trueup_identification::lsq::Options;
 use trueup_models::effect::Plant;
 
 use super::hypothesis::Hypothesis;
-use super::screen::Screened;
+use super::screen::{Pair, Screened};
 use super::search::{self, Fitted, Search};
 
 /// How far to look.
@@ -117,40 +118,45 @@ impl Search<'_> {
         let mut alone: Vec<(Fitted, Vec<Screened>)> = Vec::new();
         for depth in 1..=effort.most {
             let mut grown: Vec<Fitted> = Vec::new();
-            for base in &beam {
+            for (followed, base) in beam.iter().enumerate() {
                 let screened = self.screen(base);
                 let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
-                for s in screened.iter().take(refits).filter(|s| s.gain > 2.0) {
+                // Parameters were fitted with the plain model.
+                let given = depth == 1 && followed > 0;
+                let wanted = screened.iter().filter(|s| s.gain > 2.0);
+                let wanted = wanted.filter(|s| !given || self.causes[s.index].is_effect()).take(refits);
+                let mut steps: Vec<(Vec<Hypothesis>, &[f64])> = Vec::new();
+                for s in wanted {
                     let mut set: Vec<Hypothesis> = base.stated.set.clone();
                     set.push(self.causes[s.index].clone());
-                    let known = grown.iter().position(|g| same(&g.stated.set, &set));
-                    if known.is_some() && depth > 1 {
-                        continue;
+                    if depth == 1 || !grown.iter().any(|g| same(&g.stated.set, &set)) {
+                        steps.push((set, &s.start));
                     }
-                    let Ok(stated) = self.state(&set) else { continue };
-                    let Ok(fitted) = self.fit_beside(stated, &s.start, options, base) else { continue };
-                    keep(&mut grown, fitted);
                 }
+                let fits = steps.into_par_iter().filter_map(|(set, start)| {
+                    self.fit_beside(self.state(&set).ok()?, start, options, base).ok()
+                });
+                fits.collect::<Vec<_>>().into_iter().for_each(|fitted| keep(&mut grown, fitted));
                 if depth == 1 {
                     alone.push((base.clone(), screened));
                 }
             }
             // What hides behind another: two that were screened together.
             for (base, screened) in alone.iter().filter(|_| depth == 2) {
-                for pair in self.pairs(base, screened).iter().take(PAIRS) {
-                    let set = pair.indices.map(|i| self.causes[i].clone());
-                    if !grown.iter().any(|g| same(&g.stated.set, &set)) {
-                        grown.extend(self.fit_pair(base, screened, pair, options));
-                    }
-                }
+                let mut pairs = self.pairs(base, screened);
+                pairs.truncate(PAIRS);
+                let set = |p: &Pair| p.indices.map(|i| self.causes[i].clone());
+                pairs.retain(|p| !grown.iter().any(|g| same(&g.stated.set, &set(p))));
+                let fits = pairs.par_iter().filter_map(|p| self.fit_pair(base, screened, p, options));
+                grown.extend(fits.collect::<Vec<_>>());
             }
             grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
             // The best once more with all derivatives.
-            for fitted in grown.iter_mut().take(WHOLE) {
+            grown.par_iter_mut().take(WHOLE).for_each(|fitted| {
                 if let Ok(whole) = self.fit(fitted.stated.clone(), &fitted.theta, options) {
                     *fitted = whole;
                 }
-            }
+            });
             grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
             let Some(top) = grown.first() else { break };
             tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
@@ -193,17 +199,16 @@ impl Search<'_> {
     /// tell.
     pub fn grow(&self, found: &mut Found, base: &Fitted, effort: Effort) {
         let options = effort.options();
-        for s in self.screen(base).iter().filter(|s| s.gain > 2.0).take(GROW) {
+        let screened = self.screen(base);
+        let wanted: Vec<&Screened> = screened.iter().filter(|s| s.gain > 2.0).take(GROW).collect();
+        let fits = wanted.into_par_iter().filter_map(|s| {
             let mut set = base.stated.set.clone();
             set.push(self.causes[s.index].clone());
-            if found.sets.iter().any(|f| same(&f.stated.set, &set)) {
-                continue;
-            }
-            let fitted = self.state(&set).map(|stated| self.fit_beside(stated, &s.start, options, base));
-            if let Ok(Ok(fitted)) = fitted {
-                found.sets.push(fitted);
-            }
-        }
+            let known = found.sets.iter().any(|f| same(&f.stated.set, &set));
+            (!known).then(|| self.fit_beside(self.state(&set).ok()?, &s.start, options, base).ok())?
+        });
+        let fits: Vec<Fitted> = fits.collect();
+        found.sets.extend(fits);
     }
 
     /// Tries other causes in the place of each of several.
@@ -226,20 +231,22 @@ impl Search<'_> {
             let Ok(base) = self.fit(stated, &start, options) else { break };
             let mut better: Option<Fitted> = None;
             let few = effort.refits.saturating_sub(2);
-            for s in self.screen(&base).iter().filter(|s| s.gain > 2.0).take(few) {
+            let mut steps: Vec<(Vec<Hypothesis>, Vec<f64>)> = Vec::new();
+            for s in self.screen(&base).into_iter().filter(|s| s.gain > 2.0).take(few) {
                 let h = &self.causes[s.index];
-                if *h == out {
-                    continue;
-                }
                 let mut set = fewer.clone();
                 set.push(h.clone());
-                let known = sets.iter().position(|f| same(&f.stated.set, &set));
+                let known = sets.iter().find(|f| same(&f.stated.set, &set));
                 // A fit from elsewhere may have ended in another minimum.
-                if known.is_some_and(|i| sets[i].evidence(1.0) + CLOSE > base.evidence(1.0) + s.gain) {
-                    continue;
+                let promised = base.evidence(1.0) + s.gain - CLOSE;
+                if *h != out && known.is_none_or(|f| f.evidence(1.0) < promised) {
+                    steps.push((set, s.start));
                 }
-                let Ok(stated) = self.state(&set) else { continue };
-                let Ok(fit) = self.fit_beside(stated, &s.start, options, &base) else { continue };
+            }
+            let fits = steps.into_par_iter().filter_map(|(set, start)| {
+                self.fit_beside(self.state(&set).ok()?, &start, options, &base).ok()
+            });
+            for fit in fits.collect::<Vec<_>>() {
                 if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + CLOSE {
                     better = Some(fit.clone());
                 }
@@ -271,31 +278,34 @@ impl Search<'_> {
                 stated.and_then(|s| self.fit(s.clone(), &self.begin_with(&s, best), options).ok())
             };
             let Some(base) = base else { continue };
-            for (index, h) in self.causes.iter().enumerate() {
-                if best.stated.set.contains(h) || !h.has_order() {
-                    continue;
-                }
-                let Some(s) = self.screen_orders(&base, index, &[order, 0.5 * order]) else { continue };
+            let places: Vec<usize> = (0..self.causes.len())
+                .filter(|&k| self.causes[k].has_order() && !best.stated.set.contains(&self.causes[k]))
+                .collect();
+            let fits = places.into_par_iter().filter_map(|index| {
+                let s = self.screen_orders(&base, index, &[order, 0.5 * order])?;
                 let mut set = fewer.clone();
-                set.push(h.clone());
-                let Ok(stated) = self.state(&set) else { continue };
-                let Ok(fitted) = self.fit(stated, &s.start, options) else { continue };
-                keep(sets, fitted);
-            }
+                set.push(self.causes[index].clone());
+                self.fit(self.state(&set).ok()?, &s.start, options).ok()
+            });
+            fits.collect::<Vec<_>>().into_iter().for_each(|fitted| keep(sets, fitted));
         }
     }
 
     /// Leaves out what the others make needless.
     fn without_needless(&self, mut best: Fitted, options: Options) -> Fitted {
         while best.stated.set.len() > 1 {
-            let fits = (0..best.stated.set.len()).filter_map(|i| {
+            let fits = (0..best.stated.set.len()).into_par_iter().filter_map(|i| {
                 let mut set = best.stated.set.clone();
                 set.remove(i);
                 let stated = self.state(&set).ok()?;
                 let start = self.begin_with(&stated, &best);
                 self.fit(stated, &start, options).ok()
             });
-            let Some(less) = fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0))) else { break };
+            let fits: Vec<Fitted> = fits.collect();
+            let Some(less) = fits.into_iter().max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))
+            else {
+                break;
+            };
             let lost = less.excess() - best.excess();
             if less.evidence(1.0) > best.evidence(1.0) - 10.0
                 || lost < NEGLIGIBLE

@@ -32,6 +32,13 @@ fn recording(p: &[f64], push: f64) -> Run {
     }
 }
 
+/// A recording of a motor's angle.
+pub(super) fn motor_only() -> Led {
+    let subject = Subject { plant: Plant::Joint, flexible: vec![true] };
+    let model = subject.model(&[] as &[&str]).unwrap();
+    Led::new(&recording(&subject.defaults(&model), 0.0), 2, 1.5).unwrap()
+}
+
 #[test]
 fn what_is_missing_is_the_torque_that_nobody_told_of() {
     let subject = Subject { plant: Plant::Joint, flexible: vec![false] };

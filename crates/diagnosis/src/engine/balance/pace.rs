@@ -1,0 +1,70 @@
+//! How finely what the recording does not lead has to be integrated.
+
+use nalgebra::{DMatrix, Schur};
+use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::{Dual, Scalar};
+
+use super::Links;
+use crate::engine::subject::Model;
+
+/// Longest step of the classical Runge-Kutta method, in radians (or e-folds) of the fastest mode: an oscillation is then
+/// wrong by 2e-4 of itself after a period.
+const RADIANS: f64 = 0.25;
+
+/// The fastest own mode of what is integrated, rad/s, at an instant.
+pub(super) fn fastest(model: &Model, links: &Links, at: &At<'_, f64>) -> f64 {
+    let n = links.free.len();
+    let lift = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
+    let (mut x, u, p) = (lift(at.x), lift(at.u), lift(at.p));
+    let mut dx = vec![Dual::zero(); x.len()];
+    let mut slope = DMatrix::zeros(n, n);
+    for (column, &s) in links.free.iter().enumerate() {
+        x[s].eps[0] = 1.0;
+        model.rates(At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes }, &mut dx);
+        x[s].eps[0] = 0.0;
+        for (row, &r) in links.free.iter().enumerate() {
+            slope[(row, column)] = dx[r].eps[0];
+        }
+    }
+    if !slope.iter().all(|v| v.is_finite()) {
+        return f64::INFINITY;
+    }
+    let found = Schur::try_new(slope, f64::EPSILON, 1000).map(|s| s.complex_eigenvalues());
+    found.map_or(f64::INFINITY, |all| all.iter().map(|v| v.norm()).fold(0.0, f64::max))
+}
+
+/// Into how many parts a step of the grid is divided, at most `most`.
+pub(super) fn parts(step: f64, fastest: f64, most: usize) -> usize {
+    ((step * fastest / RADIANS).ceil() as usize).clamp(1, most.max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::subject::Subject;
+    use trueup_models::effect::Plant;
+    use trueup_models::joint::parameter;
+
+    #[test]
+    fn the_fastest_mode_of_a_spring_is_its_resonance() {
+        let model = Subject { plant: Plant::Joint, flexible: vec![true] }.model(&[] as &[&str]).unwrap();
+        let subject = Subject { plant: Plant::Joint, flexible: vec![true] };
+        let mut p = subject.defaults(&model);
+        for i in [parameter::DAMPING, parameter::VISCOUS_FRICTION] {
+            p[i] = 0.0;
+        }
+        // The motor is led; the load swings on the spring: deflection and load velocity are free.
+        let (k, n, j) = (p[parameter::STIFFNESS], p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
+        let coordinates = subject.coordinates(&model, &p);
+        let led = super::super::tests::motor_only();
+        let links = led.links(&model, &coordinates);
+        let (x, u) = (vec![0.0; model.sizes().states], vec![0.0; model.sizes().inputs]);
+        let modes = vec![0; model.sizes().modes];
+        let found = fastest(&model, &links, &At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes });
+        let exact = n * (k / j).sqrt();
+        assert!((found / exact - 1.0).abs() < 1e-6, "{found} {exact}");
+        assert_eq!(parts(0.05, 1.0, 10), 1);
+        assert_eq!(parts(0.05, 20.0, 10), 4);
+        assert_eq!(parts(0.05, f64::INFINITY, 10), 10);
+    }
+}
