@@ -7,8 +7,9 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::locate::{ArmBalances, ArmColumns, Cause, arm_balances};
+use trueup_diagnosis::outcome::Verdict;
 use trueup_diagnosis::picture::picture;
-use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_models::arm::{PlanarManipulator, input, parameter, rotor};
 use trueup_models::effect::Plant;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -155,9 +156,52 @@ fn a_wrong_mass_is_not_taken_for_a_force() {
     assert_ne!(found.cause, Cause::External);
 }
 
+/// A case whose `[parameters]` are `declared`, with one recording.
+fn write(folder: &std::path::Path, declared: &str, p: &[f64], extra: Extra) {
+    use std::fmt::Write as _;
+    let [columns, inputs] = record(p, extra);
+    let mut csv =
+        "time,basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
+                   motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]\n"
+            .to_owned();
+    for k in 0..N {
+        write!(csv, "{:?}", k as f64 * H).unwrap();
+        columns.iter().chain(&inputs[..LINKS]).for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
+        csv.push('\n');
+    }
+    let mut toml =
+        format!("model = \"PlanarManipulator\"\ntrain = [\"run.csv\"]\n[parameters]\n{declared}\n");
+    for name in csv.lines().next().unwrap().split(',').skip(1).take(7) {
+        writeln!(toml, "[channels.\"{name}\"]\nnoise = {NOISE:?}").unwrap();
+    }
+    std::fs::write(folder.join("case.toml"), toml).unwrap();
+    std::fs::write(folder.join("run.csv"), csv).unwrap();
+}
+
+#[test]
+fn how_the_rotors_are_coupled_is_read_from_the_case() {
+    use trueup_diagnosis::diagnose::{Options, diagnose};
+    let mut p = defaults();
+    p[parameter::motor_coupling(LINKS)] = rotor::GEARED;
+    let folder = tempfile::tempdir().unwrap();
+    let load = |declared: &str| {
+        write(folder.path(), declared, &p, |_, _, _| {});
+        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+        diagnose(&loaded, &Options::default(), &mut |_, _| {})
+    };
+    assert_eq!(load("motorCoupling = \"geared\"").unwrap().diagnosis.verdict, Verdict::NoGap);
+    for (declared, says) in [
+        ("motorCoupling = \"loose\"", "motorCoupling: `loose` is none of paper, geared"),
+        ("baseMass = \"heavy\"", "baseMass: heavy is no number"),
+        ("baseMass = -3.0", "baseMass: -3 is outside 0 .. inf"),
+    ] {
+        let error = load(declared).unwrap_err().to_string();
+        assert!(error.contains("case.toml") && error.contains(says), "{error}");
+    }
+}
+
 #[test]
 fn the_picture_of_a_case_says_inside_or_outside_and_where() {
-    use std::fmt::Write as _;
     let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();
     let tilt: Extra = |_, _, u| u[input::base_force(LINKS)] = 0.003;
     let ripple: Extra = |t, _, u| u[1] += 0.01 * (5.0 * t).sin();
@@ -173,22 +217,7 @@ fn the_picture_of_a_case_says_inside_or_outside_and_where() {
     ];
     for (p, extra, cause, component, joint) in cases {
         let folder = tempfile::tempdir().unwrap();
-        let [columns, inputs] = record(&p, extra);
-        let mut csv =
-            "time,basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
-                       motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]\n"
-                .to_owned();
-        for k in 0..N {
-            write!(csv, "{:?}", k as f64 * H).unwrap();
-            columns.iter().chain(&inputs[..LINKS]).for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
-            csv.push('\n');
-        }
-        let mut toml = "model = \"PlanarManipulator\"\ntrain = [\"run.csv\"]\n".to_owned();
-        for name in csv.lines().next().unwrap().split(',').skip(1).take(7) {
-            writeln!(toml, "[channels.\"{name}\"]\nnoise = {NOISE:?}").unwrap();
-        }
-        std::fs::write(folder.path().join("case.toml"), toml).unwrap();
-        std::fs::write(folder.path().join("run.csv"), csv).unwrap();
+        write(folder.path(), "", &p, extra);
         let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
         let subject = Subject { plant: Plant::Arm, flexible: vec![true, false, false] };
         let seen = picture(&loaded, &subject, &defaults());

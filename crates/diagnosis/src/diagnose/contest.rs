@@ -81,7 +81,14 @@ impl Ground<'_> {
     }
 
     /// Sets with a cause more than `led`, those that explain most of what `base`, running freely, misses.
-    fn more(&self, found: &mut Found, led: &Fitted, base: Option<&Fitted>, effort: Effort) -> Vec<Contender> {
+    fn more(
+        &self,
+        found: &mut Found,
+        led: &Fitted,
+        base: Option<&Fitted>,
+        effort: Effort,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
         let Some(base) = base else { return Vec::new() };
         self.search.grow(found, led, effort);
         let set = &led.stated.set;
@@ -91,7 +98,9 @@ impl Ground<'_> {
                 && f.stated.set.iter().any(|h| h.is_effect() && !set.contains(h))
                 && f.evidence(1.0) > led.evidence(1.0) + MORE
         };
-        let places: Vec<usize> = (0..found.sets.len()).filter(|at| grown(&found.sets[*at])).collect();
+        let new = |at: &usize| ran.iter().all(|c| c.at != *at);
+        let places: Vec<usize> =
+            (0..found.sets.len()).filter(new).filter(|at| grown(&found.sets[*at])).collect();
         let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
         let mut all: Vec<(usize, Asked)> = places.into_par_iter().filter_map(ask).collect();
         all.retain(|a| a.1.share > MISSED);
@@ -142,7 +151,7 @@ impl Ground<'_> {
         let mut all: Vec<Contender> = Vec::new();
         if !claims {
             let plain = found.plain.clone();
-            all = self.more(found, &plain, self.fitted.as_ref(), effort);
+            all = self.more(found, &plain, self.fitted.as_ref(), effort, &all);
         }
         for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
             let good = all.iter().any(|c| self.is_near(c));
@@ -164,7 +173,7 @@ impl Ground<'_> {
                 self.carry(best);
                 if claims && !self.is_near(best) {
                     let led = found.sets[best.at].clone();
-                    let more = self.more(found, &led, best.fitted.as_ref(), effort);
+                    let more = self.more(found, &led, best.fitted.as_ref(), effort, &all);
                     all.extend(more);
                 }
             }
@@ -173,7 +182,7 @@ impl Ground<'_> {
         let tuned = self.free(&self.tuned).map_or(0.0, |f| f.tuned);
         if claims && all.iter().all(|c| c.after > 0.7 * tuned) {
             let plain = found.plain.clone();
-            let more = self.more(found, &plain, self.fitted.as_ref(), effort);
+            let more = self.more(found, &plain, self.fitted.as_ref(), effort, &all);
             all.extend(more);
             let id = |at: usize| match &found.sets[at].stated.set[..] {
                 [h] if h.is_effect() => Some(&*h.id),

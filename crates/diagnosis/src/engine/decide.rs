@@ -9,7 +9,7 @@ use crate::outcome::Verdict;
 pub struct Thresholds {
     /// A gap is there when the power of the nominal model's residuals exceeds what the best explanation leaves by this share.
     pub gap: f64,
-    /// ... or, where nothing explains it, the floor's by this.
+    /// ... or, where nothing explains it, the floor's by this; by so much a gap is plain whatever the held-out recordings are.
     pub bare: f64,
     /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
     pub explained: f64,
@@ -227,7 +227,7 @@ impl<'a> Judge<'a> {
         let (set, h) = (&best.stated.set, &best.stated.set[i]);
         let other = |f: &Fitted| {
             f.stated.set.len() == set.len()
-                && !f.stated.set.contains(h)
+                && !f.stated.set.iter().any(|o| o.same_place(h))
                 && set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
         };
         let odds = |at: usize, f: &Fitted| {
@@ -267,7 +267,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let count = best.effects();
     let left = best.excess();
     let shown = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
-    let gap = free.before > limits.free * free.floor || shown && free.before > 1.2 * free.floor;
+    // What happens in the recordings for fitting alone (a limit that others do not reach) is a gap as well.
+    let plain = found.plain.excess() - left > limits.bare;
+    let gap = free.before > limits.free * free.floor || shown && (plain || free.before > 1.2 * free.floor);
     let whole = if count > 0 { found.plain.excess() } else { raw };
     let explained = 1.0 - (left - bottom) / (whole - bottom).max(1e-12);
     let missed = free.tuned > 1.5 * limits.free * free.floor;

@@ -105,6 +105,17 @@ impl Compared {
 /// Columns of a Jacobian with the unknown that each belongs to.
 type Columns = Vec<(usize, Vec<f64>)>;
 
+/// What is believed of several unknowns together: `rows` times their distance from `at` has deviation 1.
+#[derive(Clone, Debug)]
+pub struct Belief {
+    /// Which unknowns.
+    pub of: Vec<usize>,
+    /// Their coordinates.
+    pub at: Vec<f64>,
+    /// One row per independent statement.
+    pub rows: DMatrix<f64>,
+}
+
 /// A model, recordings, and what is unknown.
 #[derive(Clone, Debug)]
 pub struct Comparison<'a> {
@@ -122,8 +133,10 @@ pub struct Comparison<'a> {
     pub unknowns: Vec<Unknown>,
     /// Columns of the Jacobian that are held as they are: by unknown, over all readings.
     pub held: BTreeMap<usize, Vec<f64>>,
-    /// Free-running: deviation by output that the model is allowed beside that of the readings; empty: none.
-    pub allowed: Vec<f64>,
+    /// Free-running: deviation by recording and output that the model is allowed beside that of the readings; empty: none.
+    pub allowed: Vec<Vec<f64>>,
+    /// What is believed of several unknowns together.
+    pub belief: Option<&'a Belief>,
 }
 
 impl<'a> Comparison<'a> {
@@ -138,6 +151,7 @@ impl<'a> Comparison<'a> {
             unknowns: Vec::new(),
             held: BTreeMap::new(),
             allowed: Vec::new(),
+            belief: None,
         }
     }
 }
@@ -306,7 +320,8 @@ impl Comparison<'_> {
     /// 1 over the deviation of each reading.
     fn weights(&self, run: usize) -> Vec<f64> {
         let channels = self.runs[run].run.channels.iter();
-        let allowed = |output: usize| self.allowed.get(output).copied().unwrap_or(0.0);
+        let own = self.allowed.get(run);
+        let allowed = |output: usize| own.and_then(|a| a.get(output)).copied().unwrap_or(0.0);
         channels
             .flat_map(|c| (0..c.t.len()).map(move |k| 1.0 / c.deviation(k).hypot(allowed(c.output))))
             .collect()
@@ -331,7 +346,10 @@ impl Comparison<'_> {
     }
 
     /// Residuals of one recording.
-    fn residual(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn residual(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
         let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
         self.look(run, theta, &p, &offsets)
     }
@@ -423,7 +441,8 @@ impl Problem for Comparison<'_> {
 
     fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {
         let believed: Vec<usize> = (0..theta.len()).filter(|&k| self.unknowns[k].prior.is_some()).collect();
-        let (readings, rows) = (self.readings(), self.readings() + believed.len());
+        let together = self.belief.map_or(0, |b| b.rows.nrows());
+        let (readings, rows) = (self.readings(), self.readings() + believed.len() + together);
         let begin = self.begins();
         let mut residuals = DVector::zeros(rows);
         let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
@@ -449,6 +468,16 @@ impl Problem for Comparison<'_> {
                 residuals[readings + row] = (theta[k] - mean) / sd;
                 if let Some(j) = &mut columns {
                     j[(readings + row, k)] = 1.0 / sd;
+                }
+            }
+        }
+        if let Some(belief) = self.belief {
+            let apart = DVector::from_fn(belief.of.len(), |i, _| theta[belief.of[i]] - belief.at[i]);
+            let begin = readings + believed.len();
+            residuals.rows_mut(begin, together).copy_from(&(&belief.rows * apart));
+            if let Some(j) = &mut columns {
+                for (i, k) in belief.of.iter().enumerate() {
+                    j.view_mut((begin, *k), (together, 1)).copy_from(&belief.rows.column(i));
                 }
             }
         }

@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 
 use rand::Rng;
 use rand_distr::StandardNormal;
+use trueup_identification::model::ModelError;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::{effect, joint};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::noise;
-use trueup_signals::{Case, Interpolation, Loaded, Recording};
+use trueup_signals::{Case, Interpolation, Loaded, Recording, Value};
 
 use super::coordinate::Coordinate;
 use super::problem::Compared;
@@ -25,6 +26,12 @@ pub enum Unfit {
     /// The structure asked for cannot be built.
     #[error("case.toml: {0}")]
     Structure(String),
+    /// A parameter that cannot be what it is said to be.
+    #[error("case.toml: {0}")]
+    Parameter(#[from] ModelError),
+    /// The same of a recording.
+    #[error("{0}: {1}")]
+    Recording(String, ModelError),
     /// A channel whose noise nobody knows.
     #[error(
         "{recording}: nothing is known of the noise of {channel}, and its readings do not show it; declare [channels.{channel}] noise or resolution"
@@ -125,32 +132,31 @@ impl Prepared {
         let model = subject.model(&[] as &[&str]).map_err(Unfit::Structure)?;
         let names = subject.parameters(&model);
         let mut nominal = subject.defaults(&model);
-        let mut doubt = BTreeMap::new();
-        for (value, named) in nominal.iter_mut().zip(&names) {
-            if let Some(v) = case.number(&named.name) {
-                *value = v;
-            }
-            if let Some(d) = case.doubt(&named.name) {
-                doubt.insert(named.name.clone(), d);
-            }
-        }
+        let reader = trueup_identification::model::Model::of_case(case, &[])?;
+        let index: BTreeMap<&str, usize> =
+            names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
+        let given = |parameters: &BTreeMap<String, Value>| -> Result<Vec<(usize, f64)>, ModelError> {
+            let values = reader.set(&reader.defaults(), parameters)?;
+            let read = |name: &String| Some((*index.get(name.as_str())?, values[reader.parameter(name)?]));
+            Ok(parameters.keys().filter_map(read).collect())
+        };
+        given(&case.parameters)?.into_iter().for_each(|(i, v)| nominal[i] = v);
+        let doubt: BTreeMap<String, f64> =
+            names.iter().filter_map(|n| Some((n.name.clone(), case.doubt(&n.name)?))).collect();
         if matches!(model, Model::Joint(_)) && case.number("staticFriction").is_none() {
             nominal[joint::parameter::STATIC_FRICTION] = nominal[joint::parameter::COULOMB_FRICTION];
         }
         let coordinates = subject.coordinates(&model, &nominal);
         let inputs = subject.inputs();
-        let index: BTreeMap<&str, usize> =
-            names.iter().enumerate().map(|(i, n)| (n.name.as_str(), i)).collect();
         let compared = |list: Vec<&Recording>| -> Result<Vec<Compared>, Unfit> {
             list.into_iter()
                 .map(|r| {
                     let run = run(loaded, &subject, r)?;
                     let mut known = first_states(&subject, &model, &nominal, &coordinates, &run);
-                    for (name, value) in &r.parameters {
-                        if let (Some(i), Some(v)) = (index.get(name.as_str()), value.number()) {
-                            known.retain(|(k, _)| k != i);
-                            known.push((*i, v));
-                        }
+                    let own = given(&r.parameters);
+                    for (i, v) in own.map_err(|e| Unfit::Recording(r.name.clone(), e))? {
+                        known.retain(|(k, _)| *k != i);
+                        known.push((i, v));
                     }
                     Ok(Compared::new(run, known, model.sizes().inputs))
                 })
@@ -319,18 +325,64 @@ fn first_states(
     known
 }
 
-/// Value and slope at `start` of the least-squares parabola through the first readings of a channel.
+/// Value and slope at `start` of the least-squares parabola through the first readings of a channel: through twice as many
+/// as long as all that was said so far can be true at once (Lepski's rule), for a slope that is wrong by noise may put a
+/// free run into another minimum.
 fn parabola(channel: &Channel, start: f64) -> Option<[f64; 2]> {
-    let count = channel.t.iter().take_while(|t| **t <= start + 0.05).count().clamp(8, 60);
-    let n = count.min(channel.t.len());
-    if n < 3 {
+    let least = channel.t.iter().take_while(|t| **t <= start + 0.05).count().clamp(8, 60);
+    let most = (channel.t.len() / 4).max(least.min(channel.t.len()));
+    if most < 3 {
         return channel.y.first().map(|y| [*y, 0.0]);
     }
+    let mut said: Vec<[[f64; 2]; 2]> = Vec::new();
+    for n in std::iter::successors(Some(least.min(most)), |n| Some(2 * n)).take_while(|n| *n <= most) {
+        let own = parabola_of(channel, start, n)?;
+        let agrees = |old: &[[f64; 2]; 2]| (0..2).all(|j| (own[0][j] - old[0][j]).abs() <= 3.0 * old[1][j]);
+        if !said.iter().all(agrees) {
+            break;
+        }
+        said.push(own);
+    }
+    said.last().map(|s| s[0])
+}
+
+/// The same through so many readings; and their deviations.
+fn parabola_of(channel: &Channel, start: f64, n: usize) -> Option<[[f64; 2]; 2]> {
     let span = (channel.t[n - 1] - start).max(f64::MIN_POSITIVE);
     let rows = nalgebra::DMatrix::from_fn(n, 3, |i, j| {
         ((channel.t[i] - channel.delay - start) / span).powi(j as i32)
     });
     let y = nalgebra::DVector::from_fn(n, |i, _| channel.y[i] - channel.y[0]);
+    let variance = rows.tr_mul(&rows).try_inverse();
     let fit = rows.svd(true, true).solve(&y, 1e-12).ok()?;
-    Some([fit[0] + channel.y[0], fit[1] / span])
+    let deviation = |j: usize| variance.as_ref().map_or(0.0, |v| channel.sigma * v[(j, j)].sqrt());
+    Some([[fit[0] + channel.y[0], fit[1] / span], [deviation(0), deviation(1) / span]])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn first_slopes_are_nearly_as_good_as_with_the_best_number_of_readings() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(4);
+        let t: Vec<f64> = (0..700).map(|k| f64::from(k) * 0.02).collect();
+        for bend in [0.0, 0.05, 1.0, 20.0] {
+            // Of each number of readings, and of the rule: how far the slope is off.
+            let mut errors = vec![Vec::new(); 6];
+            for _ in 0..200 {
+                let noise: Vec<f64> =
+                    t.iter().map(|_| 0.0025 * rng.sample::<f64, _>(StandardNormal)).collect();
+                let y = t.iter().zip(noise).map(|(t, e)| 0.1 + 0.02 * t + bend * t.powi(3) + e).collect();
+                let channel = Channel { t: t.clone(), y, sigma: 0.0025, ..Channel::default() };
+                let fixed = (0..5).map(|k| parabola_of(&channel, 0.0, 8 << k).unwrap()[0]);
+                let all = fixed.chain([parabola(&channel, 0.0).unwrap()]);
+                errors.iter_mut().zip(all).for_each(|(e, s)| e.push((s[1] - 0.02).powi(2)));
+            }
+            let rms: Vec<f64> = errors.iter().map(|e| (e.iter().sum::<f64>() / 200.0).sqrt()).collect();
+            let best = rms[..5].iter().fold(f64::INFINITY, |m, v| m.min(*v));
+            assert!(rms[5] < 2.0 * best, "bend {bend}: {rms:?}");
+        }
+    }
 }

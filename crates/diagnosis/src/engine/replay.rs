@@ -1,17 +1,24 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
+use nalgebra::DMatrix;
 use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 
-use super::problem::{Compared, Comparison, Target, Unknown};
+use super::hypothesis::Hypothesis;
+use super::problem::{Belief, Compared, Comparison, Target, Unknown};
 use super::search::{Fitted, Search, Stated};
 use super::subject::Model;
 
 /// A first state is not surer than this share of the range that is seen.
 const UNSURE: f64 = 0.003;
+
+/// Readings of a channel in a recording that tell something new of what a free run misses.
+const INDEPENDENT: f64 = 100.0;
+/// How much further than their deviation the balances' estimates may be off: their noise is not all that they err by.
+const FURTHER: f64 = 10.0;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
 pub type Replayed = Vec<Vec<Vec<f64>>>;
@@ -45,7 +52,27 @@ struct Settled {
     /// Readings, channel after channel.
     shown: Vec<Vec<f64>>,
     /// Deviations that the model was allowed.
-    allowed: Vec<f64>,
+    allowed: Vec<Vec<f64>>,
+}
+
+impl Fitted {
+    /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
+    pub(super) fn believe(&self, stated: &mut Stated) {
+        let shared: Vec<(usize, usize)> =
+            (stated.unknowns.iter().enumerate()).filter_map(|(k, u)| Some((k, self.place_of(u)?))).collect();
+        // Of those that are shared alone: the others take what they will.
+        let Some(all) = self.jacobian.tr_mul(&self.jacobian).cholesky().map(|c| c.inverse()) else { return };
+        let n = shared.len();
+        let own = DMatrix::from_fn(n, n, |i, j| all[(shared[i].1, shared[j].1)]);
+        let Some(rows) = own.cholesky().and_then(|c| c.l().try_inverse()) else { return };
+        let further = FURTHER * (1.0 + self.excess().max(0.0)).sqrt();
+        shared.iter().for_each(|(k, _)| stated.unknowns[*k].prior = None);
+        stated.belief = Some(Belief {
+            of: shared.iter().map(|s| s.0).collect(),
+            at: shared.iter().map(|s| self.theta[s.1]).collect(),
+            rows: rows / further,
+        });
+    }
 }
 
 impl Search<'_> {
@@ -114,8 +141,15 @@ impl Search<'_> {
         };
         let shown: Replayed = settled.iter().map(|s| s.shown.clone()).collect();
         let misfit = self.misfit(&shown, train);
-        let stated = self.state_like(&from.stated.set, Some(self.allowed(misfit, train)));
-        let fitted = stated.ok().and_then(|stated| {
+        // Where a motion bifurcates (a stop before or behind a tooth) nothing is to be learnt: every recording counts by what
+        // it misses itself.
+        let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(self.missed(shown, run), run));
+        let stated = self.state_like(&from.stated.set, Some(allowed.collect()));
+        let fitted = stated.ok().and_then(|mut stated| {
+            // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
+            if from.stated.set.iter().any(Hypothesis::is_effect) {
+                from.believe(&mut stated);
+            }
             let mut start = self.begin_with(&stated, from);
             for (x, u) in start.iter_mut().zip(&stated.unknowns) {
                 let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
@@ -143,25 +177,30 @@ impl Search<'_> {
         Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
     }
 
-    /// Deviations of a model that misses so much of recordings ([`Self::misfit`]): the same share of each output's range.
-    fn allowed(&self, misfit: f64, runs: &[Compared]) -> Vec<f64> {
-        let channels: usize = runs.iter().map(|r| r.run.channels.len()).sum();
-        let share = (misfit / channels.max(1) as f64).sqrt();
+    /// Deviations of a model that misses so much of a recording ([`Self::missed`]): the same share of each output's range;
+    /// what it misses lasts, so that only so many readings of a channel tell something new.
+    fn allowed(&self, missed: f64, run: &Compared) -> Vec<f64> {
+        let channels = run.run.channels.len().max(1) as f64;
+        let share = (missed / channels * (run.len() as f64 / channels / INDEPENDENT).max(1.0)).sqrt();
         (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o)).collect()
     }
 
-    /// Sum of squares of relative errors, over channels.
+    /// Sum over channels of mean squares of relative errors in one recording.
+    fn missed(&self, shown: &[Vec<f64>], run: &Compared) -> f64 {
+        let channels = run.run.channels.iter().zip(shown);
+        let of = channels.map(|(channel, shown)| {
+            let range = self.sizes.range(channel.output).max(1e-300);
+            let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
+            squares / channel.y.len().max(1) as f64
+        });
+        of.sum()
+    }
+
+    /// The same of several: their geometric mean, so that one in which a motion bifurcates does not outweigh the others.
     pub fn misfit(&self, replayed: &Replayed, runs: &[Compared]) -> f64 {
-        let mut sum = 0.0;
-        for (run, shown) in runs.iter().zip(replayed) {
-            for (channel, shown) in run.run.channels.iter().zip(shown) {
-                let range = self.sizes.range(channel.output).max(1e-300);
-                let squares =
-                    channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
-                sum += squares / channel.y.len().max(1) as f64;
-            }
-        }
-        sum
+        let all =
+            runs.iter().zip(replayed).map(|(run, shown)| self.missed(shown, run).max(f64::MIN_POSITIVE).ln());
+        (all.sum::<f64>() / runs.len().max(1) as f64).exp()
     }
 
     /// Simulates recordings freely, first states and declared offsets estimated anew.
@@ -205,8 +244,8 @@ impl Search<'_> {
         let mut theta = problem.start();
         // What a wrong model misses does not tell where the motion began: its readings count by what it misses.
         for max_iterations in [3, 6] {
-            let missed = self.misfit(&vec![problem.shown(0, &theta)?], problem.runs);
-            problem.allowed = self.allowed(missed, problem.runs);
+            let missed = self.missed(&problem.shown(0, &theta)?, run);
+            problem.allowed = vec![self.allowed(missed, run)];
             let options =
                 Options { max_iterations, cost_tolerance: 3e-3, radius: 10.0, ..Options::default() };
             theta = solve(&problem, &theta, options)?.x;

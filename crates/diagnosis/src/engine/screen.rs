@@ -6,7 +6,13 @@ use rayon::prelude::*;
 use trueup_identification::lsq::Options;
 
 use super::hypothesis::{self, Posed};
+use super::problem::Comparison;
 use super::search::{Fitted, Search, Stated};
+
+/// More looks than this are made in one recording first,
+const FEW: usize = 3;
+/// and so many of them in all.
+const LIKELIEST: usize = 2;
 
 /// A cause as it looks from where the search stands.
 #[derive(Clone, Debug)]
@@ -158,44 +164,28 @@ impl Search<'_> {
             [] => vec![None],
             all => all.iter().map(|a| Some(a.0)).collect(),
         };
-        let mut best: Option<Screened> = None;
-        for values in looks {
-            let mut looked = Looked { values, columns: Vec::new(), one_sided: last.one_sided() };
-            for keep in &keeps {
-                let mut theta = from.clone();
-                for (k, u) in last.unknowns.iter().enumerate() {
-                    theta[begin + k] = u.scale.coordinate(looked.at(last, k, *keep));
-                }
-                let Ok(there) = problem.residuals(&theta) else { continue };
-                let difference: Vec<f64> =
-                    there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
-                looked.columns.push((*keep, projection.out(&difference)));
-            }
-            if looked.columns.is_empty() {
-                continue;
-            }
-            let (gain, s) = projection.best(&looked.columns.iter().map(|c| &c.1).collect::<Vec<_>>());
-            let gain = if looked.one_sided && s[0] <= 0.0 { 0.0 } else { gain };
-            if best.as_ref().is_none_or(|b| gain > b.gain) {
-                let mut start = from.clone();
-                looked.set(&mut start, begin, last, &s);
-                best = Some(Screened { index, gain, start, looked: Some(looked) });
-            }
-        }
-        best
+        let look =
+            Look { base, projection, problem: &problem, from: &from, begin, posed: last, keeps: &keeps };
+        let all = if looks.len() > FEW { look.likeliest(looks) } else { looks };
+        let found = all.into_iter().filter_map(|values| look.at(values, None));
+        let (gain, looked, factors) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        let mut start = from.clone();
+        looked.set(&mut start, begin, last, &factors);
+        Some(Screened { index, gain, start, looked: Some(looked) })
     }
 
     /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
     /// balances have it.
     pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
-        let stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
+        let mut stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
+        grown.believe(&mut stated);
         let shared = |u| base.coordinate_of(u).or_else(|| grown.coordinate_of(u));
         let start: Vec<f64> =
             stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
         let there = self.compare(&stated).residuals(&start).ok()?;
         let difference: Vec<f64> = there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
         let projection = Projection::new(base);
-        let (gain, s) = projection.best(&[&projection.out(&difference)]);
+        let (gain, s) = projection.best(&[&projection.out(0, &difference)]);
         let gain = if s[0] > 0.0 { gain } else { 0.0 };
         let whole = 0.5 * base.residuals.norm_squared();
         Some(Asked { share: gain / whole.max(f64::MIN_POSITIVE), stated, start })
@@ -262,6 +252,63 @@ impl Search<'_> {
     }
 }
 
+/// A cause beside those of a base.
+struct Look<'a> {
+    base: &'a Fitted,
+    projection: &'a Projection,
+    problem: &'a Comparison<'a>,
+    from: &'a [f64],
+    /// Its first coordinate.
+    begin: usize,
+    posed: &'a Posed,
+    /// Amplitudes to be looked at.
+    keeps: &'a [Option<usize>],
+}
+
+impl Look<'_> {
+    /// By how much the sum of squares would fall with unknowns around these values, half, and with which factors; in one
+    /// recording, or all.
+    fn at(&self, values: Vec<f64>, run: Option<usize>) -> Option<(f64, Looked, Vec<f64>)> {
+        let mut looked = Looked { values, columns: Vec::new(), one_sided: self.posed.one_sided() };
+        let begins = self.problem.begins();
+        let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
+        for keep in self.keeps {
+            let mut theta = self.from.to_vec();
+            for (k, u) in self.posed.unknowns.iter().enumerate() {
+                theta[self.begin + k] = u.scale.coordinate(looked.at(self.posed, k, *keep));
+            }
+            let there =
+                run.map_or_else(|| self.problem.residuals(&theta), |r| self.problem.residual(r, &theta));
+            let Ok(mut there) = there else { continue };
+            there.iter_mut().zip(&self.base.residuals.as_slice()[rows.clone()]).for_each(|(a, b)| *a -= b);
+            looked.columns.push((*keep, self.projection.out(rows.start, &there)));
+        }
+        if looked.columns.is_empty() {
+            return None;
+        }
+        let columns: Vec<&DVector<f64>> = looked.columns.iter().map(|c| &c.1).collect();
+        let (gain, factors) = self.projection.best(&columns);
+        let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
+        Some((gain, looked, factors))
+    }
+    /// Of many the few that explain most where most is missing.
+    fn likeliest(&self, looks: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+        let begins = self.problem.begins();
+        let power = |r: usize| {
+            let rows = &self.base.residuals.as_slice()[begins[r]..begins[r + 1]];
+            rows.iter().map(|r| r * r).sum::<f64>() / rows.len().max(1) as f64
+        };
+        let Some(run) = (0..begins.len() - 1).max_by(|a, b| power(*a).total_cmp(&power(*b))) else {
+            return looks;
+        };
+        let gain = |values: Vec<f64>| self.at(values, Some(run)).map(|found| (found.0, found.1.values));
+        let mut all: Vec<(f64, Vec<f64>)> = looks.into_iter().filter_map(gain).collect();
+        all.sort_by(|a, b| b.0.total_cmp(&a.0));
+        all.truncate(LIKELIEST);
+        all.into_iter().map(|a| a.1).collect()
+    }
+}
+
 /// What the unknowns of a fit cannot take up.
 struct Projection {
     /// Orthonormal columns that span the Jacobian (with the rows of the priors).
@@ -282,10 +329,10 @@ impl Projection {
         let residuals = &base.residuals - &q * q.tr_mul(&base.residuals);
         Self { q, residuals }
     }
-    /// A change of the readings, less what the unknowns would do against it.
-    fn out(&self, readings: &[f64]) -> DVector<f64> {
+    /// A change of the readings from `first` on, less what the unknowns would do against it.
+    fn out(&self, first: usize, readings: &[f64]) -> DVector<f64> {
         let mut v = DVector::zeros(self.residuals.len());
-        v.as_mut_slice()[..readings.len()].copy_from_slice(readings);
+        v.as_mut_slice()[first..first + readings.len()].copy_from_slice(readings);
         let along = self.q.tr_mul(&v);
         v - &self.q * along
     }

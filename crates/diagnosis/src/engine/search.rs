@@ -10,7 +10,7 @@ use trueup_models::{effect, joint};
 use super::balance::Led;
 use super::floors::{self, Floors};
 use super::hypothesis::{self, Hypothesis, KNOWN, Posed};
-use super::problem::{Comparison, Target, Unknown};
+use super::problem::{Belief, Comparison, Target, Unknown};
 use super::recordings::Prepared;
 use super::sizes::Sizes;
 use super::subject::Model;
@@ -32,8 +32,10 @@ pub struct Stated {
     pub begin: Vec<usize>,
     /// What each cause is in numbers.
     pub posed: Vec<Posed>,
-    /// It runs freely, and may miss readings by these deviations, output by output; `None`: the recordings lead it.
-    pub free: Option<Vec<f64>>,
+    /// It runs freely, and may miss readings by these deviations, by recording and output; `None`: the recordings lead it.
+    pub free: Option<Vec<Vec<f64>>>,
+    /// What the balances told of the unknowns.
+    pub belief: Option<Belief>,
 }
 
 /// What residuals come to in one octave.
@@ -140,7 +142,7 @@ impl<'a> Search<'a> {
     ///
     /// # Errors
     /// The set cannot be built.
-    pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<f64>>) -> Result<Stated, String> {
+    pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<Vec<f64>>>) -> Result<Stated, String> {
         let p = self.case;
         let mut effects: Vec<String> = set.iter().filter_map(Hypothesis::effect).collect();
         effects.dedup();
@@ -211,7 +213,7 @@ impl<'a> Search<'a> {
             }
             posed.push(one);
         }
-        Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free })
+        Ok(Stated { set: set.to_vec(), model, nominal, ties, unknowns, begin, posed, free, belief: None })
     }
 
     /// The comparison of a set with the recordings for fitting.
@@ -224,6 +226,7 @@ impl<'a> Search<'a> {
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
             allowed: stated.free.clone().unwrap_or_default(),
+            belief: stated.belief.as_ref(),
             ..Comparison::free(&stated.model, stated.nominal.clone(), &self.case.train)
         }
     }
