@@ -7,6 +7,7 @@ import subprocess
 import tomllib
 from pathlib import Path
 
+import fmpy
 import pytest
 
 VERDICTS = {"no-gap", "parameters", "effects", "ambiguous", "unknown"}
@@ -95,6 +96,24 @@ def test_a_cause_that_hides_behind_another(tmp_path):
     assert diagnosis["verdict"] == "effects"
     assert {(e["id"], e["component"]) for e in diagnosis["effects"]} == set(zip(key["effects"], key["components"]))
     assert overall["after"] < 2 * overall["floor"] < overall["before"]
+
+
+def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
+    """Play in joint 1 of a manipulator: its FMUs have it there and in no other joint."""
+    made = run("trial", "generate", "-o", tmp_path, "--plant", "manipulator", "--split", "single", "--count", "3", "--seed", "100")
+    assert made.returncode == 0, made.stderr
+    keys = [tomllib.loads(p.read_text()) for p in (tmp_path / "keys").iterdir()]
+    (key,) = [k for k in keys if k["effects"] == ["backlash"]]
+    done = run("diagnose", tmp_path / "cases" / key["case"], "-o", tmp_path / "found", "--json")
+    assert done.returncode == 0, done.stderr
+    diagnosis = json.loads(done.stdout)
+    (effect,) = diagnosis["effects"]
+    assert (effect["id"], effect["joint"]) == ("backlash", key["joints"][0])
+    assert len(diagnosis["augmented"]) == 2
+    description = fmpy.read_model_description(str(tmp_path / "found" / diagnosis["augmented"][0]))
+    gaps = {v.name: float(v.start) for v in description.modelVariables if v.name.startswith("backlashGap")}
+    assert gaps.pop(f"backlashGap[{effect['joint']}]") == pytest.approx(effect["parameters"]["backlashGap"]["value"], rel=0.05)
+    assert len(gaps) == 2 and all(gap == 0 for gap in gaps.values()), gaps
 
 
 def test_mistakes(tmp_path):

@@ -177,9 +177,12 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
         .collect();
     effects.sort();
     effects.dedup();
-    for (u, x) in stated.unknowns.iter().zip(&after.theta) {
-        if !all.iter().any(|(n, _)| *n == u.name) && u.run.is_none() {
-            all.push((u.name.clone(), u.scale.value(*x).0));
+    for (i, h) in stated.set.iter().enumerate() {
+        for (own, x) in stated.posed[i].unknowns.iter().zip(&after.theta[stated.begin[i]..]) {
+            if own.target.shifts() {
+                let element = if h.per_joint { format!("[{}]", h.site + 1) } else { String::new() };
+                all.push((format!("{}{element}", own.name), own.scale.value(*x).0));
+            }
         }
     }
     Augmented { effects, values: all }
