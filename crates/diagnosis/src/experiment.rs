@@ -96,7 +96,10 @@ pub fn propose(
     }
     let (at, rivals) = decision.rivals.iter().enumerate().find_map(|(i, list)| {
         let near = list.iter().filter(|r| -r.1 < limits.odds).map(|r| &found.sets[r.0]);
-        let near: Vec<&Fitted> = near.filter(|f| other(found, f).is_some()).take(RIVALS).collect();
+        // What only the form of a law tells apart no recording settles.
+        let own = &found.best.stated.set[i];
+        let apart = |f: &&Fitted| other(found, f).is_some_and(|o| !o.same_friction(own));
+        let near: Vec<&Fitted> = near.filter(apart).take(RIVALS).collect();
         (found.best.stated.set[i].is_effect() && !near.is_empty()).then_some((i, near))
     })?;
     let setting = Setting::new(search, limits.trust)?;

@@ -523,16 +523,18 @@ impl Model {
                 Value::Text(item) if name == "motorCoupling" => match item.as_str() {
                     "paper" => rotor::PAPER,
                     "geared" => rotor::GEARED,
-                    _ => return Err(wrong(format!("`{item}` is none of paper, geared"))),
+                    _ => return Err(wrong(format!("`{item}` is none of paper, geared; name one of them"))),
                 },
-                _ => value
-                    .number()
-                    .filter(|v| v.is_finite())
-                    .ok_or_else(|| wrong(format!("{value} is no number")))?,
+                _ => value.number().filter(|v| v.is_finite()).ok_or_else(|| {
+                    wrong(format!("{value} is no number; write its value in the FMU's unit, without quotes"))
+                })?,
             };
             let q = &self.parameters[i];
             if p[i] < q.min || p[i] > q.max {
-                return Err(wrong(format!("{} is outside {} .. {}", p[i], q.min, q.max)));
+                return Err(wrong(format!(
+                    "{} is outside {} .. {}; give a value within",
+                    p[i], q.min, q.max
+                )));
             }
             angles.push(i);
         }

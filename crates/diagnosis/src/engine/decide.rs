@@ -231,6 +231,9 @@ impl<'a> Judge<'a> {
                 && set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
         };
         let odds = |at: usize, f: &Fitted| {
+            if f.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o)) {
+                return 0.0;
+            }
             let Some(chosen) = chosen else {
                 let n = self.independent;
                 return f.concentrated(n) - best.concentrated(n) + (f.occam - best.occam) * 0.5;

@@ -41,6 +41,8 @@ pub struct Hypothesis {
     pub per_joint: bool,
     /// Its times and sizes differ from recording to recording (pushes).
     pub per_run: bool,
+    /// It acts at a joint without a spring, where motor and link are one body.
+    pub rigid: bool,
 }
 
 impl Hypothesis {
@@ -54,6 +56,11 @@ impl Hypothesis {
     /// The same cause in the same place, however its times are shared.
     pub fn same_place(&self, other: &Self) -> bool {
         self.claim == other.claim && self.site == other.site
+    }
+    /// Friction of the same rigid joint: no balance holds one that does not hold the other, and a law's form is no place.
+    pub fn same_friction(&self, other: &Self) -> bool {
+        let brakes = |h: &Self| matches!(h.id.as_str(), "motor-friction" | "load-friction");
+        self.rigid && other.rigid && self.site == other.site && brakes(self) && brakes(other)
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
@@ -208,6 +215,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 site,
                 per_joint,
                 per_run: false,
+                rigid: choice.scope() == Scope::Joint && !p.subject.flexible[site],
             };
             if choice.scope() == Scope::Channel {
                 // One element of an output each.
@@ -238,6 +246,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             site: 0,
             per_joint: false,
             per_run: false,
+            rigid: false,
         });
     }
     if p.subject.plant == effect::Plant::Joint {
@@ -250,6 +259,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 site: 0,
                 per_joint: false,
                 per_run: false,
+                rigid: false,
             });
         }
         let output = joint::output::LOAD_ANGLE;
@@ -264,6 +274,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 site: 0,
                 per_joint: false,
                 per_run: false,
+                rigid: false,
             });
         }
     }

@@ -19,15 +19,13 @@ use super::subject::{Model, Subject};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Unfit {
     /// Not one of the plants.
-    #[error(
-        "case.toml: there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator"
-    )]
+    #[error("there is no diagnosis for the model {0:?}; it is made for TwoMassJoint and PlanarManipulator")]
     Model(String),
     /// The structure asked for cannot be built.
-    #[error("case.toml: {0}")]
+    #[error("{0}")]
     Structure(String),
     /// A parameter that cannot be what it is said to be.
-    #[error("case.toml: {0}")]
+    #[error("{0}")]
     Parameter(#[from] ModelError),
     /// The same of a recording.
     #[error("{0}: {1}")]
@@ -43,7 +41,7 @@ pub enum Unfit {
         channel: String,
     },
     /// No recording to learn from.
-    #[error("case.toml: train is empty; name at least one recording that may be used for fitting")]
+    #[error("train is empty; name at least one recording that may be used for fitting")]
     Empty,
     /// Nothing to compare.
     #[error(

@@ -4,6 +4,7 @@ use nalgebra::DMatrix;
 use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
+use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 
@@ -19,6 +20,8 @@ const UNSURE: f64 = 0.003;
 const INDEPENDENT: f64 = 100.0;
 /// How much further than their deviation the balances' estimates may be off: their noise is not all that they err by.
 const FURTHER: f64 = 10.0;
+/// Deviations of a channel's mean square by which chance alone may lift it above the noise that is declared.
+const CHANCE: f64 = 3.0;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
 pub type Replayed = Vec<Vec<Vec<f64>>>;
@@ -143,7 +146,7 @@ impl Search<'_> {
         let misfit = self.misfit(&shown, train);
         // Where a motion bifurcates (a stop before or behind a tooth) nothing is to be learnt: every recording counts by what
         // it misses itself.
-        let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(self.missed(shown, run), run));
+        let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(shown, run));
         let stated = self.state_like(&from.stated.set, Some(allowed.collect()));
         let fitted = stated.ok().and_then(|mut stated| {
             // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
@@ -177,23 +180,32 @@ impl Search<'_> {
         Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
     }
 
-    /// Deviations of a model that misses so much of a recording ([`Self::missed`]): the same share of each output's range;
-    /// what it misses lasts, so that only so many readings of a channel tell something new.
-    fn allowed(&self, missed: f64, run: &Compared) -> Vec<f64> {
+    /// Deviations that a model is allowed beside those of the readings, by output: what it misses of a recording beyond
+    /// their noise, as the same share of each output's range. It lasts, so that only so many readings of a channel tell
+    /// something new; a model that misses nothing is judged by the noise alone.
+    fn allowed(&self, shown: &[Vec<f64>], run: &Compared) -> Vec<f64> {
+        let beyond = run.run.channels.iter().zip(shown).map(|(channel, shown)| {
+            let n = channel.y.len().max(1) as f64;
+            let noise = channel.sigma.powi(2) * (1.0 + CHANCE * (2.0 / n).sqrt());
+            (self.mean_square(channel, shown) - noise / self.sizes.range(channel.output).max(1e-300).powi(2))
+                .max(0.0)
+        });
+        let missed: f64 = beyond.sum();
         let channels = run.run.channels.len().max(1) as f64;
         let share = (missed / channels * (run.len() as f64 / channels / INDEPENDENT).max(1.0)).sqrt();
         (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o)).collect()
     }
 
-    /// Sum over channels of mean squares of relative errors in one recording.
+    /// Mean square of a channel's errors in units of its output's range.
+    fn mean_square(&self, channel: &Channel, shown: &[f64]) -> f64 {
+        let range = self.sizes.range(channel.output).max(1e-300);
+        let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
+        squares / channel.y.len().max(1) as f64
+    }
+
+    /// Its sum over the channels of a recording.
     fn missed(&self, shown: &[Vec<f64>], run: &Compared) -> f64 {
-        let channels = run.run.channels.iter().zip(shown);
-        let of = channels.map(|(channel, shown)| {
-            let range = self.sizes.range(channel.output).max(1e-300);
-            let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
-            squares / channel.y.len().max(1) as f64
-        });
-        of.sum()
+        run.run.channels.iter().zip(shown).map(|(channel, shown)| self.mean_square(channel, shown)).sum()
     }
 
     /// The same of several: their geometric mean, so that one in which a motion bifurcates does not outweigh the others.
@@ -244,8 +256,7 @@ impl Search<'_> {
         let mut theta = problem.start();
         // What a wrong model misses does not tell where the motion began: its readings count by what it misses.
         for max_iterations in [3, 6] {
-            let missed = self.missed(&problem.shown(0, &theta)?, run);
-            problem.allowed = vec![self.allowed(missed, run)];
+            problem.allowed = vec![self.allowed(&problem.shown(0, &theta)?, run)];
             let options =
                 Options { max_iterations, cost_tolerance: 3e-3, radius: 10.0, ..Options::default() };
             theta = solve(&problem, &theta, options)?.x;

@@ -43,8 +43,8 @@ impl Effort {
                 refits: self.refits.min(5),
                 beam: 1,
                 most: self.most.min(3),
-                iterations: self.iterations.min(6),
                 exchanges: self.exchanges.min(3),
+                ..self
             },
         }
     }
