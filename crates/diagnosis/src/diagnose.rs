@@ -151,7 +151,7 @@ pub fn diagnose(
         limits: options.limits,
     };
     // What the balances leave open the free-running simulation has to tell.
-    let open = ground.free(&ground.tuned).is_some_and(|f| f.tuned > options.limits.free * f.floor);
+    let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > f.chance);
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();

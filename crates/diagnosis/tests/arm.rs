@@ -201,6 +201,21 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
 }
 
 #[test]
+fn friction_of_a_rigid_joint_has_no_side() {
+    use trueup_diagnosis::diagnose::{Options, diagnose};
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "", &defaults(), |_, v, u| u[1] -= 0.01 * (v[4] / 1e-3).tanh());
+    let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+    let said = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let mut ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
+    ids.sort_unstable();
+    assert_eq!(said.verdict, Verdict::Ambiguous, "{ids:?}");
+    assert_eq!(ids, [("load-friction", Some(2)), ("motor-friction", Some(2))]);
+    // The form of a law tells nothing of its place: no experiment settles it.
+    assert!(said.next_experiment.is_none() && said.indistinguishable.len() == 1);
+}
+
+#[test]
 fn the_picture_of_a_case_says_inside_or_outside_and_where() {
     let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();
     let tilt: Extra = |_, _, u| u[input::base_force(LINKS)] = 0.003;

@@ -95,14 +95,17 @@ fn noise_of_an_input_grows_on_its_way_as_theory_says() {
         Ok(vec![inputs[0].iter().map(step).collect(), vec![0.0; n]])
     };
     let inputs = [vec![1.0; n], vec![2.0; n]];
-    let found = carried(&inputs, &[sd, 0.0], 400, 7, twice).unwrap();
+    let found = carried(&inputs, &[[sd, 0.0], [0.0; 2]], 400, 7, twice).unwrap();
     let variance = |k: usize| (1..k).map(|j| (h * h * sd).powi(2) * (j * j) as f64).sum::<f64>();
     let theory = ((0..n).map(variance).sum::<f64>() / n as f64).sqrt();
     assert!((found[0] / theory - 1.0).abs() < 0.12, "{} for {theory}", found[0]);
     assert_eq!(found[1], 0.0);
-    assert_eq!(found, carried(&inputs, &[sd, 0.0], 400, 7, twice).unwrap());
-    assert_eq!(carried(&inputs, &[0.0, 0.0], 400, 7, twice).unwrap(), [0.0, 0.0]);
-    assert_eq!(carried(&inputs, &[1.0, 0.0], 2, 7, |_| Err("no")), Err("no"));
+    // Noise that lasts is more of what is slow: (1 + r) / (1 - r) as a power.
+    let lasting = carried(&inputs, &[[sd, 0.6], [0.0; 2]], 400, 7, twice).unwrap();
+    assert!((lasting[0] / found[0] / 2.0 - 1.0).abs() < 0.12, "{} for {}", lasting[0], found[0]);
+    assert_eq!(found, carried(&inputs, &[[sd, 0.0], [0.0; 2]], 400, 7, twice).unwrap());
+    assert_eq!(carried(&inputs, &[[0.0; 2]; 2], 400, 7, twice).unwrap(), [0.0, 0.0]);
+    assert_eq!(carried(&inputs, &[[1.0, 0.0], [0.0; 2]], 2, 7, |_| Err("no")), Err("no"));
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to tell.
 
 use rayon::prelude::*;
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use super::{gap_report, traces};
 use crate::engine::decide::{Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, Polished, Replayed};
+use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found};
@@ -61,13 +62,27 @@ impl Ground<'_> {
     /// Gaps with `after` in the place of the model with causes.
     pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
         let shown = [&self.before, &self.tuned, after];
-        let traces = traces(self.search.case, shown, &self.floors);
-        gap_report(&traces, self.seed).overall.map(|g| Free {
-            before: g.before,
-            tuned: g.tuned,
-            after: g.after,
-            floor: g.floor,
-        })
+        let gaps =
+            |floors: &[Vec<f64>]| gap_report(&traces(self.search.case, shown, floors), self.seed).overall;
+        let (g, seldom) = (gaps(&self.floors)?, gaps(&self.seldom())?);
+        Some(Free { before: g.before, tuned: g.tuned, after: g.after, floor: g.floor, chance: seldom.floor })
+    }
+
+    /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was
+    /// carried along is about one number a recording, known from as many draws.
+    fn seldom(&self) -> Vec<Vec<f64>> {
+        let runs = self.runs.len().max(1) as f64;
+        let quantile = FisherSnedecor::new(runs, runs * f64::from(DRAWS))
+            .map_or(f64::INFINITY, |f| f.inverse_cdf(0.995));
+        let of = |(run, floors): (&Compared, &Vec<f64>)| {
+            let channels = run.run.channels.iter().zip(floors);
+            let both = channels.map(|(c, floor)| {
+                let (sensor, carried) = (c.sigma.powi(2), (floor.powi(2) - c.sigma.powi(2)).max(0.0));
+                (self.limits.free.powi(2) * sensor + quantile * carried).sqrt()
+            });
+            both.collect()
+        };
+        self.runs.iter().zip(&self.floors).map(of).collect()
     }
 
     fn run(&self, found: &Found, at: usize) -> Option<Contender> {

@@ -22,6 +22,8 @@ pub struct Coordinate {
     pub start: Option<[usize; 2]>,
     /// Inputs that drive it: acceleration per unit.
     pub driven: Vec<(usize, f64)>,
+    /// Joint whose spring holds it, and how far it moves for a deflection of 1.
+    pub spring: Option<(usize, f64)>,
 }
 
 impl Subject {
@@ -47,6 +49,7 @@ fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
         velocities: vec![(o::MOTOR_VELOCITY, 1.0)],
         start: Some([p::INITIAL_MOTOR_ANGLE, p::INITIAL_MOTOR_VELOCITY]),
         driven: vec![(i::MOTOR_CURRENT, driven)],
+        spring: flexible.then_some((0, 1.0)),
     };
     if !flexible {
         let positions = vec![(o::MOTOR_ANGLE, 1.0), (o::LOAD_ANGLE, 1.0 / n)];
@@ -61,6 +64,7 @@ fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
         velocities: vec![(o::LOAD_VELOCITY, 1.0)],
         start: Some([p::INITIAL_LOAD_ANGLE, p::INITIAL_LOAD_VELOCITY]),
         driven: vec![(i::EXTERNAL_TORQUE, 1.0 / j_l)],
+        spring: Some((0, 1.0 / n)),
     };
     vec![motor, load]
 }
@@ -75,7 +79,7 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
         positions: vec![(position, 1.0)],
         velocities: vec![(velocity, 1.0)],
         start: Some(start),
-        driven: Vec::new(),
+        ..Coordinate::default()
     };
     let mut all: Vec<Coordinate> = (0..2)
         .map(|i| {
@@ -90,9 +94,11 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
         let mut c = of(3 + j, o::joint_angle(n) + j, o::joint_velocity(n) + j, start);
         let motor = (o::motor_angle(n) + j, o::motor_velocity(n) + j);
         if m.flexible()[j] {
+            c.spring = Some((j, 1.0));
             all.push(c);
             let start = [p::initial_motor_angle(n) + j, p::initial_motor_velocity(n) + j];
             c = of(m.motor(j), motor.0, motor.1, start);
+            c.spring = Some((j, 1.0));
         } else {
             c.positions.push((motor.0, 1.0));
             c.velocities.push((motor.1, 1.0));

@@ -4,7 +4,7 @@ use trueup_models::effect::Plant;
 use trueup_models::{arm, joint};
 
 use super::hypothesis::Hypothesis;
-use super::problem::Unknown;
+use super::problem::{Compared, Unknown};
 use super::search::{Fitted, Search};
 
 /// Orders that are looked at closely.
@@ -67,7 +67,8 @@ impl Search<'_> {
         }
         // What stands out may be the double of an order. Counts of a coarse encoder repeat with the angle too.
         looks.extend(looks.clone().into_iter().map(|k| 0.5 * k));
-        looks.retain(|k| *k <= self.finest(h));
+        let (coarsest, finest) = (self.coarsest(h), self.finest(h));
+        looks.retain(|k| (coarsest..=finest).contains(k));
         looks.sort_by(f64::total_cmp);
         looks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
         Some((at, looks))
@@ -83,6 +84,20 @@ impl Search<'_> {
             (resolution > 0.0).then(|| std::f64::consts::TAU / resolution / 8.0)
         });
         counts.fold(HIGHEST, f64::min)
+    }
+
+    /// The lowest order that comes round twice in some recording: what does not is no repeat.
+    pub(crate) fn coarsest(&self, h: &Hypothesis) -> f64 {
+        let turns = |run: &Compared| {
+            let (channel, factor) = self.shaft(run.run.channels.iter().map(|c| c.output), h)?;
+            let y = &run.run.channels[channel].y;
+            let range = y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v))
+                - y.iter().fold(f64::INFINITY, |m, v| m.min(*v));
+            Some((range * factor).abs() / std::f64::consts::TAU)
+        };
+        let most = self.case.train.iter().filter_map(turns).fold(0.0, f64::max);
+        // A sensor's error is known to come round with its own turn.
+        if h.sensed(self.case).is_some() || most == 0.0 { 0.0 } else { 2.0 / most }
     }
 
     /// The input that drives a joint.

@@ -71,6 +71,8 @@ pub struct Prepared {
     pub input_noise: Vec<f64>,
     /// How far the noise of a reading tells that of the next, by output.
     pub correlation: Vec<f64>,
+    /// The same by input.
+    pub input_correlation: Vec<f64>,
     /// Outputs whose constant reading offset is to be estimated.
     pub offsets: Vec<usize>,
 }
@@ -104,20 +106,22 @@ impl Prepared {
         for c in &mut run.channels {
             let white = (c.sigma.powi(2) - c.resolution.powi(2) / 12.0).max(0.0).sqrt();
             let told = self.correlation.get(c.output).copied().unwrap_or(0.0);
-            let new = (1.0 - told * told).sqrt();
-            let mut noise: f64 = rng.sample(StandardNormal);
-            for y in &mut c.y {
+            for (y, noise) in c.y.iter_mut().zip(coloured(told, rng)) {
                 *y += white * noise;
-                noise = told * noise + new * rng.sample::<f64, _>(StandardNormal);
                 if c.resolution > 0.0 {
                     *y = (*y / c.resolution).round() * c.resolution;
                 }
             }
         }
         for d in &mut run.drives {
-            let sigma = self.input_noise.get(d.input).copied().unwrap_or(0.0);
-            d.u.iter_mut().for_each(|u| *u += sigma * rng.sample::<f64, _>(StandardNormal));
+            let [sigma, told] = self.input_noise_of(d.input);
+            d.u.iter_mut().zip(coloured(told, rng)).for_each(|(u, noise)| *u += sigma * noise);
         }
+    }
+
+    /// Deviation of a measured input's noise, and how far it tells that of the next reading.
+    pub fn input_noise_of(&self, input: usize) -> [f64; 2] {
+        [&self.input_noise, &self.input_correlation].map(|list| list.get(input).copied().unwrap_or(0.0))
     }
 
     /// From a case with its recordings.
@@ -166,6 +170,7 @@ impl Prepared {
         }
         let input_noise =
             inputs.iter().map(|name| noise::floor(loaded, name).map_or(0.0, |f| f.deviation)).collect();
+        let input_correlation = inputs.iter().map(|name| noise::correlation(loaded, name)).collect();
         let outputs = subject.outputs();
         let correlation = outputs.iter().map(|name| noise::correlation(loaded, name)).collect();
         let estimated = |name: &String| {
@@ -182,9 +187,19 @@ impl Prepared {
             coordinates,
             input_noise,
             correlation,
+            input_correlation,
             offsets,
         })
     }
+}
+
+/// Noise of deviation 1 whose readings tell so much of the next.
+pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
+    let new = (1.0 - told * told).sqrt();
+    let first = rng.sample::<f64, _>(StandardNormal);
+    std::iter::successors(Some(first), move |last| {
+        Some(told * last + new * rng.sample::<f64, _>(StandardNormal))
+    })
 }
 
 fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {

@@ -6,6 +6,7 @@ use trueup_identification::lsq::{Options, solve};
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
+use trueup_models::effect::Measure;
 use trueup_numerics::hybrid::Hybrid;
 
 use super::hypothesis::Hypothesis;
@@ -20,8 +21,15 @@ const UNSURE: f64 = 0.003;
 const INDEPENDENT: f64 = 100.0;
 /// How much further than their deviation the balances' estimates may be off: their noise is not all that they err by.
 const FURTHER: f64 = 10.0;
+/// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
+const EVENLY: f64 = 3.0;
+/// How much less a first state is believed where it is settled by the gap.
+const VAGUELY: f64 = 10.0;
 /// Deviations of a channel's mean square by which chance alone may lift it above the noise that is declared.
 const CHANCE: f64 = 3.0;
+
+/// How often the inputs' noise is drawn to carry it along.
+pub const DRAWS: u32 = 6;
 
 /// Free-running simulation of recordings: readings by recording, channel after channel.
 pub type Replayed = Vec<Vec<Vec<f64>>>;
@@ -105,10 +113,16 @@ impl Search<'_> {
                 let Some(name) = old.get(at).map(|n| n.name.clone()) else { continue };
                 let Some(at) = named.iter().position(|n| n.name == name) else { continue };
                 let value = run.known.iter().find(|(i, _)| *i == start[k]).map_or(0.0, |k| k.1);
-                // What a few dozen readings give, or a wrong model of what they show; nobody measures it: as much as may be.
+                // What a few dozen readings give, or a wrong model of what they show; nobody measures it: as far as its
+                // spring lets it go, or as much as may be.
+                let spring = c.spring.map(|(site, moves)| {
+                    let deflection = moves.abs() * self.sizes.get(site, Measure::Deflection);
+                    [deflection, deflection * self.sizes.get(site, Measure::Mode)]
+                });
                 let doubt = match (seen, k) {
                     (Some((s, _, range, _)), 0) => (5.0 * s).max(UNSURE * range.abs()),
                     (Some((s, h, _, speed)), _) => (10.0 * s / (8.0 * h).max(0.05)).max(UNSURE * speed.abs()),
+                    (None, _) if spring.is_some() => spring.map_or(0.0, |s| s[k]),
                     (None, 0) => 0.05 * self.typical(c.positions.first().map(|p| p.0)),
                     (None, _) => 0.1 * self.typical(c.positions.first().map(|p| p.0)),
                 };
@@ -251,14 +265,23 @@ impl Search<'_> {
         Comparison { unknowns, ..Comparison::free(&stated.model, nominal, std::slice::from_ref(run)) }
     }
 
+    /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not tell by their
+    /// noise where the motion began, and whoever replays it has the gap to go by.
     fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
         let mut problem = self.alone(complete, run);
+        // The smallest gap, whatever was believed before; what nothing shows still stays near.
+        for (_, deviation) in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
+            *deviation *= VAGUELY;
+        }
         let mut theta = problem.start();
-        // What a wrong model misses does not tell where the motion began: its readings count by what it misses.
-        for max_iterations in [3, 6] {
-            problem.allowed = vec![self.allowed(&problem.shown(0, &theta)?, run)];
-            let options =
-                Options { max_iterations, cost_tolerance: 3e-3, radius: 10.0, ..Options::default() };
+        for (max_iterations, cost_tolerance) in [(3, 3e-3), (8, 1e-4)] {
+            let missed = self.missed(&problem.shown(0, &theta)?, run) / run.run.channels.len().max(1) as f64;
+            let noise = |c: &Channel| (c.sigma / self.sizes.range(c.output).max(1e-300)).powi(2);
+            let noise = run.run.channels.iter().map(noise).fold(0.0, f64::max);
+            let share = EVENLY * (missed + noise).sqrt();
+            let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
+            problem.allowed = vec![ranges.collect()];
+            let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
             theta = solve(&problem, &theta, options)?.x;
         }
         let shown = problem.shown(0, &theta)?;
@@ -280,16 +303,12 @@ impl Search<'_> {
         runs.par_iter()
             .map(|run| {
                 let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
-                let deviation: Vec<f64> = run
-                    .run
-                    .drives
-                    .iter()
-                    .map(|d| self.case.input_noise.get(d.input).copied().unwrap_or(0.0))
-                    .collect();
+                let noise: Vec<[f64; 2]> =
+                    run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
                 let settled = self.settle(complete, run)?;
                 let options =
                     Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
-                let carried = crate::floor::carried(&inputs, &deviation, 4, seed, |inputs| {
+                let carried = crate::floor::carried(&inputs, &noise, DRAWS as usize, seed, |inputs| {
                     let mut noisy = run.run.clone();
                     noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                     let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);

@@ -202,7 +202,9 @@ impl<'a> Search<'a> {
             begin.push(unknowns.len());
             let mut one = h.pose(p, &self.sizes, &names);
             for u in one.unknowns.iter_mut().filter(|u| super::order::is_order(u)) {
+                u.lower = u.lower.max(self.coarsest(h));
                 u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
+                u.start = u.start.clamp(u.lower, u.upper);
             }
             let own =
                 |u: &Unknown| unknowns.iter().any(|v: &Unknown| v.name == u.name && v.target == u.target);

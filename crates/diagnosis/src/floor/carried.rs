@@ -2,13 +2,15 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
+
+use crate::engine::recordings::coloured;
 
 /// What noise of the inputs leaves in each output: the root mean square over `realisations` and samples of
 /// `simulate(inputs + noise) - simulate(inputs)`.
 ///
-/// `inputs` are the measured ones, sample by sample, `deviation` their white noise in the same order (0: known).
+/// `inputs` are the measured ones, sample by sample, `noise` deviation and correlation from sample to sample of their noise in
+/// the same order (deviation 0: known).
 /// `simulate` gives the free-running outputs; where the initial state is estimated anew for every recording, it should do
 /// so here too, for part of the noise goes into it. Without any noise it runs once. Same bits for the same seed.
 ///
@@ -16,14 +18,14 @@ use rayon::prelude::*;
 /// What `simulate` says.
 pub fn carried<E: Send>(
     inputs: &[Vec<f64>],
-    deviation: &[f64],
+    noise: &[[f64; 2]],
     realisations: usize,
     seed: u64,
     simulate: impl Fn(&[Vec<f64>]) -> Result<Vec<Vec<f64>>, E> + Sync,
 ) -> Result<Vec<f64>, E> {
     let base = simulate(inputs)?;
     let mut power = vec![0.0; base.len()];
-    if realisations == 0 || deviation.iter().all(|d| *d == 0.0) {
+    if realisations == 0 || noise.iter().all(|n| n[0] == 0.0) {
         return Ok(power);
     }
     let one = |k: usize| -> Result<Vec<f64>, E> {
@@ -31,10 +33,10 @@ pub fn carried<E: Send>(
         rng.set_stream(k as u64);
         let noisy: Vec<Vec<f64>> = inputs
             .iter()
-            .zip(deviation)
-            .map(|(u, sd)| {
-                let noise = |u: &f64| u + sd * Distribution::<f64>::sample(&StandardNormal, &mut rng);
-                if *sd == 0.0 { u.clone() } else { u.iter().map(noise).collect() }
+            .zip(noise)
+            .map(|(u, [sd, told])| match *sd {
+                0.0 => u.clone(),
+                sd => u.iter().zip(coloured(*told, &mut rng)).map(|(u, noise)| u + sd * noise).collect(),
             })
             .collect();
         let square = |(a, b): (&Vec<f64>, &Vec<f64>)| {
