@@ -1,7 +1,5 @@
 //! What a perfect model would leave of each recording, octave by octave.
 
-use std::collections::BTreeMap;
-
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rayon::prelude::*;
@@ -39,6 +37,8 @@ const COUNTED: f64 = 400.0;
 const DRAWS: usize = 4;
 /// Share of the typical torque up to which noise of a sensor may come through a spring: more, and it does not lead.
 const THROUGH: f64 = 0.01;
+/// Deviations by which a recording's power may fall below its floor's by chance.
+const SLACK: f64 = 3.0;
 /// By how much noise may exceed what is declared (power).
 const MORE_NOISE: f64 = 4.0;
 
@@ -69,13 +69,6 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         .enumerate()
         .map(|(i, (led, run))| look(case, led, run, seed.wrapping_add(i as u64)))
         .collect();
-    // How much less the recordings show than they should, by list of channels.
-    let mut shown: BTreeMap<Vec<String>, [Products; 2]> = BTreeMap::new();
-    for (look, run) in looks.iter().zip(&runs) {
-        let all = shown.entry(names(run)).or_default();
-        merge(&mut all[0], &look.noise);
-        merge(&mut all[1], &look.real);
-    }
     let mut counts: Vec<f64> = Vec::new();
     for part in led[..case.train.len()].iter().flat_map(|l| &l.parts) {
         counts.resize(counts.len().max(part.octave + 1), 0.0);
@@ -83,15 +76,32 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     }
     let mut expected = Vec::new();
     for ((led, run), look) in led.iter_mut().zip(&runs).zip(&looks) {
-        let Some(shown) = shown.get(&names(run)) else { continue };
-        expected.push(weigh(led, look, shown, &counts));
+        let like = runs.iter().zip(&looks).filter(|(other, _)| names(other) == names(run));
+        expected.push(weigh(led, look, &like.map(|(_, look)| look).collect::<Vec<_>>(), &counts));
     }
     Ok(Floors { led, expected })
 }
 
-/// Sets what a recording's values count by; what a perfect model leaves then, by octave. `shown`: noise as made and what the
-/// nominal model misses, of all recordings with the same channels; `counts`: values of an octave over all recordings.
-fn weigh(led: &mut Led, look: &Look, [made, real]: &[Products; 2], counts: &[f64]) -> Vec<f64> {
+impl Look {
+    /// Power that the nominal model misses over that of the noise as made, `more` times as large as declared; from how many
+    /// values.
+    fn less(&self, octave: usize, at: usize, more: f64) -> Option<(f64, f64)> {
+        let (made, real) = (self.noise.get(octave)?, self.real.get(octave)?);
+        let power = |v: &(Vec<f64>, f64)| v.0[at] / v.1.max(1.0);
+        Some((power(real) / (more * power(made)).max(f64::MIN_POSITIVE), real.1.max(1.0)))
+    }
+}
+
+fn median(list: impl Iterator<Item = f64>) -> Option<f64> {
+    let mut all: Vec<f64> = list.collect();
+    all.sort_by(f64::total_cmp);
+    let n = all.len();
+    (n > 0).then(|| 0.5 * (all[(n - 1) / 2] + all[n / 2]))
+}
+
+/// Sets what a recording's values count by; what a perfect model leaves then, by octave. `like`: the looks at all
+/// recordings with the same channels; `counts`: values of an octave over all recordings.
+fn weigh(led: &mut Led, look: &Look, like: &[&Look], counts: &[f64]) -> Vec<f64> {
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
     let m = led.channels.len();
     led.floors = vec![Vec::new(); m];
@@ -106,12 +116,14 @@ fn weigh(led: &mut Led, look: &Look, [made, real]: &[Products; 2], counts: &[f64
                 more[c] = ((there - form[c]) / own.max(f64::MIN_POSITIVE)).clamp(1.0, MORE_NOISE);
             }
         }
-        // No perfect model leaves more than the nominal one does.
+        // No perfect model leaves more than the nominal one does: in most recordings, and in this one as far as its
+        // values tell.
         let scale: Vec<f64> = (0..m)
             .map(|c| {
-                let made = more[c] * made.get(o).map_or(0.0, |n| mean(n, c * m + c));
-                let there = real.get(o).map_or(made, |r| mean(r, c * m + c));
-                (more[c] * (there / made.max(f64::MIN_POSITIVE)).min(1.0)).sqrt()
+                let most = median(like.iter().filter_map(|l| l.less(o, c * m + c, more[c])).map(|l| l.0));
+                let own = look.less(o, c * m + c, more[c]);
+                let own = own.map_or(1.0, |(ratio, n)| ratio * (1.0 + SLACK * (2.0 / n).sqrt()));
+                (more[c] * most.unwrap_or(1.0).min(own).min(1.0)).sqrt()
             })
             .collect();
         let noise = look.noise.get(o);
