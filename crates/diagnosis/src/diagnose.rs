@@ -7,7 +7,7 @@ mod place;
 
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Thresholds, decide};
+use crate::engine::decide::{Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
@@ -151,7 +151,9 @@ pub fn diagnose(
         limits: options.limits,
     };
     // What the balances leave open the free-running simulation has to tell.
-    let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > f.chance);
+    let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
+    let near = |f: &Free| if claims { options.limits.free * f.floor } else { f.chance };
+    let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();

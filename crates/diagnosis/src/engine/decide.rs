@@ -85,7 +85,7 @@ pub struct Free {
 
 impl Free {
     /// Without any effect: parameters that were refitted may do worse on what was held out than those that were given.
-    pub fn bare(&self) -> f64 {
+    pub(crate) fn bare(&self) -> f64 {
         self.tuned.min(self.before)
     }
 }
