@@ -270,6 +270,12 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let as_good = free.bare() <= free.chance;
     // Neither the free run nor the balances see anything that parameters leave.
     let calm = as_good && found.plain.excess() - bottom < limits.left;
+    // ... or what little the balances see no effect explains.
+    let explains = |f: &Fitted| {
+        let whole = found.plain.excess() - bottom;
+        whole > limits.bare || f.excess() - bottom < (1.0 - limits.explained) * whole
+    };
+    let calm = calm || as_good && chosen.is_none() && !explains(&found.best);
     let bare = || if calm { found.without_effects() } else { &found.best };
     let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
