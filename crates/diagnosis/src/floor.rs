@@ -8,6 +8,7 @@ mod estimate;
 mod gap;
 
 pub use carried::carried;
+pub(crate) use carried::coloured;
 pub(crate) use estimate::correlation;
 pub use estimate::{Floor, Source, input, output};
 pub use gap::{Gap, Gaps, Replayed, gaps};

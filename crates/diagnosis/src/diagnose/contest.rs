@@ -10,16 +10,16 @@ use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Effort, Found};
+use crate::engine::select::{Effort, Found, put};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
-/// Odds (natural logarithm) of the balances that free runs cannot turn.
-const SETTLED: f64 = 40.0;
 /// Evidence that a cause more has to bring, lest it be tried at all,
 const MORE: f64 = 10.0;
 /// and the share that it would explain of what a free run misses without it.
 const MISSED: f64 = 0.3;
+/// ... and where the balances see nothing: one look from afar says little of a fit.
+const HINT: f64 = 0.1;
 /// As many of them are tried.
 const TRIED: usize = 3;
 
@@ -125,6 +125,25 @@ impl Ground<'_> {
         all.into_par_iter().filter_map(run).collect()
     }
 
+    /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
+    /// these do not see what happens in reversals, nor much behind coarse encoders.
+    fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
+        let Some(base) = &self.fitted else { return Vec::new() };
+        let mut all = self.search.lacking(base, HINT);
+        all.truncate(TRIED);
+        let run = |a: Asked| {
+            let polished = self.search.polished(a.stated, &a.start, POLISH)?;
+            let from = polished.fitted.as_ref()?;
+            let stated = self.search.state(&from.stated.set).ok()?;
+            let start = self.search.begin_with(&stated, from);
+            Some((self.search.fit(stated, &start, effort.options()).ok()?, polished))
+        };
+        let ran: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
+        ran.into_iter()
+            .filter_map(|(led, polished)| self.shown(put(&mut found.sets, led), polished))
+            .collect()
+    }
+
     /// Noise carried through the model that is the best so far.
     fn carry(&mut self, best: &Contender) {
         let tuned = self.free(&self.tuned).map_or(f64::INFINITY, |f| f.tuned);
@@ -148,7 +167,7 @@ impl Ground<'_> {
         // What the balances have settled no free run can turn.
         let open = |f: &Fitted| {
             let n = limits.independent(&chosen);
-            f.concentrated(n) + 0.5 * f.occam > chosen.concentrated(n) + 0.5 * chosen.occam - SETTLED
+            f.concentrated(n) + 0.5 * f.occam > chosen.concentrated(n) + 0.5 * chosen.occam - limits.settled
         };
         let plain = found.plain.evidence(1.0);
         let kind = |f: &Fitted| {
@@ -207,6 +226,11 @@ impl Ground<'_> {
             let mut list = first_of_each(singles, id, 2);
             list.retain(|at| all.iter().all(|c| c.at != *at));
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+        }
+        if found.plain.excess() < limits.left && !all.iter().any(|c| self.is_near(c)) {
+            let lacking = self.lacking(found, effort);
+            all.retain(|c| lacking.iter().all(|l| l.at != c.at));
+            all.extend(lacking);
         }
         all
     }

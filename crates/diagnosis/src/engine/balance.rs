@@ -11,6 +11,7 @@
 mod advance;
 mod links;
 mod pace;
+mod reversal;
 
 use std::collections::BTreeMap;
 
@@ -30,8 +31,6 @@ pub use links::Links;
 
 /// What forms of laws may err by, relative to the terms of the balance.
 pub const FORM: f64 = 3e-4;
-/// Over so many kernels a series fades into a reversal and out of it.
-const FADE: f64 = 16.0;
 /// The shortest kernel, in steps of the grid.
 const KERNEL: f64 = 1.5;
 /// Shortest steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
@@ -422,69 +421,6 @@ impl Led {
         all
     }
 
-    /// What counts of a series: reversals, which no kernel can follow, are bridged by straight lines. The series fades into
-    /// them and out of them, and their ends are means under a bell: what an abrupt cut would leave of the noise of
-    /// accelerations outweighs all else that is slow.
-    pub fn counted<T: Scalar>(&self, series: &[T]) -> Vec<T> {
-        let raw = &series[self.counts.clone()];
-        let masked = &self.reversal[self.counts.clone()];
-        let mut all = raw.to_vec();
-        let fade = (FADE * self.kernel).ceil() as usize;
-        // Where the last bridge ended.
-        let mut last = 0;
-        while let Some(begin) = masked[last..].iter().position(|m| *m).map(|n| last + n) {
-            let end = masked[begin..].iter().position(|m| !m).map_or(raw.len(), |n| begin + n);
-            let next = masked[end..].iter().position(|m| *m).map_or(raw.len(), |n| end + n);
-            // Centres of the bells and their means.
-            let from = begin.saturating_sub(2 * fade).max(last);
-            let to = next.min(end + 2 * fade);
-            let before = bell(&raw[from..begin]).map(|v| (0.5 * (from + begin) as f64 - 0.5, v));
-            let after = bell(&raw[end..to]).map(|v| (0.5 * (end + to) as f64 - 0.5, v));
-            let bridge = |i: usize| match (before, after) {
-                (Some((a, v)), Some((b, w))) => v + (w - v) * ((i as f64 - a) / (b - a)),
-                (one, other) => one.or(other).map_or(T::zero(), |o| o.1),
-            };
-            // No further than half the way to the next one.
-            let (left, right) = (fade.min((begin - last) / 2), fade.min((next - end) / 2));
-            for i in begin - left..end + right {
-                let own = if i < begin {
-                    rise((begin - i) as f64 / (left + 1) as f64)
-                } else {
-                    rise((i + 1).saturating_sub(end) as f64 / (right + 1) as f64)
-                };
-                all[i] = bridge(i) * (1.0 - own) + raw[i] * own;
-            }
-            last = end;
-        }
-        all
-    }
-
-    /// Marks where something with dry friction turns.
-    pub fn mark_reversals(&mut self, links: &Links) {
-        let kernel = 5.0 * self.kernel * self.step;
-        for &i in &links.held {
-            let Some((c, _, rate)) = links.leads[i] else { continue };
-            let s = &self.channels[c];
-            let (v, a) = if rate { (&s.y, &s.dy) } else { (&s.dy, &s.ddy) };
-            for k in 0..self.t.len() {
-                if v[k].abs() < 7.0 * s.rate_sigma + kernel * a[k].abs() {
-                    self.reversal[k] = true;
-                }
-            }
-        }
-        // What lies between two of them and is too short to fade says nothing either.
-        let least = (FADE * self.kernel).ceil() as usize;
-        let mut last = None;
-        for k in 0..self.reversal.len() {
-            if self.reversal[k] {
-                if let Some(l) = last.filter(|l| k - l <= least) {
-                    self.reversal[l..k].fill(true);
-                }
-                last = Some(k);
-            }
-        }
-    }
-
     /// Sums of products of the channels' values by octave, with their counts.
     pub fn products(&self, series: &[Vec<f64>]) -> Vec<(Vec<f64>, f64)> {
         let split: Vec<Vec<f64>> = series.iter().map(|v| octaves::split(&self.counted(v))).collect();
@@ -521,19 +457,6 @@ impl Led {
         });
         all.collect()
     }
-}
-
-/// Mean under a bell (Hann), which the noise of accelerations hardly reaches.
-fn bell<T: Scalar>(values: &[T]) -> Option<T> {
-    let n = values.len() as f64 + 1.0;
-    let weight = |k: usize| (std::f64::consts::PI * (k + 1) as f64 / n).sin().powi(2);
-    let sum = values.iter().enumerate().fold(T::zero(), |sum, (k, v)| sum + *v * weight(k));
-    (!values.is_empty()).then(|| sum / (0..values.len()).map(weight).sum::<f64>())
-}
-
-/// From 0 at 0 to 1 at 1, level at both.
-fn rise(x: f64) -> f64 {
-    0.5 - 0.5 * (std::f64::consts::PI * x).cos()
 }
 
 /// Means of an input over the grid's steps.

@@ -13,6 +13,8 @@ pub struct Thresholds {
     pub bare: f64,
     /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
     pub explained: f64,
+    /// Share of the balances' excess that makes a cause known by itself where nothing plain is left.
+    pub told: f64,
     /// Share of either below which the other alone does not do.
     pub neither: f64,
     /// Excess that may be left whatever the share.
@@ -35,6 +37,12 @@ pub struct Thresholds {
     pub wholly: f64,
     /// Times the floor up to which a free-running simulation is as good as perfect.
     pub free: f64,
+    /// Times the floor up to which free-running gaps are alike.
+    pub even: f64,
+    /// Odds (natural logarithm) that the unknowns' ranges alone may bring for one cause against another.
+    pub possible: f64,
+    /// Odds (natural logarithm) of the balances that free runs cannot turn.
+    pub settled: f64,
     /// Odds (natural logarithm) below which two causes are not told apart.
     pub odds: f64,
 }
@@ -45,17 +53,21 @@ impl Default for Thresholds {
             gap: 0.06,
             bare: 2.0,
             explained: 0.8,
+            told: 0.95,
             neither: 0.2,
             left: 0.25,
             trust: 0.05,
             run: 4.0,
             most: 400.0,
-            more: 4.0,
+            more: 3.0,
             alike: 0.5,
             needless: 1.2,
             asked: ASKED,
             wholly: WHOLLY,
             free: 2.0,
+            even: 1.2,
+            possible: 1.0,
+            settled: 40.0,
             odds: 3.0,
         }
     }
@@ -183,13 +195,17 @@ impl<'a> Judge<'a> {
         let assumed = lacking.or(worst).unwrap_or(self.free.tuned);
         left(self.ran.after(at).unwrap_or(assumed), self.free.floor)
     }
+    /// What a free run leaves, by which sets are told apart.
+    fn telling(&self, at: usize) -> f64 {
+        self.power(at).max(left(self.limits.even * self.free.floor, self.free.floor))
+    }
     fn tuned(&self) -> f64 {
         left(self.free.bare(), self.free.floor)
     }
     /// Logarithm of the probability of a set, up to a constant.
     fn score(&self, at: usize) -> f64 {
         let f = &self.found.sets[at];
-        f.concentrated(self.independent) + 0.5 * f.occam - self.limits.run * self.power(at).ln()
+        f.concentrated(self.independent) + 0.5 * f.occam - self.limits.run * self.telling(at).ln()
     }
     /// Sets of that size with effects that ran.
     fn of_size(&self, size: usize) -> impl Iterator<Item = usize> {
@@ -228,7 +244,9 @@ impl<'a> Judge<'a> {
         // What the balances favour changes nothing, and another effect by itself does.
         let remains = chosen.map_or(tuned, |c| self.power(c));
         let idle = chosen.is_none_or(|_| remains > 0.5 * tuned);
-        self.best_of_size(1).filter(|a| idle && self.power(*a) < 0.25 * remains).or(chosen)
+        // ... unless the balances have settled it.
+        let open = |a: usize| chosen.is_none_or(|c| self.score(a) > self.score(c) - self.limits.settled);
+        self.best_of_size(1).filter(|a| idle && self.power(*a) < 0.25 * remains && open(*a)).or(chosen)
     }
 
     /// Other causes in the place of the `i`-th of `best`, with their odds.
@@ -249,7 +267,10 @@ impl<'a> Judge<'a> {
             };
             // Predictions as near to each other as either is to the recordings tell nothing apart.
             let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.alike * after);
-            if alike { 0.0 } else { self.score(at) - self.score(chosen) }
+            // How much was possible before tells no more than so much.
+            let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
+            let spared = (-possible - self.limits.possible).max(0.0);
+            if alike { 0.0 } else { self.score(at) - self.score(chosen) + spared }
         };
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
         let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();
@@ -268,14 +289,11 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     // Declared noise may be wrong.
     let bottom = judge.bottom;
     let as_good = free.bare() <= free.chance;
-    // Neither the free run nor the balances see anything that parameters leave.
-    let calm = as_good && found.plain.excess() - bottom < limits.left;
-    // ... or what little the balances see no effect explains.
-    let explains = |f: &Fitted| {
-        let whole = found.plain.excess() - bottom;
-        whole > limits.bare || f.excess() - bottom < (1.0 - limits.explained) * whole
-    };
-    let calm = calm || as_good && chosen.is_none() && !explains(&found.best);
+    // Neither the free run nor the balances see anything that parameters leave; or what little these see no effect explains.
+    let seen = found.plain.excess() - bottom;
+    let explained = found.best.excess() - bottom < (1.0 - limits.explained) * seen;
+    let spurious = chosen.is_none() && seen <= limits.bare && !explained;
+    let calm = as_good && (seen < limits.left || spurious);
     let bare = || if calm { found.without_effects() } else { &found.best };
     let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
@@ -293,11 +311,17 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let missed = free.bare() > 1.5 * free.chance;
     // Balances tell the law, free runs the size: either may be spoilt by the form of a law.
     let balances = explained.clamp(0.0, 1.0);
+    // Where they see nothing to be explained they do not vote.
+    let blind = count > 0 && (whole - bottom).max(left - bottom) < limits.left;
+    let balances = if blind { closed } else { balances };
     let both = 0.5 * (balances + closed);
     // A free run that strays far is no witness: it may be as sensitive as the plant itself.
     let strays = free.after > 1.5 * free.tuned;
     let ran_freely = chosen.is_some_and(|at| ran.after(at).is_some());
     let idle = ran_freely && balances.min(closed) < limits.neither && !strays;
+    // What the balances see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
+    let told = whole - bottom > limits.bare && left - bottom < limits.left && balances > limits.told;
+    let idle = idle && !told;
     let known = if idle { both } else { balances.max(closed).max(both + 0.2) };
     // What the balances see plainly and mostly do not explain is not known, however well a free run makes up for it.
     let blank = left - bottom > limits.left && balances < 0.5;

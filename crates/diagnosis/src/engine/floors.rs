@@ -3,6 +3,7 @@
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rayon::prelude::*;
+use statrs::statistics::{Data, Median};
 use trueup_identification::run::Run;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
@@ -25,7 +26,7 @@ pub struct Floors {
 type Products = Vec<(Vec<f64>, f64)>;
 
 /// Of one recording, octave by octave: what noise leaves, what the terms are, what the nominal model misses.
-struct Look {
+struct Spectra {
     noise: Products,
     terms: Products,
     real: Products,
@@ -63,26 +64,57 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         own.mark_reversals(&links);
         led.push(own);
     }
-    let looks: Vec<Look> = led
+    let spectra: Vec<Spectra> = led
         .par_iter()
         .zip(&runs)
         .enumerate()
-        .map(|(i, (led, run))| look(case, led, run, seed.wrapping_add(i as u64)))
+        .map(|(i, (led, run))| Spectra::of(case, led, run, seed.wrapping_add(i as u64)))
         .collect();
     let mut counts: Vec<f64> = Vec::new();
-    for part in led[..case.train.len()].iter().flat_map(|l| &l.parts) {
+    for part in led[..case.train.len()].iter().filter(|l| !l.is_bridged()).flat_map(|l| &l.parts) {
         counts.resize(counts.len().max(part.octave + 1), 0.0);
         counts[part.octave] += 1.0;
     }
     let mut expected = Vec::new();
-    for ((led, run), look) in led.iter_mut().zip(&runs).zip(&looks) {
-        let like = runs.iter().zip(&looks).filter(|(other, _)| names(other) == names(run));
-        expected.push(weigh(led, look, &like.map(|(_, look)| look).collect::<Vec<_>>(), &counts));
+    for ((led, run), own) in led.iter_mut().zip(&runs).zip(&spectra) {
+        let like = runs.iter().zip(&spectra).filter(|(other, _)| names(other) == names(run));
+        expected.push(weigh(led, own, &like.map(|(_, s)| s).collect::<Vec<_>>(), &counts));
     }
     Ok(Floors { led, expected })
 }
 
-impl Look {
+impl Spectra {
+    fn of(case: &Prepared, own: &Led, run: &Compared, seed: u64) -> Self {
+        let inputs = case.model.sizes().inputs;
+        let links = own.links(&case.model, &case.coordinates);
+        let offsets = vec![0.0; case.model.sizes().outputs];
+        let mut p = case.nominal.clone();
+        run.known.iter().for_each(|(i, v)| p[*i] = *v);
+        let (a, b): (Vec<_>, Vec<_>) =
+            own.terms(&links, &case.coordinates).into_iter().map(|[a, b]| (a, b)).unzip();
+        let sizes = own.products(&a).into_iter().zip(own.products(&b));
+        let terms =
+            sizes.map(|((a, n), (b, _))| (a.into_iter().zip(b).map(|(a, b)| f64::max(a, b)).collect(), n));
+        let mut all = Self { noise: Vec::new(), terms: terms.collect(), real: Vec::new() };
+        if let Ok(series) = own.missing(&case.model, &links, &p, &offsets) {
+            all.real = own.products(&series);
+        }
+        let perfect = perfect(case, run);
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+        for _ in 0..DRAWS {
+            let mut made = perfect.clone();
+            case.read_noisily(&mut made, &mut rng);
+            let Some(mut made) = Led::new(&made, inputs, own.kernel) else { continue };
+            made.leading.clone_from(&own.leading);
+            made.part = own.part;
+            made.mark_reversals(&links);
+            if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
+                merge(&mut all.noise, &made.products(&series));
+            }
+        }
+        all
+    }
+
     /// Power that the nominal model misses over that of the noise as made, `more` times as large as declared; from how many
     /// values.
     fn less(&self, octave: usize, at: usize, more: f64) -> Option<(f64, f64)> {
@@ -92,53 +124,49 @@ impl Look {
     }
 }
 
-fn median(list: impl Iterator<Item = f64>) -> Option<f64> {
-    let mut all: Vec<f64> = list.collect();
-    all.sort_by(f64::total_cmp);
-    let n = all.len();
-    (n > 0).then(|| 0.5 * (all[(n - 1) / 2] + all[n / 2]))
-}
-
-/// Sets what a recording's values count by; what a perfect model leaves then, by octave. `like`: the looks at all
+/// Sets what a recording's values count by; what a perfect model leaves then, by octave. `like`: those of all
 /// recordings with the same channels; `counts`: values of an octave over all recordings.
-fn weigh(led: &mut Led, look: &Look, like: &[&Look], counts: &[f64]) -> Vec<f64> {
+fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
     let m = led.channels.len();
     led.floors = vec![Vec::new(); m];
     let mut perfect = Vec::new();
     let mut more = vec![1.0; m];
-    for (o, term) in look.terms.iter().enumerate() {
+    for (o, term) in own.terms.iter().enumerate() {
         let form: Vec<f64> = (0..m).map(|c| FORM * FORM * mean(term, c * m + c)).collect();
-        if let (0, Some(noise), Some(real)) = (o, look.noise.first(), look.real.first()) {
+        if let (0, Some(noise), Some(real)) = (o, own.noise.first(), own.real.first()) {
             // The highest octave shows hardly anything but noise: how much more there is than declared.
             for c in 0..m {
-                let (own, there) = (mean(noise, c * m + c), mean(real, c * m + c));
-                more[c] = ((there - form[c]) / own.max(f64::MIN_POSITIVE)).clamp(1.0, MORE_NOISE);
+                let (made, there) = (mean(noise, c * m + c), mean(real, c * m + c));
+                more[c] = ((there - form[c]) / made.max(f64::MIN_POSITIVE)).clamp(1.0, MORE_NOISE);
             }
         }
         // No perfect model leaves more than the nominal one does: in most recordings, and in this one as far as its
         // values tell.
         let scale: Vec<f64> = (0..m)
             .map(|c| {
-                let most = median(like.iter().filter_map(|l| l.less(o, c * m + c, more[c])).map(|l| l.0));
-                let own = look.less(o, c * m + c, more[c]);
-                let own = own.map_or(1.0, |(ratio, n)| ratio * (1.0 + SLACK * (2.0 / n).sqrt()));
-                (more[c] * most.unwrap_or(1.0).min(own).min(1.0)).sqrt()
+                let less = |of: &Spectra| of.less(o, c * m + c, more[c]);
+                let most =
+                    Data::new(like.iter().filter_map(|of| less(of)).map(|l| l.0).collect::<Vec<f64>>());
+                let most = if most.is_empty() { 1.0 } else { most.median() };
+                let here = less(own).map_or(1.0, |(ratio, n)| ratio * (1.0 + SLACK * (2.0 / n).sqrt()));
+                (more[c] * most.min(here).min(1.0)).sqrt()
             })
             .collect();
-        let noise = look.noise.get(o);
-        let own =
+        let noise = own.noise.get(o);
+        let carried =
             DMatrix::from_fn(m, m, |i, j| noise.map_or(0.0, |n| mean(n, i * m + j)) * scale[i] * scale[j]);
-        let mut all = own.clone();
+        let mut all = carried.clone();
         for c in 0..m {
-            all[(c, c)] += form[c] + 1e-9 * own[(c, c)] + f64::MIN_POSITIVE;
+            all[(c, c)] += form[c] + 1e-9 * carried[(c, c)] + f64::MIN_POSITIVE;
             led.floors[c].push(all[(c, c)].sqrt());
         }
         let alone = |i: usize, j: usize| if i == j { all[(i, i)].powf(-0.5) } else { 0.0 };
         let w = (all.clone().cholesky().and_then(|c| c.l().try_inverse()))
             .unwrap_or_else(|| DMatrix::from_fn(m, m, alone));
-        perfect.push((&w * own * w.transpose()).trace() / m as f64);
-        let share = counts.get(o).map_or(1.0, |n| (COUNTED / n).min(1.0));
+        perfect.push((&w * carried * w.transpose()).trace() / m as f64);
+        let share =
+            if led.is_bridged() { 0.0 } else { counts.get(o).map_or(1.0, |n| (COUNTED / n).min(1.0)) };
         led.whiten.push(w.transpose().iter().map(|w| w * share.sqrt()).collect());
         led.share.push(share);
     }
@@ -179,37 +207,6 @@ fn merge(own: &mut Products, more: &Products) {
         own[o].0.iter_mut().zip(&more.0).for_each(|(a, b)| *a += b);
         own[o].1 += more.1;
     }
-}
-
-fn look(case: &Prepared, own: &Led, run: &Compared, seed: u64) -> Look {
-    let inputs = case.model.sizes().inputs;
-    let links = own.links(&case.model, &case.coordinates);
-    let offsets = vec![0.0; case.model.sizes().outputs];
-    let mut p = case.nominal.clone();
-    run.known.iter().for_each(|(i, v)| p[*i] = *v);
-    let (a, b): (Vec<_>, Vec<_>) =
-        own.terms(&links, &case.coordinates).into_iter().map(|[a, b]| (a, b)).unzip();
-    let sizes = own.products(&a).into_iter().zip(own.products(&b));
-    let terms =
-        sizes.map(|((a, n), (b, _))| (a.into_iter().zip(b).map(|(a, b)| f64::max(a, b)).collect(), n));
-    let mut look = Look { noise: Vec::new(), terms: terms.collect(), real: Vec::new() };
-    if let Ok(series) = own.missing(&case.model, &links, &p, &offsets) {
-        look.real = own.products(&series);
-    }
-    let perfect = perfect(case, run);
-    let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
-    for _ in 0..DRAWS {
-        let mut made = perfect.clone();
-        case.read_noisily(&mut made, &mut rng);
-        let Some(mut made) = Led::new(&made, inputs, own.kernel) else { continue };
-        made.leading.clone_from(&own.leading);
-        made.part = own.part;
-        made.mark_reversals(&links);
-        if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
-            merge(&mut look.noise, &made.products(&series));
-        }
-    }
-    look
 }
 
 /// The recording as the nominal model would have made it, without noise. Where the model cannot be simulated the

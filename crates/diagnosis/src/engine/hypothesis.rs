@@ -46,6 +46,18 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// Something of the plant's own: a parameter, an offset.
+    fn own(claim: Claim, id: &str) -> Self {
+        Self {
+            claim,
+            id: id.to_owned(),
+            component: "parameter".into(),
+            site: 0,
+            per_joint: false,
+            per_run: false,
+            rigid: false,
+        }
+    }
     /// Effects that the model has to be built with.
     pub fn effect(&self) -> Option<String> {
         match self.claim {
@@ -239,43 +251,19 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
     }
     for index in own_parameters(p) {
         let name = p.subject.parameters(&p.model)[index].name.clone();
-        list.push(Hypothesis {
-            claim: Claim::Parameter(index),
-            id: name,
-            component: "parameter".into(),
-            site: 0,
-            per_joint: false,
-            per_run: false,
-            rigid: false,
-        });
+        list.push(Hypothesis::own(Claim::Parameter(index), &name));
     }
     if p.subject.plant == effect::Plant::Joint {
         let index = joint::parameter::GEAR_RATIO;
         if !own_parameters(p).contains(&index) {
-            list.push(Hypothesis {
-                claim: Claim::Parameter(index),
-                id: "gearRatio".into(),
-                component: "parameter".into(),
-                site: 0,
-                per_joint: false,
-                per_run: false,
-                rigid: false,
-            });
+            list.push(Hypothesis::own(Claim::Parameter(index), "gearRatio"));
         }
         let output = joint::output::LOAD_ANGLE;
         if shown(&p.train, output)
             && shown(&p.train, joint::output::MOTOR_ANGLE)
             && !p.offsets.contains(&output)
         {
-            list.push(Hypothesis {
-                claim: Claim::Offset(output),
-                id: "loadAngle offset".into(),
-                component: "parameter".into(),
-                site: 0,
-                per_joint: false,
-                per_run: false,
-                rigid: false,
-            });
+            list.push(Hypothesis::own(Claim::Offset(output), "loadAngle offset"));
         }
     }
     list

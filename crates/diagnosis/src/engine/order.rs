@@ -6,6 +6,7 @@ use trueup_models::{arm, joint};
 use super::hypothesis::Hypothesis;
 use super::problem::{Compared, Unknown};
 use super::search::{Fitted, Search};
+use super::sizes::range;
 
 /// Orders that are looked at closely.
 const CLOSELY: usize = 2;
@@ -22,14 +23,8 @@ pub(crate) fn is_order(u: &Unknown) -> bool {
 }
 
 impl Search<'_> {
-    /// Which unknown of a cause is an order of the shaft, and where to look for it, best first.
-    pub(crate) fn orders(
-        &self,
-        base: &Fitted,
-        h: &Hypothesis,
-        unknowns: &[Unknown],
-    ) -> Option<(usize, Vec<f64>)> {
-        let at = unknowns.iter().position(is_order)?;
+    /// Where to look for the order of a cause that repeats with the shaft; `None`: the recordings cannot be followed.
+    pub(crate) fn orders(&self, base: &Fitted, h: &Hypothesis) -> Option<Vec<f64>> {
         let problem = self.compare(&base.stated);
         let (mut power, mut step): (Vec<[f64; 3]>, f64) = (Vec::new(), 0.0);
         for run in 0..self.case.train.len() {
@@ -39,9 +34,7 @@ impl Search<'_> {
             // The motor's own balance where it is measured.
             let phase: Vec<f64> =
                 led.channels[channel].y[led.counts.clone()].iter().map(|y| y * factor).collect();
-            let turns = phase.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v))
-                - phase.iter().fold(f64::INFINITY, |m, v| m.min(*v));
-            let turns = turns / std::f64::consts::TAU;
+            let turns = range(&phase) / std::f64::consts::TAU;
             if power.is_empty() {
                 step = if turns < TURNS { 0.4 / turns.max(1.0) } else { 0.5 };
                 power = vec![[0.0; 3]; (HIGHEST / step) as usize];
@@ -71,7 +64,7 @@ impl Search<'_> {
         looks.retain(|k| (coarsest..=finest).contains(k));
         looks.sort_by(f64::total_cmp);
         looks.dedup_by(|a, b| (*a - *b).abs() < 1e-9);
-        Some((at, looks))
+        Some(looks)
     }
 
     /// The highest order that the counts of the encoders show, in eight counts a period.
@@ -90,10 +83,7 @@ impl Search<'_> {
     pub(crate) fn coarsest(&self, h: &Hypothesis) -> f64 {
         let turns = |run: &Compared| {
             let (channel, factor) = self.shaft(run.run.channels.iter().map(|c| c.output), h)?;
-            let y = &run.run.channels[channel].y;
-            let range = y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v))
-                - y.iter().fold(f64::INFINITY, |m, v| m.min(*v));
-            Some((range * factor).abs() / std::f64::consts::TAU)
+            Some(range(&run.run.channels[channel].y) * factor.abs() / std::f64::consts::TAU)
         };
         let most = self.case.train.iter().filter_map(turns).fold(0.0, f64::max);
         // A sensor's error is known to come round with its own turn.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use rand::Rng;
-use rand_distr::StandardNormal;
 use trueup_identification::model::ModelError;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::{effect, joint};
@@ -14,6 +13,7 @@ use trueup_signals::{Case, Interpolation, Loaded, Recording, Value};
 use super::coordinate::Coordinate;
 use super::problem::Compared;
 use super::subject::{Model, Subject};
+use crate::floor::coloured;
 
 /// A case that cannot be diagnosed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -193,15 +193,6 @@ impl Prepared {
     }
 }
 
-/// Noise of deviation 1 whose readings tell so much of the next.
-pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
-    let new = (1.0 - told * told).sqrt();
-    let first = rng.sample::<f64, _>(StandardNormal);
-    std::iter::successors(Some(first), move |last| {
-        Some(told * last + new * rng.sample::<f64, _>(StandardNormal))
-    })
-}
-
 fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {
     let (inputs, outputs) = (subject.inputs(), subject.outputs());
     let mut run = Run { name: r.name.clone(), start: r.start, ..Run::default() };
@@ -338,6 +329,9 @@ fn first_states(
     known
 }
 
+/// Deviations by which what more readings say may differ from what fewer said.
+const AGREES: f64 = 3.0;
+
 /// Value and slope at `start` of the least-squares parabola through the first readings of a channel: through twice as many
 /// as long as all that was said so far can be true at once (Lepski's rule), for a slope that is wrong by noise may put a
 /// free run into another minimum.
@@ -350,7 +344,8 @@ fn parabola(channel: &Channel, start: f64) -> Option<[f64; 2]> {
     let mut said: Vec<[[f64; 2]; 2]> = Vec::new();
     for n in std::iter::successors(Some(least.min(most)), |n| Some(2 * n)).take_while(|n| *n <= most) {
         let own = parabola_of(channel, start, n)?;
-        let agrees = |old: &[[f64; 2]; 2]| (0..2).all(|j| (own[0][j] - old[0][j]).abs() <= 3.0 * old[1][j]);
+        let agrees =
+            |old: &[[f64; 2]; 2]| (0..2).all(|j| (own[0][j] - old[0][j]).abs() <= AGREES * old[1][j]);
         if !said.iter().all(agrees) {
             break;
         }

@@ -19,8 +19,16 @@ const UNSURE: f64 = 0.003;
 
 /// Readings of a channel in a recording that tell something new of what a free run misses.
 const INDEPENDENT: f64 = 100.0;
-/// How much further than their deviation the balances' estimates may be off: their noise is not all that they err by.
-const FURTHER: f64 = 10.0;
+/// How much further than their deviation the balances' estimates may be off when nothing is left: free runs that bifurcate
+/// would else drag what balances know.
+pub(super) const FURTHER: f64 = 3.0;
+/// ... where a free run so held misses more than this times the noise (as powers), so many times that,
+const NEAR: f64 = 4.0;
+const LOOSE: f64 = 4.0;
+/// if it misses no more than this share of it then.
+const FAR_BETTER: f64 = 0.5;
+/// How much of what is left is the law's form, by which estimates err more than by noise: in units of the noise's power.
+const FORMED: f64 = 10.0;
 /// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
 const EVENLY: f64 = 3.0;
 /// How much less a first state is believed where it is settled by the gap.
@@ -50,7 +58,7 @@ pub struct Polished {
     pub complete: Complete,
     /// What is left on the recordings for fitting ([`Search::misfit`]).
     pub misfit: f64,
-    /// The fit; `None`: the recordings led it as well.
+    /// The free-running set where it ended; `None`: it cannot be simulated.
     pub fitted: Option<Fitted>,
 }
 
@@ -68,7 +76,8 @@ struct Settled {
 
 impl Fitted {
     /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
-    pub(super) fn believe(&self, stated: &mut Stated) {
+    /// `further`: how much further than their deviation it may be off.
+    pub(super) fn believe(&self, stated: &mut Stated, further: f64) {
         let shared: Vec<(usize, usize)> =
             (stated.unknowns.iter().enumerate()).filter_map(|(k, u)| Some((k, self.place_of(u)?))).collect();
         // Of those that are shared alone: the others take what they will.
@@ -76,7 +85,7 @@ impl Fitted {
         let n = shared.len();
         let own = DMatrix::from_fn(n, n, |i, j| all[(shared[i].1, shared[j].1)]);
         let Some(rows) = own.cholesky().and_then(|c| c.l().try_inverse()) else { return };
-        let further = FURTHER * (1.0 + self.excess().max(0.0)).sqrt();
+        let further = further * (1.0 + FORMED * self.excess().max(0.0)).sqrt();
         shared.iter().for_each(|(k, _)| stated.unknowns[*k].prior = None);
         stated.belief = Some(Belief {
             of: shared.iter().map(|s| s.0).collect(),
@@ -162,11 +171,8 @@ impl Search<'_> {
         // it misses itself.
         let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(shown, run));
         let stated = self.state_like(&from.stated.set, Some(allowed.collect()));
-        let fitted = stated.ok().and_then(|mut stated| {
-            // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
-            if from.stated.set.iter().any(Hypothesis::is_effect) {
-                from.believe(&mut stated);
-            }
+        let mut there = None;
+        let fitted = stated.ok().and_then(|stated| {
             let mut start = self.begin_with(&stated, from);
             for (x, u) in start.iter_mut().zip(&stated.unknowns) {
                 let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
@@ -174,9 +180,31 @@ impl Search<'_> {
                     *x = *there;
                 }
             }
-            self.polished(stated, &start, iterations)
+            // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
+            let claims = from.stated.set.iter().any(Hypothesis::is_effect);
+            let held = |further: f64| {
+                let mut stated = stated.clone();
+                if claims {
+                    from.believe(&mut stated, further);
+                }
+                stated
+            };
+            let found = self.polished(held(FURTHER), &start, iterations).filter(|f| f.misfit <= misfit);
+            let Some(found) = found else {
+                there = self.standing(held(FURTHER), start);
+                return None;
+            };
+            // Where that misses much, balances that are believed less have to make it far better.
+            let all: f64 = train.iter().map(|run| self.noise(run).max(f64::MIN_POSITIVE).ln()).sum();
+            let near = found.misfit < NEAR * (all / train.len().max(1) as f64).exp();
+            if near || !claims {
+                return Some(found);
+            }
+            let theta = found.fitted.as_ref().map_or(&start, |f| &f.theta);
+            let loose = self.polished(held(LOOSE * FURTHER), theta, iterations);
+            Some(loose.filter(|f| f.misfit < FAR_BETTER * found.misfit).unwrap_or(found))
         });
-        fitted.filter(|f| f.misfit <= misfit).unwrap_or(Polished { complete: before, misfit, fitted: None })
+        fitted.unwrap_or(Polished { complete: before, misfit, fitted: there })
     }
 
     /// Fits a free-running set from `start`.
@@ -215,6 +243,12 @@ impl Search<'_> {
         let range = self.sizes.range(channel.output).max(1e-300);
         let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
         squares / channel.y.len().max(1) as f64
+    }
+
+    /// What the sensors' noise leaves of it over the channels of a recording.
+    fn noise(&self, run: &Compared) -> f64 {
+        let of = |c: &Channel| (c.sigma / self.sizes.range(c.output).max(1e-300)).powi(2);
+        run.run.channels.iter().map(of).sum()
     }
 
     /// Its sum over the channels of a recording.

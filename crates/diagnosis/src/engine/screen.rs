@@ -6,13 +6,18 @@ use rayon::prelude::*;
 use trueup_identification::lsq::Options;
 
 use super::hypothesis::{self, Posed};
-use super::problem::Comparison;
+use super::order::is_order;
+use super::problem::{Comparison, Unknown};
+use super::replay::FURTHER;
 use super::search::{Fitted, Search, Stated};
 
 /// More looks than this are made in one recording first,
 const FEW: usize = 3;
 /// and so many of them in all.
 const LIKELIEST: usize = 2;
+
+/// Share of a typical amplitude at which free runs are looked at.
+const CLOSE: f64 = 0.05;
 
 /// A cause as it looks from where the search stands.
 #[derive(Clone, Debug)]
@@ -124,7 +129,7 @@ impl Search<'_> {
         let h = &self.causes[index];
         let mut set = base.stated.set.clone();
         set.push(h.clone());
-        let stated = self.state(&set).ok()?;
+        let stated = self.state_like(&set, base.stated.free.clone()).ok()?;
         let from = self.begin_with(&stated, base);
         let last = stated.posed.last()?;
         if let hypothesis::Claim::Parameter(_) = h.claim {
@@ -139,46 +144,71 @@ impl Search<'_> {
         let begin = *stated.begin.last()?;
         let problem = self.compare(&stated);
         let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
+        // Times and orders are sought in what the balances miss.
+        let sought = push || last.unknowns.iter().any(is_order);
+        if base.stated.free.is_some() && sought {
+            return None;
+        }
         let looks: Vec<Vec<f64>> = if push {
             self.push_looks(base, h, &last.unknowns)
         } else if last.looks.is_empty() {
             vec![last.unknowns.iter().map(|u| u.start).collect()]
         } else {
-            match self.orders(base, h, &last.unknowns) {
-                Some((at, found)) => {
-                    let mut first = last.looks[0].clone();
-                    let of = |k: &f64| {
-                        first[at] = *k;
-                        first.clone()
+            let given = (!orders.is_empty()).then(|| orders.to_vec());
+            let at_orders = last.unknowns.iter().position(is_order);
+            let at_orders = at_orders.and_then(|at| Some((at, given.or_else(|| self.orders(base, h))?)));
+            at_orders.map_or_else(
+                || last.looks.clone(),
+                |(at, orders)| {
+                    let look = |order: f64| {
+                        let mut look = last.looks[0].clone();
+                        look[at] = order;
+                        look
                     };
-                    if orders.is_empty() {
-                        found.iter().map(of).collect()
-                    } else {
-                        orders.iter().map(of).collect()
-                    }
-                }
-                None => last.looks.clone(),
-            }
+                    orders.into_iter().map(look).collect()
+                },
+            )
         };
         let keeps: Vec<Option<usize>> = match &last.amplitudes[..] {
             [] => vec![None],
             all => all.iter().map(|a| Some(a.0)).collect(),
         };
-        let look =
-            Look { base, projection, problem: &problem, from: &from, begin, posed: last, keeps: &keeps };
-        let all = if looks.len() > FEW { look.likeliest(looks) } else { looks };
-        let found = all.into_iter().filter_map(|values| look.at(values, None));
+        let beside =
+            Beside { base, projection, problem: &problem, from: &from, begin, posed: last, keeps: &keeps };
+        let all = if looks.len() > FEW { beside.likeliest(looks) } else { looks };
+        let found = all.into_iter().filter_map(|values| beside.at(values, None));
         let (gain, looked, factors) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut start = from.clone();
         looked.set(&mut start, begin, last, &factors);
         Some(Screened { index, gain, start, looked: Some(looked) })
     }
 
+    /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
+    /// misses, best first.
+    pub fn lacking(&self, base: &Fitted, least: f64) -> Vec<Asked> {
+        let whole = 0.5 * base.residuals.norm_squared();
+        let asked = |s: Screened| {
+            let cause = self.causes[s.index].clone();
+            let share = s.gain / whole.max(f64::MIN_POSITIVE);
+            if share < least || !cause.is_effect() {
+                return None;
+            }
+            let set = [&base.stated.set[..], std::slice::from_ref(&cause)].concat();
+            let all = self.state_like(&set, base.stated.free.clone()).ok()?;
+            let stated = self.state_like(&[cause], base.stated.free.clone()).ok()?;
+            let there = |u: &Unknown| all.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
+            let start =
+                stated.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| s.start[k])).collect();
+            Some(Asked { share, stated, start })
+        };
+        self.screen(base).into_iter().filter_map(asked).collect()
+    }
+
     /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
     /// balances have it.
     pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
         let mut stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
-        grown.believe(&mut stated);
+        grown.believe(&mut stated, FURTHER);
         let shared = |u| base.coordinate_of(u).or_else(|| grown.coordinate_of(u));
         let start: Vec<f64> =
             stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
@@ -253,7 +283,7 @@ impl Search<'_> {
 }
 
 /// A cause beside those of a base.
-struct Look<'a> {
+struct Beside<'a> {
     base: &'a Fitted,
     projection: &'a Projection,
     problem: &'a Comparison<'a>,
@@ -265,7 +295,7 @@ struct Look<'a> {
     keeps: &'a [Option<usize>],
 }
 
-impl Look<'_> {
+impl Beside<'_> {
     /// By how much the sum of squares would fall with unknowns around these values, half, and with which factors; in one
     /// recording, or all.
     fn at(&self, values: Vec<f64>, run: Option<usize>) -> Option<(f64, Looked, Vec<f64>)> {
@@ -277,10 +307,17 @@ impl Look<'_> {
             for (k, u) in self.posed.unknowns.iter().enumerate() {
                 theta[self.begin + k] = u.scale.coordinate(looked.at(self.posed, k, *keep));
             }
+            // What a free run adds up is in proportion only while it is small.
+            let close = if self.base.stated.free.is_some() { keep.map_or(1.0, |_| CLOSE) } else { 1.0 };
+            if let Some(k) = keep {
+                let (u, n) = (&self.posed.unknowns[*k], self.posed.neutral(*k));
+                theta[self.begin + k] = u.scale.coordinate(n + close * (looked.values[*k] - n));
+            }
             let there =
                 run.map_or_else(|| self.problem.residuals(&theta), |r| self.problem.residual(r, &theta));
             let Ok(mut there) = there else { continue };
-            there.iter_mut().zip(&self.base.residuals.as_slice()[rows.clone()]).for_each(|(a, b)| *a -= b);
+            let base = &self.base.residuals.as_slice()[rows.clone()];
+            there.iter_mut().zip(base).for_each(|(a, b)| *a = (*a - b) / close);
             looked.columns.push((*keep, self.projection.out(rows.start, &there)));
         }
         if looked.columns.is_empty() {

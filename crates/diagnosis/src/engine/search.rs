@@ -293,10 +293,14 @@ impl<'a> Search<'a> {
 
     /// The model as it was given, in the place of a fit of it.
     pub fn given(&self, plain: &Fitted) -> Option<Fitted> {
-        let problem = self.compare(&plain.stated);
-        let start = problem.start();
-        let there = problem.evaluate(&start, true).ok()?;
-        Some(self.fitted(plain.stated.clone(), start, there.residuals, there.jacobian?))
+        let start = self.compare(&plain.stated).start();
+        self.standing(plain.stated.clone(), start)
+    }
+
+    /// A set as it stands, in the place of a fit of it.
+    pub fn standing(&self, stated: Stated, theta: Vec<f64>) -> Option<Fitted> {
+        let there = self.compare(&stated).evaluate(&theta, true).ok()?;
+        Some(self.fitted(stated, theta, there.residuals, there.jacobian?))
     }
 
     fn fitted(&self, stated: Stated, theta: Vec<f64>, r: DVector<f64>, jacobian: DMatrix<f64>) -> Fitted {

@@ -67,6 +67,8 @@ pub const SHARE: f64 = 0.12;
 pub const FORM: f64 = 0.03;
 /// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly,
 pub const WHOLLY: f64 = 0.7;
+/// or this share, however much is left,
+pub const NEARLY: f64 = 0.85;
 /// and it brings so much evidence.
 pub const ASKED: f64 = 100.0;
 /// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
@@ -86,7 +88,7 @@ impl Fitted {
     /// Readings that count.
     pub fn count(&self) -> f64 {
         if !self.octaves.is_empty() {
-            return self.octaves.iter().map(|o| o.count).sum();
+            return self.octaves.iter().map(|o| o.count).sum::<f64>().max(1.0);
         }
         let rows = self.residuals.len() - self.stated.unknowns.iter().filter(|u| u.prior.is_some()).count();
         rows as f64
@@ -122,21 +124,12 @@ impl Search<'_> {
                 let screened = self.screen(base);
                 let refits = if depth == 1 { effort.refits } else { effort.refits.saturating_sub(2) };
                 // Parameters were fitted with the plain model.
-                let given = depth == 1 && followed > 0;
-                let wanted = screened.iter().filter(|s| s.gain > 2.0);
-                let wanted = wanted.filter(|s| !given || self.causes[s.index].is_effect()).take(refits);
-                let mut steps: Vec<(Vec<Hypothesis>, &[f64])> = Vec::new();
-                for s in wanted {
-                    let mut set: Vec<Hypothesis> = base.stated.set.clone();
-                    set.push(self.causes[s.index].clone());
-                    if depth == 1 || !grown.iter().any(|g| same(&g.stated.set, &set)) {
-                        steps.push((set, &s.start));
-                    }
-                }
-                let fits = steps.into_par_iter().filter_map(|(set, start)| {
-                    self.fit_beside(self.state(&set).ok()?, start, options, base).ok()
+                let own = if depth == 1 && followed > 0 { 0 } else { refits.div_ceil(3) };
+                let wanted = self.likeliest(&screened, refits, own);
+                let fits = self.fit_each(wanted, base, options, |set| {
+                    depth == 1 || !grown.iter().any(|g| same(&g.stated.set, set))
                 });
-                fits.collect::<Vec<_>>().into_iter().for_each(|fitted| keep(&mut grown, fitted));
+                fits.into_iter().for_each(|fitted| keep(&mut grown, fitted));
                 if depth == 1 {
                     alone.push((base.clone(), screened));
                 }
@@ -168,7 +161,8 @@ impl Search<'_> {
                 && gained > SHARE * before.max(0.0)
                 && (depth == 1
                     || gained > FORM * plain.excess()
-                    || after < NEGLIGIBLE && gained > WHOLLY * before && evidence > ASKED);
+                    || (after < NEGLIGIBLE && gained > WHOLLY * before || gained > NEARLY * before)
+                        && evidence > ASKED);
             if worth {
                 best = top.clone();
             }
@@ -200,15 +194,48 @@ impl Search<'_> {
     pub fn grow(&self, found: &mut Found, base: &Fitted, effort: Effort) {
         let options = effort.options();
         let screened = self.screen(base);
-        let wanted: Vec<&Screened> = screened.iter().filter(|s| s.gain > 2.0).take(GROW).collect();
-        let fits = wanted.into_par_iter().filter_map(|s| {
+        let wanted = self.likeliest(&screened, GROW, GROW);
+        let new = |set: &[Hypothesis]| !found.sets.iter().any(|f| same(&f.stated.set, set));
+        let fits = self.fit_each(wanted, base, options, new);
+        found.sets.extend(fits);
+    }
+
+    /// The best few of a screen, of the plant's own parameters at most `own`: where sensors are few they all take up some of what
+    /// an effect does, and would crowd it out.
+    fn likeliest<'s>(
+        &self,
+        screened: &'s [Screened],
+        few: usize,
+        own: usize,
+    ) -> impl Iterator<Item = &'s Screened> {
+        let mut left = own;
+        let fits = screened.iter().filter(|s| s.gain > 2.0).filter(move |s| {
+            let effect = self.causes[s.index].is_effect();
+            let fits = effect || left > 0;
+            left -= usize::from(fits && !effect);
+            fits
+        });
+        fits.take(few)
+    }
+
+    /// Fits `base` with each of these causes more, where the set is `wanted`.
+    fn fit_each<'s>(
+        &self,
+        causes: impl Iterator<Item = &'s Screened>,
+        base: &Fitted,
+        options: Options,
+        wanted: impl Fn(&[Hypothesis]) -> bool,
+    ) -> Vec<Fitted> {
+        let step = |s: &'s Screened| {
             let mut set = base.stated.set.clone();
             set.push(self.causes[s.index].clone());
-            let known = found.sets.iter().any(|f| same(&f.stated.set, &set));
-            (!known).then(|| self.fit_beside(self.state(&set).ok()?, &s.start, options, base).ok())?
-        });
-        let fits: Vec<Fitted> = fits.collect();
-        found.sets.extend(fits);
+            wanted(&set).then_some((set, &s.start))
+        };
+        let steps: Vec<_> = causes.filter_map(step).collect();
+        let fit = |(set, start): (Vec<Hypothesis>, &Vec<f64>)| {
+            self.fit_beside(self.state(&set).ok()?, start, options, base).ok()
+        };
+        steps.into_par_iter().filter_map(fit).collect()
     }
 
     /// Tries other causes in the place of each of several.
@@ -231,22 +258,16 @@ impl Search<'_> {
             let Ok(base) = self.fit(stated, &start, options) else { break };
             let mut better: Option<Fitted> = None;
             let few = effort.refits.saturating_sub(2);
-            let mut steps: Vec<(Vec<Hypothesis>, Vec<f64>)> = Vec::new();
-            for s in self.screen(&base).into_iter().filter(|s| s.gain > 2.0).take(few) {
+            let screened = self.screen(&base);
+            let wanted = self.likeliest(&screened, few, few.div_ceil(3)).filter(|s| {
                 let h = &self.causes[s.index];
-                let mut set = fewer.clone();
-                set.push(h.clone());
+                let set = [&fewer[..], std::slice::from_ref(h)].concat();
                 let known = sets.iter().find(|f| same(&f.stated.set, &set));
                 // A fit from elsewhere may have ended in another minimum.
                 let promised = base.evidence(1.0) + s.gain - CLOSE;
-                if *h != out && known.is_none_or(|f| f.evidence(1.0) < promised) {
-                    steps.push((set, s.start));
-                }
-            }
-            let fits = steps.into_par_iter().filter_map(|(set, start)| {
-                self.fit_beside(self.state(&set).ok()?, &start, options, &base).ok()
+                *h != out && known.is_none_or(|f| f.evidence(1.0) < promised)
             });
-            for fit in fits.collect::<Vec<_>>() {
+            for fit in self.fit_each(wanted, &base, options, |_| true) {
                 if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + CLOSE {
                     better = Some(fit.clone());
                 }
@@ -327,6 +348,17 @@ fn keep(sets: &mut Vec<Fitted>, fitted: Fitted) {
         Some(_) => {}
         None => sets.push(fitted),
     }
+}
+
+/// Puts a fit in the place of that of the same set, or behind the others; where.
+pub(crate) fn put(sets: &mut Vec<Fitted>, fitted: Fitted) -> usize {
+    let at = sets.iter().position(|f| same(&f.stated.set, &fitted.stated.set)).unwrap_or(sets.len());
+    if at == sets.len() {
+        sets.push(fitted)
+    } else {
+        sets[at] = fitted
+    }
+    at
 }
 
 /// The same causes.

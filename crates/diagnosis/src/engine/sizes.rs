@@ -141,7 +141,8 @@ impl Sizes {
     }
 }
 
-fn range(y: &[f64]) -> f64 {
+/// From the smallest to the largest value.
+pub(super) fn range(y: &[f64]) -> f64 {
     y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - y.iter().fold(f64::INFINITY, |m, v| m.min(*v))
 }
 fn rms_input(train: &[Compared], input: usize) -> f64 {

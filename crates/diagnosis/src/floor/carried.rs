@@ -1,10 +1,18 @@
 //! The noise of measured inputs, carried through a simulation.
 
-use rand::SeedableRng;
+use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
 use rayon::prelude::*;
 
-use crate::engine::recordings::coloured;
+/// Noise of deviation 1 whose readings tell so much of the next.
+pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
+    let new = (1.0 - told * told).sqrt();
+    let first = rng.sample::<f64, _>(StandardNormal);
+    std::iter::successors(Some(first), move |last| {
+        Some(told * last + new * rng.sample::<f64, _>(StandardNormal))
+    })
+}
 
 /// What noise of the inputs leaves in each output: the root mean square over `realisations` and samples of
 /// `simulate(inputs + noise) - simulate(inputs)`.

@@ -16,6 +16,9 @@ use crate::motion::{FAMILIES, Family, Motion};
 /// Attempts until a case is given up.
 const ATTEMPTS: usize = 40;
 
+/// What is left of the damping where it would tell a gear error from a ripple.
+const UNDAMPED: f64 = 2e-3;
+
 /// Pairs of effects that data of this kind cannot separate, with the way they are made to look alike.
 const MIMICS: [(&[&str], Mimic); 4] = [
     (&["actuator-lag", "sensor-delay"], Mimic::OneChannel),
@@ -58,6 +61,8 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
             // Far above the load's resonance nothing but the motor feels the gear's error.
             drive.values.load_inertia = short(drive.values.load_inertia * 40.0);
             drive.values.stiffness = short(drive.values.stiffness * 0.3);
+            // Its damper feels the error's rate, a ripple of the torque does not.
+            drive.values.damping = short(drive.values.damping * UNDAMPED);
         }
     }
     let top = (drive.rate / 25.0).min(3.0);

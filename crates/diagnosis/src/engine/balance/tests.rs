@@ -87,6 +87,9 @@ fn rests_are_bridged() {
     odd[1000..1500].fill(1e9);
     let bridged = led.counted(&odd);
     assert!(bridged.iter().zip(&series[led.counts.clone()]).all(|(a, b)| (a - b).abs() < 0.01));
+    assert!(!led.is_bridged());
+    led.reversal[500..4500].fill(true);
+    assert!(led.is_bridged());
 }
 
 /// Noise of readings is fast once it is an acceleration: bridges leave next to nothing slow of it.
