@@ -371,6 +371,7 @@ fn parabola_of(channel: &Channel, start: f64, n: usize) -> Option<[[f64; 2]; 2]>
 mod tests {
     use super::*;
     use rand::SeedableRng;
+    use rand_distr::StandardNormal;
 
     #[test]
     fn first_slopes_are_nearly_as_good_as_with_the_best_number_of_readings() {
