@@ -279,6 +279,44 @@ impl<'a> Judge<'a> {
     }
 }
 
+/// What a set does to the gap.
+struct Account {
+    /// It has effects.
+    claims: bool,
+    /// Excess without them and with them, above what nothing can explain away.
+    whole: f64,
+    left: f64,
+    /// Share of the free-running gap above the floor (as powers) that it closes.
+    closed: f64,
+    /// Its own free run says so, and does not stray far: it may be as sensitive as the plant itself.
+    witness: bool,
+}
+
+impl Account {
+    /// Share of the excess that it explains.
+    fn explained(&self) -> f64 {
+        1.0 - self.left / self.whole.max(1e-12)
+    }
+    /// Share of the gap that it accounts for: balances tell the law, free runs the size, and either may be spoilt by the
+    /// form of a law.
+    fn known(&self, limits: &Thresholds) -> f64 {
+        // Where the balances see nothing to be explained they do not vote.
+        let blind = self.claims && self.whole.max(self.left) < limits.left;
+        let balances = if blind { self.closed } else { self.explained().clamp(0.0, 1.0) };
+        // What they see plainly and mostly do not explain is not known, however well a free run makes up for it.
+        if self.left > limits.left && balances < 0.5 {
+            return balances;
+        }
+        let (both, least) = (0.5 * (balances + self.closed), balances.min(self.closed));
+        // What they see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
+        let told = self.whole > limits.bare && self.left < limits.left && balances > limits.told;
+        if self.witness && least < limits.neither && !told {
+            return both;
+        }
+        balances.max(self.closed).max(both + 0.2)
+    }
+}
+
 /// Chooses and decides; `raw` is the excess of the nominal model as it is. `found.best` and `free.after` become those of the
 /// set chosen.
 pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limits: &Thresholds) -> Decision {
@@ -291,54 +329,41 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let as_good = free.bare() <= free.chance;
     // Neither the free run nor the balances see anything that parameters leave; or what little these see no effect explains.
     let seen = found.plain.excess() - bottom;
-    let explained = found.best.excess() - bottom < (1.0 - limits.explained) * seen;
-    let spurious = chosen.is_none() && seen <= limits.bare && !explained;
+    let mended = found.best.excess() - bottom < (1.0 - limits.explained) * seen;
+    let spurious = chosen.is_none() && seen <= limits.bare && !mended;
     let calm = as_good && (seen < limits.left || spurious);
     let bare = || if calm { found.without_effects() } else { &found.best };
     let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
         (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();
-    let mass = |list: &Vec<(usize, f64)>| list.iter().map(|l| l.1.exp()).sum::<f64>();
-    let mut probability: Vec<f64> = rivals.iter().map(|list| 1.0 / (1.0 + mass(list))).collect();
-    let count = best.effects();
-    let left = best.excess();
-    let shown = (1.0 + raw) / (1.0 + left) - 1.0 > limits.gap || left > limits.bare;
+    let claims = best.effects() > 0;
+    let excess = best.excess();
+    let account = Account {
+        claims,
+        whole: if claims { found.plain.excess() } else { raw } - bottom,
+        left: excess - bottom,
+        closed,
+        witness: chosen.is_some_and(|at| ran.after(at).is_some()) && free.after <= 1.5 * free.tuned,
+    };
+    let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap || excess > limits.bare;
     // What happens in the recordings for fitting alone (a limit that others do not reach) is a gap as well.
-    let plain = found.plain.excess() - left > limits.bare;
+    let plain = found.plain.excess() - excess > limits.bare;
     let gap = free.before > free.chance || shown && (plain || free.before > 1.2 * free.floor);
-    let whole = if count > 0 { found.plain.excess() } else { raw };
-    let explained = 1.0 - (left - bottom) / (whole - bottom).max(1e-12);
+    let (known, explained) = (account.known(limits), account.explained());
     let missed = free.bare() > 1.5 * free.chance;
-    // Balances tell the law, free runs the size: either may be spoilt by the form of a law.
-    let balances = explained.clamp(0.0, 1.0);
-    // Where they see nothing to be explained they do not vote.
-    let blind = count > 0 && (whole - bottom).max(left - bottom) < limits.left;
-    let balances = if blind { closed } else { balances };
-    let both = 0.5 * (balances + closed);
-    // A free run that strays far is no witness: it may be as sensitive as the plant itself.
-    let strays = free.after > 1.5 * free.tuned;
-    let ran_freely = chosen.is_some_and(|at| ran.after(at).is_some());
-    let idle = ran_freely && balances.min(closed) < limits.neither && !strays;
-    // What the balances see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
-    let told = whole - bottom > limits.bare && left - bottom < limits.left && balances > limits.told;
-    let idle = idle && !told;
-    let known = if idle { both } else { balances.max(closed).max(both + 0.2) };
-    // What the balances see plainly and mostly do not explain is not known, however well a free run makes up for it.
-    let blank = left - bottom > limits.left && balances < 0.5;
-    let known = if blank { balances } else { known };
-    let unexplained = if count > 0 {
+    let unexplained = if claims {
         known < limits.explained
     } else {
-        !as_good && (explained < limits.explained && left - bottom > limits.left || missed)
+        !as_good && (explained < limits.explained && account.left > limits.left || missed)
     };
     let close = |list: &Vec<(usize, f64)>| list.first().is_some_and(|(_, odds)| -odds < limits.odds);
     // Where nothing that could be refitted helps either, the free run's own luck is no wrong parameter.
-    let idle = count == 0 && !shown && !unexplained && free.tuned > 0.8 * free.before;
-    let verdict = if !gap || idle {
+    let luck = !claims && !shown && !unexplained && free.tuned > 0.8 * free.before;
+    let verdict = if !gap || luck {
         Verdict::NoGap
     } else if unexplained {
         Verdict::Unknown
-    } else if count == 0 {
+    } else if !claims {
         Verdict::Parameters
     } else if best.stated.set.iter().zip(&rivals).any(|(h, r)| h.is_effect() && close(r)) {
         Verdict::Ambiguous
@@ -350,7 +375,8 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         Verdict::NoGap | Verdict::Parameters => unknown.min(0.05),
         _ => unknown,
     };
-    probability.iter_mut().for_each(|p| *p *= 1.0 - unknown);
+    let mass = |list: &Vec<(usize, f64)>| list.iter().map(|l| l.1.exp()).sum::<f64>();
+    let probability = rivals.iter().map(|list| (1.0 - unknown) / (1.0 + mass(list))).collect();
     found.best = best;
     Decision { verdict, rivals, probability, explained, closed, unknown }
 }

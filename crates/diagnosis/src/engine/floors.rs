@@ -130,6 +130,7 @@ fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
     let m = led.channels.len();
     led.floors = vec![Vec::new(); m];
+    let bridged = led.is_bridged();
     let mut perfect = Vec::new();
     let mut more = vec![1.0; m];
     for (o, term) in own.terms.iter().enumerate() {
@@ -165,8 +166,7 @@ fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec
         let w = (all.clone().cholesky().and_then(|c| c.l().try_inverse()))
             .unwrap_or_else(|| DMatrix::from_fn(m, m, alone));
         perfect.push((&w * carried * w.transpose()).trace() / m as f64);
-        let share =
-            if led.is_bridged() { 0.0 } else { counts.get(o).map_or(1.0, |n| (COUNTED / n).min(1.0)) };
+        let share = if bridged { 0.0 } else { counts.get(o).map_or(1.0, |n| (COUNTED / n).min(1.0)) };
         led.whiten.push(w.transpose().iter().map(|w| w * share.sqrt()).collect());
         led.share.push(share);
     }
@@ -195,9 +195,12 @@ fn leading(case: &Prepared, all: &[&Led]) -> Vec<bool> {
     lead
 }
 
+/// Channels by name: recordings with the same ones share what their noise is.
 fn names(run: &Compared) -> Vec<String> {
     run.run.channels.iter().map(|c| c.name.clone()).collect()
 }
+
+/// Adds sums and counts, octave by octave.
 fn merge(own: &mut Products, more: &Products) {
     for (o, more) in more.iter().enumerate() {
         if o == own.len() {

@@ -21,7 +21,7 @@ const UNSURE: f64 = 0.003;
 const INDEPENDENT: f64 = 100.0;
 /// How much further than their deviation the balances' estimates may be off when nothing is left: free runs that bifurcate
 /// would else drag what balances know.
-pub(super) const FURTHER: f64 = 3.0;
+const FURTHER: f64 = 3.0;
 /// ... where a free run so held misses more than this times the noise (as powers), so many times that,
 const NEAR: f64 = 4.0;
 const LOOSE: f64 = 4.0;
@@ -76,8 +76,8 @@ struct Settled {
 
 impl Fitted {
     /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
-    /// `further`: how much further than their deviation it may be off.
-    pub(super) fn believe(&self, stated: &mut Stated, further: f64) {
+    /// `looser`: times as far as usual it may be off.
+    pub(super) fn believe(&self, stated: &mut Stated, looser: f64) {
         let shared: Vec<(usize, usize)> =
             (stated.unknowns.iter().enumerate()).filter_map(|(k, u)| Some((k, self.place_of(u)?))).collect();
         // Of those that are shared alone: the others take what they will.
@@ -85,7 +85,7 @@ impl Fitted {
         let n = shared.len();
         let own = DMatrix::from_fn(n, n, |i, j| all[(shared[i].1, shared[j].1)]);
         let Some(rows) = own.cholesky().and_then(|c| c.l().try_inverse()) else { return };
-        let further = further * (1.0 + FORMED * self.excess().max(0.0)).sqrt();
+        let further = looser * FURTHER * (1.0 + FORMED * self.excess().max(0.0)).sqrt();
         shared.iter().for_each(|(k, _)| stated.unknowns[*k].prior = None);
         stated.belief = Some(Belief {
             of: shared.iter().map(|s| s.0).collect(),
@@ -170,41 +170,36 @@ impl Search<'_> {
         // Where a motion bifurcates (a stop before or behind a tooth) nothing is to be learnt: every recording counts by what
         // it misses itself.
         let allowed = shown.iter().zip(train).map(|(shown, run)| self.allowed(shown, run));
-        let stated = self.state_like(&from.stated.set, Some(allowed.collect()));
-        let mut there = None;
-        let fitted = stated.ok().and_then(|stated| {
-            let mut start = self.begin_with(&stated, from);
-            for (x, u) in start.iter_mut().zip(&stated.unknowns) {
-                let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
-                if let Some((_, there)) = of {
-                    *x = *there;
-                }
+        let Ok(stated) = self.state_like(&from.stated.set, Some(allowed.collect())) else {
+            return Polished { complete: before, misfit, fitted: None };
+        };
+        let mut start = self.begin_with(&stated, from);
+        for (x, u) in start.iter_mut().zip(&stated.unknowns) {
+            let of = u.run.and_then(|run| settled[run].first.iter().find(|f| f.0 == u.name));
+            if let Some((_, there)) = of {
+                *x = *there;
             }
-            // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
-            let claims = from.stated.set.iter().any(Hypothesis::is_effect);
-            let held = |further: f64| {
-                let mut stated = stated.clone();
-                if claims {
-                    from.believe(&mut stated, further);
-                }
-                stated
-            };
-            let found = self.polished(held(FURTHER), &start, iterations).filter(|f| f.misfit <= misfit);
-            let Some(found) = found else {
-                there = self.standing(held(FURTHER), start);
-                return None;
-            };
-            // Where that misses much, balances that are believed less have to make it far better.
-            let all: f64 = train.iter().map(|run| self.noise(run).max(f64::MIN_POSITIVE).ln()).sum();
-            let near = found.misfit < NEAR * (all / train.len().max(1) as f64).exp();
-            if near || !claims {
-                return Some(found);
+        }
+        // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
+        let claims = from.stated.set.iter().any(Hypothesis::is_effect);
+        let held = |looser: f64| {
+            let mut stated = stated.clone();
+            if claims {
+                from.believe(&mut stated, looser);
             }
-            let theta = found.fitted.as_ref().map_or(&start, |f| &f.theta);
-            let loose = self.polished(held(LOOSE * FURTHER), theta, iterations);
-            Some(loose.filter(|f| f.misfit < FAR_BETTER * found.misfit).unwrap_or(found))
-        });
-        fitted.unwrap_or(Polished { complete: before, misfit, fitted: there })
+            stated
+        };
+        let found = self.polished(held(1.0), &start, iterations).filter(|f| f.misfit <= misfit);
+        let Some(found) = found else {
+            return Polished { complete: before, misfit, fitted: self.standing(held(1.0), start) };
+        };
+        if !claims || found.misfit < NEAR * geometric_mean(train.iter().map(|run| self.noise(run))) {
+            return found;
+        }
+        // Balances that are believed less have to make it far better.
+        let theta = found.fitted.as_ref().map_or(&start, |f| &f.theta);
+        let loose = self.polished(held(LOOSE), theta, iterations);
+        loose.filter(|f| f.misfit < FAR_BETTER * found.misfit).unwrap_or(found)
     }
 
     /// Fits a free-running set from `start`.
@@ -228,9 +223,8 @@ impl Search<'_> {
     fn allowed(&self, shown: &[Vec<f64>], run: &Compared) -> Vec<f64> {
         let beyond = run.run.channels.iter().zip(shown).map(|(channel, shown)| {
             let n = channel.y.len().max(1) as f64;
-            let noise = channel.sigma.powi(2) * (1.0 + CHANCE * (2.0 / n).sqrt());
-            (self.mean_square(channel, shown) - noise / self.sizes.range(channel.output).max(1e-300).powi(2))
-                .max(0.0)
+            let noise = self.noise_of(channel) * (1.0 + CHANCE * (2.0 / n).sqrt());
+            (self.mean_square(channel, shown) - noise).max(0.0)
         });
         let missed: f64 = beyond.sum();
         let channels = run.run.channels.len().max(1) as f64;
@@ -245,10 +239,14 @@ impl Search<'_> {
         squares / channel.y.len().max(1) as f64
     }
 
+    /// What its sensor's noise leaves of it.
+    fn noise_of(&self, channel: &Channel) -> f64 {
+        (channel.sigma / self.sizes.range(channel.output).max(1e-300)).powi(2)
+    }
+
     /// What the sensors' noise leaves of it over the channels of a recording.
     fn noise(&self, run: &Compared) -> f64 {
-        let of = |c: &Channel| (c.sigma / self.sizes.range(c.output).max(1e-300)).powi(2);
-        run.run.channels.iter().map(of).sum()
+        run.run.channels.iter().map(|c| self.noise_of(c)).sum()
     }
 
     /// Its sum over the channels of a recording.
@@ -258,9 +256,7 @@ impl Search<'_> {
 
     /// The same of several: their geometric mean, so that one in which a motion bifurcates does not outweigh the others.
     pub fn misfit(&self, replayed: &Replayed, runs: &[Compared]) -> f64 {
-        let all =
-            runs.iter().zip(replayed).map(|(run, shown)| self.missed(shown, run).max(f64::MIN_POSITIVE).ln());
-        (all.sum::<f64>() / runs.len().max(1) as f64).exp()
+        geometric_mean(runs.iter().zip(replayed).map(|(run, shown)| self.missed(shown, run)))
     }
 
     /// Simulates recordings freely, first states and declared offsets estimated anew.
@@ -310,8 +306,7 @@ impl Search<'_> {
         let mut theta = problem.start();
         for (max_iterations, cost_tolerance) in [(3, 3e-3), (8, 1e-4)] {
             let missed = self.missed(&problem.shown(0, &theta)?, run) / run.run.channels.len().max(1) as f64;
-            let noise = |c: &Channel| (c.sigma / self.sizes.range(c.output).max(1e-300)).powi(2);
-            let noise = run.run.channels.iter().map(noise).fold(0.0, f64::max);
+            let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
             let share = EVENLY * (missed + noise).sqrt();
             let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
             problem.allowed = vec![ranges.collect()];
@@ -357,4 +352,9 @@ impl Search<'_> {
             })
             .collect()
     }
+}
+
+fn geometric_mean(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let n = values.len().max(1) as f64;
+    (values.map(|v| v.max(f64::MIN_POSITIVE).ln()).sum::<f64>() / n).exp()
 }

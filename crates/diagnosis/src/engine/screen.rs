@@ -5,10 +5,9 @@ use rayon::prelude::*;
 
 use trueup_identification::lsq::Options;
 
-use super::hypothesis::{self, Posed};
+use super::hypothesis::{self, Hypothesis, Look, Posed};
 use super::order::is_order;
 use super::problem::{Comparison, Unknown};
-use super::replay::FURTHER;
 use super::search::{Fitted, Search, Stated};
 
 /// More looks than this are made in one recording first,
@@ -67,7 +66,7 @@ impl Looked {
     /// Sets the unknowns of a cause, the first being coordinate `begin`, such that its changes have these factors.
     fn set(&self, theta: &mut [f64], begin: usize, posed: &Posed, factors: &[f64]) {
         for (k, u) in posed.unknowns.iter().enumerate() {
-            theta[begin + k] = u.scale.coordinate(self.at(posed, k, None));
+            theta[begin + k] = u.scale.coordinate(self.at(posed, k));
         }
         for ((keep, _), s) in self.columns.iter().zip(factors) {
             let Some(k) = keep else { continue };
@@ -79,12 +78,9 @@ impl Looked {
             theta[begin + k] = posed.unknowns[k].scale.coordinate(self.values[k] * factors[0]);
         }
     }
-    /// Value of an unknown when all amplitudes but `keep` are neutral.
-    fn at(&self, posed: &Posed, k: usize, keep: Option<usize>) -> f64 {
-        match posed.amplitudes.iter().find(|(a, _)| *a == k) {
-            Some((_, neutral)) if keep != Some(k) => *neutral,
-            _ => self.values[k],
-        }
+    /// Value of an unknown when all amplitudes are neutral.
+    fn at(&self, posed: &Posed, k: usize) -> f64 {
+        posed.amplitudes.iter().find(|(a, _)| *a == k).map_or(self.values[k], |(_, neutral)| *neutral)
     }
 }
 
@@ -143,32 +139,7 @@ impl Search<'_> {
         }
         let begin = *stated.begin.last()?;
         let problem = self.compare(&stated);
-        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
-        // Times and orders are sought in what the balances miss.
-        let sought = push || last.unknowns.iter().any(is_order);
-        if base.stated.free.is_some() && sought {
-            return None;
-        }
-        let looks: Vec<Vec<f64>> = if push {
-            self.push_looks(base, h, &last.unknowns)
-        } else if last.looks.is_empty() {
-            vec![last.unknowns.iter().map(|u| u.start).collect()]
-        } else {
-            let given = (!orders.is_empty()).then(|| orders.to_vec());
-            let at_orders = last.unknowns.iter().position(is_order);
-            let at_orders = at_orders.and_then(|at| Some((at, given.or_else(|| self.orders(base, h))?)));
-            at_orders.map_or_else(
-                || last.looks.clone(),
-                |(at, orders)| {
-                    let look = |order: f64| {
-                        let mut look = last.looks[0].clone();
-                        look[at] = order;
-                        look
-                    };
-                    orders.into_iter().map(look).collect()
-                },
-            )
-        };
+        let looks = self.looks(base, h, last, orders)?;
         let keeps: Vec<Option<usize>> = match &last.amplitudes[..] {
             [] => vec![None],
             all => all.iter().map(|a| Some(a.0)).collect(),
@@ -181,6 +152,31 @@ impl Search<'_> {
         let mut start = from.clone();
         looked.set(&mut start, begin, last, &factors);
         Some(Screened { index, gain, start, looked: Some(looked) })
+    }
+
+    /// Where to look from at a cause; `None`: it is not to be seen beside this base. `orders`: of the shaft, if known.
+    fn looks(&self, base: &Fitted, h: &Hypothesis, posed: &Posed, orders: &[f64]) -> Option<Vec<Look>> {
+        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
+        let order = posed.unknowns.iter().position(is_order);
+        // Times and orders are sought in what the balances miss.
+        if base.stated.free.is_some() && (push || order.is_some()) {
+            return None;
+        }
+        if push {
+            return Some(self.push_looks(base, h, &posed.unknowns));
+        }
+        let Some(first) = posed.looks.first() else {
+            return Some(vec![posed.unknowns.iter().map(|u| u.start).collect()]);
+        };
+        let given = (!orders.is_empty()).then(|| orders.to_vec());
+        let at_orders = order.and_then(|at| Some((at, given.or_else(|| self.orders(base, h))?)));
+        let Some((at, orders)) = at_orders else { return Some(posed.looks.clone()) };
+        let look = |order: f64| {
+            let mut look = first.clone();
+            look[at] = order;
+            look
+        };
+        Some(orders.into_iter().map(look).collect())
     }
 
     /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
@@ -208,7 +204,7 @@ impl Search<'_> {
     /// balances have it.
     pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
         let mut stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
-        grown.believe(&mut stated, FURTHER);
+        grown.believe(&mut stated, 1.0);
         let shared = |u| base.coordinate_of(u).or_else(|| grown.coordinate_of(u));
         let start: Vec<f64> =
             stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
@@ -305,10 +301,10 @@ impl Beside<'_> {
         for keep in self.keeps {
             let mut theta = self.from.to_vec();
             for (k, u) in self.posed.unknowns.iter().enumerate() {
-                theta[self.begin + k] = u.scale.coordinate(looked.at(self.posed, k, *keep));
+                theta[self.begin + k] = u.scale.coordinate(looked.at(self.posed, k));
             }
             // What a free run adds up is in proportion only while it is small.
-            let close = if self.base.stated.free.is_some() { keep.map_or(1.0, |_| CLOSE) } else { 1.0 };
+            let close = if self.base.stated.free.is_some() && keep.is_some() { CLOSE } else { 1.0 };
             if let Some(k) = keep {
                 let (u, n) = (&self.posed.unknowns[*k], self.posed.neutral(*k));
                 theta[self.begin + k] = u.scale.coordinate(n + close * (looked.values[*k] - n));
@@ -328,6 +324,7 @@ impl Beside<'_> {
         let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
         Some((gain, looked, factors))
     }
+
     /// Of many the few that explain most where most is missing.
     fn likeliest(&self, looks: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
         let begins = self.problem.begins();

@@ -350,7 +350,8 @@ fn keep(sets: &mut Vec<Fitted>, fitted: Fitted) {
     }
 }
 
-/// Puts a fit in the place of that of the same set, or behind the others; where.
+/// Puts a fit in the place of that of the same set, or behind the others; where. Unlike [`keep`] it asks for no evidence: a
+/// fit of the balances from where a free run ended belongs to that run, which ended there for they had it wrong.
 pub(crate) fn put(sets: &mut Vec<Fitted>, fitted: Fitted) -> usize {
     let at = sets.iter().position(|f| same(&f.stated.set, &fitted.stated.set)).unwrap_or(sets.len());
     if at == sets.len() {

@@ -4,11 +4,21 @@
 //! the spring (without play): hardening with the cube, and from a knee on.
 //!
 //! What it gets wrong: a softening spring (K_3 < 0) turns over at delta^2 = K / (3 |K_3|); the cubic is meant
-//! below that. The knee is sharp.
+//! below that, and an estimator keeps to what pulls back up to four typical deflections: a free run goes further than what
+//! led the fit, and would never return. The knee is sharp.
 
 use super::*;
 
 pub(crate) struct NonlinearStiffness;
+
+/// Typical deflections up to which the spring pulls back, whatever is estimated.
+const FURTHEST: f64 = 4.0;
+/// Half of what softens may be the cube's: a typical torque over a typical deflection is K, and K = 3 |K_3| delta^2 where it
+/// turns over.
+const CUBE: Scale =
+    Scale::of(0.5 / (3.0 * FURTHEST * FURTHEST), &[(Measure::Torque, 1), (Measure::Deflection, -3)]);
+/// The other half the knee's.
+const KNEE: Scale = Scale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]);
 
 impl Effect for NonlinearStiffness {
     const SPEC: Spec = Spec {
@@ -25,6 +35,7 @@ impl Effect for NonlinearStiffness {
                 joint_start: 1.0e-6,
                 arm_start: 500.0,
                 scale: Scale::of(0.3, &[(Measure::Torque, 1), (Measure::Deflection, -3)]),
+                below: Some(CUBE),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -32,6 +43,7 @@ impl Effect for NonlinearStiffness {
                 unit: "N.m/rad",
                 description: "What the stiffness is more beyond the knee, K_k (EF-4); 0: there is no knee",
                 scale: Scale::of(0.5, &[(Measure::Torque, 1), (Measure::Deflection, -1)]),
+                below: Some(KNEE),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -72,6 +84,27 @@ mod tests {
             NonlinearStiffness::spring(&Local::new(&p, &[], &[], 0, 1), &d, &mut s);
             assert!((s.energy().eps[0] - s.torque().re).abs() < 1e-15);
             assert!((s.torque().re - (2.0 * deflection + extra)).abs() < 1e-15);
+        }
+    }
+
+    #[test]
+    fn a_spring_that_softens_pulls_back_as_far_as_it_may_go() {
+        let (stiffness, deflection) = (0.4, 0.05);
+        let size = |m| match m {
+            Measure::Torque => stiffness * deflection,
+            Measure::Deflection => deflection,
+            _ => f64::NAN,
+        };
+        let [cube, knee] =
+            [0, 1].map(|k| -NonlinearStiffness::SPEC.parameters[k].below.map_or(0.0, |b| b.value(size)));
+        assert!(cube < 0.0 && knee < 0.0, "softening is allowed");
+        for share in [0.1, 0.5, 0.999] {
+            let at = Dual::<1>::variable(share * 4.0 * deflection, 0);
+            let d = Drive { epsilon: at, ..Drive::default() };
+            let mut s = Spring::linear(Dual::constant(stiffness), Dual::constant(0.0), &d);
+            let p = [cube, knee, 0.0].map(Dual::constant);
+            NonlinearStiffness::spring(&Local::new(&p, &[], &[], 0, 1), &d, &mut s);
+            assert!(s.torque().eps[0] > 0.0, "at {}: {}", at.re, s.torque().eps[0]);
         }
     }
 }

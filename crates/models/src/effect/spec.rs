@@ -114,6 +114,8 @@ pub struct ParameterSpec {
     pub above_min: bool,
     /// Largest value.
     pub max: f64,
+    /// How far below 0 an estimator may take it, if less far than `min`: beyond, the model is not meant.
+    pub below: Option<Scale>,
     /// Start value when packed into a [`Plant::Joint`] (DELIAN joint 1): visible, not neutral.
     pub joint_start: f64,
     /// Start value when packed into a [`Plant::Arm`] (CBK PAN test-bed).
@@ -137,6 +139,7 @@ impl ParameterSpec {
         min: f64::NEG_INFINITY,
         above_min: false,
         max: f64::INFINITY,
+        below: None,
         joint_start: 0.0,
         arm_start: 0.0,
         role: Role::Amplitude,

@@ -135,21 +135,15 @@ impl Hypothesis {
         for s in choice.parameters() {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
-            self.pose_parameter(&mut posed, s, &choice, &name, at, s.scale.value(measure));
+            let below = s.below.map_or(f64::INFINITY, |b| b.value(measure));
+            let s = ParameterSpec { min: s.min.max(-below), ..*s };
+            self.pose_parameter(&mut posed, &s, &choice, &name, at, s.scale.value(measure));
         }
         if is_push(&choice) {
             self.pose_push(p, &mut posed);
         }
         if spec.id == "flexible-link" {
             posed.resonances(sizes.get(self.site, Measure::Mode));
-        }
-        if spec.id == "nonlinear-stiffness" {
-            let name = match p.subject.plant {
-                effect::Plant::Joint => "stiffness".to_owned(),
-                effect::Plant::Arm => format!("jointStiffness[{}]", self.site + 1),
-            };
-            let own = p.subject.parameters(&p.model).iter().position(|n| n.name == name);
-            posed.never_turns(own.map_or(0.0, |at| p.nominal[at]), sizes.get(self.site, Measure::Deflection));
         }
         posed
     }
@@ -248,9 +242,6 @@ impl Hypothesis {
     }
 }
 
-/// Typical deflections that a spring may see.
-const FURTHEST: f64 = 4.0;
-
 impl Posed {
     /// Looks for a small inertia on a spring: resonances are narrow, so many frequencies around `mode` (rad/s).
     fn resonances(&mut self, mode: f64) {
@@ -272,19 +263,6 @@ impl Posed {
                 look
             })
             .collect();
-    }
-    /// A spring that softens goes on pulling back up to [`FURTHEST`] typical deflections: a free run goes further than what led
-    /// the fit, and would never return. Half of it for the cube, half for the knee.
-    fn never_turns(&mut self, stiffness: f64, deflection: f64) {
-        let furthest = FURTHEST * deflection;
-        for u in &mut self.unknowns {
-            let most = match u.name.split('[').next() {
-                Some("cubicStiffness") => stiffness / (3.0 * furthest * furthest),
-                Some("kneeStiffness") => stiffness,
-                _ => continue,
-            };
-            u.lower = u.lower.max(-0.5 * most);
-        }
     }
     fn amplitude(&mut self, u: Unknown, neutral: f64, sizes: &[f64]) {
         let Scale::Linear(s) = u.scale else { return };
@@ -343,28 +321,5 @@ fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) ->
         lower: size * 1e-4,
         upper: size * 1e4,
         prior: Some((size.ln(), doubt)),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_spring_that_softens_pulls_back_as_far_as_it_may_go() {
-        let (stiffness, deflection) = (0.4, 0.05);
-        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]], follow: vec![] };
-        for (at, name) in ["cubicStiffness[2]", "kneeStiffness[2]"].into_iter().enumerate() {
-            let any = (f64::NEG_INFINITY, f64::INFINITY);
-            posed.amplitude(amplitude(name, "", Target::Parameter(at), 1.0, any), 0.0, &[1.0]);
-        }
-        posed.never_turns(stiffness, deflection);
-        let [cube, knee] = [0, 1].map(|k| posed.unknowns[k].lower);
-        assert!(cube < 0.0 && knee < 0.0, "softening is allowed");
-        for share in [0.1, 0.5, 0.999] {
-            let d = share * FURTHEST * deflection;
-            let slope = stiffness + 3.0 * cube * d * d + knee;
-            assert!(slope > 0.0, "at {d}: {slope}");
-        }
     }
 }
