@@ -9,6 +9,7 @@ use trueup_signals::Loaded;
 
 use crate::engine::decide::{Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
+use crate::engine::problem::Compared;
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Replayed};
 use crate::engine::search::{Fitted, Search, excess};
@@ -149,7 +150,9 @@ pub fn diagnose(
         fitted,
         seed: options.seed,
         limits: options.limits,
-    };
+        weights: Vec::new(),
+    }
+    .weighed();
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free * f.floor } else { f.chance };
@@ -169,6 +172,17 @@ pub fn diagnose(
         );
     }
     let ran = Contest { ground: &ground, contenders: &contenders };
+    // What happens in the recordings for fitting alone (a limit that others do not reach) is a gap as well.
+    let plain = found.above(found.plain.excess()) > options.limits.bare;
+    free.trained = !case.holdout.is_empty() && plain && free.before <= free.chance && {
+        let shown = search.replay(&before, &case.train);
+        let floors = search.floors(&before, &case.train, options.seed);
+        shown.ok().zip(floors.ok()).is_some_and(|(shown, floors)| {
+            let (tuned, before) = (shown.clone(), shown.clone());
+            let ground = Ground { runs: &case.train, before, tuned, floors, fitted: None, ..ground.clone() };
+            ground.weighed().free(&shown).is_some_and(|f| f.before > f.chance)
+        })
+    };
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     tell(
         0.85,
@@ -184,7 +198,9 @@ pub fn diagnose(
     let no_gap = decision.verdict == Verdict::NoGap;
     let tuned = if no_gap { before.clone() } else { tuned };
     let shown_tuned = if no_gap { ground.before.clone() } else { ground.tuned.clone() };
-    let gaps: Vec<(usize, f64)> = contenders.iter().map(|c| (c.at, c.after)).collect();
+    let gaps: Vec<(usize, f64)> =
+        contenders.iter().filter_map(|c| Some((c.at, ground.gap(&c.shown)?))).collect();
+    let ran: claim::Ran = contenders.iter().filter_map(|c| Some((c.at, c.fitted.clone()?))).collect();
     let chosen = contenders
         .into_iter()
         .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
@@ -198,7 +214,7 @@ pub fn diagnose(
         None => (tuned.clone(), shown_tuned.clone()),
     };
     let floors = floors_of(&after)?;
-    let traces = traces(&case, [&ground.before, &shown_tuned, &shown_after], &floors);
+    let traces = traces(runs, [&ground.before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
     tell(0.95, "where it lies");
     let picture = look(loaded, &search, &found, &decision);
@@ -212,9 +228,9 @@ pub fn diagnose(
         gap,
         sensors: (&picture.isolability).into(),
         location,
-        effects: effects(&search, &found, &decision),
+        effects: effects(&search, &found, &ran, &decision),
         candidates: candidates(&found, &decision),
-        parameters: parameters(&found, &decision),
+        parameters: parameters(&found, &ran, &decision),
         indistinguishable: indistinguishable(&found, &decision),
         unknown: Unknown { present: decision.verdict == Verdict::Unknown, probability: decision.unknown },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
@@ -255,8 +271,7 @@ fn tuned_start(search: &Search<'_>, found: &Found, effort: Effort) -> Fitted {
     fitted.unwrap_or_else(|| start_from.clone())
 }
 
-fn traces(case: &Prepared, shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
-    let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
+fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
         for (c, channel) in run.run.channels.iter().enumerate() {
@@ -275,10 +290,9 @@ fn traces(case: &Prepared, shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Tr
     all
 }
 
-fn gap_report(traces: &[Trace], seed: u64) -> GapReport {
-    let replayed: Vec<floor::Replayed<'_>> = traces
-        .iter()
-        .map(|t| floor::Replayed {
+fn replayed(traces: &[Trace]) -> Vec<floor::Replayed<'_>> {
+    fn of(t: &Trace) -> floor::Replayed<'_> {
+        floor::Replayed {
             recording: &t.recording,
             channel: &t.channel,
             measured: &t.measured,
@@ -286,9 +300,13 @@ fn gap_report(traces: &[Trace], seed: u64) -> GapReport {
             tuned: &t.tuned,
             after: &t.after,
             floor: t.floor,
-        })
-        .collect();
-    let found = floor::gaps(&replayed, seed);
+        }
+    }
+    traces.iter().map(of).collect()
+}
+
+fn gap_report(traces: &[Trace], seed: u64) -> GapReport {
+    let found = floor::gaps(&replayed(traces), seed);
     let of = |g: &floor::Gap| Gap {
         before: g.before,
         tuned: g.tuned,

@@ -10,7 +10,7 @@ use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::Found;
+use crate::engine::select::{Found, same};
 use crate::outcome::*;
 
 /// Which joint a cause is at, from 1.
@@ -32,24 +32,55 @@ impl Fitted {
     }
 }
 
-fn amount(f: &Fitted, k: usize, sd: &[f64]) -> Amount {
-    let u = &f.stated.unknowns[k];
-    let value = u.scale.value(f.theta[k]).0;
-    let end = |sign: f64| {
-        let v = u.scale.value(f.theta[k] + sign * 1.96 * sd[k]).0;
-        v.is_finite().then(|| v.clamp(u.lower, u.upper))
-    };
-    Amount { value, unit: u.unit.clone(), ci95: [end(-1.0), end(1.0)] }
+/// Deviation of an effect's size for its law: what another law of the same name would be fitted with.
+const FORM: f64 = 0.015;
+
+/// Free-running fits of some of the sets that led.
+pub(super) type Ran = Vec<(usize, Fitted)>;
+
+/// A set with what its free run made of it: two estimates that err for different reasons.
+struct Estimated<'a> {
+    led: &'a Fitted,
+    sd: Vec<f64>,
+    free: Option<(&'a Fitted, Vec<f64>)>,
 }
 
-pub(super) fn effects(search: &Search<'_>, found: &Found, decision: &Decision) -> Vec<Claimed> {
+impl<'a> Estimated<'a> {
+    fn new(led: &'a Fitted, found: &Found, ran: &'a Ran) -> Self {
+        let own = |r: &&(usize, Fitted)| same(&found.sets[r.0].stated.set, &led.stated.set);
+        let free = ran.iter().find(own).map(|r| (&r.1, r.1.deviations()));
+        Self { led, sd: led.deviations(), free }
+    }
+    /// The surer estimate of an unknown of the led set; its interval has in it what the other says, as far as that is sure,
+    /// and `form` times the value.
+    fn amount(&self, k: usize, form: f64) -> Amount {
+        let u = &self.led.stated.unknowns[k];
+        let led = (self.led.theta[k], self.sd[k]);
+        let free = self.free.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])));
+        let (best, other) = match free {
+            Some(free) if free.1 < led.1 => (free, Some(led)),
+            free => (led, free),
+        };
+        let at = |x: f64| u.scale.value(x).0;
+        let value = at(best.0);
+        let apart = other.map_or(0.0, |o| (at(o.0) - value) * best.1 / o.1.max(f64::MIN_POSITIVE));
+        let end = |sign: f64| {
+            let chance = at(best.0 + sign * 1.96 * best.1) - value;
+            let v = value + sign * chance.hypot(apart).hypot(1.96 * form * value);
+            v.is_finite().then(|| v.clamp(u.lower, u.upper))
+        };
+        Amount { value, unit: u.unit.clone(), ci95: [end(-1.0), end(1.0)] }
+    }
+}
+
+pub(super) fn effects(search: &Search<'_>, found: &Found, ran: &Ran, decision: &Decision) -> Vec<Claimed> {
     if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         return Vec::new();
     }
     let plant = search.case.subject.plant;
     let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
     let claim = |f: &Fitted, h: &Hypothesis, probability: f64| {
-        let sd = f.deviations();
+        let estimated = Estimated::new(f, found, ran);
         let at = f.stated.set.iter().position(|o| o == h).unwrap_or(0);
         let begin = f.stated.begin[at];
         let end = f.stated.begin.get(at + 1).copied().unwrap_or(f.stated.unknowns.len());
@@ -61,7 +92,7 @@ pub(super) fn effects(search: &Search<'_>, found: &Found, decision: &Decision) -
             probability,
             parameters: (begin..end)
                 .filter(|&k| f.stated.unknowns[k].lower < f.stated.unknowns[k].upper)
-                .map(|k| (f.stated.unknowns[k].name.clone(), amount(f, k, &sd)))
+                .map(|k| (f.stated.unknowns[k].name.clone(), estimated.amount(k, FORM)))
                 .collect(),
             closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
         }
@@ -123,15 +154,15 @@ pub(super) fn candidates(found: &Found, decision: &Decision) -> Vec<Candidate> {
     all
 }
 
-pub(super) fn parameters(found: &Found, decision: &Decision) -> BTreeMap<String, Amount> {
+pub(super) fn parameters(found: &Found, ran: &Ran, decision: &Decision) -> BTreeMap<String, Amount> {
     if decision.verdict == Verdict::NoGap {
         return BTreeMap::new();
     }
-    let sd = found.best.deviations();
+    let estimated = Estimated::new(&found.best, found, ran);
     let own = found.best.stated.begin.first().copied().unwrap_or(found.best.stated.unknowns.len());
     (0..found.best.stated.unknowns.len())
         .filter(|&k| k < own && found.best.stated.unknowns[k].run.is_none())
-        .map(|k| (found.best.stated.unknowns[k].name.clone(), amount(&found.best, k, &sd)))
+        .map(|k| (found.best.stated.unknowns[k].name.clone(), estimated.amount(k, 0.0)))
         .collect()
 }
 

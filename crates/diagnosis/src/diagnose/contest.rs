@@ -2,8 +2,9 @@
 
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
+use trueup_signals::process::overall;
 
-use super::{gap_report, traces};
+use super::{replayed, traces};
 use crate::engine::decide::{Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
@@ -11,6 +12,7 @@ use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found, put};
+use crate::floor::{Gap, each};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
@@ -23,6 +25,9 @@ const HINT: f64 = 0.1;
 /// As many of them are tried.
 const TRIED: usize = 3;
 
+/// How far a channel stands out from what chance leaves, where all together do not: then channels count by their floors.
+const STANDS: f64 = 1.5;
+
 /// A set that ran freely.
 #[derive(Clone, Debug)]
 pub(super) struct Contender {
@@ -32,13 +37,14 @@ pub(super) struct Contender {
     pub complete: Complete,
     /// Held-out recordings.
     pub shown: Replayed,
-    /// Their gap.
+    /// Their gap, channels weighed as the ground weighs them.
     pub after: f64,
     /// The free-running fit.
     pub fitted: Option<Fitted>,
 }
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
+#[derive(Clone)]
 pub(super) struct Ground<'a> {
     /// Search that found the sets.
     pub search: &'a Search<'a>,
@@ -56,16 +62,51 @@ pub(super) struct Ground<'a> {
     pub seed: u64,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
+    /// What the gap of each channel counts by; empty: all alike.
+    pub weights: Vec<f64>,
 }
 
 impl Ground<'_> {
+    /// The same, with channels weighed: alike, unless a gap that is plain in one of them drowns in the noise of others.
+    pub(super) fn weighed(self) -> Self {
+        let own = self.each(&self.before, &self.floors);
+        let seldom: Vec<f64> =
+            self.each(&self.before, &self.seldom()).into_iter().map(|g| g.floor.max(1e-12)).collect();
+        let before: Vec<f64> = own.iter().map(|g| g.before).collect();
+        let drowns = overall(&before) <= overall(&seldom);
+        let stands = before.iter().zip(&seldom).any(|(gap, chance)| *gap > STANDS * chance);
+        let weights = own.iter().map(|g| 1.0 / g.floor.max(1e-12)).collect();
+        Self { weights: if drowns && stands { weights } else { Vec::new() }, ..self }
+    }
+
+    /// Gap of each channel, with `after` in the place of the model with causes.
+    fn each(&self, after: &Replayed, floors: &[Vec<f64>]) -> Vec<Gap> {
+        let traces = traces(self.runs, [&self.before, &self.tuned, after], floors);
+        each(&replayed(&traces)).into_iter().map(|g| g.1).collect()
+    }
+
+    /// All channels together.
+    fn together(&self, each: &[Gap], figure: impl Fn(&Gap) -> f64) -> Option<f64> {
+        let weight = |c: usize| self.weights.get(c).copied().unwrap_or(1.0);
+        overall(&each.iter().enumerate().map(|(c, g)| weight(c) * figure(g)).collect::<Vec<_>>())
+    }
+
     /// Gaps with `after` in the place of the model with causes.
     pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
-        let shown = [&self.before, &self.tuned, after];
-        let gaps =
-            |floors: &[Vec<f64>]| gap_report(&traces(self.search.case, shown, floors), self.seed).overall;
-        let (g, seldom) = (gaps(&self.floors)?, gaps(&self.seldom())?);
-        Some(Free { before: g.before, tuned: g.tuned, after: g.after, floor: g.floor, chance: seldom.floor })
+        let (own, seldom) = (self.each(after, &self.floors), self.each(after, &self.seldom()));
+        Some(Free {
+            before: self.together(&own, |g| g.before)?,
+            tuned: self.together(&own, |g| g.tuned)?,
+            after: self.together(&own, |g| g.after)?,
+            floor: self.together(&own, |g| g.floor)?,
+            chance: self.together(&seldom, |g| g.floor)?,
+            trained: false,
+        })
+    }
+
+    /// Gap as it is reported, all channels alike.
+    pub(super) fn gap(&self, shown: &Replayed) -> Option<f64> {
+        overall(&self.each(shown, &self.floors).iter().map(|g| g.after).collect::<Vec<_>>())
     }
 
     /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was
@@ -126,9 +167,25 @@ impl Ground<'_> {
     }
 
     /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
-    /// these do not see what happens in reversals, nor much behind coarse encoders.
+    /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
+    /// were dragged too far to look from: others are looked at from where the best of them ended.
     fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
         let Some(base) = &self.fitted else { return Vec::new() };
+        let mut all = self.lacked(found, base, effort);
+        let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
+        let Some(base) = self.search.without(&best) else { return all };
+        for other in self.lacked(found, &base, effort) {
+            match all.iter_mut().find(|c| c.at == other.at) {
+                Some(c) if other.after < c.after => *c = other,
+                Some(_) => {}
+                None => all.push(other),
+            }
+        }
+        all
+    }
+
+    fn lacked(&self, found: &mut Found, base: &Fitted, effort: Effort) -> Vec<Contender> {
         let mut all = self.search.lacking(base, HINT);
         all.truncate(TRIED);
         let run = |a: Asked| {
@@ -165,10 +222,9 @@ impl Ground<'_> {
         let claims = best.iter().any(Hypothesis::is_effect);
         let limits = self.limits;
         // What the balances have settled no free run can turn.
-        let open = |f: &Fitted| {
-            let n = limits.independent(&chosen);
-            f.concentrated(n) + 0.5 * f.occam > chosen.concentrated(n) + 0.5 * chosen.occam - limits.settled
-        };
+        let (independent, least) = (limits.independent(&chosen), found.least());
+        let score = |f: &Fitted| f.concentrated(independent, least) + 0.5 * f.occam;
+        let open = |f: &Fitted| score(f) > score(&chosen) - limits.settled;
         let plain = found.plain.evidence(1.0);
         let kind = |f: &Fitted| {
             let set = &f.stated.set;
@@ -227,7 +283,7 @@ impl Ground<'_> {
             list.retain(|at| all.iter().all(|c| c.at != *at));
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
-        if found.plain.excess() < limits.left && !all.iter().any(|c| self.is_near(c)) {
+        if found.above(found.plain.excess()) < limits.left && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             all.retain(|c| lacking.iter().all(|l| l.at != c.at));
             all.extend(lacking);
@@ -237,11 +293,12 @@ impl Ground<'_> {
 
     /// How far the predictions of two are apart, as a gap.
     pub(super) fn apart(&self, a: &Contender, b: &Contender) -> Option<f64> {
-        let case = self.search.case;
-        let mut shown = traces(case, [&b.shown, &b.shown, &b.shown], &self.floors);
+        let shown = [&b.shown, &b.shown, &b.shown];
+        let mut traces = traces(self.runs, shown, &self.floors);
         let held = a.shown.iter().flatten();
-        shown.iter_mut().zip(held).for_each(|(t, y)| t.measured.clone_from(y));
-        gap_report(&shown, self.seed).overall.map(|g| g.after)
+        traces.iter_mut().zip(held).for_each(|(t, y)| t.measured.clone_from(y));
+        let each: Vec<Gap> = each(&replayed(&traces)).into_iter().map(|g| g.1).collect();
+        self.together(&each, |g| g.after)
     }
 }
 

@@ -297,6 +297,13 @@ impl<'a> Search<'a> {
         self.standing(plain.stated.clone(), start)
     }
 
+    /// The model without causes, everything else where a set that runs freely has it.
+    pub fn without(&self, set: &Fitted) -> Option<Fitted> {
+        let stated = self.state_like(&[], set.stated.free.clone()).ok()?;
+        let start = self.begin_with(&stated, set);
+        self.standing(stated, start)
+    }
+
     /// A set as it stands, in the place of a fit of it.
     pub fn standing(&self, stated: Stated, theta: Vec<f64>) -> Option<Fitted> {
         let there = self.compare(&stated).evaluate(&theta, true).ok()?;

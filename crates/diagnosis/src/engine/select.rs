@@ -61,6 +61,19 @@ pub struct Found {
     pub best: Fitted,
 }
 
+impl Found {
+    /// Share of the floor's power that is left at the least: where a set leaves less than noise was held to leave, no perfect
+    /// model leaves more than it does.
+    pub fn least(&self) -> f64 {
+        let least = self.sets.iter().map(Fitted::excess).fold(self.best.excess(), f64::min);
+        (1.0 + least.min(0.0)).max(LEAST)
+    }
+    /// An excess over that.
+    pub fn above(&self, excess: f64) -> f64 {
+        (1.0 + excess) / self.least() - 1.0
+    }
+}
+
 /// A step has to explain this share of the excess that is left.
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
@@ -81,6 +94,8 @@ const GROW: usize = 12;
 const WHOLE: usize = 2;
 /// Evidence that is apart by less is alike.
 const CLOSE: f64 = 5.0;
+/// Share of the floor that a set leaves at the least: less was fitted away.
+const LEAST: f64 = 0.02;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 

@@ -60,37 +60,65 @@ const DRAWS: usize = 1000;
 /// Sums of squares of a channel in a block: errors before, tuned, after, of the floor, variation.
 type Sums = [f64; 5];
 
+/// Sums of recordings by block and channel.
+struct Pooled<'a> {
+    /// Channels in the order of appearance, and the recordings.
+    names: Vec<&'a str>,
+    recordings: Vec<&'a str>,
+    /// By recording, block and channel.
+    blocks: Vec<Vec<Vec<Sums>>>,
+}
+
+impl<'a> Pooled<'a> {
+    fn new(replayed: &[Replayed<'a>]) -> Self {
+        let (mut names, mut recordings): (Vec<&str>, Vec<&str>) = Default::default();
+        for r in replayed {
+            if !names.contains(&r.channel) {
+                names.push(r.channel);
+            }
+            if !recordings.contains(&r.recording) {
+                recordings.push(r.recording);
+            }
+        }
+        let mut blocks = vec![vec![vec![Sums::default(); names.len()]; BLOCKS]; recordings.len()];
+        for r in replayed {
+            let place = |list: &[&str], name: &str| list.iter().position(|n| *n == name).unwrap_or(0);
+            let (run, channel) = (place(&recordings, r.recording), place(&names, r.channel));
+            for (block, sums) in blocks[run].iter_mut().enumerate() {
+                add(&mut sums[channel], r, block);
+            }
+        }
+        Self { names, recordings, blocks }
+    }
+    fn whole(&self) -> Vec<Sums> {
+        pool(self.blocks.iter().flatten(), self.names.len())
+    }
+}
+
+/// Gap of channels together.
+fn together(sums: &[Sums], which: &[usize]) -> Option<Gap> {
+    let figure =
+        |k: usize| overall(&which.iter().map(|c| (sums[*c][k] / sums[*c][4]).sqrt()).collect::<Vec<_>>());
+    let (before, tuned, after, floor) = (figure(0)?, figure(1)?, figure(2)?, figure(3)?);
+    let closed = (before > floor).then(|| (before - after) / (before - floor));
+    Some(Gap { before, tuned, after, floor, closed, ci95: None })
+}
+
+/// Gap of every channel that varies, in the order of appearance, without intervals.
+pub fn each(replayed: &[Replayed<'_>]) -> Vec<(String, Gap)> {
+    let pooled = Pooled::new(replayed);
+    let whole = pooled.whole();
+    let varies = (0..pooled.names.len()).filter(|c| whole[*c][4] > 0.0);
+    varies.filter_map(|c| Some((pooled.names[c].to_owned(), together(&whole, &[c])?))).collect()
+}
+
 /// Gaps over the held-out recordings, pooled by sample, with intervals from a bootstrap: over recordings where there are
 /// at least 6, else over twentieths of each.
 pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
-    let mut names: Vec<&str> = Vec::new();
-    let mut recordings: Vec<&str> = Vec::new();
-    for r in replayed {
-        if !names.contains(&r.channel) {
-            names.push(r.channel);
-        }
-        if !recordings.contains(&r.recording) {
-            recordings.push(r.recording);
-        }
-    }
-    // blocks[recording][block][channel]
-    let mut blocks = vec![vec![vec![Sums::default(); names.len()]; BLOCKS]; recordings.len()];
-    for r in replayed {
-        let place = |list: &[&str], name: &str| list.iter().position(|n| *n == name).unwrap_or(0);
-        let (run, channel) = (place(&recordings, r.recording), place(&names, r.channel));
-        for (block, sums) in blocks[run].iter_mut().enumerate() {
-            add(&mut sums[channel], r, block);
-        }
-    }
-    let whole = pool(blocks.iter().flatten(), names.len());
+    let pooled = Pooled::new(replayed);
+    let Pooled { names, recordings, blocks } = &pooled;
+    let whole = pooled.whole();
     let varies: Vec<usize> = (0..names.len()).filter(|c| whole[*c][4] > 0.0).collect();
-    let of = |sums: &[Sums], which: &[usize]| -> Option<Gap> {
-        let figure =
-            |k: usize| overall(&which.iter().map(|c| (sums[*c][k] / sums[*c][4]).sqrt()).collect::<Vec<_>>());
-        let (before, tuned, after, floor) = (figure(0)?, figure(1)?, figure(2)?, figure(3)?);
-        let closed = (before > floor).then(|| (before - after) / (before - floor));
-        Some(Gap { before, tuned, after, floor, closed, ci95: None })
-    };
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let draws: Vec<Vec<Sums>> = (0..DRAWS)
         .map(|_| {
@@ -105,9 +133,9 @@ pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
         })
         .collect();
     let with_interval = |which: &[usize]| -> Option<Gap> {
-        let mut gap = of(&whole, which)?;
+        let mut gap = together(&whole, which)?;
         let mut closed: Vec<f64> =
-            draws.iter().filter_map(|d| of(d, which)?.closed).filter(|c| c.is_finite()).collect();
+            draws.iter().filter_map(|d| together(d, which)?.closed).filter(|c| c.is_finite()).collect();
         closed.sort_unstable_by(f64::total_cmp);
         // Where noise alone could be the gap, an interval would be of a ratio of nothings.
         if gap.closed.is_some() && closed.len() * 20 >= DRAWS * 19 {

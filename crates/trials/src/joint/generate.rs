@@ -16,15 +16,12 @@ use crate::motion::{FAMILIES, Family, Motion};
 /// Attempts until a case is given up.
 const ATTEMPTS: usize = 40;
 
-/// What is left of the damping where it would tell a gear error from a ripple.
-const UNDAMPED: f64 = 2e-3;
-
 /// Pairs of effects that data of this kind cannot separate, with the way they are made to look alike.
 const MIMICS: [(&[&str], Mimic); 4] = [
     (&["actuator-lag", "sensor-delay"], Mimic::OneChannel),
     (&["gravity-torque", "cable-stiffness"], Mimic::SmallMotion),
     (&["asymmetric-friction", "gravity-torque"], Mimic::ConstantPull),
-    (&["torque-ripple", "kinematic-error"], Mimic::FastRipple),
+    (&["motor-friction", "load-friction"], Mimic::OneBody),
 ];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -32,7 +29,7 @@ enum Mimic {
     OneChannel,
     SmallMotion,
     ConstantPull,
-    FastRipple,
+    OneBody,
 }
 
 /// Draws until the effect shows.
@@ -52,18 +49,8 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let color = if rests && d.chance(0.6) { d.uniform(0.3, 0.8) } else { 0.0 };
     let mut drive = drive::draw(d, color);
     let mimic = (split == Split::Unidentifiable).then(|| MIMICS[turn % MIMICS.len()]);
-    if let Some((_, mimic)) = mimic {
+    if mimic.is_some() {
         drive.channels = vec![0];
-        if mimic == Mimic::FastRipple && !drive.small {
-            return None;
-        }
-        if mimic == Mimic::FastRipple {
-            // Far above the load's resonance nothing but the motor feels the gear's error.
-            drive.values.load_inertia = short(drive.values.load_inertia * 40.0);
-            drive.values.stiffness = short(drive.values.stiffness * 0.3);
-            // Its damper feels the error's rate, a ripple of the torque does not.
-            drive.values.damping = short(drive.values.damping * UNDAMPED);
-        }
     }
     let top = (drive.rate / 25.0).min(3.0);
     let holdouts = 1 + d.below(2);
@@ -81,7 +68,6 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
             Some((_, Mimic::ConstantPull)) => {
                 m = Motion::draw(d, Family::Reversals, 0.2 * load_speed.min(0.3), top, span);
             }
-            Some((_, Mimic::FastRipple)) => m.family = Family::Multisine,
             _ => {}
         }
         m.center = if mimic.is_some() { 0.0 } else { d.uniform(-0.3, 0.3) };
@@ -89,10 +75,12 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
         all_times.push(t);
     }
     let span = all_times.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
-    let scene = Scene { drive, motions, times: all_times, seeds: seed ^ ((index as u64) << 20), span };
+    // Without a spring motor and load are one body.
+    let rigid = matches!(mimic, Some((_, Mimic::OneBody)));
+    let scene = Scene { drive, motions, times: all_times, seeds: seed ^ ((index as u64) << 20), span, rigid };
     let values = scene.drive.values;
 
-    let plain = scene.run(values, false, &[], &[0, 1]);
+    let plain = scene.run(values, &[], &[0, 1]);
     if plain.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite())) {
         return None;
     }
@@ -101,7 +89,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
         return None;
     }
     let current_noise = current_noise(&plain, d);
-    let floor = floors(&scene, values, false, &plain, current_noise);
+    let floor = floors(&scene, values, &plain, current_noise);
 
     // What is there, and what the owner believes.
     let ids: Vec<&'static str> = match split {
@@ -134,7 +122,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let strongest = if split == Split::Single { 30.0 } else { 15.0 };
     let weakest = if split == Split::Single { 1.5 } else { 4.0 };
     let mut effects = Vec::new();
-    let mut believed = Believed { values, rigid: false, frictionless: false };
+    let mut believed = Believed { values, rigid, frictionless: rigid };
     let mut truth = values;
     for c in &choices {
         believed.rigid |= c.id == "joint-flexibility";
@@ -154,7 +142,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
         effects.push(effect);
     }
     let which: Vec<usize> = (0..scene.motions.len()).collect();
-    let runs = scene.run(truth, false, &effects, &which);
+    let runs = scene.run(truth, &effects, &which);
     if runs.iter().any(|r| r.track.state.iter().any(|x| x.iter().any(|v| !v.is_finite()))) {
         return None;
     }
@@ -202,10 +190,6 @@ fn imitate(kind: Mimic, c: &mut Choice, d: &mut Draw, v: &Values, s: &Scales) ->
         (Mimic::ConstantPull, "gravity-torque") => {
             c.law = Law::Unbalance { x: 0.0, y: g * d.sign() };
         }
-        (Mimic::FastRipple, "torque-ripple") => {
-            c.law = Law::Ripple { torque: s.torque, order: 4.0, a: d.phase(), b: d.phase() };
-        }
-        (Mimic::FastRipple, _) => c.law = Law::GearError { order: 4.0, a: d.phase(), b: d.phase() },
         _ => {}
     }
     Some(())

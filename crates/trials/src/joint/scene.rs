@@ -15,13 +15,15 @@ pub(super) struct Scene {
     /// For the controller's encoder noise.
     pub(super) seeds: u64,
     pub(super) span: f64,
+    /// The drive has no spring.
+    pub(super) rigid: bool,
 }
 
 impl Scene {
-    pub(super) fn run(&self, values: Values, rigid: bool, effects: &[Effect], which: &[usize]) -> Vec<Done> {
+    pub(super) fn run(&self, values: Values, effects: &[Effect], which: &[usize]) -> Vec<Done> {
         let one = |i: &usize| {
             let mut d = Draw::new("encoders", self.seeds, *i, 0);
-            let joint = Joint::new(values, rigid, effects.to_vec(), self.span);
+            let joint = Joint::new(values, self.rigid, effects.to_vec(), self.span);
             record(joint, &self.drive, &self.motions[*i], &self.times[*i], &mut d)
         };
         which.iter().map(one).collect()

@@ -9,9 +9,9 @@ use super::scene::{Believed, Scene};
 use crate::draw::Draw;
 
 /// What noise of the current leaves in each channel after a refit.
-pub(super) fn carried(scene: &Scene, values: Values, rigid: bool, plain: &[Done], noise: f64) -> Vec<f64> {
+pub(super) fn carried(scene: &Scene, values: Values, plain: &[Done], noise: f64) -> Vec<f64> {
     let mut d = Draw::new("carried", scene.seeds, 0, 0);
-    let mut bench = Replays::new(&scene.drive, values, rigid, plain, true);
+    let mut bench = Replays::new(&scene.drive, values, scene.rigid, plain, true);
     bench.scale = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation()).collect();
     let measured = bench.measured(plain, &[], scene.span);
     for (_, current) in &mut bench.runs {
@@ -37,8 +37,8 @@ pub(super) fn by_channel(left: &[Vec<f64>], channels: usize) -> Vec<f64> {
 }
 
 /// Floor of each channel: its sensor and the current's noise carried.
-pub(super) fn floors(scene: &Scene, values: Values, rigid: bool, plain: &[Done], noise: f64) -> Vec<f64> {
-    let carried = carried(scene, values, rigid, plain, noise);
+pub(super) fn floors(scene: &Scene, values: Values, plain: &[Done], noise: f64) -> Vec<f64> {
+    let carried = carried(scene, values, plain, noise);
     let own = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation());
     own.zip(&carried).map(|(a, b)| a.hypot(*b)).collect()
 }
@@ -87,7 +87,7 @@ pub(super) fn size(
             truth.coulomb = 0.0;
         }
         let effect = Effect::new(c.law.clone(), short(size));
-        let runs = scene.run(truth, false, std::slice::from_ref(&effect), &[0, 1]);
+        let runs = scene.run(truth, std::slice::from_ref(&effect), &[0, 1]);
         if runs.iter().any(|r| r.track.state.iter().any(|x| !x[0].is_finite() || !x[2].is_finite())) {
             size = (size * 0.3).max(c.least);
             continue;
