@@ -119,3 +119,11 @@ def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
 def test_mistakes(tmp_path):
     wrong = run("diagnose", tmp_path / "nowhere", "-o", tmp_path / "out")
     assert wrong.returncode != 0 and "nowhere" in wrong.stderr and not (tmp_path / "out").exists()
+
+
+def test_an_output_that_cannot_be_made_is_said_before_the_work(tmp_path, trials):
+    (tmp_path / "out").write_text("")
+    case = next((trials / "cases").iterdir())
+    wrong = run("diagnose", case, "-o", tmp_path / "out")
+    assert wrong.returncode == 1 and "it is a file; name another one with --output" in wrong.stderr
+    assert "comparing" not in wrong.stderr

@@ -26,7 +26,8 @@ impl Case {
             None => {
                 for finding in &mut findings {
                     finding.mend =
-                        "a case is a folder of recordings with a case.toml; see docs/recordings.md".into();
+                        "a case is a folder of recordings with a case.toml; see docs/identification.md"
+                            .into();
                 }
                 Err(Error::Wrong(findings))
             }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::IsTerminal;
+use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -35,6 +36,9 @@ fn json(d: &Diagnosis) -> Result<String, Error> {
 pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let begun = Instant::now();
     let loaded = identify::load(&args.case)?;
+    // What would be in the way of writing is said before the work, not after it.
+    let library = pack::library(args.library.as_deref())?;
+    folder(&args.output)?;
     let options = Options { seed: args.seed, ..Options::default() };
     sensors(&loaded);
     let bar = std::io::stderr().is_terminal().then(bar);
@@ -53,7 +57,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let Some(augmented) = &found.augmented {
-        match fmus(args, &loaded, augmented) {
+        match fmus(&library, &loaded, augmented) {
             Ok(ready) => {
                 found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
                 files = ready;
@@ -61,7 +65,6 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
             Err(e) => return Err(e),
         }
     }
-    folder(&args.output)?;
     let page = page(&loaded, &found, args.seed);
     if let Some(next) = &found.next {
         files.push((experiment::FILE.into(), experiment::csv(&next.inputs).into_bytes()));
@@ -99,13 +102,12 @@ fn bar() -> ProgressBar {
 }
 
 /// The model with what was claimed, for both versions of FMI.
-fn fmus(args: &Diagnose, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(String, Vec<u8>)>, Error> {
+fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let name = loaded.case.model.as_str();
     let model = catalog::models()
         .find(|m| m.name == name)
         .ok_or_else(|| Error::Failed(format!("there is no model `{name}`")))?;
-    let library = pack::library(args.library.as_deref())?;
-    let library = std::fs::read(&library).map_err(|e| Error::at(&library, e))?;
+    let library = std::fs::read(library).map_err(|e| Error::at(library, e))?;
     let flexible: Vec<bool> =
         loaded.case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
     let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
