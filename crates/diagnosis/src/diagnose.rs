@@ -99,6 +99,8 @@ pub struct Diagnosed {
 pub struct Augmented {
     /// Effects that it is packed with (ids, places behind a colon).
     pub effects: Vec<String>,
+    /// Which of its joints are packed flexible.
+    pub flexible: Vec<bool>,
     /// Its parameters by name.
     pub values: Vec<(String, f64)>,
 }

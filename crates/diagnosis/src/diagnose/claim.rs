@@ -11,6 +11,7 @@ use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
+use crate::engine::subject::Model;
 use crate::outcome::*;
 
 /// Which joint a cause is at, from 1.
@@ -92,7 +93,7 @@ pub(super) fn effects(search: &Search<'_>, found: &Found, ran: &Ran, decision: &
             probability,
             parameters: (begin..end)
                 .filter(|&k| f.stated.unknowns[k].lower < f.stated.unknowns[k].upper)
-                .map(|k| (f.stated.unknowns[k].name.clone(), estimated.amount(k, FORM)))
+                .map(|k| (f.stated.unknowns[k].stem().to_owned(), estimated.amount(k, FORM)))
                 .collect(),
             closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
         }
@@ -202,19 +203,22 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
         .set
         .iter()
         .filter_map(|h| match h.claim {
-            Claim::Effect(c) => Some(c.id()),
+            Claim::Effect(c) if h.loosens().is_none() => Some(c.id()),
             _ => None,
         })
         .collect();
     effects.sort();
     effects.dedup();
-    for (i, h) in stated.set.iter().enumerate() {
+    for i in 0..stated.set.len() {
         for (own, x) in stated.posed[i].unknowns.iter().zip(&after.theta[stated.begin[i]..]) {
             if own.target.shifts() {
-                let element = if h.per_joint { format!("[{}]", h.site + 1) } else { String::new() };
-                all.push((format!("{}{element}", own.name), own.scale.value(*x).0));
+                all.push((own.name.clone(), own.scale.value(*x).0));
             }
         }
     }
-    Augmented { effects, values: all }
+    let flexible = match &stated.model {
+        Model::Arm(m) => m.flexible().to_vec(),
+        Model::Joint(_) => search.case.subject.flexible.clone(),
+    };
+    Augmented { effects, flexible, values: all }
 }

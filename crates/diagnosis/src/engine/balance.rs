@@ -87,6 +87,9 @@ pub struct Led {
     pub floors: Vec<Vec<f64>>,
     /// Coordinates that may lead.
     pub leading: Vec<bool>,
+    /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
+    /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
+    pub beside: Vec<usize>,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
 }
@@ -168,6 +171,7 @@ impl Led {
             share: Vec::new(),
             floors: Vec::new(),
             leading: Vec::new(),
+            beside: Vec::new(),
         })
     }
 
@@ -292,15 +296,15 @@ impl Led {
                             if rate { x[links.velocity[i]] } else { links.position(i, &coordinate, &x) };
                         state * f + more
                     }
-                    Some((i, f, false)) => {
-                        let more = sensed[c].as_ref().map_or(T::zero(), |s| s[2][k]);
-                        dx[links.velocity[i]] * f + more
-                    }
-                    // The only sensor of its coordinate: its slope. Beside another one: the reading.
-                    Some((i, f, true)) => {
-                        let d = usize::from(matches!(links.leads[i], Some((l, ..)) if l == c));
+                    // What leads its coordinate: its second derivative, or the slope of a velocity. Beside another one: the
+                    // reading.
+                    Some((i, f, rate)) => {
+                        let leads = links.lead_of(i) == Some(c);
+                        let d = if leads { 2 - usize::from(rate) } else { 0 };
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[d][k]);
-                        if d == 1 { dx[links.velocity[i]] * f + more } else { coordinate[i][1] * f + more }
+                        let own =
+                            if leads { dx[links.velocity[i]] } else { coordinate[i][usize::from(rate)] };
+                        own * f + more
                     }
                 });
             }
@@ -349,8 +353,8 @@ impl Led {
         // The model's side through the kernel that the readings passed.
         for (c, s) in self.channels.iter().enumerate() {
             let measured = match links.shows[c] {
-                Some((i, _, false)) if links.leads[i].is_some() => &s.ddy,
-                Some((i, _, true)) if matches!(links.leads[i], Some((l, ..)) if l == c) => &s.dy,
+                Some((i, _, false)) if links.lead_of(i) == Some(c) => &s.ddy,
+                Some((i, _, true)) if links.lead_of(i) == Some(c) => &s.dy,
                 _ => &s.y,
             };
             let series = octaves::gaussian(&out[c], self.kernel, 0);
@@ -443,9 +447,11 @@ impl Led {
     pub fn terms(&self, links: &Links, coordinates: &[Coordinate]) -> Vec<[Vec<f64>; 2]> {
         let all = self.channels.iter().enumerate().map(|(c, s)| {
             let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
-            let beside = rate && !matches!(links.leads[i], Some((l, ..)) if l == c);
-            if beside || links.leads[i].is_none() {
-                return [s.y.clone(), s.y.clone()];
+            if links.lead_of(i) != Some(c) {
+                // Two angles of one body: no law stands between them.
+                let exact = !rate && links.leads[i].is_some();
+                let own = if exact { vec![0.0; self.t.len()] } else { s.y.clone() };
+                return [own.clone(), own];
             }
             let own = if rate { s.dy.clone() } else { s.ddy.clone() };
             let mut driven = vec![0.0; self.t.len()];

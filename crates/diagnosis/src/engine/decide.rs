@@ -279,12 +279,13 @@ impl<'a> Judge<'a> {
             let Some(chosen) = chosen else {
                 return self.told(f) - self.told(best);
             };
-            // Predictions as near to each other as either is to the recordings tell nothing apart.
+            // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
             let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.alike * after);
             // How much was possible before tells no more than so much.
             let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
             let spared = (-possible - self.limits.possible).max(0.0);
-            if alike { 0.0 } else { self.score(at) - self.score(chosen) + spared }
+            let settled = self.told(f) < self.told(best) - self.limits.settled;
+            if alike && !settled { 0.0 } else { self.score(at) - self.score(chosen) + spared }
         };
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
         let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();

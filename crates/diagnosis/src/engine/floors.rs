@@ -60,6 +60,7 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
         let mut own = grid.ok_or_else(short)?;
         own.leading.clone_from(&lead);
         own.part = part;
+        own.beside = own.links(&case.model, &case.coordinates).beside();
         let links = own.links(&case.model, &case.coordinates);
         own.mark_reversals(&links);
         led.push(own);
@@ -107,6 +108,7 @@ impl Spectra {
             let Some(mut made) = Led::new(&made, inputs, own.kernel) else { continue };
             made.leading.clone_from(&own.leading);
             made.part = own.part;
+            made.beside.clone_from(&own.beside);
             made.mark_reversals(&links);
             if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
                 merge(&mut all.noise, &made.products(&series));

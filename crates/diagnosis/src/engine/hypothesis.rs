@@ -61,9 +61,13 @@ impl Hypothesis {
     /// Effects that the model has to be built with.
     pub fn effect(&self) -> Option<String> {
         match self.claim {
-            Claim::Effect(c) if !shifts(&c) => Some(c.id()),
+            Claim::Effect(c) if !shifts(&c) && self.loosens().is_none() => Some(c.id()),
             _ => None,
         }
+    }
+    /// The joint of an arm that it makes flexible: by the structure, for the effect makes all so that are rigid.
+    pub fn loosens(&self) -> Option<usize> {
+        (self.id == "joint-flexibility" && self.per_joint).then_some(self.site)
     }
     /// The same cause in the same place, however its times are shared.
     pub fn same_place(&self, other: &Self) -> bool {
@@ -279,9 +283,7 @@ fn elements_of(p: &Prepared, channel: &str) -> Vec<(usize, usize, String)> {
 fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
     let flexible = p.subject.flexible[site];
     match (choice.spec().id, p.subject.plant) {
-        ("joint-flexibility", effect::Plant::Joint) => !flexible,
-        // On the arm it makes every rigid joint flexible.
-        ("joint-flexibility", effect::Plant::Arm) => !flexible && site == first_rigid(p),
+        ("joint-flexibility", _) => !flexible,
         ("motor-friction", effect::Plant::Joint) => {
             p.nominal[joint::parameter::COULOMB_FRICTION] == 0.0
                 && p.nominal[joint::parameter::VISCOUS_FRICTION] == 0.0
@@ -306,8 +308,4 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
         }
         _ => true,
     }
-}
-
-fn first_rigid(p: &Prepared) -> usize {
-    p.subject.flexible.iter().position(|f| !f).unwrap_or(usize::MAX)
 }

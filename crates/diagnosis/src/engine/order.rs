@@ -19,7 +19,7 @@ const BLOCK: usize = 128;
 
 /// An order of the shaft.
 pub(crate) fn is_order(u: &Unknown) -> bool {
-    u.name.split('[').next().is_some_and(|n| n.ends_with("Order"))
+    u.stem().ends_with("Order")
 }
 
 impl Search<'_> {

@@ -70,6 +70,10 @@ pub struct Unknown {
 }
 
 impl Unknown {
+    /// Its name without the joint or element.
+    pub fn stem(&self) -> &str {
+        self.name.split('[').next().unwrap_or(&self.name)
+    }
     /// The coordinate of its start.
     pub fn coordinate(&self) -> f64 {
         self.scale.coordinate(self.start)

@@ -138,9 +138,9 @@ impl Search<'_> {
 /// What an unknown of a push is for a stretch; its force is of the typical size.
 fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
     match () {
-        () if u.name.ends_with("Start") => found.map_or(u.start, |s| s.start),
-        () if u.name.ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
-        () if u.name.ends_with("Edge") => u.start,
+        () if u.stem().ends_with("Start") => found.map_or(u.start, |s| s.start),
+        () if u.stem().ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
+        () if u.stem().ends_with("Edge") => u.start,
         () => match u.scale {
             trueup_identification::unknown::Scale::Linear(s) => s,
             trueup_identification::unknown::Scale::Log => u.start,

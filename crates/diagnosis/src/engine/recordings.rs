@@ -311,6 +311,16 @@ fn first_states(
             known.extend([(start[0], v[0]), (start[1], v[1])]);
         }
     }
+    // A rigid joint's load is where its motor is, or where it is seen.
+    if let (Model::Joint(m), false) = (model, known.is_empty())
+        && !m.flexible()
+    {
+        use joint::{output as o, parameter as p};
+        let n = nominal[p::GEAR_RATIO];
+        let channel = run.channels.iter().find(|c| c.output == o::LOAD_ANGLE);
+        let seen = channel.and_then(|c| parabola(c, run.start)).unwrap_or([known[0].1 / n, known[1].1 / n]);
+        known.extend([(p::INITIAL_LOAD_ANGLE, seen[0]), (p::INITIAL_LOAD_VELOCITY, seen[1])]);
+    }
     if let Model::Arm(m) = model {
         // A rigid joint's motor is the joint.
         use trueup_models::arm::parameter as p;

@@ -99,7 +99,7 @@ impl Search<'_> {
     /// What is not known of a recording before it is simulated: first states, and offsets where declared so.
     pub fn first_states(
         &self,
-        model: &Model,
+        (model, nominal): (&Model, &[f64]),
         run: &Compared,
         index: usize,
         which: impl Fn(usize) -> bool,
@@ -107,7 +107,8 @@ impl Search<'_> {
         let named = self.case.subject.parameters(model);
         let old = self.case.subject.parameters(&self.case.model);
         let mut all = Vec::new();
-        for (_, c) in self.case.coordinates.iter().enumerate().filter(|c| which(c.0)) {
+        let coordinates = self.case.subject.coordinates(model, nominal);
+        for (_, c) in coordinates.iter().enumerate().filter(|c| which(c.0)) {
             let Some(start) = c.start else { continue };
             // Deviation of a reading, time between two, and how far and how fast it goes.
             let seen = run.run.channels.iter().find_map(|ch| {
@@ -119,9 +120,9 @@ impl Search<'_> {
                 Some((ch.sigma / f, h, self.sizes.range(ch.output) / f, fastest / f))
             });
             for (k, at) in start.into_iter().enumerate() {
-                let Some(name) = old.get(at).map(|n| n.name.clone()) else { continue };
-                let Some(at) = named.iter().position(|n| n.name == name) else { continue };
-                let value = run.known.iter().find(|(i, _)| *i == start[k]).map_or(0.0, |k| k.1);
+                let Some(name) = named.get(at).map(|n| n.name.clone()) else { continue };
+                let known = old.iter().position(|n| n.name == name);
+                let value = run.known.iter().find(|(i, _)| Some(*i) == known).map_or(0.0, |k| k.1);
                 // What a few dozen readings give, or a wrong model of what they show; nobody measures it: as far as its
                 // spring lets it go, or as much as may be.
                 let spring = c.spring.map(|(site, moves)| {
@@ -280,7 +281,7 @@ impl Search<'_> {
         // What acts in one recording for fitting only does not act in those held out.
         let own = train.iter().position(|t| t.run.name == run.run.name);
         let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
-        let mut unknowns = self.first_states(&stated.model, run, 0, |_| true);
+        let mut unknowns = self.first_states((&stated.model, &nominal), run, 0, |_| true);
         for (u, x) in stated.unknowns.iter().zip(&complete.theta).filter(|(u, _)| u.run.is_none()) {
             let value = u.scale.value(*x).0;
             if u.target.shifts() || matches!(u.target, Target::Offset(_)) {

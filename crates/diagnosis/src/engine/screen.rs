@@ -36,6 +36,8 @@ pub struct Screened {
 struct Looked {
     values: Vec<f64>,
     columns: Vec<(Option<usize>, DVector<f64>)>,
+    /// The same by first states that only the model with the cause has: coordinates.
+    fresh: Vec<(usize, DVector<f64>)>,
     /// Only one sign of its change makes sense.
     one_sided: bool,
 }
@@ -144,13 +146,33 @@ impl Search<'_> {
             [] => vec![None],
             all => all.iter().map(|a| Some(a.0)).collect(),
         };
-        let beside =
-            Beside { base, projection, problem: &problem, from: &from, begin, posed: last, keeps: &keeps };
+        // A joint that gives way has a motor of its own, which begins somewhere.
+        let fresh = |k: &usize| base.place_of(&stated.unknowns[*k]).is_none();
+        let fresh: Vec<usize> = (0..begin).filter(fresh).collect();
+        let beside = Beside {
+            base,
+            projection,
+            problem: &problem,
+            from: &from,
+            begin,
+            posed: last,
+            keeps: &keeps,
+            fresh: &fresh,
+        };
         let all = if looks.len() > FEW { beside.likeliest(looks) } else { looks };
         let found = all.into_iter().filter_map(|values| beside.at(values, None));
-        let (gain, looked, factors) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
         let mut start = from.clone();
-        looked.set(&mut start, begin, last, &factors);
+        if fresh.is_empty() {
+            let (gain, looked, factors) = found.max_by(|a, b| a.0.total_cmp(&b.0))?;
+            looked.set(&mut start, begin, last, &factors);
+            return Some(Screened { index, gain, start, looked: Some(looked) });
+        }
+        let firm = |(gain, looked, _): (f64, Looked, _)| Some((projection.firm(&looked)?, gain, looked));
+        let ((firm, steps), gain, looked) = found.filter_map(firm).max_by(|a, b| a.0.0.total_cmp(&b.0.0))?;
+        looked.set(&mut start, begin, last, &[1.0]);
+        looked.fresh.iter().zip(steps).for_each(|((k, _), step)| start[*k] += step);
+        // What another size of it would explain: parameters that were dragged make every one look bad.
+        let gain = gain.max(firm);
         Some(Screened { index, gain, start, looked: Some(looked) })
     }
 
@@ -289,13 +311,16 @@ struct Beside<'a> {
     posed: &'a Posed,
     /// Amplitudes to be looked at.
     keeps: &'a [Option<usize>],
+    /// First states that the base does not have.
+    fresh: &'a [usize],
 }
 
 impl Beside<'_> {
     /// By how much the sum of squares would fall with unknowns around these values, half, and with which factors; in one
     /// recording, or all.
     fn at(&self, values: Vec<f64>, run: Option<usize>) -> Option<(f64, Looked, Vec<f64>)> {
-        let mut looked = Looked { values, columns: Vec::new(), one_sided: self.posed.one_sided() };
+        let mut looked =
+            Looked { values, columns: Vec::new(), fresh: Vec::new(), one_sided: self.posed.one_sided() };
         let begins = self.problem.begins();
         let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
         for keep in self.keeps {
@@ -309,9 +334,22 @@ impl Beside<'_> {
                 let (u, n) = (&self.posed.unknowns[*k], self.posed.neutral(*k));
                 theta[self.begin + k] = u.scale.coordinate(n + close * (looked.values[*k] - n));
             }
-            let there =
-                run.map_or_else(|| self.problem.residuals(&theta), |r| self.problem.residual(r, &theta));
-            let Ok(mut there) = there else { continue };
+            let residuals = |theta: &[f64]| {
+                run.map_or_else(|| self.problem.residuals(theta), |r| self.problem.residual(r, theta))
+            };
+            let Ok(mut there) = residuals(&theta) else { continue };
+            for (k, of) in self.fresh.iter().filter_map(|k| Some((*k, self.problem.unknowns[*k].run?))) {
+                if run.is_some_and(|r| r != of) {
+                    continue;
+                }
+                theta[k] += 1.0;
+                let moved = self.problem.residual(of, &theta);
+                theta[k] -= 1.0;
+                let Ok(mut moved) = moved else { continue };
+                let own = begins[of] - rows.start..begins[of + 1] - rows.start;
+                moved.iter_mut().zip(&there[own]).for_each(|(a, b)| *a -= b);
+                looked.fresh.push((k, self.projection.out(begins[of], &moved)));
+            }
             let base = &self.base.residuals.as_slice()[rows.clone()];
             there.iter_mut().zip(base).for_each(|(a, b)| *a = (*a - b) / close);
             looked.columns.push((*keep, self.projection.out(rows.start, &there)));
@@ -319,7 +357,8 @@ impl Beside<'_> {
         if looked.columns.is_empty() {
             return None;
         }
-        let columns: Vec<&DVector<f64>> = looked.columns.iter().map(|c| &c.1).collect();
+        let own = looked.columns.iter().map(|c| &c.1);
+        let columns: Vec<&DVector<f64>> = own.chain(looked.fresh.iter().map(|c| &c.1)).collect();
         let (gain, factors) = self.projection.best(&columns);
         let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
         Some((gain, looked, factors))
@@ -335,7 +374,12 @@ impl Beside<'_> {
         let Some(run) = (0..begins.len() - 1).max_by(|a, b| power(*a).total_cmp(&power(*b))) else {
             return looks;
         };
-        let gain = |values: Vec<f64>| self.at(values, Some(run)).map(|found| (found.0, found.1.values));
+        // A spring is there or not: no factor stands before it.
+        let gain = |values: Vec<f64>| {
+            let (gain, looked, _) = self.at(values, Some(run))?;
+            let firm = if self.fresh.is_empty() { gain } else { self.projection.firm(&looked)?.0 };
+            Some((firm, looked.values))
+        };
         let mut all: Vec<(f64, Vec<f64>)> = looks.into_iter().filter_map(gain).collect();
         all.sort_by(|a, b| b.0.total_cmp(&a.0));
         all.truncate(LIKELIEST);
@@ -373,9 +417,14 @@ impl Projection {
     /// Half the fall of the sum of squares with the best factors of these changes, and the factors; a factor of 1 has
     /// the prior's standard deviation.
     fn best(&self, columns: &[&DVector<f64>]) -> (f64, Vec<f64>) {
-        let n = columns.len();
-        let a = DMatrix::from_fn(n, n, |i, j| columns[i].dot(columns[j]));
-        best(a, DVector::from_fn(n, |i, _| columns[i].dot(&self.residuals)))
+        best_of(columns, &self.residuals)
+    }
+    /// Half the fall of the sum of squares with a cause as it was looked at and the best first states, and their steps.
+    fn firm(&self, looked: &Looked) -> Option<(f64, Vec<f64>)> {
+        let fresh: Vec<&DVector<f64>> = looked.fresh.iter().map(|c| &c.1).collect();
+        let with = &self.residuals + &looked.columns.first()?.1;
+        let (gain, steps) = best_of(&fresh, &with);
+        Some((gain + 0.5 * (self.residuals.norm_squared() - with.norm_squared()), steps))
     }
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
     fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
@@ -391,6 +440,13 @@ impl Projection {
         let gain = -0.5 * step.dot(&b) + 0.5 * base.residuals.norm_squared() - before;
         Some((gain.max(0.0), step[k]))
     }
+}
+
+/// Of these changes of residuals.
+fn best_of(columns: &[&DVector<f64>], residuals: &DVector<f64>) -> (f64, Vec<f64>) {
+    let n = columns.len();
+    let a = DMatrix::from_fn(n, n, |i, j| columns[i].dot(columns[j]));
+    best(a, DVector::from_fn(n, |i, _| columns[i].dot(residuals)))
 }
 
 /// Of changes with products `a` among themselves and `b` with the residuals.

@@ -148,7 +148,9 @@ impl<'a> Search<'a> {
         effects.dedup();
         effects.sort();
         effects.dedup();
-        let model = p.subject.model(&effects)?;
+        let mut subject = p.subject.clone();
+        set.iter().filter_map(Hypothesis::loosens).for_each(|joint| subject.flexible[joint] = true);
+        let model = subject.model(&effects)?;
         let named = p.subject.parameters(&model);
         let names: BTreeMap<String, usize> =
             named.iter().enumerate().map(|(i, n)| (n.name.clone(), i)).collect();
@@ -195,7 +197,7 @@ impl<'a> Search<'a> {
             let links = led.links(&model, &p.subject.coordinates(&model, &nominal));
             let unled: Vec<usize> = links.unled().collect();
             let which = |c: usize| free.is_some() || unled.contains(&c);
-            unknowns.extend(self.first_states(&model, compared, run, which));
+            unknowns.extend(self.first_states((&model, &nominal), compared, run, which));
         }
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
         for h in set {

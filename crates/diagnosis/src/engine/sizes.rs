@@ -111,8 +111,12 @@ impl Sizes {
                 speed_of(find(o::joint_angle(n) + j)).or_else(|| speed_of(find(o::motor_angle(n) + j)));
             let speed = speed.unwrap_or(base_rate).max(1e-4);
             let torque = torques[j].max(0.02 * most);
-            let k = v[q::joint_stiffness(n) + j].max(1e-6);
             let inertia = v[q::link_inertia(n) + j].max(1e-9);
+            // A rigid joint's spring, if it has one: a link's mode of some 1.5 Hz.
+            let k = match p.subject.flexible[j] {
+                true => v[q::joint_stiffness(n) + j].max(1e-6),
+                false => inertia * 10f64.powi(2),
+            };
             let mode = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
             let deflection = torque / k;
             let angle = self.range(o::joint_angle(n) + j);

@@ -108,8 +108,7 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
         .find(|m| m.name == name)
         .ok_or_else(|| Error::Failed(format!("there is no model `{name}`")))?;
     let library = std::fs::read(library).map_err(|e| Error::at(library, e))?;
-    let flexible: Vec<bool> =
-        loaded.case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
+    let flexible = augmented.flexible.clone();
     let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
         Error::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
     })?;

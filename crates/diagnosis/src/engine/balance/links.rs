@@ -42,7 +42,7 @@ impl Led {
                 continue;
             }
             let best = |list: &[(usize, f64)]| {
-                let seen = self.channels.iter().enumerate();
+                let seen = self.channels.iter().enumerate().filter(|(k, _)| !self.beside.contains(k));
                 seen.filter_map(|(k, s)| Some((k, find(list, s.output)?, s.sigma)))
                     .min_by(|a, b| (a.2 / a.1.abs()).total_cmp(&(b.2 / b.1.abs())))
                     .map(|(k, f, _)| (k, f))
@@ -110,6 +110,14 @@ impl Links {
             }
         }
         rest / own
+    }
+    /// Channels of positions whose coordinate another one leads.
+    pub fn beside(&self) -> Vec<usize> {
+        let others = |c: &usize| match self.shows[*c] {
+            Some((i, _, false)) => self.lead_of(i).is_some_and(|l| l != *c),
+            _ => false,
+        };
+        (0..self.shows.len()).filter(others).collect()
     }
     /// Coordinates that nothing leads.
     pub fn unled(&self) -> impl Iterator<Item = usize> {

@@ -43,6 +43,11 @@ impl Hypothesis {
         }
     }
 
+    /// A name with the joint or element.
+    fn here(&self, name: &str) -> String {
+        if self.per_joint { format!("{name}[{}]", self.site + 1) } else { name.to_owned() }
+    }
+
     fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
         let late = |name: &str, target: Target, s: f64| Unknown {
             name: name.to_owned(),
@@ -58,7 +63,7 @@ impl Hypothesis {
         if choice.spec().id == "sensor-delay" {
             let place = choice.place().map_or("", |p| p.name);
             let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
-            let u = late(&choice.variable("delay"), Target::SensorDelay(output), 0.01);
+            let u = late(&self.here(&choice.variable("delay")), Target::SensorDelay(output), 0.01);
             return Posed {
                 unknowns: vec![u],
                 amplitudes: vec![(0, 0.0)],
@@ -71,8 +76,8 @@ impl Hypothesis {
             effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
         };
         let unknowns = vec![
-            late("actuatorLag", Target::InputLag(input), 0.01),
-            late("actuatorDelay", Target::InputDelay(input), 0.01),
+            late(&self.here("actuatorLag"), Target::InputLag(input), 0.01),
+            late(&self.here("actuatorDelay"), Target::InputDelay(input), 0.01),
         ];
         Posed {
             unknowns,
@@ -107,10 +112,13 @@ impl Hypothesis {
                 effect::Plant::Arm => b.arm_name,
             };
             let Some(at) = find(name) else { continue };
+            let name = &*self.here(name);
             // What the plant has already is among its own unknowns.
             let structure = matches!(b.neutral, effect::Neutral::Structure);
-            if structure && own_parameters(p).iter().any(|i| p.subject.parameters(&p.model)[*i].name == name)
-            {
+            let own = p.subject.parameters(&p.model).iter().position(|n| n.name == name);
+            let rotor = b.joint_name == "motorInertia";
+            let known = |i: usize| own_parameters(p).contains(&i) || rotor && p.nominal[i] > 0.0;
+            if structure && own.is_some_and(known) {
                 continue;
             }
             let size = b.scale.value(measure);
@@ -125,10 +133,8 @@ impl Hypothesis {
                     posed.amplitude(u, v, &[1.0]);
                 }
                 effect::Neutral::Structure => {
-                    posed.shape(
-                        logarithmic(name, "", Target::Parameter(at), size, 3.0),
-                        &[0.03, 0.2, 1.0, 6.0, 30.0],
-                    );
+                    let looks: &[f64] = if rotor { &[1.0] } else { &[0.03, 0.2, 1.0, 6.0, 30.0] };
+                    posed.shape(logarithmic(name, "", Target::Parameter(at), size, 3.0), looks);
                 }
             }
         }
@@ -137,7 +143,7 @@ impl Hypothesis {
             let Some(at) = find(&name) else { continue };
             let below = s.below.map_or(f64::INFINITY, |b| b.value(measure));
             let s = ParameterSpec { min: s.min.max(-below), ..*s };
-            self.pose_parameter(&mut posed, &s, &choice, &name, at, s.scale.value(measure));
+            self.pose_parameter(&mut posed, &s, &choice, &self.here(&name), at, s.scale.value(measure));
         }
         if is_push(&choice) {
             self.pose_push(p, &mut posed);
@@ -157,10 +163,10 @@ impl Hypothesis {
             .filter_map(|c| crate::engine::coordinate::median_step(&c.t));
         let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
         posed.looks.clear();
-        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Edge")) {
+        for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Edge")) {
             (u.start, u.lower, u.upper) = (edge, edge, edge);
         }
-        for u in posed.unknowns.iter_mut().filter(|u| u.name.ends_with("Duration")) {
+        for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Duration")) {
             u.lower = edge;
         }
         if !self.per_run {
@@ -245,9 +251,7 @@ impl Hypothesis {
 impl Posed {
     /// Looks for a small inertia on a spring: resonances are narrow, so many frequencies around `mode` (rad/s).
     fn resonances(&mut self, mode: f64) {
-        let find = |end: &str| {
-            self.unknowns.iter().position(|u| u.name.split('[').next().is_some_and(|n| n.ends_with(end)))
-        };
+        let find = |end: &str| self.unknowns.iter().position(|u| u.stem().ends_with(end));
         let (Some(j), Some(k), Some(d)) = (find("Inertia"), find("Stiffness"), find("Damping")) else {
             return;
         };
