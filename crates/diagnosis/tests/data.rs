@@ -87,16 +87,41 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
     }
 }
 
-/// EMPS with pulses: time (s), pulses (V), position (m), input (V).
-fn pulses_run(folder: &Path) -> [Vec<f64>; 4] {
+/// Columns of a recording of EMPS, the first being the time in s.
+fn emps<const N: usize>(folder: &Path, file: &str, names: [&str; N]) -> (Vec<f64>, [Vec<f64>; N]) {
     // With names of its own beside it.
     let own = tempfile::tempdir().unwrap();
-    let file = own.path().join("pulses.mat");
-    std::fs::copy(folder.join("real/emps/DATA_EMPS_PULSES.mat"), &file).unwrap();
-    std::fs::write(own.path().join("pulses.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
-    let (run, _) = Recording::read(&file, &[], &BTreeMap::new()).unwrap();
+    let copy = own.path().join("emps.mat");
+    std::fs::copy(folder.join("real/emps").join(file), &copy).unwrap();
+    std::fs::write(own.path().join("emps.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
+    let (run, _) = Recording::read(&copy, &[], &BTreeMap::new()).unwrap();
     let all = |name: &str| run.channel(name).unwrap().values.clone();
-    [run.channel("qm").unwrap().time.clone(), all("pulses_N"), all("qm"), all("vir")]
+    (run.channel("qm").unwrap().time.clone(), names.map(all))
+}
+
+/// EMPS with pulses: time (s), pulses (V), position (m), input (V).
+fn pulses_run(folder: &Path) -> [Vec<f64>; 4] {
+    let (time, [pulses, position, input]) = emps(folder, "DATA_EMPS_PULSES.mat", ["pulses_N", "qm", "vir"]);
+    [time, pulses, position, input]
+}
+
+/// EMPS as a case: a rigid joint that its force (N) drives, the first half for fitting, the rest held out.
+fn emps_case(case: &Path, time: &[f64], force: &[f64], position: &[f64]) {
+    use std::fmt::Write as _;
+    std::fs::create_dir(case).unwrap();
+    let half = time.len() / 2;
+    for (name, range) in [("first.csv", 0..half), ("second.csv", half..time.len())] {
+        let mut csv = "time,motorCurrent,motorAngle\n".to_owned();
+        for k in range {
+            writeln!(csv, "{:?},{:?},{:?}", time[k], force[k], position[k]).unwrap();
+        }
+        std::fs::write(case.join(name), csv).unwrap();
+    }
+    let toml = "model = \"TwoMassJoint\"\ntrain = [\"first.csv\"]\nholdout = [\"second.csv\"]\n[parameters]\njointFlexible = false\n\
+                gearRatio = 1\ntorqueConstant = 1\nmotorInertia = 95.1089\nloadInertia = 1e-6\ncoulombFriction = 20.3935\n\
+                staticFriction = 20.3935\nviscousFriction = 203.5034\n[channels.motorAngle]\nnoise = 1e-6\n\
+                [channels.motorCurrent]\nnoise = 1.7\ninterpolation = \"hold\"\n";
+    std::fs::write(case.join("case.toml"), toml).unwrap();
 }
 
 /// EMPS (A. Janot et al., 2019): a drive with rectangular pulses added to its input, which are withheld here.
@@ -149,27 +174,14 @@ fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
 /// The same drive by the whole diagnosis: of the second run the first half is for fitting, the rest is held out.
 #[test]
 fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
-    use std::fmt::Write as _;
     let Some(folder) = data() else { return };
     let own = tempfile::tempdir().unwrap();
     let [time, pulses, motor, volts] = pulses_run(&folder);
     let half = time.len() / 2;
     let case = own.path().join("case");
-    std::fs::create_dir(&case).unwrap();
-    for (name, range) in [("first.csv", 0..half), ("second.csv", half..time.len())] {
-        let mut csv = "time,motorCurrent,motorAngle\n".to_owned();
-        for k in range {
-            // Newtons without the pulses; the drive's constant offset is published and taken out.
-            let force = (volts[k] - pulses[k]) * 35.150_65 + 3.1648;
-            writeln!(csv, "{:?},{force:?},{:?}", time[k], motor[k]).unwrap();
-        }
-        std::fs::write(case.join(name), csv).unwrap();
-    }
-    let toml = "model = \"TwoMassJoint\"\ntrain = [\"first.csv\"]\nholdout = [\"second.csv\"]\n[parameters]\njointFlexible = false\n\
-                gearRatio = 1\ntorqueConstant = 1\nmotorInertia = 95.1089\nloadInertia = 1e-6\ncoulombFriction = 20.3935\n\
-                staticFriction = 20.3935\nviscousFriction = 203.5034\n[channels.motorAngle]\nnoise = 1e-6\n\
-                [channels.motorCurrent]\nnoise = 1.7\ninterpolation = \"hold\"\n";
-    std::fs::write(case.join("case.toml"), toml).unwrap();
+    // Newtons without the pulses; the drive's constant offset is published and taken out.
+    let force: Vec<f64> = volts.iter().zip(&pulses).map(|(v, p)| (v - p) * 35.150_65 + 3.1648).collect();
+    emps_case(&case, &time, &force, &motor);
     let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
     let found = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap();
     let d = &found.diagnosis;
@@ -186,4 +198,23 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let there = d.location.components.first().is_some_and(|c| c.id == "actuator");
     assert!(named || d.verdict == Verdict::Unknown && there, "{:?} {:?}", d.verdict, d.location.components);
     assert!(hits as f64 >= 0.95 * edges.len() as f64);
+}
+
+/// The same drive without pulses: its published model, less the offset, brakes alike in both directions, and it does not.
+#[test]
+fn the_offset_and_asymmetry_of_a_real_drive_are_named() {
+    let Some(folder) = data() else { return };
+    let own = tempfile::tempdir().unwrap();
+    let (time, [motor, volts]) = emps(&folder, "DATA_EMPS.mat", ["qm", "vir"]);
+    let force: Vec<f64> = volts.iter().map(|v| v * 35.150_65).collect();
+    let case = own.path().join("case");
+    emps_case(&case, &time, &force, &motor);
+    let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+    let d = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    println!("{:?}: {:?}", d.verdict, d.effects);
+    println!("gap {:?}", d.gap.overall);
+    let named: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+    assert_eq!((d.verdict, &named[..]), (Verdict::Effects, &["asymmetric-friction"][..]));
+    let gap = d.gap.overall.unwrap();
+    assert!(gap.after < 0.2 * gap.tuned, "{gap:?}");
 }

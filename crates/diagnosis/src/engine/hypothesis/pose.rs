@@ -133,7 +133,11 @@ impl Hypothesis {
                     posed.amplitude(u, v, &[1.0]);
                 }
                 effect::Neutral::Structure => {
-                    let looks: &[f64] = if rotor { &[1.0] } else { &[0.03, 0.2, 1.0, 6.0, 30.0] };
+                    let looks: &[f64] = match b.joint_name {
+                        "stiffness" => &[0.03, 0.2, 1.0, 6.0, 30.0],
+                        "damping" => &[0.03, 1.0],
+                        _ => &[1.0],
+                    };
                     posed.shape(logarithmic(name, "", Target::Parameter(at), size, 3.0), looks);
                 }
             }
