@@ -49,6 +49,12 @@ impl Hypothesis {
     }
 
     fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
+        // Cameras and links of a free-flyer are slower than a drive's wires. A delay that is not small against the motion is not
+        // found from afar.
+        let (longest, looks): (f64, &[f64]) = match p.subject.plant {
+            effect::Plant::Joint => (0.2, &[0.002, 0.01, 0.03, 0.07]),
+            effect::Plant::Arm => (0.5, &[0.005, 0.03, 0.1, 0.3]),
+        };
         let late = |name: &str, target: Target, s: f64| Unknown {
             name: name.to_owned(),
             unit: "s".into(),
@@ -57,7 +63,7 @@ impl Hypothesis {
             start: 0.0,
             scale: Scale::Linear(s),
             lower: 0.0,
-            upper: 0.2,
+            upper: longest,
             prior: Some((0.0, 1.0)),
         };
         if choice.spec().id == "sensor-delay" {
@@ -67,7 +73,7 @@ impl Hypothesis {
             return Posed {
                 unknowns: vec![u],
                 amplitudes: vec![(0, 0.0)],
-                looks: vec![vec![0.002], vec![0.01]],
+                looks: looks.iter().map(|l| vec![*l]).collect(),
                 follow: vec![],
             };
         }
@@ -82,7 +88,7 @@ impl Hypothesis {
         Posed {
             unknowns,
             amplitudes: vec![(0, 0.0), (1, 0.0)],
-            looks: vec![vec![0.003, 0.003], vec![0.012, 0.012]],
+            looks: looks.iter().map(|l| vec![1.3 * l, 1.3 * l]).collect(),
             follow: vec![],
         }
     }
