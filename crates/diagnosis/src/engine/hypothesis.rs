@@ -67,7 +67,8 @@ impl Hypothesis {
     }
     /// The joint of an arm that it makes flexible: by the structure, for the effect makes all so that are rigid.
     pub fn loosens(&self) -> Option<usize> {
-        (self.id == "joint-flexibility" && self.per_joint).then_some(self.site)
+        let Claim::Effect(choice) = self.claim else { return None };
+        (choice.spec().loosens() && self.per_joint).then_some(self.site)
     }
     /// The same cause in the same place, however its times are shared.
     pub fn same_place(&self, other: &Self) -> bool {
@@ -282,8 +283,10 @@ fn elements_of(p: &Prepared, channel: &str) -> Vec<(usize, usize, String)> {
 /// It is not there already, and something would show it.
 fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
     let flexible = p.subject.flexible[site];
+    if choice.spec().loosens() {
+        return !flexible;
+    }
     match (choice.spec().id, p.subject.plant) {
-        ("joint-flexibility", _) => !flexible,
         ("motor-friction", effect::Plant::Joint) => {
             p.nominal[joint::parameter::COULOMB_FRICTION] == 0.0
                 && p.nominal[joint::parameter::VISCOUS_FRICTION] == 0.0

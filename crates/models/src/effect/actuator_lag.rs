@@ -8,12 +8,16 @@
 //! a third of the dead time.
 
 use super::*;
-use crate::effect::memory::{ORDER, read};
+use crate::effect::memory::{DELAY, IN_A_DRIVE, ON_A_FREE_FLYER, ORDER, read};
 
 pub(crate) struct ActuatorLag;
 
 /// Shortest time constant, s.
 const SHORTEST: f64 = 1e-3;
+
+/// Lag and dead time are begun from together, each a little longer than a delay by itself.
+const DRIVE: Search = Search { looks: &[0.26, 1.3, 3.9, 9.1], ..IN_A_DRIVE };
+const FREE_FLYER: Search = Search { looks: &[0.65, 3.9, 13.0, 39.0], ..ON_A_FREE_FLYER };
 
 /// The command as it comes behind the dead time.
 fn delayed<T: Scalar>(l: &Local<T>, command: T) -> T {
@@ -51,7 +55,9 @@ impl Effect for ActuatorLag {
                 max: 5.0,
                 joint_start: 0.005,
                 arm_start: 0.05,
-                scale: Scale::plain(0.005),
+                scale: DELAY,
+                search: DRIVE,
+                arm_search: Some(FREE_FLYER),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
@@ -60,7 +66,9 @@ impl Effect for ActuatorLag {
                 description: "Dead time, d (EF-11)",
                 min: 0.0,
                 max: 0.5,
-                scale: Scale::plain(0.005),
+                scale: DELAY,
+                search: DRIVE,
+                arm_search: Some(FREE_FLYER),
                 ..ParameterSpec::NONE
             },
         ],

@@ -24,6 +24,10 @@ const fn signal(
     SignalSpec { name, unit, arm_name: "", description, nominal: 1e-3, rate_unit, boolean: false }
 }
 
+/// Resonances are narrow, and nothing else tells where.
+const WIDE: Search =
+    Search { looks: &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0], doubt: 3.0, ..Search::USUAL };
+
 impl Effect for AppendageMode {
     const SPEC: Spec = Spec {
         id: "appendage-mode",
@@ -48,6 +52,7 @@ impl Effect for AppendageMode {
                 description: "Natural frequency with the base held, omega_a (EF-24)",
                 arm_start: 5.0,
                 scale: Scale::of(1.0, &[(Measure::Mode, 1)]),
+                search: WIDE,
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -58,6 +63,7 @@ impl Effect for AppendageMode {
                 above_min: false,
                 arm_start: 0.02,
                 scale: Scale::plain(0.02),
+                search: WIDE,
                 ..ParameterSpec::SHAPE
             },
         ],

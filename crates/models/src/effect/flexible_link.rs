@@ -48,6 +48,7 @@ impl Effect for FlexibleLink {
                 log: true,
                 role: Role::Shape,
                 scale: Scale::of(0.5, &[(Measure::LoadInertia, 1), (Measure::Mode, 2)]),
+                search: Search { doubt: 3.0, ..Search::USUAL },
                 ..ParameterSpec::NONE
             },
             ParameterSpec {

@@ -36,6 +36,7 @@ impl Effect for FrictionDrift {
                 joint_start: 2.0,
                 arm_start: 10.0,
                 scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
+                search: Search::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
         ],

@@ -51,7 +51,7 @@ pub use choice::{Choice, EffectError};
 pub use list::{ALL, Kind};
 pub use set::EffectSet;
 pub use spec::{
-    Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, Scale, Scope, SignalSpec, Spec,
+    Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, Scale, Scope, Search, SignalSpec, Spec,
 };
 
 /// The values of one effect at one site. Vectors are stored variable by variable, so that element `k` of a

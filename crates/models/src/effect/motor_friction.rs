@@ -24,12 +24,16 @@ impl Effect for MotorFriction {
                 arm_name: "coulombFriction",
                 neutral: Neutral::Value(0.0),
                 scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+                looks: &[1.0],
+                known: false,
             },
             Borrowed {
                 joint_name: "viscousFriction",
                 arm_name: "viscousFriction",
                 neutral: Neutral::Value(0.0),
                 scale: Scale::of(0.2, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
+                looks: &[1.0],
+                known: false,
             },
         ],
         ..Spec::NONE

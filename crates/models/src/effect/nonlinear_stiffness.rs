@@ -53,6 +53,7 @@ impl Effect for NonlinearStiffness {
                 joint_start: 10.0,
                 arm_start: 0.02,
                 scale: Scale::of(0.5, &[(Measure::Deflection, 1)]),
+                search: Search::from(&[0.25, 0.7, 1.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
         ],

@@ -6,7 +6,7 @@
 //! What it gets wrong: a jump of the signal is rounded off over a third of the delay.
 
 use super::*;
-use crate::effect::memory::{ORDER, read};
+use crate::effect::memory::{DELAY, IN_A_DRIVE, ON_A_FREE_FLYER, ORDER, read};
 
 pub(crate) struct SensorDelay;
 
@@ -42,7 +42,9 @@ impl Effect for SensorDelay {
             max: 0.5,
             joint_start: 0.01,
             arm_start: 0.01,
-            scale: Scale::plain(0.005),
+            scale: DELAY,
+            search: IN_A_DRIVE,
+            arm_search: Some(ON_A_FREE_FLYER),
             ..ParameterSpec::NONE
         }],
         states: &[coefficient("past0"), coefficient("past1"), coefficient("past2"), coefficient("past3")],

@@ -34,6 +34,7 @@ impl Effect for SensorDrift {
                 joint_start: 10.0,
                 arm_start: 10.0,
                 scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
+                search: Search::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
         ],

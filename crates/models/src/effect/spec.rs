@@ -99,6 +99,26 @@ impl Scale {
     }
 }
 
+/// Where an estimator looks for a parameter.
+#[derive(Clone, Copy, Debug)]
+pub struct Search {
+    /// Values to begin from, as multiples of the parameter's size; empty: those that are usual in its role.
+    pub looks: &'static [f64],
+    /// Largest value that it tries, if less than `max`.
+    pub most: f64,
+    /// Standard deviation of the logarithm of a shape around its size.
+    pub doubt: f64,
+}
+
+impl Search {
+    /// As is usual in a parameter's role.
+    pub const USUAL: Self = Self { looks: &[], most: f64::INFINITY, doubt: 1.0 };
+    /// From these multiples of its size.
+    pub const fn from(looks: &'static [f64]) -> Self {
+        Self { looks, ..Self::USUAL }
+    }
+}
+
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterSpec {
@@ -128,6 +148,10 @@ pub struct ParameterSpec {
     pub scale: Scale,
     /// Estimated best by its logarithm.
     pub log: bool,
+    /// Where it is looked for.
+    pub search: Search,
+    /// Where it is looked for on a [`Plant::Arm`], if elsewhere.
+    pub arm_search: Option<Search>,
 }
 
 impl ParameterSpec {
@@ -146,9 +170,16 @@ impl ParameterSpec {
         neutral: 0.0,
         scale: Scale::plain(1.0),
         log: false,
+        search: Search::USUAL,
+        arm_search: None,
     };
     /// What a shape is filled up with: positive, by its logarithm.
     pub const SHAPE: Self = Self { min: 0.0, above_min: true, role: Role::Shape, log: true, ..Self::NONE };
+
+    /// Where it is looked for in that plant.
+    pub fn search_in(&self, plant: Plant) -> Search {
+        self.arm_search.filter(|_| plant == Plant::Arm).unwrap_or(self.search)
+    }
 }
 
 /// A parameter that the plant has by itself (on the arm: with its motor friction) and without which the effect is
@@ -163,6 +194,10 @@ pub struct Borrowed {
     pub neutral: Neutral,
     /// Its size.
     pub scale: Scale,
+    /// Multiples of its size that an estimator begins from.
+    pub looks: &'static [f64],
+    /// A plant without the effect has it too: a value that the plant gives it needs no estimate.
+    pub known: bool,
 }
 
 /// Where a borrowed parameter makes an effect vanish.
@@ -276,6 +311,10 @@ impl Spec {
         compliant: false,
         passive: false,
     };
+    /// It makes a rigid joint flexible: what it borrows is of another structure.
+    pub fn loosens(&self) -> bool {
+        self.borrows.iter().any(|b| b.neutral == Neutral::Structure)
+    }
     /// The places that a plant has.
     pub fn places_in(&self, plant: Plant) -> impl Iterator<Item = &'static Place> {
         self.places.iter().filter(move |p| p.plants.contains(&plant))

@@ -24,6 +24,8 @@ impl Effect for StribeckFriction {
             arm_name: "staticFriction",
             neutral: Neutral::Of("coulombFriction"),
             scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
+            looks: &[1.0],
+            known: false,
         }],
         parameters: &[ParameterSpec {
             name: "stribeckVelocity",

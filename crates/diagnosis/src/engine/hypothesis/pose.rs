@@ -48,49 +48,35 @@ impl Hypothesis {
         if self.per_joint { format!("{name}[{}]", self.site + 1) } else { name.to_owned() }
     }
 
+    /// Lag and dead time of an actuator are looked at together: either does much the same.
     fn pose_shift(&self, p: &Prepared, choice: Choice) -> Posed {
-        // Cameras and links of a free-flyer are slower than a drive's wires. A delay that is not small against the motion is not
-        // found from afar.
-        let (longest, looks): (f64, &[f64]) = match p.subject.plant {
-            effect::Plant::Joint => (0.2, &[0.002, 0.01, 0.03, 0.07]),
-            effect::Plant::Arm => (0.5, &[0.005, 0.03, 0.1, 0.3]),
-        };
-        let late = |name: &str, target: Target, s: f64| Unknown {
-            name: name.to_owned(),
-            unit: "s".into(),
-            target,
-            run: None,
-            start: 0.0,
-            scale: Scale::Linear(s),
-            lower: 0.0,
-            upper: longest,
-            prior: Some((0.0, 1.0)),
-        };
-        if choice.spec().id == "sensor-delay" {
+        let targets = if choice.scope() == Scope::Channel {
             let place = choice.place().map_or("", |p| p.name);
             let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
-            let u = late(&self.here(&choice.variable("delay")), Target::SensorDelay(output), 0.01);
-            return Posed {
-                unknowns: vec![u],
-                amplitudes: vec![(0, 0.0)],
-                looks: looks.iter().map(|l| vec![*l]).collect(),
-                follow: vec![],
+            vec![Target::SensorDelay(output)]
+        } else {
+            let input = match p.subject.plant {
+                effect::Plant::Joint => joint::input::MOTOR_CURRENT,
+                effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
             };
-        }
-        let input = match p.subject.plant {
-            effect::Plant::Joint => joint::input::MOTOR_CURRENT,
-            effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
+            vec![Target::InputLag(input), Target::InputDelay(input)]
         };
-        let unknowns = vec![
-            late(&self.here("actuatorLag"), Target::InputLag(input), 0.01),
-            late(&self.here("actuatorDelay"), Target::InputDelay(input), 0.01),
-        ];
-        Posed {
-            unknowns,
-            amplitudes: vec![(0, 0.0), (1, 0.0)],
-            looks: looks.iter().map(|l| vec![1.3 * l, 1.3 * l]).collect(),
-            follow: vec![],
+        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![], follow: vec![] };
+        for (k, (s, target)) in choice.parameters().iter().zip(targets).enumerate() {
+            let (search, size) = (s.search_in(p.subject.plant), s.scale.factor);
+            let bounds = (s.min, s.max.min(search.most));
+            posed.unknowns.push(amplitude(
+                &self.here(&choice.variable(s.name)),
+                s.unit,
+                target,
+                size,
+                bounds,
+            ));
+            posed.amplitudes.push((k, s.neutral));
+            posed.looks.resize(search.looks.len(), vec![]);
+            posed.looks.iter_mut().zip(search.looks).for_each(|(look, l)| look.push(l * size));
         }
+        posed
     }
 
     fn pose_effect(
@@ -122,8 +108,7 @@ impl Hypothesis {
             // What the plant has already is among its own unknowns.
             let structure = matches!(b.neutral, effect::Neutral::Structure);
             let own = p.subject.parameters(&p.model).iter().position(|n| n.name == name);
-            let rotor = b.joint_name == "motorInertia";
-            let known = |i: usize| own_parameters(p).contains(&i) || rotor && p.nominal[i] > 0.0;
+            let known = |i: usize| own_parameters(p).contains(&i) || b.known && p.nominal[i] > 0.0;
             if structure && own.is_some_and(known) {
                 continue;
             }
@@ -132,19 +117,14 @@ impl Hypothesis {
                 effect::Neutral::Of(base) => {
                     let Some(base) = find(base) else { continue };
                     let target = Target::Above { at, base };
-                    posed.amplitude(amplitude(name, "N.m", target, size, (0.0, f64::INFINITY)), 0.0, &[1.0]);
+                    posed.amplitude(amplitude(name, "N.m", target, size, (0.0, f64::INFINITY)), 0.0, b.looks);
                 }
                 effect::Neutral::Value(v) => {
                     let u = amplitude(name, "", Target::Parameter(at), size, (v, f64::INFINITY));
-                    posed.amplitude(u, v, &[1.0]);
+                    posed.amplitude(u, v, b.looks);
                 }
                 effect::Neutral::Structure => {
-                    let looks: &[f64] = match b.joint_name {
-                        "stiffness" => &[0.03, 0.2, 1.0, 6.0, 30.0],
-                        "damping" => &[0.03, 1.0],
-                        _ => &[1.0],
-                    };
-                    posed.shape(logarithmic(name, "", Target::Parameter(at), size, 3.0), looks);
+                    posed.shape(logarithmic(name, "", Target::Parameter(at), size, 3.0), b.looks);
                 }
             }
         }
@@ -152,7 +132,8 @@ impl Hypothesis {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
             let below = s.below.map_or(f64::INFINITY, |b| b.value(measure));
-            let s = ParameterSpec { min: s.min.max(-below), ..*s };
+            let search = s.search_in(p.subject.plant);
+            let s = ParameterSpec { min: s.min.max(-below), max: s.max.min(search.most), search, ..*s };
             self.pose_parameter(&mut posed, &s, &choice, &self.here(&name), at, s.scale.value(measure));
         }
         if is_push(&choice) {
@@ -202,36 +183,30 @@ impl Hypothesis {
     ) {
         let target = Target::Parameter(at);
         let unit = choice.unit(s.unit);
-        let id = choice.spec().id;
+        let looks = |usual: &'static [f64]| if s.search.looks.is_empty() { usual } else { s.search.looks };
         match s.role {
             Role::Reference => {
                 // The typical size at hand is the unit of measure.
                 posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
             }
             Role::Amplitude if s.neutral.is_finite() && !s.log => {
-                posed.amplitude(amplitude(name, unit, target, size, (s.min, s.max)), s.neutral, &[1.0]);
+                posed.amplitude(
+                    amplitude(name, unit, target, size, (s.min, s.max)),
+                    s.neutral,
+                    looks(&[1.0]),
+                );
             }
             Role::Amplitude if s.neutral.is_infinite() => {
                 let u = logarithmic(name, unit, target, size, 0.7);
-                posed.shape(u, &[0.6, 1.0, 1.6, 2.4]);
+                posed.shape(u, looks(&[0.6, 1.0, 1.6, 2.4]));
             }
             Role::Amplitude => {
                 let u = amplitude(name, unit, target, size, (s.min, s.max));
-                posed.amplitude(u, s.neutral, &[1.0]);
+                posed.amplitude(u, s.neutral, looks(&[1.0]));
             }
             Role::Shape if s.log => {
-                let factors: &[f64] = match (id, s.name.ends_with("Order")) {
-                    (_, true) => &[],
-                    ("friction-drift" | "sensor-drift", _) => &[0.5, 3.0],
-                    ("nonlinear-stiffness", _) => &[0.25, 0.7, 1.5, 3.0],
-                    ("flexible-link" | "appendage-mode", _) => &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0],
-                    _ => &[0.03, 0.1, 0.3, 1.0, 4.0],
-                };
-                let mut u = logarithmic(name, unit, target, size, 1.0);
+                let mut u = logarithmic(name, unit, target, size, s.search.doubt);
                 (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
-                if matches!(id, "flexible-link" | "appendage-mode") {
-                    u.prior = Some((size.ln(), 3.0));
-                }
                 if s.name.ends_with("Order") {
                     u.prior = Some((size.ln(), 1.5));
                     (u.lower, u.upper) = (0.02, 200.0);
@@ -239,7 +214,7 @@ impl Hypothesis {
                         [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].iter().map(|o| o / size).collect();
                     posed.shape(u, &orders);
                 } else {
-                    posed.shape(u, factors);
+                    posed.shape(u, looks(&[0.03, 0.1, 0.3, 1.0, 4.0]));
                 }
             }
             Role::Shape => {
