@@ -1,0 +1,197 @@
+//! Looks at one cause: few simulations, and what they promise.
+
+use nalgebra::DVector;
+
+use super::projection::Projection;
+use crate::engine::hypothesis::{Look, Posed};
+use crate::engine::problem::Comparison;
+use crate::engine::search::{Fitted, Stated};
+
+/// More looks than this are made in one recording first,
+const FEW: usize = 3;
+/// and so many of them in all.
+const LIKELIEST: usize = 2;
+
+/// Share of a typical amplitude at which free runs are looked at.
+const CLOSE: f64 = 0.05;
+
+/// A look at a cause: values of its unknowns, and how the residuals change, amplitude by amplitude.
+#[derive(Clone, Debug)]
+pub(super) struct Looked {
+    pub values: Vec<f64>,
+    pub columns: Vec<(Option<usize>, DVector<f64>)>,
+    /// The same by first states that only the model with the cause has: coordinates.
+    pub fresh: Vec<(usize, DVector<f64>)>,
+    /// Only one sign of its change makes sense.
+    pub one_sided: bool,
+}
+
+impl Looked {
+    /// Sets the unknowns of a cause, the first being coordinate `begin`, such that its changes have these factors.
+    pub(super) fn set(&self, theta: &mut [f64], begin: usize, posed: &Posed, factors: &[f64]) {
+        for (k, u) in posed.unknowns.iter().enumerate() {
+            theta[begin + k] = u.scale.coordinate(self.at(posed, k));
+        }
+        for ((keep, _), s) in self.columns.iter().zip(factors) {
+            let Some(k) = keep else { continue };
+            let (u, n) = (&posed.unknowns[*k], posed.neutral(*k));
+            let value = (n + s * (self.values[*k] - n)).clamp(u.lower, u.upper);
+            theta[begin + k] = u.scale.coordinate(value);
+        }
+        for &k in posed.follow.iter().filter(|_| factors[0] > 0.0) {
+            theta[begin + k] = posed.unknowns[k].scale.coordinate(self.values[k] * factors[0]);
+        }
+    }
+    /// Value of an unknown when all amplitudes are neutral.
+    fn at(&self, posed: &Posed, k: usize) -> f64 {
+        posed.amplitudes.iter().find(|(a, _)| *a == k).map_or(self.values[k], |(_, neutral)| *neutral)
+    }
+}
+
+impl Posed {
+    fn one_sided(&self) -> bool {
+        match &self.amplitudes[..] {
+            [] => true,
+            [(k, neutral)] => self.unknowns[*k].lower >= *neutral,
+            _ => false,
+        }
+    }
+    fn neutral(&self, k: usize) -> f64 {
+        self.amplitudes.iter().find(|a| a.0 == k).map_or(0.0, |a| a.1)
+    }
+}
+
+/// What a look promises.
+pub(super) struct Promise {
+    /// Where it was looked at.
+    pub looked: Looked,
+    /// By how much the sum of squares would fall, half.
+    pub gain: f64,
+    /// What looks are compared by: of a cause that is there or not, with no factor before it, the gain as it was looked at.
+    firm: f64,
+    /// Factors of its changes.
+    factors: Vec<f64>,
+    /// Steps of first states that only the model with the cause has.
+    steps: Vec<f64>,
+}
+
+/// A cause beside those of a base.
+pub(super) struct Beside<'a> {
+    base: &'a Fitted,
+    projection: &'a Projection,
+    problem: &'a Comparison<'a>,
+    from: &'a [f64],
+    /// Its first coordinate.
+    begin: usize,
+    posed: &'a Posed,
+    /// Amplitudes to be looked at.
+    keeps: Vec<Option<usize>>,
+    /// First states that the base does not have.
+    fresh: Vec<usize>,
+}
+
+impl<'a> Beside<'a> {
+    /// The last cause of a set, from coordinates `from`, beside the others, which the base has.
+    pub(super) fn new(
+        base: &'a Fitted,
+        projection: &'a Projection,
+        problem: &'a Comparison<'a>,
+        stated: &'a Stated,
+        from: &'a [f64],
+    ) -> Option<Self> {
+        let (begin, posed) = (*stated.begin.last()?, stated.posed.last()?);
+        let keeps = match &posed.amplitudes[..] {
+            [] => vec![None],
+            all => all.iter().map(|a| Some(a.0)).collect(),
+        };
+        // A joint that gives way has a motor of its own, which begins somewhere.
+        let fresh = |k: &usize| base.place_of(&stated.unknowns[*k]).is_none();
+        let fresh = (0..begin).filter(fresh).collect();
+        Some(Self { base, projection, problem, from, begin, posed, keeps, fresh })
+    }
+
+    /// The look that promises most; of many only the likeliest few are made in full.
+    pub(super) fn firmest(&self, looks: Vec<Look>) -> Option<Promise> {
+        let all = if looks.len() > FEW { self.likeliest(looks) } else { looks };
+        let promises = all.into_iter().filter_map(|values| self.at(values, None));
+        promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
+    }
+
+    /// Coordinates from where a fit would begin.
+    pub(super) fn start(&self, promise: &Promise) -> Vec<f64> {
+        let Promise { looked, factors, steps, .. } = promise;
+        let mut start = self.from.to_vec();
+        looked.set(&mut start, self.begin, self.posed, factors);
+        looked.fresh.iter().zip(steps).for_each(|((k, _), step)| start[*k] += step);
+        start
+    }
+
+    /// With unknowns around these values, in one recording or all.
+    fn at(&self, values: Look, run: Option<usize>) -> Option<Promise> {
+        let mut looked =
+            Looked { values, columns: Vec::new(), fresh: Vec::new(), one_sided: self.posed.one_sided() };
+        let begins = self.problem.begins();
+        let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
+        for keep in &self.keeps {
+            let mut theta = self.from.to_vec();
+            for (k, u) in self.posed.unknowns.iter().enumerate() {
+                theta[self.begin + k] = u.scale.coordinate(looked.at(self.posed, k));
+            }
+            // What a free run adds up is in proportion only while it is small.
+            let close = if self.base.stated.free.is_some() && keep.is_some() { CLOSE } else { 1.0 };
+            if let Some(k) = keep {
+                let (u, n) = (&self.posed.unknowns[*k], self.posed.neutral(*k));
+                theta[self.begin + k] = u.scale.coordinate(n + close * (looked.values[*k] - n));
+            }
+            let residuals = |theta: &[f64]| {
+                run.map_or_else(|| self.problem.residuals(theta), |r| self.problem.residual(r, theta))
+            };
+            let Ok(mut there) = residuals(&theta) else { continue };
+            for (k, of) in self.fresh.iter().filter_map(|k| Some((*k, self.problem.unknowns[*k].run?))) {
+                if run.is_some_and(|r| r != of) {
+                    continue;
+                }
+                theta[k] += 1.0;
+                let moved = self.problem.residual(of, &theta);
+                theta[k] -= 1.0;
+                let Ok(mut moved) = moved else { continue };
+                let own = begins[of] - rows.start..begins[of + 1] - rows.start;
+                moved.iter_mut().zip(&there[own]).for_each(|(a, b)| *a -= b);
+                looked.fresh.push((k, self.projection.out(begins[of], &moved)));
+            }
+            let base = &self.base.residuals.as_slice()[rows.clone()];
+            there.iter_mut().zip(base).for_each(|(a, b)| *a = (*a - b) / close);
+            looked.columns.push((*keep, self.projection.out(rows.start, &there)));
+        }
+        if looked.columns.is_empty() {
+            return None;
+        }
+        let own = looked.columns.iter().map(|c| &c.1);
+        let columns: Vec<&DVector<f64>> = own.chain(looked.fresh.iter().map(|c| &c.1)).collect();
+        let (gain, factors) = self.projection.best(&columns);
+        let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
+        if self.fresh.is_empty() {
+            return Some(Promise { looked, gain, firm: gain, factors, steps: Vec::new() });
+        }
+        let (firm, steps) = self.projection.firm(&looked)?;
+        // What another size of it would explain: parameters that were dragged make every one look bad.
+        Some(Promise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
+    }
+
+    /// Of many the few that explain most where most is missing.
+    fn likeliest(&self, looks: Vec<Look>) -> Vec<Look> {
+        let begins = self.problem.begins();
+        let power = |r: usize| {
+            let rows = &self.base.residuals.as_slice()[begins[r]..begins[r + 1]];
+            rows.iter().map(|r| r * r).sum::<f64>() / rows.len().max(1) as f64
+        };
+        let Some(run) = (0..begins.len() - 1).max_by(|a, b| power(*a).total_cmp(&power(*b))) else {
+            return looks;
+        };
+        let mut all: Vec<Promise> =
+            looks.into_iter().filter_map(|values| self.at(values, Some(run))).collect();
+        all.sort_by(|a, b| b.firm.total_cmp(&a.firm));
+        all.truncate(LIKELIEST);
+        all.into_iter().map(|p| p.looked.values).collect()
+    }
+}

@@ -1,0 +1,81 @@
+//! Causes in pairs: looked at apart, fitted together.
+
+use nalgebra::{DMatrix, DVector};
+use trueup_identification::lsq::Options;
+
+use super::projection::{Projection, best};
+use super::{Looked, Screened};
+use crate::engine::search::{Fitted, Search};
+
+/// Two causes together.
+#[derive(Clone, Debug)]
+pub struct Pair {
+    /// Which of the causes.
+    pub indices: [usize; 2],
+    /// By how much the sum of squares would fall, half.
+    pub gain: f64,
+    /// Factors of the changes of either.
+    factors: [Vec<f64>; 2],
+}
+
+impl Search<'_> {
+    /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
+    pub fn pairs(&self, base: &Fitted, screened: &[Screened]) -> Vec<Pair> {
+        let looks: Vec<(&Screened, &Looked)> = (screened.iter())
+            .filter(|s| self.causes[s.index].is_effect())
+            .filter_map(|s| Some((s, s.looked.as_ref()?)))
+            .collect();
+        let mut begin = vec![0];
+        looks.iter().for_each(|(_, l)| begin.push(begin[begin.len() - 1] + l.columns.len()));
+        let all: Vec<DVector<f64>> =
+            looks.iter().flat_map(|(_, l)| l.columns.iter().map(|c| c.1.clone())).collect();
+        if all.is_empty() {
+            return Vec::new();
+        }
+        let all = DMatrix::from_columns(&all);
+        let (among, with) = (all.tr_mul(&all), all.tr_mul(&Projection::new(base).residuals));
+        let of = |a: usize, b: usize| -> Option<Pair> {
+            let indices = [looks[a].0.index, looks[b].0.index];
+            let [one, other] = indices.map(|i| &self.causes[i]);
+            if one.same_place(other) {
+                return None;
+            }
+            let at: Vec<usize> = (begin[a]..begin[a + 1]).chain(begin[b]..begin[b + 1]).collect();
+            let products = DMatrix::from_fn(at.len(), at.len(), |i, j| among[(at[i], at[j])]);
+            let (gain, mut first) = best(products, DVector::from_fn(at.len(), |i, _| with[at[i]]));
+            let second = first.split_off(looks[a].1.columns.len());
+            let against = |i: usize, factors: &[f64]| looks[i].1.one_sided && factors[0] <= 0.0;
+            let sensible = !against(a, &first) && !against(b, &second);
+            sensible.then_some(Pair { indices, gain, factors: [first, second] })
+        };
+        let mut pairs: Vec<Pair> = (0..looks.len())
+            .flat_map(|a| (a + 1..looks.len()).map(move |b| (a, b)))
+            .filter_map(|(a, b)| of(a, b))
+            .filter(|p| p.gain > looks[0].0.gain)
+            .collect();
+        pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        pairs
+    }
+
+    /// A pair fitted beside `base`.
+    pub fn fit_pair(
+        &self,
+        base: &Fitted,
+        screened: &[Screened],
+        pair: &Pair,
+        options: Options,
+    ) -> Option<Fitted> {
+        let mut set = base.stated.set.clone();
+        set.extend(pair.indices.map(|i| self.causes[i].clone()));
+        let stated = self.state(&set).ok()?;
+        let mut start = self.begin_with(&stated, base);
+        let first = stated.begin.len() - 2;
+        for (k, index) in pair.indices.into_iter().enumerate() {
+            let looked = screened.iter().find(|s| s.index == index)?.looked.as_ref()?;
+            let posed = &stated.posed[first + k];
+            let factors = &pair.factors[k];
+            looked.set(&mut start, stated.begin[first + k], posed, factors);
+        }
+        self.fit_beside(stated, &start, options, base).ok()
+    }
+}

@@ -1,0 +1,84 @@
+//! How far changes of the residuals explain what a fit leaves, beside what its unknowns explain.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::Looked;
+use crate::engine::search::Fitted;
+
+/// What the unknowns of a fit cannot take up.
+pub(super) struct Projection {
+    /// Orthonormal columns that span the Jacobian (with the rows of the priors).
+    q: DMatrix<f64>,
+    /// What they leave.
+    pub residuals: DVector<f64>,
+}
+
+impl Projection {
+    pub(super) fn new(base: &Fitted) -> Self {
+        let mut j = base.jacobian.clone();
+        for mut column in j.column_iter_mut() {
+            let norm = column.norm();
+            if norm > 0.0 {
+                column /= norm;
+            }
+        }
+        let q = j.qr().q();
+        let residuals = &base.residuals - &q * q.tr_mul(&base.residuals);
+        Self { q, residuals }
+    }
+    /// A change of the readings from `first` on, less what the unknowns would do against it.
+    pub(super) fn out(&self, first: usize, readings: &[f64]) -> DVector<f64> {
+        let mut v = DVector::zeros(self.residuals.len());
+        v.as_mut_slice()[first..first + readings.len()].copy_from_slice(readings);
+        let along = self.q.tr_mul(&v);
+        v - &self.q * along
+    }
+    /// Half the fall of the sum of squares with the best factors of these changes, and the factors; a factor of 1 has
+    /// the prior's standard deviation.
+    pub(super) fn best(&self, columns: &[&DVector<f64>]) -> (f64, Vec<f64>) {
+        best_of(columns, &self.residuals)
+    }
+    /// Half the fall of the sum of squares with a cause as it was looked at and the best first states, and their steps.
+    pub(super) fn firm(&self, looked: &Looked) -> Option<(f64, Vec<f64>)> {
+        let fresh: Vec<&DVector<f64>> = looked.fresh.iter().map(|c| &c.1).collect();
+        let with = &self.residuals + &looked.columns.first()?.1;
+        let (gain, steps) = best_of(&fresh, &with);
+        Some((gain + 0.5 * (self.residuals.norm_squared() - with.norm_squared()), steps))
+    }
+    /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
+    pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
+        let (_, old) = base.stated.unknowns[k].prior?;
+        let mut a = base.jacobian.tr_mul(&base.jacobian);
+        let mut b = base.jacobian.tr_mul(&base.residuals);
+        let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
+        let change = 1.0 / (sd * sd) - 1.0 / (old * old);
+        a[(k, k)] += change;
+        b[k] += change * r;
+        let step = -a.cholesky()?.solve(&b);
+        let before = 0.5 * (base.residuals.norm_squared() + change * r * r);
+        let gain = -0.5 * step.dot(&b) + 0.5 * base.residuals.norm_squared() - before;
+        Some((gain.max(0.0), step[k]))
+    }
+}
+
+/// Of these changes of residuals.
+fn best_of(columns: &[&DVector<f64>], residuals: &DVector<f64>) -> (f64, Vec<f64>) {
+    let n = columns.len();
+    let a = DMatrix::from_fn(n, n, |i, j| columns[i].dot(columns[j]));
+    best(a, DVector::from_fn(n, |i, _| columns[i].dot(residuals)))
+}
+
+/// Of changes with products `a` among themselves and `b` with the residuals.
+pub(super) fn best(mut a: DMatrix<f64>, b: DVector<f64>) -> (f64, Vec<f64>) {
+    let (n, bare) = (b.len(), a.clone());
+    (0..n).for_each(|i| a[(i, i)] += 1.0);
+    let Some(c) = a.cholesky() else { return (0.0, vec![0.0; n]) };
+    let mut s = -c.solve(&b);
+    // A simulation at one size says little about one that is many times as large.
+    let most = s.amax();
+    if most > 4.0 {
+        s *= 4.0 / most;
+    }
+    let gain = -(b.dot(&s) + 0.5 * s.dot(&(&bare * &s)) + 0.5 * s.norm_squared());
+    (gain.max(0.0), s.iter().copied().collect())
+}
