@@ -24,6 +24,19 @@ pub struct Coordinate {
     pub driven: Vec<(usize, f64)>,
     /// Joint whose spring holds it, and how far it moves for a deflection of 1.
     pub spring: Option<(usize, f64)>,
+    /// What moves with it without a spring.
+    pub other_end: Option<OtherEnd>,
+}
+
+/// Load or motor of a rigid joint, the one that is no coordinate: it begins where it is seen, or where the coordinate is.
+#[derive(Clone, Debug)]
+pub struct OtherEnd {
+    /// Parameters that set its first angle and velocity.
+    pub start: [usize; 2],
+    /// How much further the coordinate turns.
+    pub gear: f64,
+    /// Output that it is seen in.
+    pub shown: Option<usize>,
 }
 
 impl Subject {
@@ -50,11 +63,14 @@ fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
         start: Some([p::INITIAL_MOTOR_ANGLE, p::INITIAL_MOTOR_VELOCITY]),
         driven: vec![(i::MOTOR_CURRENT, driven)],
         spring: flexible.then_some((0, 1.0)),
+        other_end: None,
     };
+    let load_start = [p::INITIAL_LOAD_ANGLE, p::INITIAL_LOAD_VELOCITY];
     if !flexible {
         let positions = vec![(o::MOTOR_ANGLE, 1.0), (o::LOAD_ANGLE, 1.0 / n)];
         let velocities = vec![(o::MOTOR_VELOCITY, 1.0), (o::LOAD_VELOCITY, 1.0 / n)];
-        return vec![Coordinate { positions, velocities, ..motor }];
+        let other_end = Some(OtherEnd { start: load_start, gear: n, shown: Some(o::LOAD_ANGLE) });
+        return vec![Coordinate { positions, velocities, other_end, ..motor }];
     }
     let load = Coordinate {
         position: vec![(2, -n)],
@@ -62,9 +78,10 @@ fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
         held: None,
         positions: vec![(o::LOAD_ANGLE, 1.0)],
         velocities: vec![(o::LOAD_VELOCITY, 1.0)],
-        start: Some([p::INITIAL_LOAD_ANGLE, p::INITIAL_LOAD_VELOCITY]),
+        start: Some(load_start),
         driven: vec![(i::EXTERNAL_TORQUE, 1.0 / j_l)],
         spring: Some((0, 1.0 / n)),
+        other_end: None,
     };
     vec![motor, load]
 }
@@ -93,15 +110,16 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
         let start = [p::initial_joint_angle(n) + j, p::initial_joint_velocity(n) + j];
         let mut c = of(3 + j, o::joint_angle(n) + j, o::joint_velocity(n) + j, start);
         let motor = (o::motor_angle(n) + j, o::motor_velocity(n) + j);
+        let motor_start = [p::initial_motor_angle(n) + j, p::initial_motor_velocity(n) + j];
         if m.flexible()[j] {
             c.spring = Some((j, 1.0));
             all.push(c);
-            let start = [p::initial_motor_angle(n) + j, p::initial_motor_velocity(n) + j];
-            c = of(m.motor(j), motor.0, motor.1, start);
+            c = of(m.motor(j), motor.0, motor.1, motor_start);
             c.spring = Some((j, 1.0));
         } else {
             c.positions.push((motor.0, 1.0));
             c.velocities.push((motor.1, 1.0));
+            c.other_end = Some(OtherEnd { start: motor_start, gear: 1.0, shown: None });
         }
         let inertia = if m.flexible()[j] { p::motor_inertia(n) } else { p::link_inertia(n) } + j;
         c.driven = vec![(i::joint_torque(n) + j, 1.0 / values[inertia].max(1e-9))];

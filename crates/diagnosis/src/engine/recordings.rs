@@ -307,33 +307,12 @@ fn first_states(
     }
     let mut known = Vec::new();
     for (c, v) in coordinates.iter().zip(found) {
-        if let (Some(start), Some(v)) = (c.start, v) {
-            known.extend([(start[0], v[0]), (start[1], v[1])]);
-        }
-    }
-    // A rigid joint's load is where its motor is, or where it is seen.
-    if let (Model::Joint(m), false) = (model, known.is_empty())
-        && !m.flexible()
-    {
-        use joint::{output as o, parameter as p};
-        let n = nominal[p::GEAR_RATIO];
-        let channel = run.channels.iter().find(|c| c.output == o::LOAD_ANGLE);
-        let seen = channel.and_then(|c| parabola(c, run.start)).unwrap_or([known[0].1 / n, known[1].1 / n]);
-        known.extend([(p::INITIAL_LOAD_ANGLE, seen[0]), (p::INITIAL_LOAD_VELOCITY, seen[1])]);
-    }
-    if let Model::Arm(m) = model {
-        // A rigid joint's motor is the joint.
-        use trueup_models::arm::parameter as p;
-        let n = m.links();
-        for (j, _) in m.flexible().iter().enumerate().filter(|(_, f)| !**f) {
-            for (from, to) in [
-                (p::initial_joint_angle(n) + j, p::initial_motor_angle(n) + j),
-                (p::initial_joint_velocity(n) + j, p::initial_motor_velocity(n) + j),
-            ] {
-                if let Some((_, v)) = known.iter().find(|(k, _)| *k == from).copied() {
-                    known.push((to, v));
-                }
-            }
+        let (Some(start), Some(v)) = (c.start, v) else { continue };
+        known.extend(start.into_iter().zip(v));
+        if let Some(end) = &c.other_end {
+            let channel = end.shown.and_then(|output| run.channels.iter().find(|c| c.output == output));
+            let seen = channel.and_then(|c| parabola(c, run.start)).unwrap_or(v.map(|v| v / end.gear));
+            known.extend(end.start.into_iter().zip(seen));
         }
     }
     known
