@@ -143,18 +143,8 @@ pub fn diagnose(
         search.floors(c, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))
     };
     let shown = replay(&before)?;
-    let mut ground = Ground {
-        search: &search,
-        runs,
-        tuned: replay(&tuned).unwrap_or_else(|_| shown.clone()),
-        before: shown,
-        floors: floors_of(&tuned)?,
-        fitted,
-        seed: options.seed,
-        limits: options.limits,
-        weights: Vec::new(),
-    }
-    .weighed();
+    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown.clone());
+    let mut ground = Ground::new(&search, runs, [shown, shown_tuned], fitted, floors_of(&tuned)?, options);
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free * f.floor } else { f.chance };
@@ -180,9 +170,9 @@ pub fn diagnose(
         let shown = search.replay(&before, &case.train);
         let floors = search.floors(&before, &case.train, options.seed);
         shown.ok().zip(floors.ok()).is_some_and(|(shown, floors)| {
-            let (tuned, before) = (shown.clone(), shown.clone());
-            let ground = Ground { runs: &case.train, before, tuned, floors, fitted: None, ..ground.clone() };
-            ground.weighed().free(&shown).is_some_and(|f| f.before > f.chance)
+            let both = [shown.clone(), shown.clone()];
+            let ground = Ground::new(&search, &case.train, both, None, floors, options);
+            ground.free(&shown).is_some_and(|f| f.before > f.chance)
         })
     };
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);

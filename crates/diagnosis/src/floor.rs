@@ -11,4 +11,4 @@ pub use carried::carried;
 pub(crate) use carried::coloured;
 pub(crate) use estimate::correlation;
 pub use estimate::{Floor, Source, input, output};
-pub use gap::{Gap, Gaps, Replayed, each, gaps};
+pub use gap::{Gap, Gaps, Pooled, Replayed, gaps};

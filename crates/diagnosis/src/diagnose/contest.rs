@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trueup_signals::process::overall;
 
-use super::{replayed, traces};
+use super::Options;
 use crate::engine::decide::{Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
@@ -12,7 +12,7 @@ use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Effort, Found, put};
-use crate::floor::{Gap, each};
+use crate::floor::{self, Gap, Pooled};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
@@ -44,7 +44,6 @@ pub(super) struct Contender {
 }
 
 /// The model as it is and with its own parameters fitted, on the held-out recordings.
-#[derive(Clone)]
 pub(super) struct Ground<'a> {
     /// Search that found the sets.
     pub search: &'a Search<'a>,
@@ -66,47 +65,89 @@ pub(super) struct Ground<'a> {
     pub weights: Vec<f64>,
 }
 
-impl Ground<'_> {
-    /// The same, with channels weighed: alike, unless a gap that is plain in one of them drowns in the noise of others.
-    pub(super) fn weighed(self) -> Self {
-        let own = self.each(&self.before, &self.floors);
-        let seldom: Vec<f64> =
-            self.each(&self.before, &self.seldom()).into_iter().map(|g| g.floor.max(1e-12)).collect();
+impl<'a> Ground<'a> {
+    /// Channels are weighed alike, unless a gap that is plain in one of them drowns in the noise of others.
+    pub(super) fn new(
+        search: &'a Search<'a>,
+        runs: &'a [Compared],
+        shown: [Replayed; 2],
+        fitted: Option<Fitted>,
+        floors: Vec<Vec<f64>>,
+        options: &Options,
+    ) -> Self {
+        let [before, tuned] = shown;
+        let (seed, limits, weights) = (options.seed, options.limits, Vec::new());
+        let plain = Self { search, runs, before, tuned, fitted, floors, seed, limits, weights };
+        let pooled = plain.pooled(&plain.before);
+        let own = pooled.each();
+        let chance: Vec<f64> = plain.chance(&pooled).into_iter().map(|floor| floor.max(1e-12)).collect();
         let before: Vec<f64> = own.iter().map(|g| g.before).collect();
-        let drowns = overall(&before) <= overall(&seldom);
-        let stands = before.iter().zip(&seldom).any(|(gap, chance)| *gap > STANDS * chance);
-        let weights = own.iter().map(|g| 1.0 / g.floor.max(1e-12)).collect();
-        Self { weights: if drowns && stands { weights } else { Vec::new() }, ..self }
+        let drowns = overall(&before) <= overall(&chance);
+        let stands = before.iter().zip(&chance).any(|(gap, chance)| *gap > STANDS * chance);
+        if !(drowns && stands) {
+            return plain;
+        }
+        Self { weights: own.iter().map(|g| 1.0 / g.floor.max(1e-12)).collect(), ..plain }
     }
 
-    /// Gap of each channel, with `after` in the place of the model with causes.
-    fn each(&self, after: &Replayed, floors: &[Vec<f64>]) -> Vec<Gap> {
-        let traces = traces(self.runs, [&self.before, &self.tuned, after], floors);
-        each(&replayed(&traces)).into_iter().map(|g| g.1).collect()
+    /// Held-out recordings with `after` in the place of the model with causes.
+    fn pooled<'b>(&'b self, after: &'b Replayed) -> Pooled<'b> {
+        let measured = |run: usize, channel: usize| &self.runs[run].run.channels[channel].y[..];
+        self.beside(measured, [&self.before, &self.tuned, after])
+    }
+
+    /// Simulations beside what was `measured`, by recording and channel.
+    fn beside<'b>(
+        &'b self,
+        measured: impl Fn(usize, usize) -> &'b [f64],
+        [before, tuned, after]: [&'b Replayed; 3],
+    ) -> Pooled<'b> {
+        let mut all = Vec::new();
+        for (r, run) in self.runs.iter().enumerate() {
+            for (c, channel) in run.run.channels.iter().enumerate() {
+                all.push(floor::Replayed {
+                    recording: &run.run.name,
+                    channel: &channel.name,
+                    measured: measured(r, c),
+                    before: &before[r][c],
+                    tuned: &tuned[r][c],
+                    after: &after[r][c],
+                    floor: self.floors[r][c],
+                });
+            }
+        }
+        Pooled::new(&all)
     }
 
     /// All channels together.
-    fn together(&self, each: &[Gap], figure: impl Fn(&Gap) -> f64) -> Option<f64> {
+    fn together(&self, each: impl Iterator<Item = f64>) -> Option<f64> {
         let weight = |c: usize| self.weights.get(c).copied().unwrap_or(1.0);
-        overall(&each.iter().enumerate().map(|(c, g)| weight(c) * figure(g)).collect::<Vec<_>>())
+        overall(&each.enumerate().map(|(c, figure)| weight(c) * figure).collect::<Vec<_>>())
     }
 
     /// Gaps with `after` in the place of the model with causes.
     pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
-        let (own, seldom) = (self.each(after, &self.floors), self.each(after, &self.seldom()));
+        let pooled = self.pooled(after);
+        let own = pooled.each();
+        let figure = |of: fn(&Gap) -> f64| self.together(own.iter().map(of));
         Some(Free {
-            before: self.together(&own, |g| g.before)?,
-            tuned: self.together(&own, |g| g.tuned)?,
-            after: self.together(&own, |g| g.after)?,
-            floor: self.together(&own, |g| g.floor)?,
-            chance: self.together(&seldom, |g| g.floor)?,
+            before: figure(|g| g.before)?,
+            tuned: figure(|g| g.tuned)?,
+            after: figure(|g| g.after)?,
+            floor: figure(|g| g.floor)?,
+            chance: self.together(self.chance(&pooled).into_iter())?,
             trained: false,
         })
     }
 
     /// Gap as it is reported, all channels alike.
     pub(super) fn gap(&self, shown: &Replayed) -> Option<f64> {
-        overall(&self.each(shown, &self.floors).iter().map(|g| g.after).collect::<Vec<_>>())
+        overall(&self.pooled(shown).each().iter().map(|g| g.after).collect::<Vec<_>>())
+    }
+
+    /// Gaps that chance exceeds once in two hundred cases.
+    fn chance(&self, pooled: &Pooled<'_>) -> Vec<f64> {
+        pooled.floors(&self.seldom().concat())
     }
 
     /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was
@@ -293,12 +334,8 @@ impl Ground<'_> {
 
     /// How far the predictions of two are apart, as a gap.
     pub(super) fn apart(&self, a: &Contender, b: &Contender) -> Option<f64> {
-        let shown = [&b.shown, &b.shown, &b.shown];
-        let mut traces = traces(self.runs, shown, &self.floors);
-        let held = a.shown.iter().flatten();
-        traces.iter_mut().zip(held).for_each(|(t, y)| t.measured.clone_from(y));
-        let each: Vec<Gap> = each(&replayed(&traces)).into_iter().map(|g| g.1).collect();
-        self.together(&each, |g| g.after)
+        let pooled = self.beside(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
+        self.together(pooled.each().iter().map(|g| g.after))
     }
 }
 

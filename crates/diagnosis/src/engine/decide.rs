@@ -1,7 +1,7 @@
 //! The verdict: what the sets that were fitted say together.
 
 use super::search::{Fitted, Octave};
-use super::select::{ASKED, Found, WHOLLY};
+use super::select::{ASKED, Found, WHOLLY, above};
 use crate::outcome::Verdict;
 
 /// Figures that were set on trials whose seeds are not those reported.
@@ -245,7 +245,7 @@ impl<'a> Judge<'a> {
         let as_good = |f: usize, o: usize| {
             // What the balances miss without it and hardly with it is no matter of a form.
             let [without, with] = [f, o].map(|at| &self.found.sets[at]);
-            let [before, after] = [without, with].map(|f| self.found.above(f.excess()));
+            let [before, after] = [without, with].map(|f| above(f.excess(), self.least));
             let asked = with.evidence(1.0) > without.evidence(1.0) + self.limits.asked
                 && before - after > self.limits.wholly * before;
             !asked && self.power(f) < self.limits.needless * self.power(o)
@@ -338,12 +338,13 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let judge = Judge::new(found, *free, ran, limits);
     let chosen = judge.choose();
     free.after = chosen.and_then(|at| ran.after(at)).unwrap_or(free.tuned);
-    let raw = found.above(raw);
+    let above = |excess: f64| above(excess, judge.least);
+    let raw = above(raw);
     let closed = (1.0 - left(free.after, free.floor) / judge.tuned()).clamp(0.0, 1.0);
     let as_good = free.bare() <= free.chance;
     // Neither the free run nor the balances see anything that parameters leave; or what little these see no effect explains.
-    let seen = found.above(found.plain.excess());
-    let mended = found.above(found.best.excess()) < (1.0 - limits.explained) * seen;
+    let seen = above(found.plain.excess());
+    let mended = above(found.best.excess()) < (1.0 - limits.explained) * seen;
     let spurious = chosen.is_none() && seen <= limits.bare && !mended;
     let calm = as_good && (seen < limits.left || spurious);
     let bare = || if calm { found.without_effects() } else { &found.best };
@@ -351,7 +352,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let rivals: Vec<Vec<(usize, f64)>> =
         (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();
     let claims = best.effects() > 0;
-    let excess = found.above(best.excess());
+    let excess = above(best.excess());
     let account = Account {
         claims,
         whole: if claims { seen } else { raw },

@@ -70,8 +70,13 @@ impl Found {
     }
     /// An excess over that.
     pub fn above(&self, excess: f64) -> f64 {
-        (1.0 + excess) / self.least() - 1.0
+        above(excess, self.least())
     }
+}
+
+/// An excess over the share of the floor's power that is left at the least.
+pub fn above(excess: f64, least: f64) -> f64 {
+    (1.0 + excess) / least - 1.0
 }
 
 /// A step has to explain this share of the excess that is left.

@@ -23,6 +23,12 @@ pub struct Replayed<'a> {
     pub floor: f64,
 }
 
+impl Replayed<'_> {
+    fn samples(&self) -> usize {
+        self.measured.len().min(self.before.len()).min(self.tuned.len()).min(self.after.len())
+    }
+}
+
 /// Gaps, RMS(simulated - measured) / RMS(measured - its mean).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gap {
@@ -60,17 +66,20 @@ const DRAWS: usize = 1000;
 /// Sums of squares of a channel in a block: errors before, tuned, after, of the floor, variation.
 type Sums = [f64; 5];
 
-/// Sums of recordings by block and channel.
-struct Pooled<'a> {
+/// Recordings by channel and block.
+pub struct Pooled<'a> {
     /// Channels in the order of appearance, and the recordings.
     names: Vec<&'a str>,
     recordings: Vec<&'a str>,
     /// By recording, block and channel.
     blocks: Vec<Vec<Vec<Sums>>>,
+    /// Of each that was pooled: its channel and how many samples it has.
+    samples: Vec<(usize, usize)>,
 }
 
 impl<'a> Pooled<'a> {
-    fn new(replayed: &[Replayed<'a>]) -> Self {
+    /// Sums them up.
+    pub fn new(replayed: &[Replayed<'a>]) -> Self {
         let (mut names, mut recordings): (Vec<&str>, Vec<&str>) = Default::default();
         for r in replayed {
             if !names.contains(&r.channel) {
@@ -81,14 +90,33 @@ impl<'a> Pooled<'a> {
             }
         }
         let mut blocks = vec![vec![vec![Sums::default(); names.len()]; BLOCKS]; recordings.len()];
+        let mut samples = Vec::new();
         for r in replayed {
             let place = |list: &[&str], name: &str| list.iter().position(|n| *n == name).unwrap_or(0);
             let (run, channel) = (place(&recordings, r.recording), place(&names, r.channel));
             for (block, sums) in blocks[run].iter_mut().enumerate() {
                 add(&mut sums[channel], r, block);
             }
+            samples.push((channel, r.samples()));
         }
-        Self { names, recordings, blocks }
+        Self { names, recordings, blocks, samples }
+    }
+    /// Gap of every channel that varies, in the order of appearance, without intervals.
+    pub fn each(&self) -> Vec<Gap> {
+        let whole = self.whole();
+        self.varying(&whole).into_iter().filter_map(|c| together(&whole, &[c])).collect()
+    }
+    /// What would be the floors of the same channels with these deviations, one for each that was pooled.
+    pub fn floors(&self, deviations: &[f64]) -> Vec<f64> {
+        let whole = self.whole();
+        let mut squares = vec![0.0; self.names.len()];
+        for ((channel, samples), deviation) in self.samples.iter().zip(deviations) {
+            squares[*channel] += *samples as f64 * deviation.powi(2);
+        }
+        self.varying(&whole).into_iter().map(|c| (squares[c] / whole[c][4]).sqrt()).collect()
+    }
+    fn varying(&self, whole: &[Sums]) -> Vec<usize> {
+        (0..self.names.len()).filter(|c| whole[*c][4] > 0.0).collect()
     }
     fn whole(&self) -> Vec<Sums> {
         pool(self.blocks.iter().flatten(), self.names.len())
@@ -104,21 +132,13 @@ fn together(sums: &[Sums], which: &[usize]) -> Option<Gap> {
     Some(Gap { before, tuned, after, floor, closed, ci95: None })
 }
 
-/// Gap of every channel that varies, in the order of appearance, without intervals.
-pub fn each(replayed: &[Replayed<'_>]) -> Vec<(String, Gap)> {
-    let pooled = Pooled::new(replayed);
-    let whole = pooled.whole();
-    let varies = (0..pooled.names.len()).filter(|c| whole[*c][4] > 0.0);
-    varies.filter_map(|c| Some((pooled.names[c].to_owned(), together(&whole, &[c])?))).collect()
-}
-
 /// Gaps over the held-out recordings, pooled by sample, with intervals from a bootstrap: over recordings where there are
 /// at least 6, else over twentieths of each.
 pub fn gaps(replayed: &[Replayed<'_>], seed: u64) -> Gaps {
     let pooled = Pooled::new(replayed);
-    let Pooled { names, recordings, blocks } = &pooled;
+    let Pooled { names, recordings, blocks, .. } = &pooled;
     let whole = pooled.whole();
-    let varies: Vec<usize> = (0..names.len()).filter(|c| whole[*c][4] > 0.0).collect();
+    let varies = pooled.varying(&whole);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let draws: Vec<Vec<Sums>> = (0..DRAWS)
         .map(|_| {
@@ -162,7 +182,7 @@ fn pool<'a>(blocks: impl Iterator<Item = &'a Vec<Sums>>, channels: usize) -> Vec
 }
 
 fn add(sums: &mut Sums, r: &Replayed<'_>, block: usize) {
-    let n = r.measured.len().min(r.before.len()).min(r.tuned.len()).min(r.after.len());
+    let n = r.samples();
     let measured = &r.measured[..n];
     let mean = measured.iter().sum::<f64>() / n.max(1) as f64;
     // A constant's mean is not always the constant.
