@@ -18,7 +18,7 @@ use crate::experiment::{self, Experiment};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
-use claim::{augmented, candidates, effects, indistinguishable, parameters};
+use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
 use contest::{Contest, Ground};
 use held_out::held_out;
 use place::{look, where_it_lies};
@@ -164,17 +164,12 @@ pub fn diagnose(
         );
     }
     let ran = Contest { ground: &ground, contenders: &contenders };
-    // What happens in the recordings for fitting alone (a limit that others do not reach) is a gap as well.
+    // What happens in the recordings for fitting alone is a gap as well.
     let plain = found.above(found.plain.excess()) > options.limits.bare;
-    free.trained = !case.holdout.is_empty() && plain && free.before <= free.chance && {
-        let shown = search.replay(&before, &case.train);
-        let floors = search.floors(&before, &case.train, options.seed);
-        shown.ok().zip(floors.ok()).is_some_and(|(shown, floors)| {
-            let both = [shown.clone(), shown.clone()];
-            let ground = Ground::new(&search, &case.train, both, None, floors, options);
-            ground.free(&shown).is_some_and(|f| f.before > f.chance)
-        })
-    };
+    free.trained = !case.holdout.is_empty()
+        && plain
+        && free.before <= free.chance
+        && has_gap_in_training(&search, &before, options);
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     tell(
         0.85,
@@ -192,7 +187,7 @@ pub fn diagnose(
     let shown_tuned = if no_gap { ground.before.clone() } else { ground.tuned.clone() };
     let gaps: Vec<(usize, f64)> =
         contenders.iter().filter_map(|c| Some((c.at, ground.gap(&c.shown)?))).collect();
-    let ran: claim::Ran = contenders.iter().filter_map(|c| Some((c.at, c.fitted.clone()?))).collect();
+    let free_fits: FreeFits = contenders.iter().filter_map(|c| Some((c.at, c.fitted.clone()?))).collect();
     let chosen = contenders
         .into_iter()
         .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
@@ -213,6 +208,7 @@ pub fn diagnose(
     let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
     tell(0.97, "what to record next");
     let next = experiment::propose(&search, &found, &decision, &options.limits);
+    let best = Estimated::new(&found.best, &found, &free_fits);
     let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
@@ -220,9 +216,9 @@ pub fn diagnose(
         gap,
         sensors: (&picture.isolability).into(),
         location,
-        effects: effects(&search, &found, &ran, &decision),
+        effects: effects(&search, &found, &free_fits, &best, &decision),
         candidates: candidates(&found, &decision),
-        parameters: parameters(&found, &ran, &decision),
+        parameters: parameters(&best, &decision),
         indistinguishable: indistinguishable(&found, &decision),
         unknown: Unknown { present: decision.verdict == Verdict::Unknown, probability: decision.unknown },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
@@ -248,6 +244,15 @@ fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {
     let problem = search.compare(&stated);
     let r = problem.residuals(&problem.start()).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
     Ok(excess(&search.octaves(&r)))
+}
+
+/// Whether this model leaves a gap in the recordings for fitting: a limit that those held out do not reach, say.
+fn has_gap_in_training(search: &Search<'_>, model: &Complete, options: &Options) -> bool {
+    let runs = &search.case.train;
+    let Ok(shown) = search.replay(model, runs) else { return false };
+    let Ok(floors) = search.floors(model, runs, options.seed) else { return false };
+    let ground = Ground::new(search, runs, [shown.clone(), shown.clone()], None, floors, options);
+    ground.free(&shown).is_some_and(|f| f.before > f.chance)
 }
 
 /// The plain model with all its parameters free, from where the search left it.

@@ -36,20 +36,20 @@ impl Fitted {
 /// Deviation of an effect's size for its law: what another law of the same name would be fitted with.
 const FORM: f64 = 0.015;
 
-/// Free-running fits of some of the sets that led.
-pub(super) type Ran = Vec<(usize, Fitted)>;
+/// Free-running fits of some of the sets that led, by their place among those.
+pub(super) type FreeFits = Vec<(usize, Fitted)>;
 
 /// A set with what its free run made of it: two estimates that err for different reasons.
-struct Estimated<'a> {
+pub(super) struct Estimated<'a> {
     led: &'a Fitted,
     sd: Vec<f64>,
     free: Option<(&'a Fitted, Vec<f64>)>,
 }
 
 impl<'a> Estimated<'a> {
-    fn new(led: &'a Fitted, found: &Found, ran: &'a Ran) -> Self {
+    pub(super) fn new(led: &'a Fitted, found: &Found, free: &'a FreeFits) -> Self {
         let own = |r: &&(usize, Fitted)| same(&found.sets[r.0].stated.set, &led.stated.set);
-        let free = ran.iter().find(own).map(|r| (&r.1, r.1.deviations()));
+        let free = free.iter().find(own).map(|r| (&r.1, r.1.deviations()));
         Self { led, sd: led.deviations(), free }
     }
     /// The surer estimate of an unknown of the led set; its interval has in it what the other says, as far as that is sure,
@@ -74,14 +74,20 @@ impl<'a> Estimated<'a> {
     }
 }
 
-pub(super) fn effects(search: &Search<'_>, found: &Found, ran: &Ran, decision: &Decision) -> Vec<Claimed> {
+pub(super) fn effects(
+    search: &Search<'_>,
+    found: &Found,
+    free: &FreeFits,
+    best: &Estimated<'_>,
+    decision: &Decision,
+) -> Vec<Claimed> {
     if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         return Vec::new();
     }
     let plant = search.case.subject.plant;
     let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
-    let claim = |f: &Fitted, h: &Hypothesis, probability: f64| {
-        let estimated = Estimated::new(f, found, ran);
+    let claim = |estimated: &Estimated<'_>, h: &Hypothesis, probability: f64| {
+        let f = estimated.led;
         let at = f.stated.set.iter().position(|o| o == h).unwrap_or(0);
         let begin = f.stated.begin[at];
         let end = f.stated.begin.get(at + 1).copied().unwrap_or(f.stated.unknowns.len());
@@ -100,14 +106,15 @@ pub(super) fn effects(search: &Search<'_>, found: &Found, ran: &Ran, decision: &
     };
     let mut all: Vec<Claimed> = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
-        all.push(claim(&found.best, h, decision.probability[i]));
+        all.push(claim(best, h, decision.probability[i]));
         if decision.verdict == Verdict::Ambiguous {
             for (at, odds) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0).take(2) {
                 let f = &found.sets[*at];
                 let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
                 let known = |o: &&Hypothesis| all.iter().any(|c| c.id == o.id && c.component == o.component);
                 if let Some(other) = other.filter(|o| o.is_effect() && !known(o)) {
-                    all.push(claim(f, other, decision.probability[i] * odds.exp()));
+                    let rival = Estimated::new(f, found, free);
+                    all.push(claim(&rival, other, decision.probability[i] * odds.exp()));
                 }
             }
         }
@@ -155,16 +162,14 @@ pub(super) fn candidates(found: &Found, decision: &Decision) -> Vec<Candidate> {
     all
 }
 
-pub(super) fn parameters(found: &Found, ran: &Ran, decision: &Decision) -> BTreeMap<String, Amount> {
+pub(super) fn parameters(best: &Estimated<'_>, decision: &Decision) -> BTreeMap<String, Amount> {
     if decision.verdict == Verdict::NoGap {
         return BTreeMap::new();
     }
-    let estimated = Estimated::new(&found.best, found, ran);
-    let own = found.best.stated.begin.first().copied().unwrap_or(found.best.stated.unknowns.len());
-    (0..found.best.stated.unknowns.len())
-        .filter(|&k| k < own && found.best.stated.unknowns[k].run.is_none())
-        .map(|k| (found.best.stated.unknowns[k].name.clone(), estimated.amount(k, 0.0)))
-        .collect()
+    let stated = &best.led.stated;
+    let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
+    let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| u.run.is_none());
+    shared.map(|(k, u)| (u.name.clone(), best.amount(k, 0.0))).collect()
 }
 
 pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<String>> {
