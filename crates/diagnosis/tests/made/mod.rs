@@ -1,0 +1,88 @@
+//! Recordings of joints that are made here: a solver of the tests' own, explicit midpoint steps, white noise.
+
+use std::fmt::Write as _;
+
+use rand::{Rng, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rand_distr::StandardNormal;
+use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::outcome::Diagnosis;
+
+/// Time between two readings, s.
+const STEP: f64 = 0.002;
+/// Readings of a recording.
+const READINGS: usize = 2500;
+
+/// A joint with its sensors, as its owner describes it.
+pub(crate) struct Joint<'a> {
+    pub flexible: bool,
+    pub gear: f64,
+    /// The others by name.
+    pub parameters: &'a [(&'a str, f64)],
+    /// Deviations of the noise.
+    pub current_noise: f64,
+    pub motor_noise: f64,
+    pub load_noise: f64,
+    /// Steps of the solver from reading to reading.
+    pub substeps: u32,
+}
+
+impl Joint<'_> {
+    /// The diagnosis of four recordings, the last held out, each with a phase of its own. The truth: `current(phase, t)`, A,
+    /// and `rates(current, state)`; the state begins with angle and velocity of the motor, then of the load times the gear ratio.
+    pub(crate) fn diagnosed<const N: usize>(
+        &self,
+        current: impl Fn(f64, f64) -> f64,
+        rates: impl Fn(f64, &[f64; N]) -> [f64; N],
+    ) -> Diagnosis {
+        let folder = tempfile::tempdir().unwrap();
+        for seed in 1..=4 {
+            let csv = self.record(seed, |t| current(seed as f64, t), &rates);
+            std::fs::write(folder.path().join(format!("{seed}.csv")), csv).unwrap();
+        }
+        std::fs::write(folder.path().join("case.toml"), self.case()).unwrap();
+        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+        diagnose(&loaded, &Options::default(), &mut |_, _| ()).unwrap().diagnosis
+    }
+
+    /// A recording as CSV.
+    fn record<const N: usize>(
+        &self,
+        seed: u64,
+        current: impl Fn(f64) -> f64,
+        rates: impl Fn(f64, &[f64; N]) -> [f64; N],
+    ) -> String {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let mut noise = |deviation: f64| deviation * rng.sample::<f64, _>(StandardNormal);
+        let mut x = [0.0; N];
+        let mut csv = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+        for k in 0..READINGS {
+            let t = k as f64 * STEP;
+            let u = current(t) + noise(self.current_noise);
+            let motor = x[0] + noise(self.motor_noise);
+            let load = x[2] / self.gear + noise(self.load_noise);
+            writeln!(csv, "{t:?},{u:?},{motor:?},{load:?}").unwrap();
+            let h = STEP / f64::from(self.substeps);
+            for i in 0..self.substeps {
+                let t = t + f64::from(i) * h;
+                let a = rates(current(t), &x);
+                let half = std::array::from_fn(|i| x[i] + 0.5 * h * a[i]);
+                let b = rates(current(t + 0.5 * h), &half);
+                x = std::array::from_fn(|i| x[i] + h * b[i]);
+            }
+        }
+        csv
+    }
+
+    fn case(&self) -> String {
+        let Self { flexible, gear, current_noise, motor_noise, load_noise, .. } = self;
+        let own: String =
+            self.parameters.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
+        format!(
+            "model = \"TwoMassJoint\"\ntrain = [\"1.csv\", \"2.csv\", \"3.csv\"]\nholdout = [\"4.csv\"]\n\
+             [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}\
+             [channels.motorAngle]\nnoise = {motor_noise:?}\n[channels.loadAngle]\nnoise = {load_noise:?}\n\
+             [channels.motorCurrent]\nnoise = {current_noise:?}\n"
+        )
+    }
+}
