@@ -10,7 +10,9 @@ use std::path::Path;
 
 use common::{data, joint};
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Channel, Finding, Interpolation, Recording, Role, Severity, Value, Variable};
+use trueup_signals::{
+    Case, Channel, Finding, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
+};
 
 fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
     Recording::parse_csv("run.csv", text.as_bytes(), known).unwrap()
@@ -30,13 +32,32 @@ fn values<'a>(run: &'a Recording, name: &str) -> &'a [f64] {
 
 #[test]
 fn each_channel_has_samples_of_its_own() {
-    let (run, findings) = csv("time,motorCurrent,motorAngle\n0,1,\n0.1,,2\n0.3,nan,3\n0.4,4,NaN\n", &joint());
+    let (run, findings) = csv("time,motorCurrent,motorAngle\n0,1,\n0.1,,2\n0.3,NA,3\n0.4,4,null\n", &joint());
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!((run.start, run.end), (0.0, 0.4));
     let current = run.channel("motorCurrent").unwrap();
     assert_eq!((&current.time[..], &current.values[..]), (&[0.0, 0.4][..], &[1.0, 4.0][..]));
     assert_eq!(run.channel("motorAngle").unwrap().time, [0.1, 0.3]);
     assert_eq!(current.unit, "A");
+}
+
+#[test]
+fn nan_is_an_empty_cell_and_noted() {
+    let (run, found) = csv("time,motorCurrent,motorAngle\n0,1,1\n1,nan,-NaN\n2,3,NAN\n3,4,2\n", &joint());
+    assert_eq!(run.channel("motorCurrent").unwrap().time, [0.0, 2.0, 3.0]);
+    assert_eq!(run.channel("motorAngle").unwrap().time, [0.0, 3.0]);
+    assert!(found.iter().all(|f| (f.severity, f.kind) == (Severity::Note, Kind::NotANumber)), "{found:?}");
+    let said: Vec<String> = found.iter().map(ToString::to_string).collect();
+    let mend = "record it again if something was measured there";
+    assert_eq!(
+        said,
+        [
+            format!("run.csv:3: motorCurrent: \"nan\" is taken as an empty cell; {mend}"),
+            format!(
+                "run.csv:3: motorAngle: \"nan\" is taken as an empty cell, here and in one more row; {mend}"
+            ),
+        ]
+    );
 }
 
 #[test]

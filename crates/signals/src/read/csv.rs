@@ -28,6 +28,7 @@ pub(super) fn read(file: &Path, mut source: impl BufRead, findings: &mut Vec<Fin
     rows.read(reader);
     let failed = !rows.wrong.is_empty();
     told(&mut rows.wrong, findings);
+    findings.extend(rows.nan());
     let Rows { names, columns, lines, .. } = rows;
     (!failed).then(|| expand(names, columns, lines))
 }
@@ -85,9 +86,12 @@ struct Rows<'a> {
 }
 
 /// Values, row by row, `width` in each.
+#[derive(Default)]
 struct Column {
     width: usize,
     values: Vec<f64>,
+    /// Lines with a cell that says `nan`.
+    nan: Vec<u64>,
 }
 
 impl Rows<'_> {
@@ -114,7 +118,7 @@ impl Rows<'_> {
                 self.push(Kind::DuplicateName, what, "rename or remove one", 1);
             }
             self.names.push(name.into());
-            self.columns.push(Column { width: 0, values: Vec::new() });
+            self.columns.push(Column::default());
         }
         let mut record = ByteRecord::new();
         // Many mistakes of one file have one cause: what follows is only counted.
@@ -137,6 +141,21 @@ impl Rows<'_> {
         self.wrong.push(Finding::error(kind, self.file, what, mend).line(line));
     }
 
+    /// Loggers write `nan` where nothing was measured, and where a computation failed.
+    fn nan(&self) -> impl Iterator<Item = Finding> {
+        self.names.iter().zip(&self.columns).filter_map(|(name, column)| {
+            let (first, more) = column.nan.split_first()?;
+            let more = match more.len() {
+                0 => String::new(),
+                1 => ", here and in one more row".into(),
+                n => format!(", here and in {n} more rows"),
+            };
+            let what = format!("\"nan\" is taken as an empty cell{more}");
+            let mend = "record it again if something was measured there";
+            Some(Finding::note(Kind::NotANumber, self.file, what, mend).line(*first).channel(name))
+        })
+    }
+
     fn row(&mut self, record: &ByteRecord) {
         let line = record.position().map_or(0, csv::Position::line);
         let cells = record.len();
@@ -151,6 +170,9 @@ impl Rows<'_> {
         }
         self.lines.push(line);
         for i in 0..cells {
+            if record[i].split(u8::is_ascii_whitespace).any(is_nan) {
+                self.columns[i].nan.push(line);
+            }
             if let Err((kind, what, mend)) = self.columns[i].push(&record[i]) {
                 let name = self.names[i].clone();
                 self.wrong.push(Finding::error(kind, self.file, what, mend).line(line).channel(name));
@@ -205,6 +227,11 @@ fn number(cell: &str) -> Option<f64> {
         "false" | "False" | "FALSE" => Some(0.0),
         cell => cell.parse().ok(),
     }
+}
+
+fn is_nan(cell: &[u8]) -> bool {
+    let unsigned = cell.strip_prefix(b"-").or_else(|| cell.strip_prefix(b"+")).unwrap_or(cell);
+    unsigned.eq_ignore_ascii_case(b"nan")
 }
 
 /// Array columns become one column per element.
