@@ -88,6 +88,12 @@ impl Report {
     fn wrong(&mut self, place: &Place, message: impl Into<String>) {
         self.mistakes.push(Mistake { place: place.clone(), message: message.into() });
     }
+    /// About a component's FMU: the message names its file, the place does not name it again where that file is all there is.
+    fn wrong_fmu(&mut self, component: &Component, message: impl Into<String>) {
+        let alone = component.place.file == component.fmu;
+        let place = if alone { Place::default() } else { component.place.clone() };
+        self.wrong(&place, message);
+    }
     fn note(&mut self, message: impl Into<String>) {
         self.notes.push(message.into());
     }
@@ -148,12 +154,7 @@ impl<'a> Parts<'a> {
 }
 
 fn part(component: &Component, library: &mut Library, report: &mut Report) -> Option<Part> {
-    let opened = library.open(&component.fmu).map_err(|why| {
-        // Said once, where the FMU is the file that was named.
-        let named = format!("{}: ", component.place);
-        report.wrong(&component.place, why.strip_prefix(&named).unwrap_or(&why))
-    });
-    let fmu = opened.ok()?;
+    let fmu = library.open(&component.fmu).map_err(|why| report.wrong_fmu(component, why)).ok()?;
     let d = fmu.description();
     let offered = |interface| match interface {
         Interface::CoSimulation => d.co_simulation.is_some(),
@@ -169,13 +170,13 @@ fn part(component: &Component, library: &mut Library, report: &mut Report) -> Op
             } else {
                 others.join(", ")
             };
-            report.wrong(&component.place, format!("{file} does not offer {wanted}; it offers {others}"));
+            report.wrong_fmu(component, format!("{file} does not offer {wanted}; it offers {others}"));
             return None;
         }
         wanted => wanted.or_else(|| both.into_iter().find(|i| offered(*i))),
     };
     let Some(interface) = interface else {
-        report.wrong(&component.place, format!("{file} offers neither Co-Simulation nor Model Exchange"));
+        report.wrong_fmu(component, format!("{file} offers neither Co-Simulation nor Model Exchange"));
         return None;
     };
     let starts = start::starts(component, d, report);
@@ -218,8 +219,8 @@ impl Library<'_> {
             let count = used.entry(Arc::as_ptr(&part.fmu)).or_default();
             *count += 1;
             if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
-                report.wrong(
-                    &component.place,
+                report.wrong_fmu(
+                    component,
                     format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
                 );
             }

@@ -45,6 +45,21 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     }
 }
 
+#[test]
+fn a_file_that_is_no_fmu_is_named_once() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("half.fmu"), b"PK\x03\x04 and then nothing").unwrap();
+    for (file, said) in [
+        ("half.fmu", "half.fmu is no FMU or not all of one"),
+        ("absent.fmu", "absent.fmu: there is no such file"),
+    ] {
+        let out = trueup(folder.path(), &[file]);
+        let error = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(1), "{error}");
+        assert!(error.contains(said) && error.matches(file).count() == 1, "{error}");
+    }
+}
+
 /// Two of the FMU, connected, in a folder with a table that drives the first.
 fn system() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
