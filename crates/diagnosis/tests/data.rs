@@ -87,6 +87,34 @@ fn the_example_cases_are_missing_something_where_their_keys_say() {
     }
 }
 
+/// What `key.toml` of an example case says of a list or a text.
+fn told(key: &str, name: &str) -> Vec<String> {
+    let line = key.lines().find_map(|l| l.strip_prefix(name)?.trim_start().strip_prefix('=')).unwrap();
+    line.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+}
+
+#[test]
+fn the_example_cases_are_diagnosed_as_their_keys_say() {
+    let Some(folder) = data() else { return };
+    for name in ["backlash", "gravity-torque", "stribeck-friction", "none"] {
+        let case = folder.join("example-cases").join(name);
+        let key = std::fs::read_to_string(case.join("key.toml")).unwrap();
+        let (loaded, _) = Case::load(&case, |_| Ok(Vec::new())).unwrap();
+        let d = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+        let gap = d.gap.overall.as_ref().unwrap();
+        let probability = d.effects.first().map(|e| e.probability);
+        println!(
+            "{name}: {:?}, probability {probability:.3?}, gap before {:.4}, tuned {:.4}, after {:.4}, floor {:.4}",
+            d.verdict, gap.before, gap.tuned, gap.after, gap.floor
+        );
+        assert_eq!(serde_json::to_value(d.verdict).unwrap(), told(&key, "verdict")[0], "{name}");
+        let named: Vec<&str> = d.effects.iter().map(|e| e.id.as_str()).collect();
+        assert_eq!(named, told(&key, "effects"), "{name}");
+        let components: Vec<&str> = d.effects.iter().map(|e| e.component.as_str()).collect();
+        assert_eq!(components, told(&key, "components"), "{name}");
+    }
+}
+
 /// Columns of a recording of EMPS, the first being the time in s.
 fn emps<const N: usize>(folder: &Path, file: &str, names: [&str; N]) -> (Vec<f64>, [Vec<f64>; N]) {
     // With names of its own beside it.
