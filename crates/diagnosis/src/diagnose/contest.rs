@@ -287,7 +287,8 @@ impl<'a> Ground<'a> {
         for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
             let good = all.iter().any(|c| self.is_near(c));
             let most = match wanted {
-                Kind::Best | Kind::Fewer => 1,
+                Kind::Best => 1,
+                Kind::Fewer => best.len(),
                 Kind::Rival if claims => 1 + usize::from(!good),
                 Kind::Rival => 2,
             };
@@ -298,7 +299,8 @@ impl<'a> Ground<'a> {
             let like = order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted));
             let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
             let others = effects.filter(|at| all.iter().all(|c| c.at != *at));
-            let list = first_of_each(others, |at| new(at).map(|h| (&*h.id, &*h.component)), most);
+            let which = |at: usize| new(at).map_or(("", "", at), |h| (&*h.id, &*h.component, 0));
+            let list = first_of_each(others, which, most);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
             if let (Kind::Best, [best]) = (wanted, &all[..]) {
                 self.carry(best);
@@ -324,7 +326,10 @@ impl<'a> Ground<'a> {
             list.retain(|at| all.iter().all(|c| c.at != *at));
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
-        if found.above(found.plain.excess()) < limits.left && !all.iter().any(|c| self.is_near(c)) {
+        let seen = found.above(found.plain.excess());
+        let bare = self.free(&self.tuned).map_or(0.0, |f| f.bare());
+        let helps = all.iter().any(|c| c.after < 0.7 * bare);
+        if (seen < limits.left || seen < limits.bare && !helps) && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             all.retain(|c| lacking.iter().all(|l| l.at != c.at));
             all.extend(lacking);

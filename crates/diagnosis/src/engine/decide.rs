@@ -319,10 +319,12 @@ impl Account {
         let blind = self.claims && self.whole.max(self.left) < limits.left;
         let balances = if blind { self.closed } else { self.explained().clamp(0.0, 1.0) };
         // What they see plainly and mostly do not explain is not known, however well a free run makes up for it.
-        if self.left > limits.left && balances < 0.5 {
+        let plain = self.whole.max(self.left) > limits.bare;
+        if plain && self.left > limits.left && balances < 0.5 {
             return balances;
         }
-        let (both, least) = (0.5 * (balances + self.closed), balances.min(self.closed));
+        let both = 0.5 * (balances + self.closed);
+        let least = if plain { balances.min(self.closed) } else { self.closed };
         // What they see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
         let told = self.whole > limits.bare && self.left < limits.left && balances > limits.told;
         if self.witness && least < limits.neither && !told {
