@@ -326,7 +326,7 @@ impl Account {
         let both = 0.5 * (balances + self.closed);
         let least = if plain { balances.min(self.closed) } else { self.closed };
         // What they see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
-        let told = self.whole > limits.bare && self.left < limits.left && balances > limits.told;
+        let told = self.whole > limits.bare && self.left < limits.bare && balances > limits.told;
         if self.witness && least < limits.neither && !told {
             return both;
         }

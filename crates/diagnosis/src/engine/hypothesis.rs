@@ -41,6 +41,8 @@ pub struct Hypothesis {
     pub per_joint: bool,
     /// Its times and sizes differ from recording to recording (pushes).
     pub per_run: bool,
+    /// It comes several times in a recording (pushes).
+    pub several: bool,
     /// It acts at a joint without a spring, where motor and link are one body.
     pub rigid: bool,
 }
@@ -55,6 +57,7 @@ impl Hypothesis {
             site: 0,
             per_joint: false,
             per_run: false,
+            several: false,
             rigid: false,
         }
     }
@@ -105,7 +108,11 @@ impl Hypothesis {
             Claim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
             _ => String::new(),
         };
-        let each = if self.per_run { " (each run)" } else { "" };
+        let each = match (self.per_run, self.several) {
+            (true, _) => " (each run)",
+            (_, true) => " (several)",
+            _ => "",
+        };
         if self.per_joint {
             format!("{}{place}[{}]{each}", self.id, self.site + 1)
         } else {
@@ -232,6 +239,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 site,
                 per_joint,
                 per_run: false,
+                several: false,
                 rigid: choice.scope() == Scope::Joint && !p.subject.flexible[site],
             };
             if choice.scope() == Scope::Channel {
@@ -249,8 +257,12 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             }
             let per_joint = p.subject.plant == effect::Plant::Arm && choice.scope() == Scope::Joint;
             list.push(h(choice.component(), site, per_joint));
-            if is_push(&choice) && p.train.len() > 1 {
-                list.push(Hypothesis { per_run: true, ..h(choice.component(), site, per_joint) });
+            if is_push(&choice) {
+                let once = h(choice.component(), site, per_joint);
+                list.push(Hypothesis { several: true, ..once.clone() });
+                if p.train.len() > 1 {
+                    list.push(Hypothesis { per_run: true, ..once });
+                }
             }
         }
     }

@@ -1,11 +1,16 @@
 //! When a push may have come: where what is missing has a mean of its own for longest and most.
 
 use rayon::prelude::*;
-use trueup_models::effect::Plant;
+use trueup_models::effect::{PUSHES, Plant};
 
 use super::hypothesis::{Claim, Hypothesis};
 use super::problem::Unknown;
 use super::search::{Fitted, Search};
+
+/// What is missing counts up to so many times its scatter.
+const FAR: f64 = 8.0;
+/// Share of a stretch that its edges are thought to take.
+const EDGE: f64 = 0.3;
 
 /// A stretch of time in s, and how far its mean stands out.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +18,12 @@ struct Stretch {
     start: f64,
     length: f64,
     score: f64,
+}
+
+impl Stretch {
+    fn is_apart(&self, other: &Self) -> bool {
+        self.start >= other.start + other.length || other.start >= self.start + self.length
+    }
 }
 
 /// Missing acceleration over time, in units of its own scatter.
@@ -28,27 +39,33 @@ impl Search<'_> {
         let runs: Vec<Vec<Missing>> = (0..self.case.train.len())
             .map(|run| coordinates.iter().filter_map(|c| self.missing(base, run, *c)).collect())
             .collect();
-        let fill = |stretch: &dyn Fn(Option<usize>) -> Option<Stretch>| -> Vec<f64> {
-            unknowns.iter().map(|u| value(u, stretch(u.run))).collect()
-        };
         if runs.iter().all(Vec::is_empty) {
             return self.tried_pushes(base, h, unknowns);
+        }
+        let all: Vec<&Missing> = runs.iter().flatten().collect();
+        if h.several {
+            let mut single: Vec<Vec<&Missing>> = runs.iter().map(|missing| missing.iter().collect()).collect();
+            // Seen in all together, or in the recording that shows them best.
+            let best = |all: &Vec<&Missing>| scan(all).first().map_or(0.0, |s| s.score);
+            single.sort_by(|a, b| best(b).total_cmp(&best(a)));
+            single.truncate(1);
+            return single.iter().chain([&all]).map(|all| filled(unknowns, &one_by_one(all))).collect();
         }
         let each: Vec<Option<Stretch>> =
             runs.iter().map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied()).collect();
         if h.per_run {
-            return vec![fill(&|run| each.get(run?).copied().flatten())];
+            let own = |u: &Unknown| each.get(u.run?).copied().flatten();
+            return vec![unknowns.iter().map(|u| value(u, own(u))).collect()];
         }
-        let all: Vec<&Missing> = runs.iter().flatten().collect();
         // Seen in all together, or best in one.
         let stretches = scan(&all).into_iter().take(2).chain(each.into_iter().flatten());
-        stretches.map(|s| fill(&|_| Some(s))).collect()
+        stretches.map(|s| filled(unknowns, &[s])).collect()
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
     fn tried_pushes(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
         let mut set = base.stated.set.clone();
-        set.push(Hypothesis { per_run: false, ..h.clone() });
+        set.push(Hypothesis { per_run: false, several: false, ..h.clone() });
         let Ok(stated) = self.state(&set) else { return Vec::new() };
         let Some(&begin) = stated.begin.last() else { return Vec::new() };
         let problem = self.compare(&stated);
@@ -99,7 +116,15 @@ impl Search<'_> {
         if h.per_run {
             return vec![unknowns.iter().map(|u| value(u, best(&|g| g[u.run.unwrap_or(0)]))).collect()];
         }
-        vec![unknowns.iter().map(|u| value(u, best(&|g| g.iter().sum()))).collect()]
+        let mut order: Vec<usize> = (0..tries.len()).collect();
+        order.sort_by(|a, b| gains[*b].iter().sum::<f64>().total_cmp(&gains[*a].iter().sum()));
+        let mut apart: Vec<Stretch> = Vec::new();
+        for s in order.into_iter().map(|i| tries[i]) {
+            if apart.len() < if h.several { PUSHES } else { 1 } && apart.iter().all(|a| s.is_apart(a)) {
+                apart.push(s);
+            }
+        }
+        vec![filled(unknowns, &apart)]
     }
 
     /// The coordinates that a push moves at once.
@@ -135,12 +160,37 @@ impl Search<'_> {
     }
 }
 
+/// The unknowns of as many pushes as there are stretches, one after the other.
+fn filled(unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
+    let each = unknowns.len().div_ceil(stretches.len().max(1));
+    unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
+}
+
+/// As many stretches as there may be pushes, each once those before it are taken out.
+fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
+    let mut left: Vec<Missing> = all.iter().map(|m| Missing { t: m.t.clone(), a: m.a.clone() }).collect();
+    let mut found = Vec::new();
+    while let (true, Some(s)) = (found.len() < PUSHES, scan(&left.iter().collect::<Vec<_>>()).first().copied()) {
+        for m in &mut left {
+            let within = |t: f64| t >= s.start && t < s.start + s.length;
+            let (mut sum, mut count) = (0.0, 0.0);
+            for (_, a) in m.t.iter().zip(&m.a).filter(|(t, _)| within(**t)) {
+                (sum, count) = (sum + a.clamp(-FAR, FAR), count + 1.0);
+            }
+            let mean = sum / f64::max(count, 1.0);
+            m.t.iter().zip(&mut m.a).filter(|(t, _)| within(**t)).for_each(|(_, a)| *a -= mean);
+        }
+        found.push(s);
+    }
+    found
+}
+
 /// What an unknown of a push is for a stretch; its force is of the typical size.
 fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
     match () {
         () if u.stem().ends_with("Start") => found.map_or(u.start, |s| s.start),
         () if u.stem().ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
-        () if u.stem().ends_with("Edge") => u.start,
+        () if u.stem().ends_with("Edge") => found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper),
         () => match u.scale {
             trueup_identification::unknown::Scale::Linear(s) => s,
             trueup_identification::unknown::Scale::Log => u.start,
@@ -157,7 +207,7 @@ fn scan(all: &[&Missing]) -> Vec<Stretch> {
         .map(|m| {
             let mean = m.a.iter().sum::<f64>() / m.a.len().max(1) as f64;
             let mut sum = vec![0.0];
-            m.a.iter().for_each(|a| sum.push(sum[sum.len() - 1] + (a - mean).clamp(-8.0, 8.0)));
+            m.a.iter().for_each(|a| sum.push(sum[sum.len() - 1] + (a - mean).clamp(-FAR, FAR)));
             sum
         })
         .collect();
@@ -185,7 +235,7 @@ fn scan(all: &[&Missing]) -> Vec<Stretch> {
     found.sort_by(|a, b| b.score.total_cmp(&a.score));
     let mut best: Vec<Stretch> = Vec::new();
     for s in found {
-        if best.iter().all(|b| s.start >= b.start + b.length || b.start >= s.start + s.length) {
+        if best.iter().all(|b| s.is_apart(b)) {
             best.push(s);
         }
         if best.len() == 3 {

@@ -91,6 +91,8 @@ pub const NEARLY: f64 = 0.85;
 pub const ASKED: f64 = 100.0;
 /// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
 const DRAGGED: f64 = 25.0;
+/// Forms of one cause that are fitted after a screen.
+const FORMS: usize = 2;
 /// Pairs that are fitted after a screen of all.
 const PAIRS: usize = 6;
 /// Sets with a cause more that are fitted for free-running simulations.
@@ -188,7 +190,9 @@ impl Search<'_> {
             }
             beam = grown.iter().take(effort.beam).cloned().collect();
             sets.extend(grown);
-            if !worth || after < NEGLIGIBLE {
+            // Of two causes neither may explain much by itself.
+            let promising = depth == 1 && evidence > ASKED;
+            if !(worth || promising) || after < NEGLIGIBLE {
                 break;
             }
         }
@@ -234,6 +238,14 @@ impl Search<'_> {
             let fits = effect || left > 0;
             left -= usize::from(fits && !effect);
             fits
+        });
+        // Of the forms of one cause the likelier ones.
+        let mut seen: Vec<usize> = Vec::new();
+        let fits = fits.filter(move |s| {
+            let same = |i: &&usize| self.causes[**i].same_place(&self.causes[s.index]);
+            let forms = seen.iter().filter(same).count();
+            seen.push(s.index);
+            forms < FORMS
         });
         fits.take(few)
     }

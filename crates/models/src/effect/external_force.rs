@@ -2,13 +2,19 @@
 //!
 //! (EF-25) size times E(t - t_0) - E(t - t_0 - d), E being 0 up to 0, (1 - cos(pi s / r)) / 2 during the edge and 1 after
 //! it: the impulse is size times the duration d whatever the edge r, and r = 0 is a rectangle. On the actuator it adds to
-//! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque.
+//! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque. Up to three
+//! pushes add up.
 //!
 //! Begin and end of the edges are time events. What it gets wrong: a push that depends on the motion, as a contact does.
 
 use super::*;
 
 pub(crate) struct ExternalForce;
+
+/// How many pushes there are at most.
+pub const PUSHES: usize = 3;
+/// Times of a push.
+const TIMES: usize = 3;
 
 const ACTUATOR: usize = 3;
 const LOAD: usize = 0;
@@ -25,51 +31,68 @@ fn risen<T: Scalar>(stage: i32, t: T, begin: T, edge: T) -> T {
         _ => T::one(),
     }
 }
-/// Index of the first time parameter: behind one torque, or a force and a torque.
-fn times<T: Scalar>(l: &Local<T>) -> usize {
+/// How many sizes a push has: one torque, or a force and a torque.
+fn sizes<T: Scalar>(l: &Local<T>) -> usize {
     if l.place() == LOAD || l.place() == ACTUATOR { 1 } else { 3 }
 }
-fn shape<T: Scalar>(l: &Local<T>, t: T) -> T {
-    let k = times(l);
+/// Index of the first parameter of push `n`, and of its times.
+fn parameters<T: Scalar>(l: &Local<T>, n: usize) -> (usize, usize) {
+    let first = n * (sizes(l) + TIMES);
+    (first, first + sizes(l))
+}
+fn shape<T: Scalar>(l: &Local<T>, t: T, n: usize) -> T {
+    let (_, k) = parameters(l, n);
     let (begin, edge) = (l.p(k), l.p(k + 2));
-    risen(l.mode(0), t, begin, edge) - risen(l.mode(1), t, begin + l.p(k + 1), edge)
+    risen(l.mode(2 * n), t, begin, edge) - risen(l.mode(2 * n + 1), t, begin + l.p(k + 1), edge)
+}
+/// Size `i` of all pushes together.
+fn sum<T: Scalar>(l: &Local<T>, t: T, i: usize) -> T {
+    (0..PUSHES).fold(T::zero(), |sum, n| sum + l.p(parameters(l, n).0 + i) * shape(l, t, n))
 }
 fn wrench<T: Scalar>(l: &Local<T>, t: T) -> Wrench<T> {
-    let now = shape(l, t);
-    Wrench { force: [l.p(0) * now, l.p(1) * now], torque: l.p(2) * now }
+    Wrench { force: [sum(l, t, 0), sum(l, t, 1)], torque: sum(l, t, 2) }
 }
 
-const START: ParameterSpec = ParameterSpec {
-    name: "start",
-    unit: "s",
-    description: "When the push begins, t_0 (EF-25)",
-    joint_start: 0.3,
-    arm_start: 1.0,
-    role: Role::Shape,
-    scale: Scale::of(0.5, &[(Measure::Duration, 1)]),
-    ..ParameterSpec::NONE
-};
-const DURATION: ParameterSpec = ParameterSpec {
-    name: "duration",
-    unit: "s",
-    description: "From the begin of the first edge to that of the second, d (EF-25)",
-    above_min: false,
-    joint_start: 0.2,
-    arm_start: 1.0,
-    scale: Scale::of(0.1, &[(Measure::Duration, 1)]),
-    ..ParameterSpec::SHAPE
-};
-const EDGE: ParameterSpec = ParameterSpec {
-    name: "edge",
-    unit: "s",
-    description: "Length of an edge, r (EF-25); 0: sharp",
-    above_min: false,
-    joint_start: 0.01,
-    arm_start: 0.05,
-    log: false,
-    scale: Scale::of(0.002, &[(Measure::Duration, 1)]),
-    ..ParameterSpec::SHAPE
-};
+/// What the parameters of each push are called; the second and the third are neutral from the start.
+const NAMES: [[&str; 6]; PUSHES] = [
+    ["forceX", "forceY", "torque", "start", "duration", "edge"],
+    ["secondForceX", "secondForceY", "secondTorque", "secondStart", "secondDuration", "secondEdge"],
+    ["thirdForceX", "thirdForceY", "thirdTorque", "thirdStart", "thirdDuration", "thirdEdge"],
+];
+const fn times(n: usize) -> [ParameterSpec; TIMES] {
+    let start = ParameterSpec {
+        name: NAMES[n][3],
+        unit: "s",
+        description: "When the push begins, t_0 (EF-25)",
+        joint_start: 0.3,
+        arm_start: 1.0,
+        role: Role::Shape,
+        scale: Scale::of(0.5, &[(Measure::Duration, 1)]),
+        ..ParameterSpec::NONE
+    };
+    let duration = ParameterSpec {
+        name: NAMES[n][4],
+        unit: "s",
+        description: "From the begin of the first edge to that of the second, d (EF-25)",
+        above_min: false,
+        joint_start: 0.2,
+        arm_start: 1.0,
+        scale: Scale::of(0.1, &[(Measure::Duration, 1)]),
+        ..ParameterSpec::SHAPE
+    };
+    let edge = ParameterSpec {
+        name: NAMES[n][5],
+        unit: "s",
+        description: "Length of an edge, r (EF-25); 0: sharp",
+        above_min: false,
+        joint_start: 0.01,
+        arm_start: 0.05,
+        log: false,
+        scale: Scale::of(0.002, &[(Measure::Duration, 1)]),
+        ..ParameterSpec::SHAPE
+    };
+    [start, duration, edge]
+}
 const fn size(
     name: &'static str,
     unit: &'static str,
@@ -86,14 +109,35 @@ const fn size(
         ..ParameterSpec::NONE
     }
 }
-const PUSH_WRENCH: &[ParameterSpec] = &[
-    size("forceX", "N", [0.0, 0.5], &[(Measure::Force, 1)]),
-    size("forceY", "N", [0.0, 0.0], &[(Measure::Force, 1)]),
-    size("torque", "N.m", [0.0, 0.0], &[(Measure::BaseTorque, 1)]),
-    START,
-    DURATION,
-    EDGE,
-];
+const fn torques(first: [f64; 2], measure: &'static [(Measure, i32)]) -> [ParameterSpec; 12] {
+    let mut all = [ParameterSpec::NONE; 12];
+    let mut n = 0;
+    while n < PUSHES {
+        let [start, duration, edge] = times(n);
+        all[4 * n] = size(NAMES[n][2], "N.m", if n == 0 { first } else { [0.0; 2] }, measure);
+        (all[4 * n + 1], all[4 * n + 2], all[4 * n + 3]) = (start, duration, edge);
+        n += 1;
+    }
+    all
+}
+const fn wrenches() -> [ParameterSpec; 18] {
+    let mut all = [ParameterSpec::NONE; 18];
+    let mut n = 0;
+    while n < PUSHES {
+        let [start, duration, edge] = times(n);
+        let first = if n == 0 { [0.0, 0.5] } else { [0.0; 2] };
+        all[6 * n] = size(NAMES[n][0], "N", first, &[(Measure::Force, 1)]);
+        all[6 * n + 1] = size(NAMES[n][1], "N", [0.0; 2], &[(Measure::Force, 1)]);
+        all[6 * n + 2] = size(NAMES[n][2], "N.m", [0.0; 2], &[(Measure::BaseTorque, 1)]);
+        (all[6 * n + 3], all[6 * n + 4], all[6 * n + 5]) = (start, duration, edge);
+        n += 1;
+    }
+    all
+}
+const LOAD_PUSHES: [ParameterSpec; 12] = torques([5.0, 0.0], &[(Measure::LoadTorque, 1)]);
+const ACTUATOR_PUSHES: [ParameterSpec; 12] = torques([3.0e-4, 0.1], &[(Measure::Torque, 1)]);
+const WRENCHES: [ParameterSpec; 18] = wrenches();
+
 const fn place(
     name: &'static str,
     prefix: &'static str,
@@ -111,33 +155,33 @@ impl Effect for ExternalForce {
         summary: "a push that comes and goes (contact, collision, thruster firing, an input that was not logged)",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
-        modes: 2,
+        modes: 2 * PUSHES,
         places: &[
             place(
                 "load",
                 "loadPush",
                 &[Plant::Joint],
                 Scope::Joint,
-                &[size("torque", "N.m", [5.0, 0.0], &[(Measure::LoadTorque, 1)]), START, DURATION, EDGE],
+                &LOAD_PUSHES,
             ),
-            place("tip", "tipPush", &[Plant::Arm], Scope::Once, PUSH_WRENCH),
-            place("base", "basePush", &[Plant::Arm], Scope::Once, PUSH_WRENCH),
+            place("tip", "tipPush", &[Plant::Arm], Scope::Once, &WRENCHES),
+            place("base", "basePush", &[Plant::Arm], Scope::Once, &WRENCHES),
             place(
                 "actuator",
                 "actuatorPush",
                 &[Plant::Joint, Plant::Arm],
                 Scope::Joint,
-                &[size("torque", "N.m", [3.0e-4, 0.1], &[(Measure::Torque, 1)]), START, DURATION, EDGE],
+                &ACTUATOR_PUSHES,
             ),
         ],
         ..Spec::NONE
     };
 
     fn actuator<T: Scalar>(l: &Local<T>, d: &Drive<T>, torque: T) -> T {
-        if l.place() == ACTUATOR { torque + l.p(0) * shape(l, d.t) } else { torque }
+        if l.place() == ACTUATOR { torque + sum(l, d.t, 0) } else { torque }
     }
     fn link_torque<T: Scalar>(l: &Local<T>, d: &Drive<T>) -> T {
-        if l.place() == LOAD { l.p(0) * shape(l, d.t) } else { T::zero() }
+        if l.place() == LOAD { sum(l, d.t, 0) } else { T::zero() }
     }
     fn tip<T: Scalar>(l: &Local<T>, b: &Base<T>) -> Wrench<T> {
         if l.place() == TIP { wrench(l, b.t) } else { Wrench::default() }
@@ -150,20 +194,26 @@ impl Effect for ExternalForce {
         }
     }
     fn update(l: &Local<f64>, d: &Drive<f64>, modes: &mut [i32]) {
-        let k = times(l);
-        (modes[0], modes[1]) = (stage(d.t, l.p(k), l.p(k + 2)), stage(d.t, l.p(k) + l.p(k + 1), l.p(k + 2)));
+        for n in 0..PUSHES {
+            let (_, k) = parameters(l, n);
+            modes[2 * n] = stage(d.t, l.p(k), l.p(k + 2));
+            modes[2 * n + 1] = stage(d.t, l.p(k) + l.p(k + 1), l.p(k + 2));
+        }
     }
     fn next_event(l: &Local<f64>) -> f64 {
-        let k = times(l);
-        if (0..k).all(|i| l.p(i) == 0.0) {
-            return f64::INFINITY;
-        }
-        let next = |stage: i32, begin: f64| match stage {
-            0 => begin,
-            1 => begin + l.p(k + 2),
-            _ => f64::INFINITY,
+        let of = |n: usize| {
+            let (first, k) = parameters(l, n);
+            if (first..k).all(|i| l.p(i) == 0.0) {
+                return f64::INFINITY;
+            }
+            let next = |stage: i32, begin: f64| match stage {
+                0 => begin,
+                1 => begin + l.p(k + 2),
+                _ => f64::INFINITY,
+            };
+            next(l.mode(2 * n), l.p(k)).min(next(l.mode(2 * n + 1), l.p(k) + l.p(k + 1)))
         };
-        next(l.mode(0), l.p(k)).min(next(l.mode(1), l.p(k) + l.p(k + 1)))
+        (0..PUSHES).map(of).fold(f64::INFINITY, f64::min)
     }
 }
 
@@ -171,24 +221,37 @@ impl Effect for ExternalForce {
 mod tests {
     use super::*;
 
+    /// Torque of the load over time, from pushes as parameters.
+    fn torque(p: &[f64], t: f64) -> f64 {
+        let mut modes = [0; 2 * PUSHES];
+        let d = Drive { t, ..Drive::default() };
+        ExternalForce::update(&Local::new(p, &[], &[0; 2 * PUSHES], 0, 1), &d, &mut modes);
+        let l = Local::new(p, &[], &modes, 0, 1);
+        assert!(ExternalForce::next_event(&l) > t);
+        ExternalForce::link_torque(&l, &d)
+    }
+    fn impulse(p: &[f64], until: f64) -> f64 {
+        let n = 40_000;
+        let h = until / f64::from(n);
+        (0..n).map(|i| torque(p, (f64::from(i) + 0.5) * h) * h).sum()
+    }
+
     #[test]
     fn ef25_the_impulse_is_size_times_duration() {
         for (duration, edge) in [(0.4, 0.1), (0.05, 0.2), (0.3, 0.0)] {
-            let p = [5.0, 1.0, duration, edge];
-            let (n, span) = (40_000, 2.0);
-            let torque = |t: f64| {
-                let mut modes = [0, 0];
-                let d = Drive { t, ..Drive::default() };
-                ExternalForce::update(&Local::new(&p, &[], &[0, 0], 0, 1), &d, &mut modes);
-                let l = Local::new(&p, &[], &modes, 0, 1);
-                assert!(ExternalForce::next_event(&l) > t);
-                ExternalForce::link_torque(&l, &d)
-            };
-            let impulse: f64 = (0..n)
-                .map(|i| torque((f64::from(i) + 0.5) * span / f64::from(n)) * span / f64::from(n))
-                .sum();
-            assert!((impulse - 5.0 * duration).abs() < 1e-9, "{duration} {edge}: {impulse}");
-            assert!(torque(0.9) == 0.0 && torque(1.9) == 0.0 && torque(1.0 + 0.5 * duration) > 0.0);
+            let mut p = [0.0; 12];
+            p[..4].copy_from_slice(&[5.0, 1.0, duration, edge]);
+            let all = impulse(&p, 2.0);
+            assert!((all - 5.0 * duration).abs() < 1e-9, "{duration} {edge}: {all}");
+            assert!(torque(&p, 0.9) == 0.0 && torque(&p, 1.9) == 0.0 && torque(&p, 1.0 + 0.5 * duration) > 0.0);
         }
+    }
+
+    #[test]
+    fn ef25_pushes_add_up() {
+        let p = [5.0, 1.0, 0.4, 0.1, -2.0, 1.2, 0.3, 0.0, 1.0, 1.6, 0.2, 0.05];
+        let all = impulse(&p, 2.0);
+        assert!((all - (5.0 * 0.4 - 2.0 * 0.3 + 0.2)).abs() < 1e-9, "{all}");
+        assert_eq!(torque(&p, 1.3), 3.0);
     }
 }

@@ -48,6 +48,7 @@ use crate::friction::Levels;
 use trueup_numerics::Scalar;
 
 pub use choice::{Choice, EffectError};
+pub use external_force::PUSHES;
 pub use list::{ALL, Kind};
 pub use set::EffectSet;
 pub use spec::{

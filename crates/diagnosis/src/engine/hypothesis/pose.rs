@@ -18,6 +18,9 @@ pub struct Posed {
     pub follow: Vec<usize>,
 }
 
+/// How long the edge of a push may be, in units of its typical one.
+const GENTLE: f64 = 20.0;
+
 impl Hypothesis {
     /// In numbers, for a model that has its effect. `names` are the model's parameters.
     pub fn pose(&self, p: &Prepared, sizes: &Sizes, names: &BTreeMap<String, usize>) -> Posed {
@@ -94,7 +97,9 @@ impl Hypothesis {
             }
             m => sizes.get(self.site, m),
         };
-        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![vec![]], follow: vec![] };
+        // When a push comes is looked for elsewhere.
+        let looks = if is_push(&choice) { vec![] } else { vec![vec![]] };
+        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks, follow: vec![] };
         let find = |name: &str| {
             names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
         };
@@ -128,7 +133,9 @@ impl Hypothesis {
                 }
             }
         }
-        for s in choice.parameters() {
+        let all = choice.parameters();
+        let one_push = is_push(&choice) && !self.several;
+        for s in &all[..if one_push { all.len() / effect::PUSHES } else { all.len() }] {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
             let below = s.below.map_or(f64::INFINITY, |b| b.value(measure));
@@ -145,7 +152,7 @@ impl Hypothesis {
         posed
     }
 
-    /// Times are looked for elsewhere; an edge of a few samples keeps derivatives by them.
+    /// An edge of a few samples keeps derivatives by times; it may be as long as it will.
     fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
         let step = p
             .train
@@ -153,9 +160,8 @@ impl Hypothesis {
             .flat_map(|c| &c.run.channels)
             .filter_map(|c| crate::engine::coordinate::median_step(&c.t));
         let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
-        posed.looks.clear();
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Edge")) {
-            (u.start, u.lower, u.upper) = (edge, edge, edge);
+            (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
         }
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Duration")) {
             u.lower = edge;
