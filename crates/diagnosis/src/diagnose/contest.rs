@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trueup_signals::process::overall;
 
 use super::Options;
-use crate::engine::decide::{Free, Ran, Thresholds};
+use crate::engine::decide::{self, Free, Ran, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
@@ -138,6 +138,24 @@ impl<'a> Ground<'a> {
             chance: self.together(self.chance(&pooled).into_iter())?,
             trained: false,
         })
+    }
+
+    /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].
+    fn of_each(&self, shown: &Replayed) -> Vec<f64> {
+        let of = |run: usize| {
+            let (own, sizes) = (&self.runs[run], &self.search.sizes);
+            let channels = own.run.channels.iter().enumerate();
+            let weights = if self.weights.len() == channels.len() { &self.weights[..] } else { &[] };
+            let weighed = channels.map(|(c, channel)| {
+                let weight = weights.get(c).copied().unwrap_or(1.0) / sizes.range(channel.output);
+                let squares = channel.y.iter().zip(&shown[run][c]).map(|(y, s)| (s - y).powi(2)).sum::<f64>();
+                let (error, floor) = (squares / channel.y.len() as f64, self.floors[run][c].powi(2));
+                [weight.powi(2) * error, weight.powi(2) * floor]
+            });
+            let [error, floor] = weighed.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
+            decide::left(error.sqrt().max(self.limits.even * floor.sqrt()), floor.sqrt())
+        };
+        (0..self.runs.len()).map(of).collect()
     }
 
     /// Gap as it is reported, all channels alike.
@@ -380,6 +398,9 @@ impl Ran for Contest<'_> {
     }
     fn apart(&self, a: usize, b: usize) -> Option<f64> {
         self.ground.apart(self.find(a)?, self.find(b)?)
+    }
+    fn each(&self, set: usize) -> Option<Vec<f64>> {
+        Some(self.ground.of_each(&self.find(set)?.shown))
     }
 }
 

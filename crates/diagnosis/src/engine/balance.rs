@@ -92,6 +92,8 @@ pub struct Led {
     pub beside: Vec<usize>,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
+    /// Channels that showed it.
+    pub turning: Vec<usize>,
 }
 
 /// The kernel for recordings, in steps of their grids: one for all, since what noise leaves depends on it. Velocities come
@@ -162,6 +164,7 @@ impl Led {
             step,
             kernel,
             reversal: vec![false; n],
+            turning: Vec::new(),
             t,
             channels,
             inputs: u,
@@ -181,12 +184,17 @@ impl Led {
         for (target, by) in moves {
             match target {
                 Target::SensorDelay(output) => {
+                    let samples = by / self.step;
                     for c in s.channels.iter_mut().filter(|c| c.output == *output) {
-                        let samples = by / self.step;
                         let [a, b] = &mut c.enters;
                         for v in [&mut c.y, &mut c.dy, &mut c.ddy, a, b] {
                             *v = octaves::moved(v, samples);
                         }
+                    }
+                    // What turns did so before it was read.
+                    if self.turning.iter().any(|c| self.channels[*c].output == *output) {
+                        let early = (samples.round().max(0.0) as usize).min(s.reversal.len());
+                        s.reversal.rotate_left(early);
                     }
                 }
                 Target::InputDelay(input) => {

@@ -151,7 +151,7 @@ impl Fitted {
 const MEMBERS: [f64; 3] = [1.0, 0.75, 0.4];
 
 /// How well a free-running simulation does: its gap above the floor, as a power. What is below a tenth of the floor's does not count.
-fn left(gap: f64, floor: f64) -> f64 {
+pub(crate) fn left(gap: f64, floor: f64) -> f64 {
     (gap * gap - floor * floor).max(0.1 * floor * floor).max(f64::MIN_POSITIVE)
 }
 
@@ -161,6 +161,8 @@ pub trait Ran {
     fn after(&self, set: usize) -> Option<f64>;
     /// How far the predictions of two sets are apart, as a gap.
     fn apart(&self, a: usize, b: usize) -> Option<f64>;
+    /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
+    fn each(&self, set: usize) -> Option<Vec<f64>>;
 }
 
 /// What the sets that were fitted and run come to.
@@ -221,6 +223,21 @@ impl<'a> Judge<'a> {
     /// The same with its free run.
     fn score(&self, at: usize) -> f64 {
         self.told(&self.found.sets[at]) - self.limits.run * self.telling(at).ln()
+    }
+    /// By how much set `a` leaves more than set `b` does (logarithm of the power), as far as recordings agree on it: a free
+    /// run that does better in one and worse in another is luck.
+    fn further(&self, a: usize, b: usize) -> f64 {
+        let all = (self.telling(a) / self.telling(b)).ln();
+        let [Some(of_a), Some(of_b)] = [a, b].map(|set| self.ran.each(set)) else { return all };
+        let each: Vec<f64> = of_a.iter().zip(&of_b).map(|(a, b)| (a / b).ln()).collect();
+        let runs = each.len() as f64;
+        if each.len() < 2 {
+            return all;
+        }
+        let mean = each.iter().sum::<f64>() / runs;
+        let variance = each.iter().map(|e| (e - mean).powi(2)).sum::<f64>() / (runs - 1.0);
+        let sure = (mean.abs() - (variance / runs).sqrt()).max(0.0);
+        all.clamp(-sure, sure)
     }
     /// Sets of that size with effects that ran.
     fn of_size(&self, size: usize) -> impl Iterator<Item = usize> {
@@ -285,7 +302,8 @@ impl<'a> Judge<'a> {
             let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
             let spared = (-possible - self.limits.possible).max(0.0);
             let settled = self.told(f) < self.told(best) - self.limits.settled;
-            if alike && !settled { 0.0 } else { self.score(at) - self.score(chosen) + spared }
+            let free = self.limits.run * self.further(at, chosen);
+            if alike && !settled { 0.0 } else { self.told(f) - self.told(best) - free + spared }
         };
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
         let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();

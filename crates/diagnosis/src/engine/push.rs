@@ -44,7 +44,8 @@ impl Search<'_> {
         }
         let all: Vec<&Missing> = runs.iter().flatten().collect();
         if h.several {
-            let mut single: Vec<Vec<&Missing>> = runs.iter().map(|missing| missing.iter().collect()).collect();
+            let mut single: Vec<Vec<&Missing>> =
+                runs.iter().map(|missing| missing.iter().collect()).collect();
             // Seen in all together, or in the recording that shows them best.
             let best = |all: &Vec<&Missing>| scan(all).first().map_or(0.0, |s| s.score);
             single.sort_by(|a, b| best(b).total_cmp(&best(a)));
@@ -170,7 +171,9 @@ fn filled(unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
 fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
     let mut left: Vec<Missing> = all.iter().map(|m| Missing { t: m.t.clone(), a: m.a.clone() }).collect();
     let mut found = Vec::new();
-    while let (true, Some(s)) = (found.len() < PUSHES, scan(&left.iter().collect::<Vec<_>>()).first().copied()) {
+    while let (true, Some(s)) =
+        (found.len() < PUSHES, scan(&left.iter().collect::<Vec<_>>()).first().copied())
+    {
         for m in &mut left {
             let within = |t: f64| t >= s.start && t < s.start + s.length;
             let (mut sum, mut count) = (0.0, 0.0);
@@ -190,7 +193,9 @@ fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
     match () {
         () if u.stem().ends_with("Start") => found.map_or(u.start, |s| s.start),
         () if u.stem().ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
-        () if u.stem().ends_with("Edge") => found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper),
+        () if u.stem().ends_with("Edge") => {
+            found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper)
+        }
         () => match u.scale {
             trueup_identification::unknown::Scale::Linear(s) => s,
             trueup_identification::unknown::Scale::Log => u.start,

@@ -157,22 +157,10 @@ impl Effect for ExternalForce {
         plants: &[Plant::Joint, Plant::Arm],
         modes: 2 * PUSHES,
         places: &[
-            place(
-                "load",
-                "loadPush",
-                &[Plant::Joint],
-                Scope::Joint,
-                &LOAD_PUSHES,
-            ),
+            place("load", "loadPush", &[Plant::Joint], Scope::Joint, &LOAD_PUSHES),
             place("tip", "tipPush", &[Plant::Arm], Scope::Once, &WRENCHES),
             place("base", "basePush", &[Plant::Arm], Scope::Once, &WRENCHES),
-            place(
-                "actuator",
-                "actuatorPush",
-                &[Plant::Joint, Plant::Arm],
-                Scope::Joint,
-                &ACTUATOR_PUSHES,
-            ),
+            place("actuator", "actuatorPush", &[Plant::Joint, Plant::Arm], Scope::Joint, &ACTUATOR_PUSHES),
         ],
         ..Spec::NONE
     };
@@ -243,7 +231,9 @@ mod tests {
             p[..4].copy_from_slice(&[5.0, 1.0, duration, edge]);
             let all = impulse(&p, 2.0);
             assert!((all - 5.0 * duration).abs() < 1e-9, "{duration} {edge}: {all}");
-            assert!(torque(&p, 0.9) == 0.0 && torque(&p, 1.9) == 0.0 && torque(&p, 1.0 + 0.5 * duration) > 0.0);
+            assert!(
+                torque(&p, 0.9) == 0.0 && torque(&p, 1.9) == 0.0 && torque(&p, 1.0 + 0.5 * duration) > 0.0
+            );
         }
     }
 

@@ -58,6 +58,7 @@ impl Led {
         let kernel = 5.0 * self.kernel * self.step;
         for &i in &links.held {
             let Some((c, _, rate)) = links.leads[i] else { continue };
+            self.turning.push(c);
             let s = &self.channels[c];
             let (v, a) = if rate { (&s.y, &s.dy) } else { (&s.dy, &s.ddy) };
             for k in 0..self.t.len() {
