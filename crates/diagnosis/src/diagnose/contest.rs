@@ -324,8 +324,16 @@ impl<'a> Ground<'a> {
                 self.carry(best);
                 if claims && !self.is_near(best) {
                     let led = found.sets[best.at].clone();
-                    let more = self.more(found, &led, best.fitted.as_ref(), effort, &all);
+                    let (told, base) = (led.evidence(1.0), best.fitted.clone());
+                    let more = self.more(found, &led, base.as_ref(), effort, &all);
                     all.extend(more);
+                    // What the balances do not see, they have nothing against.
+                    if let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) {
+                        let lacked = self.lacked(found, &base, effort);
+                        all.retain(|c| lacked.iter().all(|l| l.at != c.at));
+                        let free = |c: &Contender| found.sets[c.at].evidence(1.0) > told - MORE;
+                        all.extend(lacked.into_iter().filter(free));
+                    }
                 }
             }
         }

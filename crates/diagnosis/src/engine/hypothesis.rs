@@ -82,6 +82,10 @@ impl Hypothesis {
         let brakes = |h: &Self| matches!(h.id.as_str(), "motor-friction" | "load-friction");
         self.rigid && other.rigid && self.site == other.site && brakes(self) && brakes(other)
     }
+    /// A push that comes and goes: when is found from what is missing.
+    pub fn is_push(&self) -> bool {
+        matches!(self.claim, Claim::Effect(c) if is_push(&c))
+    }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
         matches!(self.claim, Claim::Effect(_))
@@ -126,7 +130,7 @@ fn shifts(c: &Choice) -> bool {
     matches!(c.spec().id, "sensor-delay" | "actuator-lag")
 }
 
-/// A push that comes and goes: when is found from what is missing.
+/// See [`Hypothesis::is_push`].
 pub fn is_push(c: &Choice) -> bool {
     c.spec().id == "external-force"
 }

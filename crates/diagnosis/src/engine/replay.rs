@@ -95,6 +95,18 @@ impl Fitted {
     }
 }
 
+impl Stated {
+    /// Takes over what was believed of a set that this one grew out of.
+    pub(super) fn believe_like(&mut self, base: &Self) {
+        let same = |(a, b): (&Unknown, &Unknown)| a.name == b.name && a.run == b.run;
+        if self.unknowns.len() < base.unknowns.len() || !self.unknowns.iter().zip(&base.unknowns).all(same) {
+            return;
+        }
+        self.unknowns.iter_mut().zip(&base.unknowns).for_each(|(own, base)| own.prior = base.prior);
+        self.belief.clone_from(&base.belief);
+    }
+}
+
 impl Search<'_> {
     /// What is not known of a recording before it is simulated: first states, and offsets where declared so.
     pub fn first_states(

@@ -42,8 +42,11 @@ impl Search<'_> {
     /// How each cause would fare beside those of `base`, from one simulation per look.
     pub fn screen(&self, base: &Fitted) -> Vec<Screened> {
         let projection = Projection::new(base);
+        // Pushes in two places are a torque over time that has no name.
+        let pushed = base.stated.set.iter().any(Hypothesis::is_push);
         let tasks: Vec<usize> = (0..self.causes.len())
             .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
+            .filter(|i| !(pushed && self.causes[*i].is_push()))
             .collect();
         let mut all: Vec<Screened> =
             tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i, &[])).collect();
@@ -86,7 +89,7 @@ impl Search<'_> {
 
     /// Where to look from at a cause; `None`: it is not to be seen beside this base. `orders`: of the shaft, if known.
     fn looks(&self, base: &Fitted, h: &Hypothesis, posed: &Posed, orders: &[f64]) -> Option<Vec<Look>> {
-        let push = matches!(h.claim, hypothesis::Claim::Effect(c) if hypothesis::is_push(&c));
+        let push = h.is_push();
         let order = posed.unknowns.iter().position(is_order);
         // Times and orders are sought in what the balances miss.
         if base.stated.free.is_some() && (push || order.is_some()) {
@@ -110,7 +113,7 @@ impl Search<'_> {
     }
 
     /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
-    /// misses, best first.
+    /// misses, best first; with the effects of `base`, or alone where it has none.
     pub fn lacking(&self, base: &Fitted, least: f64) -> Vec<Asked> {
         let whole = 0.5 * base.residuals.norm_squared();
         let asked = |s: Screened| {
@@ -121,7 +124,12 @@ impl Search<'_> {
             }
             let set = [&base.stated.set[..], std::slice::from_ref(&cause)].concat();
             let all = self.state_like(&set, base.stated.free.clone()).ok()?;
-            let stated = self.state_like(&[cause], base.stated.free.clone()).ok()?;
+            let claims = base.stated.set.iter().any(Hypothesis::is_effect);
+            let own = if claims { set } else { vec![cause] };
+            let mut stated = self.state_like(&own, base.stated.free.clone()).ok()?;
+            if claims {
+                stated.believe_like(&base.stated);
+            }
             let there = |u: &Unknown| all.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
             let start =
                 stated.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| s.start[k])).collect();

@@ -63,10 +63,12 @@ pub struct Found {
 
 impl Found {
     /// Share of the floor's power that is left at the least: where a set leaves less than noise was held to leave, no perfect
-    /// model leaves more than it does.
+    /// model leaves more than it does. Pushes take up noise that is slow, and what noise leaves is not known to a quarter.
     pub fn least(&self) -> f64 {
-        let least = self.sets.iter().map(Fitted::excess).fold(self.best.excess(), f64::min);
-        (1.0 + least.min(0.0)).max(LEAST)
+        let all = self.sets.iter().chain([&self.best]);
+        let laws = all.filter(|f| !f.stated.set.iter().any(Hypothesis::is_push));
+        let least = 1.0 + laws.map(Fitted::excess).fold(0.0, f64::min);
+        if least > 1.0 - DOUBT { 1.0 } else { least.max(LEAST) }
     }
     /// An excess over that.
     pub fn above(&self, excess: f64) -> f64 {
@@ -91,6 +93,10 @@ pub const NEARLY: f64 = 0.85;
 pub const ASKED: f64 = 100.0;
 /// Parameters that lie so far from where they were believed, in squares of standard deviations, were dragged there.
 const DRAGGED: f64 = 25.0;
+/// Share of what several pushes explain that one has to leave to them.
+const ALIKE: f64 = 0.9;
+/// Share of what the best of a screen explains that they have to explain themselves.
+const LEADING: f64 = 0.5;
 /// Forms of one cause that are fitted after a screen.
 const FORMS: usize = 2;
 /// Pairs that are fitted after a screen of all.
@@ -103,6 +109,8 @@ const WHOLE: usize = 2;
 const CLOSE: f64 = 5.0;
 /// Share of the floor that a set leaves at the least: less was fitted away.
 const LEAST: f64 = 0.02;
+/// Share of the floor that it may be off by.
+const DOUBT: f64 = 0.25;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -233,7 +241,7 @@ impl Search<'_> {
         own: usize,
     ) -> impl Iterator<Item = &'s Screened> {
         let mut left = own;
-        let fits = screened.iter().filter(|s| s.gain > 2.0).filter(move |s| {
+        let fits = screened.iter().filter(|s| s.gain > 2.0 && self.leads(s, screened)).filter(move |s| {
             let effect = self.causes[s.index].is_effect();
             let fits = effect || left > 0;
             left -= usize::from(fits && !effect);
@@ -248,6 +256,18 @@ impl Search<'_> {
             forms < FORMS
         });
         fits.take(few)
+    }
+
+    /// Several pushes are none where one explains nearly as much, and where they hardly lead their fit costs more than it tells.
+    fn leads(&self, s: &Screened, screened: &[Screened]) -> bool {
+        let cause = &self.causes[s.index];
+        let once = |o: &&Screened| {
+            let other = &self.causes[o.index];
+            !other.several && other.same_place(cause)
+        };
+        let gain = |of: Option<&Screened>| of.map_or(0.0, |o| o.gain);
+        !cause.several
+            || s.gain > LEADING * gain(screened.first()) && gain(screened.iter().find(once)) < ALIKE * s.gain
     }
 
     /// Fits `base` with each of these causes more, where the set is `wanted`.

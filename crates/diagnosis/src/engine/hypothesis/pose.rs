@@ -152,7 +152,7 @@ impl Hypothesis {
         posed
     }
 
-    /// An edge of a few samples keeps derivatives by times; it may be as long as it will.
+    /// An edge of a few samples keeps derivatives by times; it may be as long as it will where all recordings tell it.
     fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
         let step = p
             .train
@@ -162,6 +162,7 @@ impl Hypothesis {
         let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Edge")) {
             (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
+            u.upper = if self.per_run { edge } else { u.upper };
         }
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Duration")) {
             u.lower = edge;

@@ -37,7 +37,7 @@ impl Search<'_> {
         let of = |a: usize, b: usize| -> Option<Pair> {
             let indices = [looks[a].0.index, looks[b].0.index];
             let [one, other] = indices.map(|i| &self.causes[i]);
-            if one.same_place(other) {
+            if one.same_place(other) || one.is_push() && other.is_push() {
                 return None;
             }
             let at: Vec<usize> = (begin[a]..begin[a + 1]).chain(begin[b]..begin[b + 1]).collect();

@@ -1,0 +1,84 @@
+//! A load that is pushed twice in every recording: a half sine one way, a triangle the other.
+
+#![allow(clippy::unwrap_used)]
+
+mod made;
+
+use made::Joint;
+use trueup_diagnosis::outcome::Verdict;
+
+const GEAR: f64 = 100.0;
+const MOTOR_INERTIA: f64 = 3e-5;
+const LOAD_INERTIA: f64 = 0.6;
+const TORQUE_CONSTANT: f64 = 0.06;
+const STIFFNESS: f64 = 0.1;
+const DAMPING: f64 = 4e-5;
+const COULOMB: f64 = 0.008;
+const VISCOUS: f64 = 4e-5;
+
+/// Begin and length of each push, s.
+const FIRST: [f64; 2] = [1.1, 0.7];
+const SECOND: [f64; 2] = [3.0, 0.6];
+/// Largest torque, N.m on the load.
+const TORQUE: f64 = 0.4;
+
+fn push(t: f64) -> f64 {
+    let [sine, triangle] = [FIRST, SECOND].map(|[begin, length]| (t - begin) / length);
+    let within = |s: f64| s > 0.0 && s < 1.0;
+    match () {
+        () if within(sine) => TORQUE * (std::f64::consts::PI * sine).sin(),
+        () if within(triangle) => -TORQUE * (1.0 - (2.0 * triangle - 1.0).abs()),
+        () => 0.0,
+    }
+}
+
+#[test]
+fn two_pushes_in_every_recording_are_one_cause() {
+    let joint = Joint {
+        flexible: true,
+        gear: GEAR,
+        parameters: &[
+            ("motorInertia", MOTOR_INERTIA),
+            ("loadInertia", LOAD_INERTIA),
+            ("torqueConstant", TORQUE_CONSTANT),
+            ("stiffness", STIFFNESS),
+            ("damping", DAMPING),
+            ("coulombFriction", COULOMB),
+            ("viscousFriction", VISCOUS),
+        ],
+        current_noise: 2e-4,
+        motor_noise: 2e-4,
+        load_noise: 3e-6,
+        substeps: 100,
+    };
+    let reflected = LOAD_INERTIA / GEAR.powi(2);
+    let found = joint.diagnosed(
+        |phase, t| 0.5 * (4.3 * t + phase).sin() + 0.3 * (11.9 * t + 2.0 * phase).cos(),
+        // The last state is the time.
+        |current, [q, w, l, v, t]| {
+            let drive = TORQUE_CONSTANT * current - COULOMB * (w / 0.05).tanh() - VISCOUS * w;
+            let spring = STIFFNESS * (q - l) + DAMPING * (w - v);
+            [*w, (drive - spring) / MOTOR_INERTIA, *v, (spring + push(*t) / GEAR) / reflected, 1.0]
+        },
+    );
+    let named: Vec<(&str, &str)> =
+        found.effects.iter().map(|e| (e.id.as_str(), e.component.as_str())).collect();
+    assert_eq!((found.verdict, &named[..]), (Verdict::Effects, &[("external-force", "load")][..]));
+    let gap = found.gap.overall.unwrap();
+    assert!(gap.after < 0.1 * gap.tuned, "{gap:?}");
+    // Impulses: size times duration, whatever the edge. Which push is told first is open.
+    let value = |name: &str| found.effects[0].parameters[name].value;
+    let of = |which: &str| {
+        let [torque, start, duration] =
+            ["Torque", "Start", "Duration"].map(|n| value(&format!("loadPush{which}{n}")));
+        (start, torque * duration)
+    };
+    let told = [of(""), of("Second"), of("Third")];
+    for ([begin, length], impulse) in
+        [(FIRST, TORQUE * 0.7 * std::f64::consts::FRAC_2_PI), (SECOND, -TORQUE * 0.3)]
+    {
+        let within = |start: f64| start > begin - 0.2 && start < begin + length;
+        let sum: f64 = told.iter().filter(|t| within(t.0)).map(|t| t.1).sum();
+        assert!((sum / impulse - 1.0).abs() < 0.05, "{sum} of {impulse}: {told:?}");
+    }
+}
