@@ -22,7 +22,7 @@ impl Search<'_> {
     /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
     pub fn pairs(&self, base: &Fitted, screened: &[Screened]) -> Vec<Pair> {
         let looks: Vec<(&Screened, &Looked)> = (screened.iter())
-            .filter(|s| self.causes[s.index].is_effect())
+            .filter(|s| self.causes[s.index].is_effect() && !self.causes[s.index].several)
             .filter_map(|s| Some((s, s.looked.as_ref()?)))
             .collect();
         let mut begin = vec![0];
@@ -51,7 +51,7 @@ impl Search<'_> {
         let mut pairs: Vec<Pair> = (0..looks.len())
             .flat_map(|a| (a + 1..looks.len()).map(move |b| (a, b)))
             .filter_map(|(a, b)| of(a, b))
-            .filter(|p| p.gain > looks[0].0.gain)
+            .filter(|p| screened.first().is_some_and(|best| p.gain > best.gain))
             .collect();
         pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         pairs
