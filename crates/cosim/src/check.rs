@@ -90,7 +90,7 @@ impl Report {
     }
     /// About a component's FMU: the message names its file, the place does not name it again where that file is all there is.
     fn wrong_fmu(&mut self, component: &Component, message: impl Into<String>) {
-        let alone = component.place.file == component.fmu;
+        let alone = component.place.line == 0 && component.place.file == component.fmu;
         let place = if alone { Place::default() } else { component.place.clone() };
         self.wrong(&place, message);
     }

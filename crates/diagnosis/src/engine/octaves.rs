@@ -92,7 +92,7 @@ pub fn gaussian<T: Scalar>(y: &[T], width: f64, order: usize) -> Vec<T> {
 /// Samples to either side that an instant between two is made from.
 const TAPS: isize = 8;
 
-/// The series at `samples` later, on sines (Lanczos) about the line to the next sample: anything coarser would take noise out of
+/// The series at `samples` later, on sines (Lanczos) about a parabola: anything coarser would take noise out of
 /// what is late, by which late would seem better than on time.
 pub fn moved(y: &[f64], samples: f64) -> Vec<f64> {
     let n = y.len() as isize;
@@ -105,10 +105,12 @@ pub fn moved(y: &[f64], samples: f64) -> Vec<f64> {
     (0..n)
         .map(|i| {
             let k = i + whole;
-            let (here, slope) = (at(k), at(k + 1) - at(k));
-            let beside = |m: isize| at(k + m) - here - slope * m as f64;
-            let bent: f64 = taps.clone().zip(&weights).map(|(m, weight)| weight * beside(m)).sum();
-            here + slope * w + bent / sum
+            let (before, here, behind) = (at(k - 1), at(k), at(k + 1));
+            let (slope, bend) = (0.5 * (behind - before), 0.5 * (behind - 2.0 * here + before));
+            let parabola = |m: f64| here + m * (slope + m * bend);
+            let beside = |m: isize| at(k + m) - parabola(m as f64);
+            let rest: f64 = taps.clone().zip(&weights).map(|(m, weight)| weight * beside(m)).sum();
+            parabola(w) + rest / sum
         })
         .collect()
 }

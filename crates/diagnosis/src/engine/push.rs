@@ -50,7 +50,7 @@ impl Search<'_> {
             let best = |all: &Vec<&Missing>| scan(all).first().map_or(0.0, |s| s.score);
             single.sort_by(|a, b| best(b).total_cmp(&best(a)));
             single.truncate(1);
-            return single.iter().chain([&all]).map(|all| filled(unknowns, &one_by_one(all))).collect();
+            return single.iter().chain([&all]).map(|all| filled(h, unknowns, &one_by_one(all))).collect();
         }
         let each: Vec<Option<Stretch>> =
             runs.iter().map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied()).collect();
@@ -60,7 +60,7 @@ impl Search<'_> {
         }
         // Seen in all together, or best in one.
         let stretches = scan(&all).into_iter().take(2).chain(each.into_iter().flatten());
-        stretches.map(|s| filled(unknowns, &[s])).collect()
+        stretches.map(|s| filled(h, unknowns, &[s])).collect()
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
@@ -125,7 +125,7 @@ impl Search<'_> {
                 apart.push(s);
             }
         }
-        vec![filled(unknowns, &apart)]
+        vec![filled(h, unknowns, &apart)]
     }
 
     /// The coordinates that a push moves at once.
@@ -161,9 +161,9 @@ impl Search<'_> {
     }
 }
 
-/// The unknowns of as many pushes as there are stretches, one after the other.
-fn filled(unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
-    let each = unknowns.len().div_ceil(stretches.len().max(1));
+/// The unknowns of the pushes, one after the other; those without a stretch of their own stay where they were.
+fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
+    let each = (unknowns.len() / if h.several { PUSHES } else { 1 }).max(1);
     unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
 }
 
