@@ -1,5 +1,6 @@
 //! `trueup identify`
 
+mod findings;
 mod json;
 mod page;
 pub(crate) mod statics;
@@ -10,14 +11,11 @@ use trueup_identification::identify::{Settings, identify, identify_fmu};
 use trueup_identification::model::Model;
 use trueup_identification::recorded::led;
 use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Finding, Kind, Loaded, Severity};
+use trueup_signals::{Case, Finding, Kind, Loaded};
 
 use crate::args::Identify;
 use crate::error::Error;
 use crate::output::say;
-
-/// Findings that are told; the rest is counted.
-const MOST: usize = 20;
 
 pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     let progress = |what: &str| eprintln!("{what} ...");
@@ -94,18 +92,6 @@ fn relations(model: &Model, case: &Case) -> Vec<Relation> {
         .collect()
 }
 
-fn tell(findings: &[Finding]) {
-    let mut worst_first: Vec<&Finding> = findings.iter().collect();
-    worst_first.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    for f in worst_first.iter().take(MOST) {
-        let kind = match f.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        };
-        eprintln!("{kind}: {f}");
-    }
-    if findings.len() > MOST {
-        eprintln!("and {} more", findings.len() - MOST);
-    }
+fn tell(found: &[Finding]) {
+    findings::lines(found).iter().for_each(|line| eprintln!("{line}"));
 }
