@@ -93,50 +93,50 @@ const fn times(n: usize) -> [ParameterSpec; TIMES] {
     };
     [start, duration, edge]
 }
-const fn size(
-    name: &'static str,
+/// A size of a push: which of [`NAMES`], what the first push has at the start on the joint and on the arm, what it is
+/// measured by.
+struct Size {
+    name: usize,
     unit: &'static str,
     start: [f64; 2],
     measure: &'static [(Measure, i32)],
-) -> ParameterSpec {
+}
+
+/// The parameters of all pushes, `N` of them, with `S` sizes each.
+const fn pushes<const S: usize, const N: usize>(sizes: [Size; S]) -> [ParameterSpec; N] {
+    let each = S + TIMES;
+    assert!(N == PUSHES * each, "sizes and times of all pushes");
+    let mut all = [ParameterSpec::NONE; N];
+    let mut i = 0;
+    while i < N {
+        let (n, k) = (i / each, i % each);
+        all[i] = if k < S { size(&sizes[k], n) } else { times(n)[k - S] };
+        i += 1;
+    }
+    all
+}
+const fn size(s: &Size, n: usize) -> ParameterSpec {
+    let [joint_start, arm_start] = if n == 0 { s.start } else { [0.0; 2] };
     ParameterSpec {
-        name,
-        unit,
+        name: NAMES[n][s.name],
+        unit: s.unit,
         description: "Size of the push (EF-25)",
-        joint_start: start[0],
-        arm_start: start[1],
-        scale: Scale::of(0.3, measure),
+        joint_start,
+        arm_start,
+        scale: Scale::of(0.3, s.measure),
         ..ParameterSpec::NONE
     }
 }
-const fn torques(first: [f64; 2], measure: &'static [(Measure, i32)]) -> [ParameterSpec; 12] {
-    let mut all = [ParameterSpec::NONE; 12];
-    let mut n = 0;
-    while n < PUSHES {
-        let [start, duration, edge] = times(n);
-        all[4 * n] = size(NAMES[n][2], "N.m", if n == 0 { first } else { [0.0; 2] }, measure);
-        (all[4 * n + 1], all[4 * n + 2], all[4 * n + 3]) = (start, duration, edge);
-        n += 1;
-    }
-    all
+const fn torque(start: [f64; 2], measure: &'static [(Measure, i32)]) -> Size {
+    Size { name: 2, unit: "N.m", start, measure }
 }
-const fn wrenches() -> [ParameterSpec; 18] {
-    let mut all = [ParameterSpec::NONE; 18];
-    let mut n = 0;
-    while n < PUSHES {
-        let [start, duration, edge] = times(n);
-        let first = if n == 0 { [0.0, 0.5] } else { [0.0; 2] };
-        all[6 * n] = size(NAMES[n][0], "N", first, &[(Measure::Force, 1)]);
-        all[6 * n + 1] = size(NAMES[n][1], "N", [0.0; 2], &[(Measure::Force, 1)]);
-        all[6 * n + 2] = size(NAMES[n][2], "N.m", [0.0; 2], &[(Measure::BaseTorque, 1)]);
-        (all[6 * n + 3], all[6 * n + 4], all[6 * n + 5]) = (start, duration, edge);
-        n += 1;
-    }
-    all
+const fn force(name: usize, start: [f64; 2]) -> Size {
+    Size { name, unit: "N", start, measure: &[(Measure::Force, 1)] }
 }
-const LOAD_PUSHES: [ParameterSpec; 12] = torques([5.0, 0.0], &[(Measure::LoadTorque, 1)]);
-const ACTUATOR_PUSHES: [ParameterSpec; 12] = torques([3.0e-4, 0.1], &[(Measure::Torque, 1)]);
-const WRENCHES: [ParameterSpec; 18] = wrenches();
+const LOAD_PUSHES: [ParameterSpec; 12] = pushes([torque([5.0, 0.0], &[(Measure::LoadTorque, 1)])]);
+const ACTUATOR_PUSHES: [ParameterSpec; 12] = pushes([torque([3.0e-4, 0.1], &[(Measure::Torque, 1)])]);
+const WRENCHES: [ParameterSpec; 18] =
+    pushes([force(0, [0.0, 0.5]), force(1, [0.0; 2]), torque([0.0; 2], &[(Measure::BaseTorque, 1)])]);
 
 const fn place(
     name: &'static str,
