@@ -3,7 +3,7 @@
 //! (EF-25) size times E(t - t_0) - E(t - t_0 - d), E being 0 up to 0, (1 - cos(pi s / r)) / 2 during the edge and 1 after
 //! it: the impulse is size times the duration d whatever the edge r, and r = 0 is a rectangle. On the actuator it adds to
 //! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque. Up to three
-//! pushes add up.
+//! pushes add up; the sizes of the second and the third are 0 unless they are set.
 //!
 //! Begin and end of the edges are time events. What it gets wrong: a push that depends on the motion, as a contact does.
 
