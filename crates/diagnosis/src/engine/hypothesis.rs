@@ -26,6 +26,17 @@ pub enum Claim {
     Offset(usize),
 }
 
+/// How often a push comes; whatever is none acts all along.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Times {
+    /// Once, at the same time in all recordings.
+    Once,
+    /// Several times, at the same times in all recordings.
+    Several,
+    /// Once in each recording, with times and sizes of its own.
+    EachRun,
+}
+
 /// One possible cause.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Hypothesis {
@@ -39,10 +50,8 @@ pub struct Hypothesis {
     pub site: usize,
     /// Whether the arm has it per joint.
     pub per_joint: bool,
-    /// Its times and sizes differ from recording to recording (pushes).
-    pub per_run: bool,
-    /// It comes several times in a recording (pushes).
-    pub several: bool,
+    /// How often it comes (pushes).
+    pub times: Times,
     /// It acts at a joint without a spring, where motor and link are one body.
     pub rigid: bool,
 }
@@ -56,8 +65,7 @@ impl Hypothesis {
             component: "parameter".into(),
             site: 0,
             per_joint: false,
-            per_run: false,
-            several: false,
+            times: Times::Once,
             rigid: false,
         }
     }
@@ -84,7 +92,7 @@ impl Hypothesis {
     }
     /// A push that comes and goes: when is found from what is missing.
     pub fn is_push(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if is_push(&c))
+        matches!(self.claim, Claim::Effect(c) if c.spec().id == "external-force")
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
@@ -112,10 +120,10 @@ impl Hypothesis {
             Claim::Effect(c) => c.place().map_or(String::new(), |p| format!(":{}", p.name)),
             _ => String::new(),
         };
-        let each = match (self.per_run, self.several) {
-            (true, _) => " (each run)",
-            (_, true) => " (several)",
-            _ => "",
+        let each = match self.times {
+            Times::Once => "",
+            Times::Several => " (several)",
+            Times::EachRun => " (each run)",
         };
         if self.per_joint {
             format!("{}{place}[{}]{each}", self.id, self.site + 1)
@@ -128,11 +136,6 @@ impl Hypothesis {
 /// Effects that are simulated by shifting signals in time; the FMU has them as effects.
 fn shifts(c: &Choice) -> bool {
     matches!(c.spec().id, "sensor-delay" | "actuator-lag")
-}
-
-/// See [`Hypothesis::is_push`].
-pub fn is_push(c: &Choice) -> bool {
-    c.spec().id == "external-force"
 }
 
 fn shown(runs: &[super::problem::Compared], output: usize) -> bool {
@@ -242,8 +245,7 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 component: component.to_owned(),
                 site,
                 per_joint,
-                per_run: false,
-                several: false,
+                times: Times::Once,
                 rigid: choice.scope() == Scope::Joint && !p.subject.flexible[site],
             };
             if choice.scope() == Scope::Channel {
@@ -260,12 +262,12 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 continue;
             }
             let per_joint = p.subject.plant == effect::Plant::Arm && choice.scope() == Scope::Joint;
-            list.push(h(choice.component(), site, per_joint));
-            if is_push(&choice) {
-                let once = h(choice.component(), site, per_joint);
-                list.push(Hypothesis { several: true, ..once.clone() });
+            let once = h(choice.component(), site, per_joint);
+            list.push(once.clone());
+            if once.is_push() {
+                list.push(Hypothesis { times: Times::Several, ..once.clone() });
                 if p.train.len() > 1 {
-                    list.push(Hypothesis { per_run: true, ..once });
+                    list.push(Hypothesis { times: Times::EachRun, ..once });
                 }
             }
         }

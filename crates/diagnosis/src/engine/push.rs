@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 use trueup_models::effect::{PUSHES, Plant};
 
-use super::hypothesis::{Claim, Hypothesis};
+use super::hypothesis::{Claim, Hypothesis, Times};
 use super::problem::Unknown;
 use super::search::{Fitted, Search};
 
@@ -43,7 +43,7 @@ impl Search<'_> {
             return self.tried_pushes(base, h, unknowns);
         }
         let all: Vec<&Missing> = runs.iter().flatten().collect();
-        if h.several {
+        if h.times == Times::Several {
             let mut single: Vec<Vec<&Missing>> =
                 runs.iter().map(|missing| missing.iter().collect()).collect();
             // Seen in all together, or in the recording that shows them best.
@@ -54,7 +54,7 @@ impl Search<'_> {
         }
         let each: Vec<Option<Stretch>> =
             runs.iter().map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied()).collect();
-        if h.per_run {
+        if h.times == Times::EachRun {
             let own = |u: &Unknown| each.get(u.run?).copied().flatten();
             return vec![unknowns.iter().map(|u| value(u, own(u))).collect()];
         }
@@ -66,7 +66,7 @@ impl Search<'_> {
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
     fn tried_pushes(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Vec<Vec<f64>> {
         let mut set = base.stated.set.clone();
-        set.push(Hypothesis { per_run: false, several: false, ..h.clone() });
+        set.push(Hypothesis { times: Times::Once, ..h.clone() });
         let Ok(stated) = self.state(&set) else { return Vec::new() };
         let Some(&begin) = stated.begin.last() else { return Vec::new() };
         let problem = self.compare(&stated);
@@ -114,14 +114,14 @@ impl Search<'_> {
             let at = (0..tries.len()).max_by(|a, b| score(&gains[*a]).total_cmp(&score(&gains[*b])));
             at.map(|i| tries[i])
         };
-        if h.per_run {
+        if h.times == Times::EachRun {
             return vec![unknowns.iter().map(|u| value(u, best(&|g| g[u.run.unwrap_or(0)]))).collect()];
         }
         let mut order: Vec<usize> = (0..tries.len()).collect();
         order.sort_by(|a, b| gains[*b].iter().sum::<f64>().total_cmp(&gains[*a].iter().sum()));
         let mut apart: Vec<Stretch> = Vec::new();
         for s in order.into_iter().map(|i| tries[i]) {
-            if apart.len() < if h.several { PUSHES } else { 1 } && apart.iter().all(|a| s.is_apart(a)) {
+            if apart.len() < pushes(h) && apart.iter().all(|a| s.is_apart(a)) {
                 apart.push(s);
             }
         }
@@ -161,9 +161,14 @@ impl Search<'_> {
     }
 }
 
+/// How many pushes a recording has.
+fn pushes(h: &Hypothesis) -> usize {
+    if h.times == Times::Several { PUSHES } else { 1 }
+}
+
 /// The unknowns of the pushes, one after the other; those without a stretch of their own stay where they were.
 fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
-    let each = (unknowns.len() / if h.several { PUSHES } else { 1 }).max(1);
+    let each = (unknowns.len() / pushes(h)).max(1);
     unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
 }
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use trueup_identification::lsq::Options;
 use trueup_models::effect::Plant;
 
-use super::hypothesis::Hypothesis;
+use super::hypothesis::{Hypothesis, Times};
 use super::screen::{Pair, Screened};
 use super::search::{self, Fitted, Search};
 
@@ -263,10 +263,10 @@ impl Search<'_> {
         let cause = &self.causes[s.index];
         let once = |o: &&Screened| {
             let other = &self.causes[o.index];
-            !other.several && other.same_place(cause)
+            other.times != Times::Several && other.same_place(cause)
         };
         let gain = |of: Option<&Screened>| of.map_or(0.0, |o| o.gain);
-        !cause.several
+        cause.times != Times::Several
             || s.gain > LEADING * gain(screened.first()) && gain(screened.iter().find(once)) < ALIKE * s.gain
     }
 

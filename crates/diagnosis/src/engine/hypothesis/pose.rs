@@ -98,7 +98,7 @@ impl Hypothesis {
             m => sizes.get(self.site, m),
         };
         // When a push comes is looked for elsewhere.
-        let looks = if is_push(&choice) { vec![] } else { vec![vec![]] };
+        let looks = if self.is_push() { vec![] } else { vec![vec![]] };
         let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks, follow: vec![] };
         let find = |name: &str| {
             names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
@@ -134,7 +134,7 @@ impl Hypothesis {
             }
         }
         let all = choice.parameters();
-        let one_push = is_push(&choice) && !self.several;
+        let one_push = self.is_push() && self.times != Times::Several;
         for s in &all[..if one_push { all.len() / effect::PUSHES } else { all.len() }] {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
@@ -143,7 +143,7 @@ impl Hypothesis {
             let s = ParameterSpec { min: s.min.max(-below), max: s.max.min(search.most), search, ..*s };
             self.pose_parameter(&mut posed, &s, &choice, &self.here(&name), at, s.scale.value(measure));
         }
-        if is_push(&choice) {
+        if self.is_push() {
             self.pose_push(p, &mut posed);
         }
         if spec.id == "flexible-link" {
@@ -162,12 +162,12 @@ impl Hypothesis {
         let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Edge")) {
             (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
-            u.upper = if self.per_run { edge } else { u.upper };
+            u.upper = if self.times == Times::EachRun { edge } else { u.upper };
         }
         for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Duration")) {
             u.lower = edge;
         }
-        if !self.per_run {
+        if self.times != Times::EachRun {
             return;
         }
         let one = core::mem::take(&mut posed.unknowns);

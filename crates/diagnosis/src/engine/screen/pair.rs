@@ -5,6 +5,7 @@ use trueup_identification::lsq::Options;
 
 use super::projection::{Projection, best};
 use super::{Looked, Screened};
+use crate::engine::hypothesis::Times;
 use crate::engine::search::{Fitted, Search};
 
 /// Two causes together.
@@ -22,7 +23,7 @@ impl Search<'_> {
     /// Pairs of effects out of a screen beside `base`, best first: looked at apart, fitted together.
     pub fn pairs(&self, base: &Fitted, screened: &[Screened]) -> Vec<Pair> {
         let looks: Vec<(&Screened, &Looked)> = (screened.iter())
-            .filter(|s| self.causes[s.index].is_effect() && !self.causes[s.index].several)
+            .filter(|s| self.causes[s.index].is_effect() && self.causes[s.index].times != Times::Several)
             .filter_map(|s| Some((s, s.looked.as_ref()?)))
             .collect();
         let mut begin = vec![0];
