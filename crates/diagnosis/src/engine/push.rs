@@ -1,5 +1,7 @@
 //! When a push may have come: where what is missing has a mean of its own for longest and most.
 
+use std::borrow::Borrow;
+
 use rayon::prelude::*;
 use trueup_models::effect::{PUSHES, Plant};
 
@@ -43,24 +45,28 @@ impl Search<'_> {
             return self.tried_pushes(base, h, unknowns);
         }
         let all: Vec<&Missing> = runs.iter().flatten().collect();
-        if h.times == Times::Several {
-            let mut single: Vec<Vec<&Missing>> =
-                runs.iter().map(|missing| missing.iter().collect()).collect();
+        let each: Vec<Option<Stretch>> = runs.iter().map(|missing| best(&scan(missing))).collect();
+        match h.times {
+            Times::EachRun => {
+                let own = |u: &Unknown| each.get(u.run?).copied().flatten();
+                vec![unknowns.iter().map(|u| value(u, own(u))).collect()]
+            }
             // Seen in all together, or in the recording that shows them best.
-            let best = |all: &Vec<&Missing>| scan(all).first().map_or(0.0, |s| s.score);
-            single.sort_by(|a, b| best(b).total_cmp(&best(a)));
-            single.truncate(1);
-            return single.iter().chain([&all]).map(|all| filled(h, unknowns, &one_by_one(all))).collect();
+            Times::Several => {
+                let score = |run: usize| each[run].map_or(0.0, |s| s.score);
+                let clearest = (0..runs.len()).max_by(|a, b| score(*a).total_cmp(&score(*b)));
+                let alone = clearest.map(|run| runs[run].iter().collect());
+                alone.iter().chain([&all]).map(|all| filled(h, unknowns, &one_by_one(all))).collect()
+            }
+            // Seen in all together, the best and the next, or best in one.
+            Times::Once => {
+                let mut stretches = scan(&all);
+                let first = best(&stretches);
+                stretches.retain(|s| first.is_some_and(|first| s.is_apart(&first)));
+                let stretches = [first, best(&stretches)].into_iter().chain(each).flatten();
+                stretches.map(|s| filled(h, unknowns, &[s])).collect()
+            }
         }
-        let each: Vec<Option<Stretch>> =
-            runs.iter().map(|missing| scan(&missing.iter().collect::<Vec<_>>()).first().copied()).collect();
-        if h.times == Times::EachRun {
-            let own = |u: &Unknown| each.get(u.run?).copied().flatten();
-            return vec![unknowns.iter().map(|u| value(u, own(u))).collect()];
-        }
-        // Seen in all together, or best in one.
-        let stretches = scan(&all).into_iter().take(2).chain(each.into_iter().flatten());
-        stretches.map(|s| filled(h, unknowns, &[s])).collect()
     }
 
     /// Where nothing leads what is pushed, its answer comes late and lasts: every time and length is tried.
@@ -176,9 +182,7 @@ fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f6
 fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
     let mut left: Vec<Missing> = all.iter().map(|m| Missing { t: m.t.clone(), a: m.a.clone() }).collect();
     let mut found = Vec::new();
-    while let (true, Some(s)) =
-        (found.len() < PUSHES, scan(&left.iter().collect::<Vec<_>>()).first().copied())
-    {
+    while let (true, Some(s)) = (found.len() < PUSHES, best(&scan(&left))) {
         for m in &mut left {
             let within = |t: f64| t >= s.start && t < s.start + s.length;
             let (mut sum, mut count) = (0.0, 0.0);
@@ -193,24 +197,49 @@ fn one_by_one(all: &[&Missing]) -> Vec<Stretch> {
     found
 }
 
+/// What an unknown of a push says of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    Start,
+    Duration,
+    Edge,
+    /// Its torque or a component of its force.
+    Size,
+}
+
+impl Part {
+    pub(crate) fn of(u: &Unknown) -> Self {
+        // As `external-force` names them, whatever its place and the number of the push.
+        match u.stem() {
+            name if name.ends_with("Start") => Self::Start,
+            name if name.ends_with("Duration") => Self::Duration,
+            name if name.ends_with("Edge") => Self::Edge,
+            _ => Self::Size,
+        }
+    }
+}
+
 /// What an unknown of a push is for a stretch; its force is of the typical size.
 fn value(u: &Unknown, found: Option<Stretch>) -> f64 {
-    match () {
-        () if u.stem().ends_with("Start") => found.map_or(u.start, |s| s.start),
-        () if u.stem().ends_with("Duration") => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
-        () if u.stem().ends_with("Edge") => {
-            found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper)
-        }
-        () => match u.scale {
+    match Part::of(u) {
+        Part::Start => found.map_or(u.start, |s| s.start),
+        Part::Duration => found.map_or(u.start, |s| s.length).clamp(u.lower, u.upper),
+        Part::Edge => found.map_or(u.start, |s| EDGE * s.length).clamp(u.lower, u.upper),
+        Part::Size => match u.scale {
             trueup_identification::unknown::Scale::Linear(s) => s,
             trueup_identification::unknown::Scale::Log => u.start,
         },
     }
 }
 
-/// Stretches whose mean stands out, over all series at the same times since the first start; the best ones that do not
-/// overlap, best first.
-fn scan(all: &[&Missing]) -> Vec<Stretch> {
+/// The stretch that stands out most.
+fn best(stretches: &[Stretch]) -> Option<Stretch> {
+    stretches.iter().copied().max_by(|a, b| a.score.total_cmp(&b.score))
+}
+
+/// Stretches of all lengths with how far their mean stands out, over all series at the same times since the first start.
+fn scan<M: Borrow<Missing>>(all: &[M]) -> Vec<Stretch> {
+    let all: Vec<&Missing> = all.iter().map(Borrow::borrow).collect();
     let Some(first) = all.first() else { return Vec::new() };
     let sums: Vec<Vec<f64>> = all
         .iter()
@@ -242,17 +271,7 @@ fn scan(all: &[&Missing]) -> Vec<Stretch> {
         }
         length = (length as f64 * 1.4).ceil() as usize;
     }
-    found.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let mut best: Vec<Stretch> = Vec::new();
-    for s in found {
-        if best.iter().all(|b| s.is_apart(b)) {
-            best.push(s);
-        }
-        if best.len() == 3 {
-            break;
-        }
-    }
-    best
+    found
 }
 
 #[cfg(test)]
@@ -271,7 +290,7 @@ mod tests {
                 noise + if (400..460).contains(&i) { 2.0 } else { 0.0 }
             })
             .collect();
-        let found = scan(&[&Missing { t, a }]);
-        assert!((found[0].start - 4.0).abs() < 0.1 && (found[0].length - 0.6).abs() < 0.15, "{found:?}");
+        let found = best(&scan(&[Missing { t, a }])).unwrap();
+        assert!((found.start - 4.0).abs() < 0.1 && (found.length - 0.6).abs() < 0.15, "{found:?}");
     }
 }

@@ -1,6 +1,7 @@
 //! A hypothesis put into numbers: its unknowns, and where to look from.
 
 use super::*;
+use crate::engine::push::Part;
 
 /// A point to look from: values of the hypothesis' unknowns.
 pub type Look = Vec<f64>;
@@ -160,11 +161,11 @@ impl Hypothesis {
             .flat_map(|c| &c.run.channels)
             .filter_map(|c| crate::engine::coordinate::median_step(&c.t));
         let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
-        for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Edge")) {
+        for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Edge) {
             (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
             u.upper = if self.times == Times::EachRun { edge } else { u.upper };
         }
-        for u in posed.unknowns.iter_mut().filter(|u| u.stem().ends_with("Duration")) {
+        for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Duration) {
             u.lower = edge;
         }
         if self.times != Times::EachRun {
