@@ -7,15 +7,6 @@ mod made;
 use made::Joint;
 use trueup_diagnosis::outcome::Verdict;
 
-const GEAR: f64 = 100.0;
-const MOTOR_INERTIA: f64 = 3e-5;
-const LOAD_INERTIA: f64 = 0.6;
-const TORQUE_CONSTANT: f64 = 0.06;
-const STIFFNESS: f64 = 0.1;
-const DAMPING: f64 = 4e-5;
-const COULOMB: f64 = 0.008;
-const VISCOUS: f64 = 4e-5;
-
 /// Begin and length of each push, s.
 const FIRST: [f64; 2] = [1.1, 0.7];
 const SECOND: [f64; 2] = [3.0, 0.6];
@@ -34,33 +25,13 @@ fn push(t: f64) -> f64 {
 
 #[test]
 fn two_pushes_in_every_recording_are_one_cause() {
-    let joint = Joint {
-        flexible: true,
-        gear: GEAR,
-        parameters: &[
-            ("motorInertia", MOTOR_INERTIA),
-            ("loadInertia", LOAD_INERTIA),
-            ("torqueConstant", TORQUE_CONSTANT),
-            ("stiffness", STIFFNESS),
-            ("damping", DAMPING),
-            ("coulombFriction", COULOMB),
-            ("viscousFriction", VISCOUS),
-        ],
-        current_noise: 2e-4,
-        motor_noise: 2e-4,
-        load_noise: 3e-6,
-        substeps: 100,
-    };
-    let reflected = LOAD_INERTIA / GEAR.powi(2);
-    let found = joint.diagnosed(
-        |phase, t| 0.5 * (4.3 * t + phase).sin() + 0.3 * (11.9 * t + 2.0 * phase).cos(),
-        // The last state is the time.
-        |current, [q, w, l, v, t]| {
-            let drive = TORQUE_CONSTANT * current - COULOMB * (w / 0.05).tanh() - VISCOUS * w;
-            let spring = STIFFNESS * (q - l) + DAMPING * (w - v);
-            [*w, (drive - spring) / MOTOR_INERTIA, *v, (spring + push(*t) / GEAR) / reflected, 1.0]
-        },
-    );
+    let j = Joint::default();
+    // The last state is the time.
+    let found = j.diagnosed(|current, [q, w, l, v, t]| {
+        let drive = j.torque_constant * current - j.coulomb * (w / 0.05).tanh() - j.viscous * w;
+        let spring = j.stiffness * (q - l) + j.damping * (w - v);
+        [*w, (drive - spring) / j.motor_inertia, *v, (spring + push(*t) / j.gear) / j.reflected(), 1.0]
+    });
     let named: Vec<(&str, &str)> =
         found.effects.iter().map(|e| (e.id.as_str(), e.component.as_str())).collect();
     assert_eq!((found.verdict, &named[..]), (Verdict::Effects, &[("external-force", "load")][..]));

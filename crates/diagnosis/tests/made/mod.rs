@@ -13,12 +13,20 @@ const STEP: f64 = 0.002;
 /// Readings of a recording.
 const READINGS: usize = 2500;
 
-/// A joint with its sensors, as its owner describes it.
-pub(crate) struct Joint<'a> {
+/// A joint with its sensors, as its owner describes it, and how it is driven.
+pub(crate) struct Joint {
+    /// Without it neither `stiffness` nor `damping` is declared.
     pub flexible: bool,
     pub gear: f64,
-    /// The others by name.
-    pub parameters: &'a [(&'a str, f64)],
+    pub motor_inertia: f64,
+    pub load_inertia: f64,
+    pub torque_constant: f64,
+    pub stiffness: f64,
+    pub damping: f64,
+    pub coulomb: f64,
+    pub viscous: f64,
+    /// Amplitude, A, and angular frequency, rad/s, of a sine and of a cosine.
+    pub current: [[f64; 2]; 2],
     /// Deviations of the noise.
     pub current_noise: f64,
     pub motor_noise: f64,
@@ -27,17 +35,39 @@ pub(crate) struct Joint<'a> {
     pub substeps: u32,
 }
 
-impl Joint<'_> {
-    /// The diagnosis of four recordings, the last held out, each with a phase of its own. The truth: `current(phase, t)`, A,
-    /// and `rates(current, state)`; the state begins with angle and velocity of the motor, then of the load times the gear ratio.
-    pub(crate) fn diagnosed<const N: usize>(
-        &self,
-        current: impl Fn(f64, f64) -> f64,
-        rates: impl Fn(f64, &[f64; N]) -> [f64; N],
-    ) -> Diagnosis {
+impl Default for Joint {
+    fn default() -> Self {
+        Self {
+            flexible: true,
+            gear: 100.0,
+            motor_inertia: 3e-5,
+            load_inertia: 0.6,
+            torque_constant: 0.06,
+            stiffness: 0.1,
+            damping: 4e-5,
+            coulomb: 0.008,
+            viscous: 4e-5,
+            current: [[0.5, 4.3], [0.3, 11.9]],
+            current_noise: 2e-4,
+            motor_noise: 2e-4,
+            load_noise: 3e-6,
+            substeps: 100,
+        }
+    }
+}
+
+impl Joint {
+    /// Inertia of the load on the motor's side.
+    pub(crate) fn reflected(&self) -> f64 {
+        self.load_inertia / self.gear.powi(2)
+    }
+
+    /// The diagnosis of four recordings, the last held out, each with a phase of its own. The truth: `rates(current, state)`;
+    /// the state begins with angle and velocity of the motor, then of the load times the gear ratio.
+    pub(crate) fn diagnosed<const N: usize>(&self, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> Diagnosis {
         let folder = tempfile::tempdir().unwrap();
         for seed in 1..=4 {
-            let csv = self.record(seed, |t| current(seed as f64, t), &rates);
+            let csv = self.record(seed, &rates);
             std::fs::write(folder.path().join(format!("{seed}.csv")), csv).unwrap();
         }
         std::fs::write(folder.path().join("case.toml"), self.case()).unwrap();
@@ -46,14 +76,11 @@ impl Joint<'_> {
     }
 
     /// A recording as CSV.
-    fn record<const N: usize>(
-        &self,
-        seed: u64,
-        current: impl Fn(f64) -> f64,
-        rates: impl Fn(f64, &[f64; N]) -> [f64; N],
-    ) -> String {
+    fn record<const N: usize>(&self, seed: u64, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> String {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut noise = |deviation: f64| deviation * rng.sample::<f64, _>(StandardNormal);
+        let ([[a, v], [b, w]], phase) = (self.current, seed as f64);
+        let current = |t: f64| a * (v * t + phase).sin() + b * (w * t + 2.0 * phase).cos();
         let mut x = [0.0; N];
         let mut csv = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
         for k in 0..READINGS {
@@ -76,8 +103,17 @@ impl Joint<'_> {
 
     fn case(&self) -> String {
         let Self { flexible, gear, current_noise, motor_noise, load_noise, .. } = self;
-        let own: String =
-            self.parameters.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
+        let mut own = vec![
+            ("motorInertia", self.motor_inertia),
+            ("loadInertia", self.load_inertia),
+            ("torqueConstant", self.torque_constant),
+            ("coulombFriction", self.coulomb),
+            ("viscousFriction", self.viscous),
+        ];
+        if self.flexible {
+            own.extend([("stiffness", self.stiffness), ("damping", self.damping)]);
+        }
+        let own: String = own.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
         format!(
             "model = \"TwoMassJoint\"\ntrain = [\"1.csv\", \"2.csv\", \"3.csv\"]\nholdout = [\"4.csv\"]\n\
              [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}\
