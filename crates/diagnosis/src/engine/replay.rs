@@ -96,14 +96,22 @@ impl Fitted {
 }
 
 impl Stated {
-    /// Takes over what was believed of a set that this one grew out of.
+    /// Takes over what was believed of a set that this one grew out of: by name, for a joint that gives way has more first
+    /// states, which stand between the others. A first state that nothing shows is measured by the spring of such a joint, in
+    /// the place of what is typical: where one was believed together with others this set keeps priors of its own.
     pub(super) fn believe_like(&mut self, base: &Self) {
-        let same = |(a, b): (&Unknown, &Unknown)| a.name == b.name && a.run == b.run;
-        if self.unknowns.len() < base.unknowns.len() || !self.unknowns.iter().zip(&base.unknowns).all(same) {
-            return;
+        let same = |u: &Unknown, v: &Unknown| u.name == v.name && u.run == v.run && u.scale == v.scale;
+        let place = |u: &Unknown| self.unknowns.iter().position(|v| same(u, v));
+        let places: Vec<Option<usize>> = base.unknowns.iter().map(place).collect();
+        let mut belief = base.belief.clone();
+        if let Some(belief) = &mut belief {
+            let Some(of) = belief.of.iter().map(|k| places[*k]).collect() else { return };
+            belief.of = of;
         }
-        self.unknowns.iter_mut().zip(&base.unknowns).for_each(|(own, base)| own.prior = base.prior);
-        self.belief.clone_from(&base.belief);
+        for (own, base) in places.iter().zip(&base.unknowns) {
+            own.iter().for_each(|k| self.unknowns[*k].prior = base.prior);
+        }
+        self.belief = belief;
     }
 }
 
