@@ -92,7 +92,8 @@ pub struct Led {
     pub beside: Vec<usize>,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
-    /// Channels that showed it.
+    /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
+    /// friction.
     pub turning: Vec<usize>,
 }
 
