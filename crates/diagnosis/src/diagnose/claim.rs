@@ -108,9 +108,10 @@ pub(super) fn effects(
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
         all.push(claim(best, h, decision.probability[i]));
         if decision.verdict == Verdict::Ambiguous {
-            for (at, odds) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0).take(2) {
-                let f = &found.sets[*at];
-                let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
+            let other = |at: usize| found.best.replaced_in(&found.sets[at]);
+            let another = |r: &&(usize, f64)| other(r.0).is_some_and(|o| o.id != h.id);
+            for (at, odds) in decision.close(i).filter(another).take(2) {
+                let (f, other) = (&found.sets[*at], other(*at));
                 let known = |o: &&Hypothesis| all.iter().any(|c| c.id == o.id && c.component == o.component);
                 if let Some(other) = other.filter(|o| o.is_effect() && !known(o)) {
                     let rival = Estimated::new(f, found, free);
@@ -149,8 +150,7 @@ pub(super) fn candidates(found: &Found, decision: &Decision) -> Vec<Candidate> {
         for (i, _) in &chosen {
             for (at, odds) in &decision.rivals[*i] {
                 let f = &found.sets[*at];
-                let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o));
-                if let Some(other) = other {
+                if let Some(other) = found.best.replaced_in(f) {
                     add(other, decision.probability[*i] * odds.exp(), f.evidence(1.0) - base);
                 }
             }
@@ -179,17 +179,36 @@ pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<S
     let mut sets = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
         let mut set = vec![h.id.clone()];
-        for (at, _) in decision.rivals[i].iter().filter(|r| -r.1 < 3.0) {
-            let f = &found.sets[*at];
-            let other = f.stated.set.iter().find(|o| !found.best.stated.set.contains(o) && o.is_effect());
-            set.extend(other.map(|o| o.id.clone()));
-        }
+        let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
+        set.extend(others.filter(|o| o.is_effect()).map(|o| o.id.clone()));
         set.dedup();
         if set.len() > 1 {
             sets.push(set);
         }
     }
     sets
+}
+
+/// Effects that are claimed in one place and fit as well in another.
+pub(super) fn elsewhere(search: &Search<'_>, found: &Found, decision: &Decision) -> Vec<String> {
+    if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
+        return Vec::new();
+    }
+    let place = |h: &Hypothesis| match joint_of(h, search.case.subject.plant) {
+        Some(joint) if h.per_joint => format!("{} of joint {joint}", h.component),
+        _ => h.component.clone(),
+    };
+    let mut notes = Vec::new();
+    for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
+        let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
+        let mut places: Vec<String> =
+            others.filter(|o| o.id == h.id).map(place).filter(|p| *p != place(h)).collect();
+        places.dedup();
+        if !places.is_empty() {
+            notes.push(format!("{} fits as well at {} as at {}", h.id, places.join(", "), place(h)));
+        }
+    }
+    notes
 }
 
 pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {

@@ -1,12 +1,14 @@
 //! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to tell.
 
+use std::collections::BTreeMap;
+
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use trueup_signals::process::overall;
 
 use super::Options;
+use super::field::{self, Field, Kind};
 use crate::engine::decide::{self, Free, Ran, Thresholds};
-use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
@@ -25,6 +27,8 @@ const HINT: f64 = 0.1;
 /// As many of them are tried.
 const TRIED: usize = 3;
 
+/// A free run that leaves at most this share of a gap helps.
+const HELPS: f64 = 0.7;
 /// How far a channel stands out from what chance leaves, where all together do not: then channels count by their floors.
 const STANDS: f64 = 1.5;
 
@@ -61,8 +65,8 @@ pub(super) struct Ground<'a> {
     pub seed: u64,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
-    /// What the gap of each channel counts by; empty: all alike.
-    pub weights: Vec<f64>,
+    /// What the gap of each channel counts by, by name; empty: all alike.
+    pub weights: BTreeMap<String, f64>,
 }
 
 impl<'a> Ground<'a> {
@@ -76,7 +80,7 @@ impl<'a> Ground<'a> {
         options: &Options,
     ) -> Self {
         let [before, tuned] = shown;
-        let (seed, limits, weights) = (options.seed, options.limits, Vec::new());
+        let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
         let plain = Self { search, runs, before, tuned, fitted, floors, seed, limits, weights };
         let pooled = plain.pooled(&plain.before);
         let own = pooled.each();
@@ -87,7 +91,15 @@ impl<'a> Ground<'a> {
         if !(drowns && stands) {
             return plain;
         }
-        Self { weights: own.iter().map(|g| 1.0 / g.floor.max(1e-12)).collect(), ..plain }
+        let floors = own.iter().map(|g| 1.0 / g.floor.max(1e-12));
+        let weights = pooled.channels().map(str::to_owned).zip(floors).collect();
+        Self { weights, ..plain }
+    }
+
+    /// What the gap of a channel counts by; nothing, where the others are weighed and it does not vary.
+    fn weight(&self, channel: &str) -> f64 {
+        let alike = f64::from(u8::from(self.weights.is_empty()));
+        self.weights.get(channel).copied().unwrap_or(alike)
     }
 
     /// Held-out recordings with `after` in the place of the model with causes.
@@ -119,23 +131,23 @@ impl<'a> Ground<'a> {
         Pooled::new(&all)
     }
 
-    /// All channels together.
-    fn together(&self, each: impl Iterator<Item = f64>) -> Option<f64> {
-        let weight = |c: usize| self.weights.get(c).copied().unwrap_or(1.0);
-        overall(&each.enumerate().map(|(c, figure)| weight(c) * figure).collect::<Vec<_>>())
+    /// Figures of all channels that vary, in one.
+    fn together(&self, pooled: &Pooled<'_>, each: impl Iterator<Item = f64>) -> Option<f64> {
+        let weighed = pooled.channels().zip(each).map(|(channel, figure)| self.weight(channel) * figure);
+        overall(&weighed.collect::<Vec<_>>())
     }
 
     /// Gaps with `after` in the place of the model with causes.
     pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
         let pooled = self.pooled(after);
         let own = pooled.each();
-        let figure = |of: fn(&Gap) -> f64| self.together(own.iter().map(of));
+        let figure = |of: fn(&Gap) -> f64| self.together(&pooled, own.iter().map(of));
         Some(Free {
             before: figure(|g| g.before)?,
             tuned: figure(|g| g.tuned)?,
             after: figure(|g| g.after)?,
             floor: figure(|g| g.floor)?,
-            chance: self.together(self.chance(&pooled).into_iter())?,
+            chance: self.together(&pooled, self.chance(&pooled).into_iter())?,
             trained: false,
         })
     }
@@ -143,14 +155,11 @@ impl<'a> Ground<'a> {
     /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].
     fn of_each(&self, shown: &Replayed) -> Vec<f64> {
         let of = |run: usize| {
-            let (own, sizes) = (&self.runs[run], &self.search.sizes);
-            let channels = own.run.channels.iter().enumerate();
-            let weights = if self.weights.len() == channels.len() { &self.weights[..] } else { &[] };
+            let channels = self.runs[run].run.channels.iter().enumerate();
             let weighed = channels.map(|(c, channel)| {
-                let weight = weights.get(c).copied().unwrap_or(1.0) / sizes.range(channel.output);
-                let squares = channel.y.iter().zip(&shown[run][c]).map(|(y, s)| (s - y).powi(2)).sum::<f64>();
-                let (error, floor) = (squares / channel.y.len() as f64, self.floors[run][c].powi(2));
-                [weight.powi(2) * error, weight.powi(2) * floor]
+                let weight = self.weight(&channel.name).powi(2);
+                let missed = self.search.mean_square(channel, &shown[run][c]);
+                [weight * missed, weight * self.search.power(channel, self.floors[run][c])]
             });
             let [error, floor] = weighed.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
             decide::left(error.sqrt().max(self.limits.even * floor.sqrt()), floor.sqrt())
@@ -276,86 +285,31 @@ impl<'a> Ground<'a> {
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
     /// rivals; where no effect was chosen, the single effects that lead. A gap near the floor leaves nothing to be found.
     pub(super) fn contest(&mut self, found: &mut Found, effort: Effort) -> Vec<Contender> {
-        let chosen = found.best.clone();
-        let best = &chosen.stated.set;
-        let claims = best.iter().any(Hypothesis::is_effect);
-        let limits = self.limits;
-        // What the balances have settled no free run can turn.
-        let (independent, least) = (limits.independent(&chosen), found.least());
-        let score = |f: &Fitted| f.concentrated(independent, least) + 0.5 * f.occam;
-        let open = |f: &Fitted| score(f) > score(&chosen) - limits.settled;
-        let plain = found.plain.evidence(1.0);
-        let kind = |f: &Fitted| {
-            let set = &f.stated.set;
-            let shared = set.iter().filter(|h| best.contains(h)).count();
-            match () {
-                () if !set.iter().any(Hypothesis::is_effect) => None,
-                () if !claims => (set.len() == 1 && f.evidence(1.0) > plain + 20.0).then_some(Kind::Rival),
-                () if shared == best.len() && set.len() == best.len() => Some(Kind::Best),
-                () if shared + 1 == best.len() && set.len() + 1 == best.len() => Some(Kind::Fewer),
-                () if shared + 1 == best.len() && set.len() == best.len() => open(f).then_some(Kind::Rival),
-                () => None,
-            }
-        };
-        let mut all: Vec<Contender> = Vec::new();
-        if !claims {
-            let plain = found.plain.clone();
-            all = self.more(found, &plain, self.fitted.as_ref(), effort, &all);
-        }
+        let field = Field::new(found, self.limits);
+        let mut all = if field.claims { Vec::new() } else { self.more_than_plain(found, effort, &[]) };
         for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
             let good = all.iter().any(|c| self.is_near(c));
-            let most = match wanted {
-                Kind::Best => 1,
-                Kind::Fewer => best.len(),
-                Kind::Rival if claims => 1 + usize::from(!good),
-                Kind::Rival => 2,
-            };
-            let mut order: Vec<usize> = (0..found.sets.len()).collect();
-            order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
-            // Of one cause in one place the better of its forms.
-            let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
-            let like = order.into_iter().filter(|at| kind(&found.sets[*at]) == Some(wanted));
-            let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
-            let others = effects.filter(|at| all.iter().all(|c| c.at != *at));
-            let which = |at: usize| new(at).map_or(("", "", at), |h| (&*h.id, &*h.component, 0));
-            let list = first_of_each(others, which, most);
+            let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
+            let list = field.entrants(found, wanted, good, &ran);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
             if let (Kind::Best, [best]) = (wanted, &all[..]) {
                 self.carry(best);
-                if claims && !self.is_near(best) {
-                    let led = found.sets[best.at].clone();
-                    let (told, base) = (led.evidence(1.0), best.fitted.clone());
-                    let more = self.more(found, &led, base.as_ref(), effort, &all);
-                    all.extend(more);
-                    // What the balances do not see, they have nothing against.
-                    if let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) {
-                        let lacked = self.lacked(found, &base, effort);
-                        all.retain(|c| lacked.iter().all(|l| l.at != c.at));
-                        let free = |c: &Contender| found.sets[c.at].evidence(1.0) > told - MORE;
-                        all.extend(lacked.into_iter().filter(free));
-                    }
+                if field.claims && !self.is_near(best) {
+                    self.second(found, effort, &mut all);
                 }
             }
         }
-        // Nothing of that helps: the effects that lead by themselves.
-        let tuned = self.free(&self.tuned).map_or(0.0, |f| f.tuned);
-        if claims && all.iter().all(|c| c.after > 0.7 * tuned) {
-            let plain = found.plain.clone();
-            let more = self.more(found, &plain, self.fitted.as_ref(), effort, &all);
-            all.extend(more);
-            let id = |at: usize| match &found.sets[at].stated.set[..] {
-                [h] if h.is_effect() => Some(&*h.id),
-                _ => None,
-            };
-            let singles = (0..found.sets.len()).filter(|at| id(*at).is_some());
-            let mut list = first_of_each(singles, id, 2);
-            list.retain(|at| all.iter().all(|c| c.at != *at));
+        let bare = self.free(&self.tuned).unwrap_or_default();
+        let help = |all: &[Contender], gap: f64| all.iter().any(|c| c.after <= HELPS * gap);
+        if field.claims && !help(&all, bare.tuned) {
+            all.extend(self.more_than_plain(found, effort, &all));
+            let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
+            let list = field::leading(found, &ran);
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
         let seen = found.above(found.plain.excess());
-        let bare = self.free(&self.tuned).map_or(0.0, |f| f.bare());
-        let helps = all.iter().any(|c| c.after < 0.7 * bare);
-        if (seen < limits.left || seen < limits.bare && !helps) && !all.iter().any(|c| self.is_near(c)) {
+        let blind = seen < self.limits.left || seen < self.limits.bare && !help(&all, bare.bare());
+        if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             all.retain(|c| lacking.iter().all(|l| l.at != c.at));
             all.extend(lacking);
@@ -363,27 +317,30 @@ impl<'a> Ground<'a> {
         all
     }
 
+    /// Sets with a cause more than the plain model, beside the free run of its parameters.
+    fn more_than_plain(&self, found: &mut Found, effort: Effort, ran: &[Contender]) -> Vec<Contender> {
+        let plain = found.plain.clone();
+        self.more(found, &plain, self.fitted.as_ref(), effort, ran)
+    }
+
+    /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for, and of
+    /// those that they do not see, for these they have nothing against.
+    fn second(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+        let Some((at, base)) = all.first().map(|c| (c.at, c.fitted.clone())) else { return };
+        let led = found.sets[at].clone();
+        all.extend(self.more(found, &led, base.as_ref(), effort, all));
+        let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
+        let lacked = self.lacked(found, &base, effort);
+        all.retain(|c| lacked.iter().all(|l| l.at != c.at));
+        let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
+        all.extend(lacked.into_iter().filter(|c| !against(c)));
+    }
+
     /// How far the predictions of two are apart, as a gap.
     pub(super) fn apart(&self, a: &Contender, b: &Contender) -> Option<f64> {
         let pooled = self.beside(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
-        self.together(pooled.each().iter().map(|g| g.after))
+        self.together(&pooled, pooled.each().iter().map(|g| g.after))
     }
-}
-
-/// The first of each key, as many as `most`.
-fn first_of_each<K: PartialEq>(
-    list: impl Iterator<Item = usize>,
-    key: impl Fn(usize) -> K,
-    most: usize,
-) -> Vec<usize> {
-    let mut seen: Vec<(K, usize)> = Vec::new();
-    for at in list {
-        let key = key(at);
-        if seen.len() < most && !seen.iter().any(|s| s.0 == key) {
-            seen.push((key, at));
-        }
-    }
-    seen.into_iter().map(|s| s.1).collect()
 }
 
 /// What ran.
@@ -410,12 +367,4 @@ impl Ran for Contest<'_> {
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
     }
-}
-
-/// What a set is to the chosen one.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Kind {
-    Best,
-    Fewer,
-    Rival,
 }

@@ -254,15 +254,20 @@ impl Search<'_> {
     }
 
     /// Mean square of a channel's errors in units of its output's range.
-    fn mean_square(&self, channel: &Channel, shown: &[f64]) -> f64 {
+    pub fn mean_square(&self, channel: &Channel, shown: &[f64]) -> f64 {
         let range = self.sizes.range(channel.output).max(1e-300);
         let squares = channel.y.iter().zip(shown).map(|(y, s)| ((s - y) / range).powi(2)).sum::<f64>();
         squares / channel.y.len().max(1) as f64
     }
 
+    /// Mean square of a deviation in the same unit.
+    pub fn power(&self, channel: &Channel, deviation: f64) -> f64 {
+        (deviation / self.sizes.range(channel.output).max(1e-300)).powi(2)
+    }
+
     /// What its sensor's noise leaves of it.
     fn noise_of(&self, channel: &Channel) -> f64 {
-        (channel.sigma / self.sizes.range(channel.output).max(1e-300)).powi(2)
+        self.power(channel, channel.sigma)
     }
 
     /// What the sensors' noise leaves of it over the channels of a recording.

@@ -101,7 +101,11 @@ impl<'a> Pooled<'a> {
         }
         Self { names, recordings, blocks, samples }
     }
-    /// Gap of every channel that varies, in the order of appearance, without intervals.
+    /// Channels that vary, in the order of appearance.
+    pub fn channels(&self) -> impl Iterator<Item = &'a str> {
+        self.varying(&self.whole()).into_iter().map(|c| self.names[c])
+    }
+    /// Gap of each of them, without intervals.
     pub fn each(&self) -> Vec<Gap> {
         let whole = self.whole();
         self.varying(&whole).into_iter().filter_map(|c| together(&whole, &[c])).collect()

@@ -1,7 +1,7 @@
 //! `sensor-drift`: an offset that moves.
 //!
-//! (EF-32) reading y = y_true + r T (1 - exp(-t/T)): it begins with the rate r and settles with the time T; a long T is
-//! a steady drift r t.
+//! (EF-32) reading y = y_true + r T (1 - exp(-s/T)), s = max(t - t_0, 0): from t_0 on it moves with the rate r and settles
+//! with the time T; a long T is a steady drift r s, a short one a jump by r T.
 //!
 //! What it gets wrong: offsets that wander to and fro.
 
@@ -21,7 +21,7 @@ impl Effect for SensorDrift {
             ParameterSpec {
                 name: "driftRate",
                 unit: "*/s",
-                description: "Rate of the offset at the start, r (EF-32)",
+                description: "Rate of the offset where it begins to move, r (EF-32)",
                 joint_start: 0.01,
                 arm_start: 0.001,
                 scale: Scale::of(0.03, &[(Measure::Reading, 1), (Measure::Duration, -1)]),
@@ -37,12 +37,22 @@ impl Effect for SensorDrift {
                 search: Search::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
+            ParameterSpec {
+                name: "driftStart",
+                unit: "s",
+                description: "When the offset begins to move, t_0 (EF-32)",
+                min: 0.0,
+                role: Role::Shape,
+                scale: Scale::of(0.3, &[(Measure::Duration, 1)]),
+                search: Search::from(&[0.0, 1.0]),
+                ..ParameterSpec::NONE
+            },
         ],
         ..Spec::NONE
     };
 
     fn sensor<T: Scalar>(l: &Local<T>, t: T, reading: T) -> T {
-        reading + l.p(0) * settling(t, l.p(1))
+        reading + l.p(0) * settling((t - l.p(2)).max(T::zero()), l.p(1))
     }
 }
 
@@ -59,10 +69,14 @@ mod tests {
 
     #[test]
     fn ef32_begins_with_its_rate_and_settles() {
-        let at =
-            |t: f64, time: f64| SensorDrift::sensor(&Local::new(&[0.3, time], &[], &[], 0, 1), t, 1.0) - 1.0;
+        let drifted =
+            |t: f64, p: [f64; 3]| SensorDrift::sensor(&Local::new(&p, &[], &[], 0, 1), t, 1.0) - 1.0;
+        let at = |t: f64, time: f64| drifted(t, [0.3, time, 0.0]);
         assert!((at(1e-3, 2.0) / 3e-4 - 1.0).abs() < 1e-3 && (at(100.0, 2.0) - 0.6).abs() < 1e-14);
         assert!((at(5.0, 1e6) - 1.5).abs() < 1e-5);
+        // Later by what it begins later; a short time makes a jump of it.
+        assert_eq!([drifted(1.9, [0.3, 2.0, 2.0]), drifted(3.0, [0.3, 2.0, 2.0])], [0.0, at(1.0, 2.0)]);
+        assert!((drifted(2.01, [300.0, 1e-3, 2.0]) - 0.3).abs() < 1e-4);
         // Where the series takes over nothing jumps.
         assert!((settling(0.9999e-4, 1.0) / settling(1.0001e-4, 1.0) - 0.9998).abs() < 1e-7);
     }

@@ -230,12 +230,15 @@ impl Hypothesis {
                 let size = if angles { 1.0 } else { size };
                 let mut u = amplitude(name, unit, target, size, (s.min, s.max));
                 u.prior = Some((0.0, 2.0));
-                let looks: &[f64] = if angles {
-                    &[-core::f64::consts::FRAC_PI_2, 0.0, core::f64::consts::FRAC_PI_2, core::f64::consts::PI]
-                } else {
-                    &[-1.0, 0.0, 1.0]
-                };
-                posed.plain(u, looks);
+                const ANGLES: &[f64] = &[
+                    -core::f64::consts::FRAC_PI_2,
+                    0.0,
+                    core::f64::consts::FRAC_PI_2,
+                    core::f64::consts::PI,
+                ];
+                let looks: Vec<f64> =
+                    looks(if angles { ANGLES } else { &[-1.0, 0.0, 1.0] }).iter().map(|l| l * size).collect();
+                posed.plain(u, &looks);
             }
         }
     }

@@ -1,0 +1,109 @@
+//! Which of the sets that were fitted are let run freely.
+
+use crate::engine::decide::{Balances, Thresholds};
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::search::Fitted;
+use crate::engine::select::Found;
+
+/// Evidence that a single effect has to bring to run where none was chosen.
+const BRINGS: f64 = 20.0;
+/// Single effects that run where nothing chosen helps.
+const SINGLES: usize = 2;
+
+/// What a set is to the chosen one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    /// The chosen one itself.
+    Best,
+    /// The chosen one without one of its causes.
+    Fewer,
+    /// Another cause in the place of one; where no effect was chosen, a single effect.
+    Rival,
+}
+
+/// Who may run beside the set that the balances chose.
+pub(super) struct Field {
+    chosen: Fitted,
+    /// It has an effect.
+    pub claims: bool,
+    /// Evidence of the plain model.
+    plain: f64,
+    balances: Balances,
+    /// Odds that no free run can turn.
+    settled: f64,
+}
+
+impl Field {
+    pub(super) fn new(found: &Found, limits: Thresholds) -> Self {
+        Self {
+            chosen: found.best.clone(),
+            claims: found.best.stated.set.iter().any(Hypothesis::is_effect),
+            plain: found.plain.evidence(1.0),
+            balances: Balances::new(found, &limits),
+            settled: limits.settled,
+        }
+    }
+
+    fn kind(&self, f: &Fitted) -> Option<Kind> {
+        let (best, set) = (&self.chosen.stated.set, &f.stated.set);
+        let shared = set.iter().filter(|h| best.contains(h)).count();
+        let open = || self.balances.odds(f, &self.chosen) > -self.settled;
+        match () {
+            () if !set.iter().any(Hypothesis::is_effect) => None,
+            () if !self.claims => {
+                (set.len() == 1 && f.evidence(1.0) > self.plain + BRINGS).then_some(Kind::Rival)
+            }
+            () if shared == best.len() && set.len() == best.len() => Some(Kind::Best),
+            () if shared + 1 == best.len() && set.len() + 1 == best.len() => Some(Kind::Fewer),
+            () if shared + 1 == best.len() && set.len() == best.len() => open().then_some(Kind::Rival),
+            () => None,
+        }
+    }
+
+    /// Of that kind the likeliest, of one cause in one place the better of its forms; without those that `ran`. `good`: one of these
+    /// came near the floor.
+    pub(super) fn entrants(&self, found: &Found, wanted: Kind, good: bool, ran: &[usize]) -> Vec<usize> {
+        let best = &self.chosen.stated.set;
+        let most = match wanted {
+            Kind::Best => 1,
+            Kind::Fewer => best.len(),
+            Kind::Rival if self.claims => 1 + usize::from(!good),
+            Kind::Rival => 2,
+        };
+        let mut order: Vec<usize> = (0..found.sets.len()).collect();
+        order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
+        let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
+        let like = order.into_iter().filter(|at| self.kind(&found.sets[*at]) == Some(wanted));
+        let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));
+        let which = |at: usize| new(at).map_or(("", "", at), |h| (&*h.id, &*h.component, 0));
+        first_of_each(effects.filter(|at| !ran.contains(at)), which, most)
+    }
+}
+
+/// The single effects that lead, where nothing that was chosen helps; without those that `ran`.
+pub(super) fn leading(found: &Found, ran: &[usize]) -> Vec<usize> {
+    let id = |at: usize| match &found.sets[at].stated.set[..] {
+        [h] if h.is_effect() => Some(&*h.id),
+        _ => None,
+    };
+    let singles = (0..found.sets.len()).filter(|at| id(*at).is_some());
+    let mut list = first_of_each(singles, id, SINGLES);
+    list.retain(|at| !ran.contains(at));
+    list
+}
+
+/// The first of each key, as many as `most`.
+fn first_of_each<K: PartialEq>(
+    list: impl Iterator<Item = usize>,
+    key: impl Fn(usize) -> K,
+    most: usize,
+) -> Vec<usize> {
+    let mut seen: Vec<(K, usize)> = Vec::new();
+    for at in list {
+        let key = key(at);
+        if seen.len() < most && !seen.iter().any(|s| s.0 == key) {
+            seen.push((key, at));
+        }
+    }
+    seen.into_iter().map(|s| s.1).collect()
+}
