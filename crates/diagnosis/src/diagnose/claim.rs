@@ -34,7 +34,7 @@ impl Fitted {
 }
 
 /// Deviation of an effect's size for its law: what another law of the same name would be fitted with.
-const FORM: f64 = 0.015;
+const FORM: f64 = 0.025;
 
 /// Free-running fits of some of the sets that led, by their place among those.
 pub(super) type FreeFits = Vec<(usize, Fitted)>;

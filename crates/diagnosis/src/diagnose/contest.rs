@@ -9,11 +9,12 @@ use trueup_signals::process::overall;
 use super::Options;
 use super::field::{self, Field, Kind};
 use crate::engine::decide::{self, Free, Ran, Thresholds};
+use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
 use crate::engine::screen::Asked;
-use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Effort, Found, put};
+use crate::engine::search::{Fitted, Search, Stated};
+use crate::engine::select::{Effort, Found, put, same};
 use crate::floor::{self, Gap, Pooled};
 
 /// Iterations of a last fit, free-running.
@@ -256,8 +257,13 @@ impl<'a> Ground<'a> {
     fn lacked(&self, found: &mut Found, base: &Fitted, effort: Effort) -> Vec<Contender> {
         let mut all = self.search.lacking(base, HINT);
         all.truncate(TRIED);
-        let run = |a: Asked| {
-            let polished = self.search.polished(a.stated, &a.start, POLISH)?;
+        self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort)
+    }
+
+    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there.
+    fn settled(&self, found: &mut Found, all: Vec<(Stated, Vec<f64>)>, effort: Effort) -> Vec<Contender> {
+        let run = |(stated, start): (Stated, Vec<f64>)| {
+            let polished = self.search.polished(stated, &start, POLISH)?;
             let from = polished.fitted.as_ref()?;
             let stated = self.search.state(&from.stated.set).ok()?;
             let start = self.search.begin_with(&stated, from);
@@ -333,7 +339,35 @@ impl<'a> Ground<'a> {
         let lacked = self.lacked(found, &base, effort);
         all.retain(|c| lacked.iter().all(|l| l.at != c.at));
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
-        all.extend(lacked.into_iter().filter(|c| !against(c)));
+        let lacked = lacked.into_iter().filter(|c| !against(c)).collect();
+        self.replacing(found, &led, lacked, effort, all);
+    }
+
+    /// Beside a set that does far better than `led`, which it grew out of: the same without each of the causes of `led`. These may have
+    /// stood in for the one that was missing.
+    fn replacing(
+        &self,
+        found: &mut Found,
+        led: &Fitted,
+        lacked: Vec<Contender>,
+        effort: Effort,
+        all: &mut Vec<Contender>,
+    ) {
+        let without = all.iter().map(|c| c.after).fold(f64::INFINITY, f64::min);
+        let best = lacked.iter().filter(|c| c.after <= HELPS * without);
+        let best = best.min_by(|a, b| a.after.total_cmp(&b.after)).and_then(|c| c.fitted.clone());
+        all.extend(lacked);
+        let Some(best) = best else { return };
+        let fewer = |out: &Hypothesis| {
+            let set: Vec<_> = best.stated.set.iter().filter(|h| *h != out).cloned().collect();
+            let new = set.iter().any(Hypothesis::is_effect)
+                && !all.iter().any(|c| same(&found.sets[c.at].stated.set, &set));
+            let stated = new.then(|| self.search.state_like(&set, best.stated.free.clone()).ok())??;
+            let start = self.search.begin_with(&stated, &best);
+            Some((stated, start))
+        };
+        let fewer = led.stated.set.iter().filter_map(fewer).collect();
+        all.extend(self.settled(found, fewer, effort));
     }
 
     /// How far the predictions of two are apart, as a gap.

@@ -88,7 +88,7 @@ impl<'a> Judge<'a> {
         let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
         let more = more
             .filter(|m| own.is_none_or(|o| short(o) && self.power(*m) * self.limits.more < self.power(o)));
-        let chosen = fewer.or(more).or(own);
+        let chosen = more.or(fewer).or(own);
         // What the balances favour changes nothing, and another effect by itself does.
         let remains = chosen.map_or(tuned, |c| self.power(c));
         let idle = chosen.is_none_or(|_| remains > 0.5 * tuned);
