@@ -21,6 +21,7 @@ impl Effect for JointFlexibility {
             Borrowed {
                 joint_name: "stiffness",
                 arm_name: "jointStiffness",
+                unit: "N.m/rad",
                 neutral: Neutral::Structure,
                 scale: Scale::of(1.0, &[(Measure::Torque, 1), (Measure::Deflection, -1)]),
                 looks: &[0.03, 0.2, 1.0, 6.0, 30.0],
@@ -29,6 +30,7 @@ impl Effect for JointFlexibility {
             Borrowed {
                 joint_name: "damping",
                 arm_name: "jointDamping",
+                unit: "N.m.s/rad",
                 neutral: Neutral::Structure,
                 scale: Scale::of(0.1, &[(Measure::Torque, 1), (Measure::DeflectionRate, -1)]),
                 looks: &[0.03, 1.0],
@@ -37,6 +39,7 @@ impl Effect for JointFlexibility {
             Borrowed {
                 joint_name: "motorInertia",
                 arm_name: "motorInertia",
+                unit: "kg.m2",
                 neutral: Neutral::Structure,
                 scale: Scale::of(1.0, &[(Measure::LoadInertia, 1)]),
                 looks: &[1.0],

@@ -22,6 +22,7 @@ impl Effect for MotorFriction {
             Borrowed {
                 joint_name: "coulombFriction",
                 arm_name: "coulombFriction",
+                unit: "N.m",
                 neutral: Neutral::Value(0.0),
                 scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
                 looks: &[1.0],
@@ -30,6 +31,7 @@ impl Effect for MotorFriction {
             Borrowed {
                 joint_name: "viscousFriction",
                 arm_name: "viscousFriction",
+                unit: "N.m.s/rad",
                 neutral: Neutral::Value(0.0),
                 scale: Scale::of(0.2, &[(Measure::Torque, 1), (Measure::Speed, -1)]),
                 looks: &[1.0],

@@ -190,6 +190,8 @@ pub struct Borrowed {
     pub joint_name: &'static str,
     /// Its name on PlanarManipulator.
     pub arm_name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
     /// Where it makes the effect vanish.
     pub neutral: Neutral,
     /// Its size.

@@ -22,6 +22,7 @@ impl Effect for StribeckFriction {
         borrows: &[Borrowed {
             joint_name: "staticFriction",
             arm_name: "staticFriction",
+            unit: "N.m",
             neutral: Neutral::Of("coulombFriction"),
             scale: Scale::of(0.2, &[(Measure::Torque, 1)]),
             looks: &[1.0],

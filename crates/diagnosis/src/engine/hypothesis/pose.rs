@@ -123,14 +123,18 @@ impl Hypothesis {
                 effect::Neutral::Of(base) => {
                     let Some(base) = find(base) else { continue };
                     let target = Target::Above { at, base };
-                    posed.amplitude(amplitude(name, "N.m", target, size, (0.0, f64::INFINITY)), 0.0, b.looks);
+                    posed.amplitude(
+                        amplitude(name, b.unit, target, size, (0.0, f64::INFINITY)),
+                        0.0,
+                        b.looks,
+                    );
                 }
                 effect::Neutral::Value(v) => {
-                    let u = amplitude(name, "", Target::Parameter(at), size, (v, f64::INFINITY));
+                    let u = amplitude(name, b.unit, Target::Parameter(at), size, (v, f64::INFINITY));
                     posed.amplitude(u, v, b.looks);
                 }
                 effect::Neutral::Structure => {
-                    posed.shape(logarithmic(name, "", Target::Parameter(at), size, 3.0), b.looks);
+                    posed.shape(logarithmic(name, b.unit, Target::Parameter(at), size, 3.0), b.looks);
                 }
             }
         }
