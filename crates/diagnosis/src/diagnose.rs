@@ -137,7 +137,8 @@ pub fn diagnose(
     let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
     let tuned =
         [led, given].into_iter().filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    let (tuned, fitted) = tuned.map_or_else(|| (before.clone(), None), |p| (p.complete, p.fitted));
+    let (tuned, fitted, misfit) =
+        tuned.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
     let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     let floors_of = |c: &Complete| {
@@ -145,7 +146,8 @@ pub fn diagnose(
     };
     let shown = replay(&before)?;
     let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown.clone());
-    let mut ground = Ground::new(&search, runs, [shown, shown_tuned], fitted, floors_of(&tuned)?, options);
+    let mut ground =
+        Ground::new(&search, runs, [shown, shown_tuned], (fitted, misfit), floors_of(&tuned)?, options);
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free * f.floor } else { f.chance };
@@ -253,7 +255,8 @@ fn has_gap_in_training(search: &Search<'_>, model: &Complete, options: &Options)
     let runs = &search.case.train;
     let Ok(shown) = search.replay(model, runs) else { return false };
     let Ok(floors) = search.floors(model, runs, options.seed) else { return false };
-    let ground = Ground::new(search, runs, [shown.clone(), shown.clone()], None, floors, options);
+    let ground =
+        Ground::new(search, runs, [shown.clone(), shown.clone()], (None, f64::INFINITY), floors, options);
     ground.free(&shown).is_some_and(|f| f.before > f.chance)
 }
 

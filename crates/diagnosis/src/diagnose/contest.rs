@@ -60,6 +60,8 @@ pub(super) struct Ground<'a> {
     pub tuned: Replayed,
     /// The free-running fit of them.
     pub fitted: Option<Fitted>,
+    /// What the better of both misses of the recordings for fitting.
+    pub misfit: f64,
     /// What noise leaves, by recording and channel.
     pub floors: Vec<Vec<f64>>,
     /// For what is drawn.
@@ -76,13 +78,13 @@ impl<'a> Ground<'a> {
         search: &'a Search<'a>,
         runs: &'a [Compared],
         shown: [Replayed; 2],
-        fitted: Option<Fitted>,
+        (fitted, misfit): (Option<Fitted>, f64),
         floors: Vec<Vec<f64>>,
         options: &Options,
     ) -> Self {
         let [before, tuned] = shown;
         let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
-        let plain = Self { search, runs, before, tuned, fitted, floors, seed, limits, weights };
+        let plain = Self { search, runs, before, tuned, fitted, misfit, floors, seed, limits, weights };
         let pooled = plain.pooled(&plain.before);
         let own = pooled.each();
         let chance: Vec<f64> = plain.chance(&pooled).into_iter().map(|floor| floor.max(1e-12)).collect();
@@ -196,7 +198,24 @@ impl<'a> Ground<'a> {
     }
 
     fn run(&self, found: &Found, at: usize) -> Option<Contender> {
-        self.shown(at, self.search.polish(&found.sets[at], POLISH))
+        let set = &found.sets[at];
+        let mut polished = self.search.polish(set, POLISH);
+        // Worse than without its effects: from where these were left out.
+        if polished.misfit > self.misfit
+            && let Some(beside) = self.beside_tuned(set).filter(|p| p.misfit < polished.misfit)
+        {
+            polished = beside;
+        }
+        self.shown(at, polished)
+    }
+    /// A set fitted free-running from where the model without effects ended.
+    fn beside_tuned(&self, set: &Fitted) -> Option<Polished> {
+        let base = self.fitted.as_ref()?;
+        let stated = self.search.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
+        let there = |u| base.coordinate_of(u).or_else(|| set.coordinate_of(u));
+        let start: Vec<f64> =
+            stated.unknowns.iter().map(|u| there(u).unwrap_or_else(|| u.coordinate())).collect();
+        self.search.polished(stated, &start, POLISH)
     }
     fn shown(&self, at: usize, polished: Polished) -> Option<Contender> {
         let Polished { complete, fitted, .. } = polished;

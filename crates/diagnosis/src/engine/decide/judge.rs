@@ -86,8 +86,12 @@ impl<'a> Judge<'a> {
         let fewer = fewer.filter(|f| own.is_none_or(|o| as_good(*f, o)));
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
         let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
-        let more = more
-            .filter(|m| own.is_none_or(|o| short(o) && self.power(*m) * self.limits.more < self.power(o)));
+        // ... and more than is put down to the form of the others.
+        let further = |m: usize, o: usize| {
+            let [with, without] = [m, o].map(|at| self.power(at));
+            with * self.limits.more < without && without - with > FORM * tuned
+        };
+        let more = more.filter(|m| own.is_none_or(|o| short(o) && further(*m, o)));
         let chosen = more.or(fewer).or(own);
         // What the balances favour changes nothing, and another effect by itself does.
         let remains = chosen.map_or(tuned, |c| self.power(c));
