@@ -3,6 +3,7 @@
 mod claim;
 mod contest;
 mod field;
+mod ground;
 mod held_out;
 mod place;
 
@@ -20,7 +21,8 @@ use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
-use contest::{Contest, Ground};
+use contest::Contest;
+use ground::Ground;
 use held_out::held_out;
 use place::{look, where_it_lies};
 

@@ -1,21 +1,15 @@
 //! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to tell.
 
-use std::collections::BTreeMap;
-
 use rayon::prelude::*;
-use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-use trueup_signals::process::overall;
 
-use super::Options;
 use super::field::{self, Field, Kind};
-use crate::engine::decide::{self, Free, Ran, Thresholds};
+use super::ground::Ground;
+use crate::engine::decide::Ran;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::problem::Compared;
-use crate::engine::replay::{Complete, DRAWS, Polished, Replayed};
+use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::screen::Asked;
-use crate::engine::search::{Fitted, Search, Stated};
+use crate::engine::search::{Fitted, Stated};
 use crate::engine::select::{Effort, Found, put, same};
-use crate::floor::{self, Gap, Pooled};
 
 /// Iterations of a last fit, free-running.
 const POLISH: usize = 20;
@@ -30,8 +24,6 @@ const TRIED: usize = 3;
 
 /// A free run that leaves at most this share of a gap helps.
 const HELPS: f64 = 0.7;
-/// How far a channel stands out from what chance leaves, where all together do not: then channels count by their floors.
-const STANDS: f64 = 1.5;
 
 /// A set that ran freely.
 #[derive(Clone, Debug)]
@@ -48,155 +40,7 @@ pub(super) struct Contender {
     pub fitted: Option<Fitted>,
 }
 
-/// The model as it is and with its own parameters fitted, on the held-out recordings.
-pub(super) struct Ground<'a> {
-    /// Search that found the sets.
-    pub search: &'a Search<'a>,
-    /// Held-out recordings.
-    pub runs: &'a [Compared],
-    /// With the parameters as they were given.
-    pub before: Replayed,
-    /// With them fitted.
-    pub tuned: Replayed,
-    /// The free-running fit of them.
-    pub fitted: Option<Fitted>,
-    /// What the better of both misses of the recordings for fitting.
-    pub misfit: f64,
-    /// What noise leaves, by recording and channel.
-    pub floors: Vec<Vec<f64>>,
-    /// For what is drawn.
-    pub seed: u64,
-    /// Where the lines between verdicts are.
-    pub limits: Thresholds,
-    /// What the gap of each channel counts by, by name; empty: all alike.
-    pub weights: BTreeMap<String, f64>,
-}
-
-impl<'a> Ground<'a> {
-    /// Channels are weighed alike, unless a gap that is plain in one of them drowns in the noise of others.
-    pub(super) fn new(
-        search: &'a Search<'a>,
-        runs: &'a [Compared],
-        shown: [Replayed; 2],
-        (fitted, misfit): (Option<Fitted>, f64),
-        floors: Vec<Vec<f64>>,
-        options: &Options,
-    ) -> Self {
-        let [before, tuned] = shown;
-        let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
-        let plain = Self { search, runs, before, tuned, fitted, misfit, floors, seed, limits, weights };
-        let pooled = plain.pooled(&plain.before);
-        let own = pooled.each();
-        let chance: Vec<f64> = plain.chance(&pooled).into_iter().map(|floor| floor.max(1e-12)).collect();
-        let before: Vec<f64> = own.iter().map(|g| g.before).collect();
-        let drowns = overall(&before) <= overall(&chance);
-        let stands = before.iter().zip(&chance).any(|(gap, chance)| *gap > STANDS * chance);
-        if !(drowns && stands) {
-            return plain;
-        }
-        let floors = own.iter().map(|g| 1.0 / g.floor.max(1e-12));
-        let weights = pooled.channels().map(str::to_owned).zip(floors).collect();
-        Self { weights, ..plain }
-    }
-
-    /// What the gap of a channel counts by; nothing, where the others are weighed and it does not vary.
-    fn weight(&self, channel: &str) -> f64 {
-        let alike = f64::from(u8::from(self.weights.is_empty()));
-        self.weights.get(channel).copied().unwrap_or(alike)
-    }
-
-    /// Held-out recordings with `after` in the place of the model with causes.
-    fn pooled<'b>(&'b self, after: &'b Replayed) -> Pooled<'b> {
-        let measured = |run: usize, channel: usize| &self.runs[run].run.channels[channel].y[..];
-        self.beside(measured, [&self.before, &self.tuned, after])
-    }
-
-    /// Simulations beside what was `measured`, by recording and channel.
-    fn beside<'b>(
-        &'b self,
-        measured: impl Fn(usize, usize) -> &'b [f64],
-        [before, tuned, after]: [&'b Replayed; 3],
-    ) -> Pooled<'b> {
-        let mut all = Vec::new();
-        for (r, run) in self.runs.iter().enumerate() {
-            for (c, channel) in run.run.channels.iter().enumerate() {
-                all.push(floor::Replayed {
-                    recording: &run.run.name,
-                    channel: &channel.name,
-                    measured: measured(r, c),
-                    before: &before[r][c],
-                    tuned: &tuned[r][c],
-                    after: &after[r][c],
-                    floor: self.floors[r][c],
-                });
-            }
-        }
-        Pooled::new(&all)
-    }
-
-    /// Figures of all channels that vary, in one.
-    fn together(&self, pooled: &Pooled<'_>, each: impl Iterator<Item = f64>) -> Option<f64> {
-        let weighed = pooled.channels().zip(each).map(|(channel, figure)| self.weight(channel) * figure);
-        overall(&weighed.collect::<Vec<_>>())
-    }
-
-    /// Gaps with `after` in the place of the model with causes.
-    pub(super) fn free(&self, after: &Replayed) -> Option<Free> {
-        let pooled = self.pooled(after);
-        let own = pooled.each();
-        let figure = |of: fn(&Gap) -> f64| self.together(&pooled, own.iter().map(of));
-        Some(Free {
-            before: figure(|g| g.before)?,
-            tuned: figure(|g| g.tuned)?,
-            after: figure(|g| g.after)?,
-            floor: figure(|g| g.floor)?,
-            chance: self.together(&pooled, self.chance(&pooled).into_iter())?,
-            trained: false,
-        })
-    }
-
-    /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].
-    fn of_each(&self, shown: &Replayed) -> Vec<f64> {
-        let of = |run: usize| {
-            let channels = self.runs[run].run.channels.iter().enumerate();
-            let weighed = channels.map(|(c, channel)| {
-                let weight = self.weight(&channel.name).powi(2);
-                let missed = self.search.mean_square(channel, &shown[run][c]);
-                [weight * missed, weight * self.search.power(channel, self.floors[run][c])]
-            });
-            let [error, floor] = weighed.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
-            decide::left(error.sqrt().max(self.limits.even * floor.sqrt()), floor.sqrt())
-        };
-        (0..self.runs.len()).map(of).collect()
-    }
-
-    /// Gap as it is reported, all channels alike.
-    pub(super) fn gap(&self, shown: &Replayed) -> Option<f64> {
-        overall(&self.pooled(shown).each().iter().map(|g| g.after).collect::<Vec<_>>())
-    }
-
-    /// Gaps that chance exceeds once in two hundred cases.
-    fn chance(&self, pooled: &Pooled<'_>) -> Vec<f64> {
-        pooled.floors(&self.seldom().concat())
-    }
-
-    /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was
-    /// carried along is about one number a recording, known from as many draws.
-    fn seldom(&self) -> Vec<Vec<f64>> {
-        let runs = self.runs.len().max(1) as f64;
-        let quantile = FisherSnedecor::new(runs, runs * f64::from(DRAWS))
-            .map_or(f64::INFINITY, |f| f.inverse_cdf(0.995));
-        let of = |(run, floors): (&Compared, &Vec<f64>)| {
-            let channels = run.run.channels.iter().zip(floors);
-            let both = channels.map(|(c, floor)| {
-                let (sensor, carried) = (c.sigma.powi(2), (floor.powi(2) - c.sigma.powi(2)).max(0.0));
-                (self.limits.free.powi(2) * sensor + quantile * carried).sqrt()
-            });
-            both.collect()
-        };
-        self.runs.iter().zip(&self.floors).map(of).collect()
-    }
-
+impl Ground<'_> {
     fn run(&self, found: &Found, at: usize) -> Option<Contender> {
         let set = &found.sets[at];
         let mut polished = self.search.polish(set, POLISH);
@@ -348,8 +192,8 @@ impl<'a> Ground<'a> {
         self.more(found, &plain, self.fitted.as_ref(), effort, ran)
     }
 
-    /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for, and of
-    /// those that they do not see, for these they have nothing against.
+    /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,
+    /// and of those that they do not see, for these they have nothing against.
     fn second(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
         let Some((at, base)) = all.first().map(|c| (c.at, c.fitted.clone())) else { return };
         let led = found.sets[at].clone();
@@ -362,8 +206,8 @@ impl<'a> Ground<'a> {
         self.replacing(found, &led, lacked, effort, all);
     }
 
-    /// Beside a set that does far better than `led`, which it grew out of: the same without each of the causes of `led`. These may have
-    /// stood in for the one that was missing.
+    /// Beside a set that does far better than `led`, which it grew out of: the same without each of the causes of `led`. These
+    /// may have stood in for the one that was missing.
     fn replacing(
         &self,
         found: &mut Found,

@@ -60,8 +60,8 @@ impl Field {
         }
     }
 
-    /// Of that kind the likeliest, of one cause in one place the better of its forms; without those that `ran`. `good`: one of these
-    /// came near the floor.
+    /// Of that kind the likeliest, of one cause in one place the better of its forms; without those that `ran`. `good`: one of
+    /// these came near the floor.
     pub(super) fn entrants(&self, found: &Found, wanted: Kind, good: bool, ran: &[usize]) -> Vec<usize> {
         let best = &self.chosen.stated.set;
         let most = match wanted {
