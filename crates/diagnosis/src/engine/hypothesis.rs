@@ -94,6 +94,10 @@ impl Hypothesis {
     pub fn is_push(&self) -> bool {
         matches!(self.claim, Claim::Effect(c) if c.spec().id == "external-force")
     }
+    /// A command or a reading that is late: it shifts signals in time.
+    pub fn shifts(&self) -> bool {
+        matches!(self.claim, Claim::Effect(c) if shifts(&c))
+    }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
         matches!(self.claim, Claim::Effect(_))

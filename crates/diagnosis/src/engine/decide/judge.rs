@@ -119,11 +119,17 @@ impl<'a> Judge<'a> {
             if f.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o)) {
                 return 0.0;
             }
-            let told = self.balances.odds(f, best);
+            // A command that is late moves the input's noise, a reading that is late does not: what they differ by at the floor
+            // is that.
+            let late = h.shifts() && best.replaced_in(f).is_some_and(Hypothesis::shifts);
+            let (told, outweighs) = match late {
+                true => (self.balances.by_size(f, best), self.limits.settled),
+                false => (self.balances.odds(f, best), self.limits.outweighs),
+            };
             let Some(chosen) = chosen else { return told };
             // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
             let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.alike * after);
-            if alike && told > -self.limits.outweighs {
+            if alike && told > -outweighs {
                 return 0.0;
             }
             // How much was possible before tells no more than so much.

@@ -46,11 +46,15 @@ impl Balances {
         self.of(&a.into(), &b.into())
     }
 
+    /// The same by the logarithm alone: what little is left beside the noise tells nothing.
+    pub fn by_size(&self, a: &Fitted, b: &Fitted) -> f64 {
+        let [a, b] = [a, b].map(Left::from);
+        self.concentrated(&a) - self.concentrated(&b) + possible(&a, &b)
+    }
+
     fn of(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
-        // How much was possible before is known to half.
-        let possible = 0.5 * (a.occam - b.occam);
-        let apart = self.concentrated(a) - self.concentrated(b) + possible;
-        let plain = self.beside_noise(a, b) + possible;
+        let apart = self.concentrated(a) - self.concentrated(b) + possible(a, b);
+        let plain = self.beside_noise(a, b) + possible(a, b);
         if plain * apart > 0.0 && plain.abs() > apart.abs() { plain } else { apart }
     }
 
@@ -77,6 +81,11 @@ impl Balances {
         let readings: f64 = a.octaves.iter().zip(b.octaves).map(of).sum();
         0.5 * (readings + b.prior2 - a.prior2)
     }
+}
+
+/// How much was possible before is known to half.
+fn possible(a: &Left<'_>, b: &Left<'_>) -> f64 {
+    0.5 * (a.occam - b.occam)
 }
 
 #[cfg(test)]
