@@ -236,7 +236,7 @@ pub fn diagnose(
     };
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
     held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
-    diagnosis.notes.extend(claim::elsewhere(&search, &found, &decision));
+    diagnosis.notes.extend(claim::elsewhere(case.subject.plant, &found, &decision));
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());
     }

@@ -181,7 +181,7 @@ pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<S
         let mut set = vec![h.id.clone()];
         let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
         set.extend(others.filter(|o| o.is_effect()).map(|o| o.id.clone()));
-        set.dedup();
+        let set = distinct(set);
         if set.len() > 1 {
             sets.push(set);
         }
@@ -190,25 +190,34 @@ pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<S
 }
 
 /// Effects that are claimed in one place and fit as well in another.
-pub(super) fn elsewhere(search: &Search<'_>, found: &Found, decision: &Decision) -> Vec<String> {
+pub(super) fn elsewhere(plant: effect::Plant, found: &Found, decision: &Decision) -> Vec<String> {
     if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         return Vec::new();
     }
-    let place = |h: &Hypothesis| match joint_of(h, search.case.subject.plant) {
+    let place = |h: &Hypothesis| match joint_of(h, plant) {
         Some(joint) if h.per_joint => format!("{} of joint {joint}", h.component),
         _ => h.component.clone(),
     };
     let mut notes = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
         let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
-        let mut places: Vec<String> =
-            others.filter(|o| o.id == h.id).map(place).filter(|p| *p != place(h)).collect();
-        places.dedup();
+        let places = distinct(others.filter(|o| o.id == h.id).map(place).filter(|p| *p != place(h)));
         if !places.is_empty() {
             notes.push(format!("{} fits as well at {} as at {}", h.id, places.join(", "), place(h)));
         }
     }
     notes
+}
+
+/// Without repeats, each where it came first.
+fn distinct<T: PartialEq>(list: impl IntoIterator<Item = T>) -> Vec<T> {
+    let mut all = Vec::new();
+    for item in list {
+        if !all.contains(&item) {
+            all.push(item);
+        }
+    }
+    all
 }
 
 pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
@@ -245,4 +254,51 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
         Model::Joint(_) => search.case.subject.flexible.clone(),
     };
     Augmented { effects, flexible, values: all }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::hypothesis::Times;
+    use crate::engine::made::{fitted, found};
+
+    /// The first of these sets claimed, the others not told from it, likeliest first.
+    fn ambiguous(sets: &[&str]) -> (Found, Decision) {
+        let rivals = (1..sets.len()).map(|at| (at, -0.1 * at as f64)).collect();
+        let decision = Decision {
+            verdict: Verdict::Ambiguous,
+            rivals: vec![rivals],
+            probability: vec![0.5],
+            explained: 1.0,
+            closed: 1.0,
+            unknown: 0.0,
+            odds: 3.0,
+        };
+        (found(sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect(), Some(0), 10.0), decision)
+    }
+
+    #[test]
+    fn what_cannot_be_told_apart_is_named_once() {
+        let sets =
+            ["backlash[1]", "motor-friction[1]", "backlash[2]", "motor-friction[2]", "cable-stiffness[1]"];
+        let (found, decision) = ambiguous(&sets);
+        assert_eq!(indistinguishable(&found, &decision), [["backlash", "motor-friction", "cable-stiffness"]]);
+        // The same effect elsewhere is no other.
+        let (found, decision) = ambiguous(&["backlash[1]", "backlash[2]"]);
+        assert!(indistinguishable(&found, &decision).is_empty());
+    }
+
+    #[test]
+    fn a_place_is_named_once() {
+        let (mut found, decision) =
+            ambiguous(&["backlash[1]", "backlash[2]", "motor-friction[1]", "backlash[3]", "backlash[2]"]);
+        // Another form of the same cause.
+        found.sets[4].stated.set[0].times = Times::EachRun;
+        let notes = elsewhere(effect::Plant::Arm, &found, &decision);
+        let place = &found.best.stated.set[0].component;
+        let told = format!(
+            "backlash fits as well at {place} of joint 2, {place} of joint 3 as at {place} of joint 1"
+        );
+        assert_eq!(notes, [told]);
+    }
 }

@@ -5,6 +5,8 @@ pub mod coordinate;
 pub mod decide;
 pub mod floors;
 pub mod hypothesis;
+#[cfg(test)]
+pub(crate) mod made;
 pub mod octaves;
 mod order;
 pub mod problem;

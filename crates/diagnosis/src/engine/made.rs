@@ -1,0 +1,68 @@
+//! Sets of causes for tests: fitted to nothing, what they leave set by hand.
+
+use nalgebra::{DMatrix, DVector};
+use trueup_models::effect::{Choice, Plant};
+use trueup_models::joint::TwoMassJoint;
+
+use super::hypothesis::{Claim, Hypothesis, Times};
+use super::search::{Fitted, Octave, Stated};
+use super::select::Found;
+use super::subject::Model;
+
+/// A cause by its label: `backlash`, `sensor-delay:motorAngle`, `backlash[2]` at a joint of an arm; what is no effect is a
+/// parameter.
+pub(crate) fn cause(label: &str) -> Hypothesis {
+    let (name, joint) = label.split_once('[').map_or((label, None), |(name, rest)| (name, Some(rest)));
+    let plant = if joint.is_some() { Plant::Arm } else { Plant::Joint };
+    let choice = Choice::parse(name, plant).ok();
+    Hypothesis {
+        claim: choice.map_or(Claim::Parameter(0), Claim::Effect),
+        id: choice.map_or(name, |c| c.spec().id).to_owned(),
+        component: choice.map_or("parameter", |c| c.component()).to_owned(),
+        site: joint.map_or(0, |j| j.trim_end_matches(']').parse::<usize>().unwrap() - 1),
+        per_joint: joint.is_some(),
+        times: Times::Once,
+        rigid: false,
+    }
+}
+
+/// Causes by their labels, blanks between them.
+pub(crate) fn causes(labels: &str) -> Vec<Hypothesis> {
+    labels.split_whitespace().map(cause).collect()
+}
+
+/// A set in numbers, without unknowns.
+pub(crate) fn stated(set: Vec<Hypothesis>) -> Stated {
+    Stated {
+        model: Model::Joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()),
+        nominal: Vec::new(),
+        ties: Vec::new(),
+        unknowns: Vec::new(),
+        begin: vec![0; set.len()],
+        posed: Vec::new(),
+        free: None,
+        belief: None,
+        set,
+    }
+}
+
+/// A set that leaves `power`, in units of the floor's, in each of two octaves of so many readings.
+pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
+    let octave = Octave { squares: power * readings, expected: readings, count: readings };
+    Fitted {
+        stated: stated(causes(labels)),
+        theta: Vec::new(),
+        residuals: DVector::zeros(0),
+        jacobian: DMatrix::zeros(0, 0),
+        chi2: 2.0 * octave.squares,
+        octaves: vec![octave; 2],
+        prior2: 0.0,
+        occam: 0.0,
+    }
+}
+
+/// Sets beside a plain model that leaves 100 floors; `best`: which of them was chosen, `None`: the plain model.
+pub(crate) fn found(sets: Vec<Fitted>, best: Option<usize>, readings: f64) -> Found {
+    let plain = fitted("", 100.0, readings);
+    Found { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }
+}
