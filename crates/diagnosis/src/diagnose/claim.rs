@@ -33,8 +33,8 @@ impl Fitted {
     }
 }
 
-/// Deviation of an effect's size for its law: what another law of the same name would be fitted with.
-const FORM: f64 = 0.025;
+/// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
+const LAW_SPREAD: f64 = 0.025;
 
 /// Free-running fits of some of the sets that led, by their place among those.
 pub(super) type FreeFits = Vec<(usize, Fitted)>;
@@ -99,7 +99,7 @@ pub(super) fn effects(
             probability,
             parameters: (begin..end)
                 .filter(|&k| f.stated.unknowns[k].lower < f.stated.unknowns[k].upper)
-                .map(|k| (f.stated.unknowns[k].stem().to_owned(), estimated.amount(k, FORM)))
+                .map(|k| (f.stated.unknowns[k].stem().to_owned(), estimated.amount(k, LAW_SPREAD)))
                 .collect(),
             closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
         }

@@ -6,7 +6,7 @@ mod odds;
 
 use super::hypothesis::Hypothesis;
 use super::search::Fitted;
-use super::select::{ASKED, FORM, Found, WHOLLY, above};
+use super::select::{ASKED, Found, WHOLLY, above};
 use crate::outcome::Verdict;
 use account::Account;
 use judge::Judge;

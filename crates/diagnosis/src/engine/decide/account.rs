@@ -1,6 +1,6 @@
 //! Whether what a set does to the gap makes its causes known.
 
-use super::*;
+use super::Thresholds;
 
 /// What a set does to the gap.
 pub(super) struct Account {

@@ -1,6 +1,9 @@
 //! Sets beside each other: balances and free runs together.
 
-use super::*;
+use super::{Balances, Free, Ran, Thresholds, left};
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::search::Fitted;
+use crate::engine::select::{Found, LEFT_TO_FORM, above};
 
 /// What the sets that were fitted and run come to.
 pub(super) struct Judge<'a> {
@@ -87,11 +90,11 @@ impl<'a> Judge<'a> {
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
         let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
         // ... and more than is put down to the form of the others.
-        let further = |m: usize, o: usize| {
+        let far_better = |m: usize, o: usize| {
             let [with, without] = [m, o].map(|at| self.power(at));
-            with * self.limits.more < without && without - with > FORM * tuned
+            with * self.limits.more < without && without - with > LEFT_TO_FORM * tuned
         };
-        let more = more.filter(|m| own.is_none_or(|o| short(o) && further(*m, o)));
+        let more = more.filter(|m| own.is_none_or(|o| short(o) && far_better(*m, o)));
         let chosen = more.or(fewer).or(own);
         // What the balances favour changes nothing, and another effect by itself does.
         let remains = chosen.map_or(tuned, |c| self.power(c));
@@ -122,9 +125,10 @@ impl<'a> Judge<'a> {
             // A command that is late moves the input's noise, a reading that is late does not: what they differ by at the floor
             // is that.
             let late = h.shifts() && best.replaced_in(f).is_some_and(Hypothesis::shifts);
-            let (told, outweighs) = match late {
-                true => (self.balances.by_size(f, best), self.limits.settled),
-                false => (self.balances.odds(f, best), self.limits.outweighs),
+            let (told, outweighs) = if late {
+                (self.balances.by_size(f, best), self.limits.settled)
+            } else {
+                (self.balances.odds(f, best), self.limits.outweighs)
             };
             let Some(chosen) = chosen else { return told };
             // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.

@@ -1,7 +1,8 @@
 //! How sets stand to each other by their balances alone.
 
-use super::*;
-use crate::engine::search::Octave;
+use super::Thresholds;
+use crate::engine::search::{Fitted, Octave};
+use crate::engine::select::Found;
 
 /// What the balances of a set come to.
 struct Left<'a> {
