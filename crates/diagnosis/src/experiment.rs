@@ -95,14 +95,14 @@ pub fn propose(
         return None;
     }
     let (at, rivals) = decision.rivals.iter().enumerate().find_map(|(i, list)| {
-        let near = list.iter().filter(|r| -r.1 < limits.odds).map(|r| &found.sets[r.0]);
+        let near = list.iter().filter(|r| -r.1 < limits.odds.apart).map(|r| &found.sets[r.0]);
         // What only the form of a law tells apart no recording settles.
         let own = &found.best.stated.set[i];
         let apart = |f: &&Fitted| other(found, f).is_some_and(|o| !o.same_friction(own));
         let near: Vec<&Fitted> = near.filter(apart).take(RIVALS).collect();
         (found.best.stated.set[i].is_effect() && !near.is_empty()).then_some((i, near))
     })?;
-    let setting = Setting::new(search, limits.trust)?;
+    let setting = Setting::new(search, limits.balances.trust)?;
     let mut separates = vec![found.best.stated.set[at].id.clone()];
     separates.extend(rivals.iter().filter_map(|f| Some(other(found, f)?.id.clone())));
     separates.dedup();
@@ -113,7 +113,7 @@ pub fn propose(
     // Odds that are there already count.
     let odds = promise.odds + decision.rivals[at].first().map_or(0.0, |r| -r.1);
     let spread = promise.spread.hypot((2.0 * promise.odds.max(0.0)).sqrt()).max(1e-9);
-    let probability = Normal::standard().cdf((odds - limits.odds) / spread);
+    let probability = Normal::standard().cdf((odds - limits.odds.apart) / spread);
     if promise.odds <= 0.0 || probability < 0.5 {
         return None;
     }

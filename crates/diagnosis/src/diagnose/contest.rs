@@ -148,7 +148,7 @@ impl Ground<'_> {
         }
     }
     fn is_near(&self, c: &Contender) -> bool {
-        self.free(&c.shown).is_some_and(|f| f.after <= self.limits.free * f.floor)
+        self.free(&c.shown).is_some_and(|f| f.after <= self.limits.free_runs.near * f.floor)
     }
 
     /// Lets run freely: the chosen set, sets with one cause more or less that the balances favour, and the likeliest
@@ -177,7 +177,7 @@ impl Ground<'_> {
             all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
         }
         let seen = found.above(found.plain.excess());
-        let blind = seen < self.limits.left || seen < self.limits.bare && !help(&all, bare.bare());
+        let blind = seen < self.limits.gap.left || seen < self.limits.gap.bare && !help(&all, bare.bare());
         if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             all.retain(|c| lacking.iter().all(|l| l.at != c.at));

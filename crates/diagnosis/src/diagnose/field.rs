@@ -40,7 +40,7 @@ impl Field {
             claims: found.best.stated.set.iter().any(Hypothesis::is_effect),
             plain: found.plain.evidence(1.0),
             balances: Balances::new(found, &limits),
-            settled: limits.settled,
+            settled: limits.odds.settled,
         }
     }
 

@@ -132,7 +132,7 @@ impl<'a> Ground<'a> {
                 [weight * missed, weight * self.search.power(channel, self.floors[run][c])]
             });
             let [error, floor] = weighed.fold([0.0; 2], |sum, w| [sum[0] + w[0], sum[1] + w[1]]);
-            decide::left(error.sqrt().max(self.limits.even * floor.sqrt()), floor.sqrt())
+            decide::left(error.sqrt().max(self.limits.free_runs.even * floor.sqrt()), floor.sqrt())
         };
         (0..self.runs.len()).map(of).collect()
     }
@@ -157,7 +157,7 @@ impl<'a> Ground<'a> {
             let channels = run.run.channels.iter().zip(floors);
             let both = channels.map(|(c, floor)| {
                 let (sensor, carried) = (c.sigma.powi(2), (floor.powi(2) - c.sigma.powi(2)).max(0.0));
-                (self.limits.free.powi(2) * sensor + quantile * carried).sqrt()
+                (self.limits.free_runs.near.powi(2) * sensor + quantile * carried).sqrt()
             });
             both.collect()
         };

@@ -3,89 +3,16 @@
 mod account;
 mod judge;
 mod odds;
+mod thresholds;
 
 use super::hypothesis::Hypothesis;
 use super::search::Fitted;
-use super::select::{ASKED, Found, WHOLLY, above};
+use super::select::{Found, above};
 use crate::outcome::Verdict;
 use account::Account;
 use judge::Judge;
 pub use odds::Balances;
-
-/// Figures that were set on trials whose seeds are not those reported.
-#[derive(Clone, Copy, Debug)]
-pub struct Thresholds {
-    /// A gap is there when the power of the nominal model's residuals exceeds what the best explanation leaves by this share.
-    pub gap: f64,
-    /// ... or, where nothing explains it, the floor's by this; by so much a gap is plain whatever the held-out recordings are.
-    pub bare: f64,
-    /// Share of the balances' excess, or of the free-running gap, that an explanation has to take, lest the cause be unknown.
-    pub explained: f64,
-    /// Share of the balances' excess that makes a cause known by itself where nothing plain is left.
-    pub told: f64,
-    /// Share of either below which the other alone does not do.
-    pub neither: f64,
-    /// Excess that may be left whatever the share.
-    pub left: f64,
-    /// How much of the log-likelihood ratio of the residual powers counts: the rest is put down to form.
-    pub trust: f64,
-    /// Share of the readings that counts in what is misfit, where it is compared beside the noise.
-    pub form: f64,
-    /// How much the logarithm of the free-running gap (as a power) counts.
-    pub run: f64,
-    /// Most readings of the balances that count.
-    pub most: f64,
-    /// A cause more has to divide the free-running gap (as a power) by this where the balances do not ask for it.
-    pub more: f64,
-    /// Two predictions that are apart by less than this share of the gap that is left are alike.
-    pub alike: f64,
-    /// A cause less is as good when its free-running gap (as a power) is less than this times that of the whole set.
-    pub needless: f64,
-    /// ... unless the balances bring so much evidence for it,
-    pub asked: f64,
-    /// and it takes this share of what they miss without.
-    pub wholly: f64,
-    /// Times the floor up to which a free-running simulation is as good as perfect.
-    pub free: f64,
-    /// Times the floor up to which free-running gaps are alike.
-    pub even: f64,
-    /// Odds (natural logarithm) that the unknowns' ranges alone may bring for one cause against another.
-    pub possible: f64,
-    /// Odds (natural logarithm) of the balances that free runs cannot turn,
-    pub settled: f64,
-    /// and those that count though free runs are alike.
-    pub outweighs: f64,
-    /// Odds (natural logarithm) below which two causes are not told apart.
-    pub odds: f64,
-}
-
-impl Default for Thresholds {
-    fn default() -> Self {
-        Self {
-            gap: 0.06,
-            bare: 2.0,
-            explained: 0.8,
-            told: 0.95,
-            neither: 0.2,
-            left: 0.25,
-            trust: 0.05,
-            form: 0.3,
-            run: 4.0,
-            most: 400.0,
-            more: 3.0,
-            alike: 0.5,
-            needless: 1.2,
-            asked: ASKED,
-            wholly: WHOLLY,
-            free: 2.0,
-            even: 1.2,
-            possible: 1.0,
-            settled: 40.0,
-            outweighs: 12.0,
-            odds: 3.0,
-        }
-    }
-}
+pub use thresholds::{OfBalances, OfFreeRuns, OfGap, OfOdds, Thresholds};
 
 /// Gap of free-running simulations on recordings that were not fitted.
 #[derive(Clone, Copy, Debug, Default)]
@@ -190,9 +117,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let as_good = free.bare() <= free.chance;
     // Neither the free run nor the balances see anything that parameters leave; or what little these see no effect explains.
     let seen = above(found.plain.excess());
-    let mended = above(found.best.excess()) < (1.0 - limits.explained) * seen;
-    let spurious = chosen.is_none() && seen <= limits.bare && !mended;
-    let calm = as_good && (seen < limits.left || spurious);
+    let mended = above(found.best.excess()) < (1.0 - limits.gap.explained) * seen;
+    let spurious = chosen.is_none() && seen <= limits.gap.bare && !mended;
+    let calm = as_good && (seen < limits.gap.left || spurious);
     let bare = || if calm { found.without_effects() } else { &found.best };
     let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
@@ -206,15 +133,15 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         closed,
         witness: chosen.is_some_and(|at| ran.after(at).is_some()) && free.after <= 1.5 * free.tuned,
     };
-    let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap || excess > limits.bare;
-    let plain = free.trained && seen - excess > limits.bare;
+    let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap.shown || excess > limits.gap.bare;
+    let plain = free.trained && seen - excess > limits.gap.bare;
     let gap = free.before > free.chance || shown && (plain || free.before > 1.2 * free.floor);
     let (known, explained) = (account.known(limits), account.explained());
     let missed = free.bare() > 1.5 * free.chance;
     let unexplained = if claims {
-        known < limits.explained
+        known < limits.gap.explained
     } else {
-        !as_good && (explained < limits.explained && account.left > limits.left || missed)
+        !as_good && (explained < limits.gap.explained && account.left > limits.gap.left || missed)
     };
     // The same effect in another place is the same effect.
     let id = |at: usize| best.replaced_in(&found.sets[at]).map(|h| &*h.id);
@@ -222,7 +149,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         list.iter().filter(|(at, _)| id(*at) != Some(&*h.id)).map(|l| l.1).collect()
     };
     let odds: Vec<Vec<f64>> = best.stated.set.iter().zip(&rivals).map(|(h, list)| others(h, list)).collect();
-    let close = |list: &[f64]| list.first().is_some_and(|odds| -odds < limits.odds);
+    let close = |list: &[f64]| list.first().is_some_and(|odds| -odds < limits.odds.apart);
     // Where nothing that could be refitted helps either, the free run's own luck is no wrong parameter.
     let luck = !claims && !shown && !unexplained && free.tuned > 0.8 * free.before;
     let verdict = if !gap || luck {
@@ -236,7 +163,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     } else {
         Verdict::Effects
     };
-    let unknown = 1.0 / (1.0 + ((known - limits.explained) * 12.0).exp());
+    let unknown = 1.0 / (1.0 + ((known - limits.gap.explained) * 12.0).exp());
     let unknown = match verdict {
         Verdict::NoGap | Verdict::Parameters => unknown.min(0.05),
         _ => unknown,
@@ -245,5 +172,5 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let members = MEMBERS[best.effects().clamp(1, MEMBERS.len()) - 1];
     let probability = odds.iter().map(|list| (1.0 - unknown) * members / (1.0 + mass(list))).collect();
     found.best = best;
-    Decision { verdict, rivals, probability, explained, closed, unknown, odds: limits.odds }
+    Decision { verdict, rivals, probability, explained, closed, unknown, odds: limits.odds.apart }
 }

@@ -24,18 +24,18 @@ impl Account {
     /// form of a law.
     pub(super) fn known(&self, limits: &Thresholds) -> f64 {
         // Where the balances see nothing to be explained they do not vote.
-        let blind = self.claims && self.whole.max(self.left) < limits.left;
+        let blind = self.claims && self.whole.max(self.left) < limits.gap.left;
         let balances = if blind { self.closed } else { self.explained().clamp(0.0, 1.0) };
         // What they see plainly and mostly do not explain is not known, however well a free run makes up for it.
-        let plain = self.whole.max(self.left) > limits.bare;
-        if plain && self.left > limits.left && balances < 0.5 {
+        let plain = self.whole.max(self.left) > limits.gap.bare;
+        if plain && self.left > limits.gap.left && balances < 0.5 {
             return balances;
         }
         let both = 0.5 * (balances + self.closed);
         let least = if plain { balances.min(self.closed) } else { self.closed };
         // What they see plainly and wholly explain is known, whatever becomes of a free run that bifurcates.
-        let told = self.whole > limits.bare && self.left < limits.bare && balances > limits.told;
-        if self.witness && least < limits.neither && !told {
+        let told = self.whole > limits.gap.bare && self.left < limits.gap.bare && balances > limits.gap.told;
+        if self.witness && least < limits.gap.neither && !told {
             return both;
         }
         balances.max(self.closed).max(both + 0.2)
@@ -70,7 +70,7 @@ mod tests {
         for (what, whole, left, closed, witness, wanted) in cases {
             let account = Account { claims: true, whole, left, closed, witness };
             let known = account.known(&limits);
-            assert_eq!(known >= limits.explained, wanted, "{what}: {known}");
+            assert_eq!(known >= limits.gap.explained, wanted, "{what}: {known}");
         }
     }
 }

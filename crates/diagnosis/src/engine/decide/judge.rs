@@ -3,7 +3,7 @@
 use super::{Balances, Free, Ran, Thresholds, left};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::search::Fitted;
-use crate::engine::select::{Found, LEFT_TO_FORM, above};
+use crate::engine::select::{Found, above};
 
 /// What the sets that were fitted and run come to.
 pub(super) struct Judge<'a> {
@@ -40,7 +40,7 @@ impl<'a> Judge<'a> {
     }
     /// What a free run leaves, by which sets are told apart.
     fn telling(&self, at: usize) -> f64 {
-        self.power(at).max(left(self.limits.even * self.free.floor, self.free.floor))
+        self.power(at).max(left(self.limits.free_runs.even * self.free.floor, self.free.floor))
     }
     pub(super) fn tuned(&self) -> f64 {
         left(self.free.bare(), self.free.floor)
@@ -48,7 +48,7 @@ impl<'a> Judge<'a> {
     /// Logarithm of the probability of a set by balances and free run, up to a constant.
     fn score(&self, at: usize) -> f64 {
         let told = self.balances.odds(&self.found.sets[at], &self.found.best);
-        told - self.limits.run * self.telling(at).ln()
+        told - self.limits.free_runs.weight * self.telling(at).ln()
     }
     /// By how much set `a` leaves more than set `b` does (logarithm of the power), as far as recordings agree on it: a free
     /// run that does better in one and worse in another is luck.
@@ -72,7 +72,7 @@ impl<'a> Judge<'a> {
     pub(super) fn choose(&self) -> Option<usize> {
         let tuned = self.tuned();
         if self.found.best.effects() == 0 {
-            return self.best_of_size(1).filter(|&i| self.power(i) < 0.5 * tuned);
+            return self.best_of_size(1).filter(|&i| self.power(i) < self.limits.free_runs.idle * tuned);
         }
         let size = self.found.best.stated.set.len();
         let own = self.best_of_size(size);
@@ -82,26 +82,29 @@ impl<'a> Judge<'a> {
             // What the balances miss without it and hardly with it is no matter of a form.
             let [without, with] = [f, o].map(|at| &self.found.sets[at]);
             let [before, after] = [without, with].map(|f| above(f.excess(), self.balances.least));
-            let asked = with.evidence(1.0) > without.evidence(1.0) + self.limits.asked
-                && before - after > self.limits.wholly * before;
-            !asked && self.power(f) < self.limits.needless * self.power(o)
+            let asked = with.evidence(1.0) > without.evidence(1.0) + self.limits.balances.asked
+                && before - after > self.limits.balances.wholly * before;
+            !asked && self.power(f) < self.limits.free_runs.needless * self.power(o)
         };
         let fewer = fewer.filter(|f| own.is_none_or(|o| as_good(*f, o)));
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
-        let short = |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free * self.free.floor);
+        let short =
+            |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor);
         // ... and more than is put down to the form of the others.
         let far_better = |m: usize, o: usize| {
             let [with, without] = [m, o].map(|at| self.power(at));
-            with * self.limits.more < without && without - with > LEFT_TO_FORM * tuned
+            with * self.limits.free_runs.more < without && without - with > self.limits.free_runs.form * tuned
         };
         let more = more.filter(|m| own.is_none_or(|o| short(o) && far_better(*m, o)));
         let chosen = more.or(fewer).or(own);
         // What the balances favour changes nothing, and another effect by itself does.
         let remains = chosen.map_or(tuned, |c| self.power(c));
-        let idle = chosen.is_none_or(|_| remains > 0.5 * tuned);
+        let idle = chosen.is_none_or(|_| remains > self.limits.free_runs.idle * tuned);
         // ... unless the balances have settled it.
-        let open = |a: usize| chosen.is_none_or(|c| self.score(a) > self.score(c) - self.limits.settled);
-        self.best_of_size(1).filter(|a| idle && self.power(*a) < 0.25 * remains && open(*a)).or(chosen)
+        let open = |a: usize| chosen.is_none_or(|c| self.score(a) > self.score(c) - self.limits.odds.settled);
+        self.best_of_size(1)
+            .filter(|a| idle && self.power(*a) < self.limits.free_runs.instead * remains && open(*a))
+            .or(chosen)
     }
 
     /// Other causes in the place of the `i`-th of `best`, with their odds.
@@ -126,20 +129,20 @@ impl<'a> Judge<'a> {
             // is that.
             let late = h.shifts() && best.replaced_in(f).is_some_and(Hypothesis::shifts);
             let (told, outweighs) = if late {
-                (self.balances.by_size(f, best), self.limits.settled)
+                (self.balances.by_size(f, best), self.limits.odds.settled)
             } else {
-                (self.balances.odds(f, best), self.limits.outweighs)
+                (self.balances.odds(f, best), self.limits.odds.outweighs)
             };
             let Some(chosen) = chosen else { return told };
             // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
-            let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.alike * after);
+            let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);
             if alike && told > -outweighs {
                 return 0.0;
             }
             // How much was possible before tells no more than so much.
             let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
-            let spared = (-possible - self.limits.possible).max(0.0);
-            told - self.limits.run * self.further(at, chosen) + spared
+            let spared = (-possible - self.limits.odds.possible).max(0.0);
+            told - self.limits.free_runs.weight * self.further(at, chosen) + spared
         };
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
         let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();

@@ -35,9 +35,9 @@ impl Balances {
     /// As the best set leaves them.
     pub fn new(found: &Found, limits: &Thresholds) -> Self {
         Self {
-            independent: (found.best.count() * limits.trust).min(limits.most),
+            independent: (found.best.count() * limits.balances.trust).min(limits.balances.most),
             least: found.least(),
-            form: limits.form,
+            form: limits.balances.form,
         }
     }
 
