@@ -174,3 +174,6 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     found.best = best;
     Decision { verdict, rivals, probability, explained, closed, unknown, odds: limits.odds.apart }
 }
+
+#[cfg(test)]
+mod tests;

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use trueup_models::effect::{Choice, Plant};
 use trueup_models::joint::TwoMassJoint;
 
+use super::decide::{Free, Ran};
 use super::hypothesis::{Claim, Hypothesis, Times};
 use super::search::{Fitted, Octave, Stated};
 use super::select::Found;
@@ -65,4 +66,28 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
 pub(crate) fn found(sets: Vec<Fitted>, best: Option<usize>, readings: f64) -> Found {
     let plain = fitted("", 100.0, readings);
     Found { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }
+}
+
+/// Gaps of free runs by set; how far all of them are apart.
+#[derive(Default)]
+pub(crate) struct Shown {
+    pub gaps: Vec<Option<f64>>,
+    pub apart: Option<f64>,
+}
+
+impl Ran for Shown {
+    fn after(&self, set: usize) -> Option<f64> {
+        self.gaps[set]
+    }
+    fn apart(&self, _: usize, _: usize) -> Option<f64> {
+        self.apart
+    }
+    fn each(&self, _: usize) -> Option<Vec<f64>> {
+        None
+    }
+}
+
+/// A nominal model and a tuned one with that gap, in units of the floor.
+pub(crate) fn free(tuned: f64) -> Free {
+    Free { before: tuned, tuned, after: tuned, floor: 1.0, chance: 1.5, trained: false }
 }

@@ -70,41 +70,53 @@ impl<'a> Judge<'a> {
 
     /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
     pub(super) fn choose(&self) -> Option<usize> {
-        let tuned = self.tuned();
         if self.found.best.effects() == 0 {
-            return self.best_of_size(1).filter(|&i| self.power(i) < self.limits.free_runs.idle * tuned);
+            let mends = |&at: &usize| self.power(at) < self.limits.free_runs.idle * self.tuned();
+            return self.best_of_size(1).filter(mends);
         }
         let size = self.found.best.stated.set.len();
         let own = self.best_of_size(size);
-        // One fewer that does as well; one more that does far better where the own one falls short.
-        let fewer = if size > 1 { self.best_of_size(size - 1) } else { None };
-        let as_good = |f: usize, o: usize| {
-            // What the balances miss without it and hardly with it is no matter of a form.
-            let [without, with] = [f, o].map(|at| &self.found.sets[at]);
-            let [before, after] = [without, with].map(|f| above(f.excess(), self.balances.least));
-            let asked = with.evidence(1.0) > without.evidence(1.0) + self.limits.balances.asked
-                && before - after > self.limits.balances.wholly * before;
-            !asked && self.power(f) < self.limits.free_runs.needless * self.power(o)
-        };
-        let fewer = fewer.filter(|f| own.is_none_or(|o| as_good(*f, o)));
-        let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)));
-        let short =
-            |o: usize| self.ran.after(o).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor);
-        // ... and more than is put down to the form of the others.
-        let far_better = |m: usize, o: usize| {
-            let [with, without] = [m, o].map(|at| self.power(at));
-            with * self.limits.free_runs.more < without && without - with > self.limits.free_runs.form * tuned
-        };
-        let more = more.filter(|m| own.is_none_or(|o| short(o) && far_better(*m, o)));
-        let chosen = more.or(fewer).or(own);
-        // What the balances favour changes nothing, and another effect by itself does.
-        let remains = chosen.map_or(tuned, |c| self.power(c));
-        let idle = chosen.is_none_or(|_| remains > self.limits.free_runs.idle * tuned);
-        // ... unless the balances have settled it.
-        let open = |a: usize| chosen.is_none_or(|c| self.score(a) > self.score(c) - self.limits.odds.settled);
-        self.best_of_size(1)
-            .filter(|a| idle && self.power(*a) < self.limits.free_runs.instead * remains && open(*a))
-            .or(chosen)
+        let chosen = self.one_more(size, own).or_else(|| self.one_fewer(size, own)).or(own);
+        self.instead_of(chosen).or(chosen)
+    }
+    /// A cause more than `own`, where that falls short and the other does far better.
+    fn one_more(&self, size: usize, own: Option<usize>) -> Option<usize> {
+        let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)))?;
+        own.is_none_or(|own| self.falls_short(own) && self.does_far_better(more, own)).then_some(more)
+    }
+    /// A cause less than `own`, where that does as well and the balances do not ask for the whole set.
+    fn one_fewer(&self, size: usize, own: Option<usize>) -> Option<usize> {
+        let fewer = self.best_of_size(size - 1)?;
+        own.is_none_or(|own| !self.is_asked_for(own, fewer) && self.does_as_well(fewer, own)).then_some(fewer)
+    }
+    /// Another effect by itself, where the free run of the set chosen changes nothing: what the balances favour is then worth
+    /// nothing, unless they have settled it.
+    fn instead_of(&self, chosen: Option<usize>) -> Option<usize> {
+        let limits = &self.limits.free_runs;
+        let remains = chosen.map_or(self.tuned(), |at| self.power(at));
+        let idle = chosen.is_none() || remains > limits.idle * self.tuned();
+        let open = |at| chosen.is_none_or(|c| self.score(at) > self.score(c) - self.limits.odds.settled);
+        let other = self.best_of_size(1)?;
+        (idle && self.power(other) < limits.instead * remains && open(other)).then_some(other)
+    }
+    fn falls_short(&self, at: usize) -> bool {
+        self.ran.after(at).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor)
+    }
+    /// ... by more than is put down to the form of the others.
+    fn does_far_better(&self, with: usize, without: usize) -> bool {
+        let limits = &self.limits.free_runs;
+        let [with, without] = [with, without].map(|at| self.power(at));
+        with * limits.more < without && without - with > limits.form * self.tuned()
+    }
+    fn does_as_well(&self, without: usize, with: usize) -> bool {
+        self.power(without) < self.limits.free_runs.needless * self.power(with)
+    }
+    /// What the balances miss without a cause and hardly with it is no matter of a form.
+    fn is_asked_for(&self, with: usize, without: usize) -> bool {
+        let limits = &self.limits.balances;
+        let [with, without] = [with, without].map(|at| &self.found.sets[at]);
+        let [after, before] = [with, without].map(|f| above(f.excess(), self.balances.least));
+        with.evidence(1.0) > without.evidence(1.0) + limits.asked && before - after > limits.wholly * before
     }
 
     /// Other causes in the place of the `i`-th of `best`, with their odds.
@@ -165,16 +177,4 @@ fn agreed(all: f64, each: &[f64]) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::agreed;
-
-    #[test]
-    fn free_runs_count_as_far_as_recordings_agree() {
-        assert_eq!(agreed(3.0, &[3.0]), 3.0);
-        assert_eq!(agreed(3.0, &[2.0, 2.0, 2.0]), 2.0);
-        assert_eq!(agreed(-1.0, &[-2.0, -2.0]), -1.0);
-        // One in which it is luck: mean 1, standard error 2.
-        assert_eq!(agreed(2.5, &[3.0, -1.0]), 0.0);
-        assert!((agreed(2.5, &[3.0, 1.0]) - 1.0).abs() < 1e-12);
-    }
-}
+mod tests;

@@ -1,0 +1,107 @@
+use super::*;
+use crate::engine::made::{Shown, fitted, found, free};
+
+/// Readings of an octave: so few that balances leave much to free runs.
+const FEW: f64 = 10.0;
+
+/// What the balances of a set leave, in floors, and its free run, if it ran.
+type Set = (&'static str, f64, Option<f64>);
+
+/// Which set stands, where the tuned model leaves a gap of `tuned` floors.
+fn chosen(tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
+    let found = found(sets.iter().map(|set| fitted(set.0, set.1, FEW)).collect(), best, FEW);
+    let ran = Shown { gaps: sets.iter().map(|set| set.2).collect(), ..Shown::default() };
+    Judge::new(&found, free(tuned), &ran, &Thresholds::default()).choose()
+}
+
+const ONE: &str = "backlash";
+const OTHER: &str = "cable-stiffness";
+const TWO: &str = "backlash motor-friction";
+
+#[test]
+fn one_fewer_stands_where_it_does_as_well_and_balances_do_not_ask_for_two() {
+    let cases = [
+        ("as well", [1.1, 1.0], [1.5, 1.45], 0),
+        ("worse by more than a fifth", [1.1, 1.0], [1.7, 1.45], 1),
+        ("as well, but the balances ask for both", [50.0, 1.0], [1.5, 1.45], 1),
+        ("as well, and most of what the balances miss stays with both", [50.0, 30.0], [1.5, 1.45], 0),
+    ];
+    for (what, left, gaps, wanted) in cases {
+        let sets = [(ONE, left[0], Some(gaps[0])), (TWO, left[1], Some(gaps[1]))];
+        assert_eq!(chosen(10.0, Some(1), &sets), Some(wanted), "{what}");
+    }
+}
+
+#[test]
+fn one_more_stands_where_it_does_far_better_and_its_own_falls_short() {
+    let cases = [
+        ("far better", 10.0, [Some(5.0), Some(2.0)], 1),
+        ("its own comes near the floor", 8.0, [Some(1.9), Some(1.0)], 0),
+        ("better, but not far", 10.0, [Some(5.0), Some(4.0)], 0),
+        ("far better, but by less than a law's form", 40.0, [Some(5.0), Some(2.0)], 0),
+        ("its own did not run", 10.0, [None, Some(5.0)], 1),
+    ];
+    for (what, tuned, gaps, wanted) in cases {
+        let sets = [(ONE, 10.0, gaps[0]), (TWO, 9.0, gaps[1])];
+        assert_eq!(chosen(tuned, Some(0), &sets), Some(wanted), "{what}");
+    }
+}
+
+#[test]
+fn another_effect_stands_where_the_chosen_set_changes_nothing() {
+    let cases = [
+        ("it closes the gap", 500.0, [9.0, 2.0], 1),
+        ("it leaves more than a quarter", 500.0, [9.0, 5.0], 0),
+        ("the chosen set halves the gap", 500.0, [7.0, 2.0], 0),
+        ("the balances have settled it", 5000.0, [9.0, 2.0], 0),
+    ];
+    for (what, left, gaps, wanted) in cases {
+        let sets = [(TWO, 100.0, Some(gaps[0])), (OTHER, left, Some(gaps[1]))];
+        assert_eq!(chosen(10.0, Some(0), &sets), Some(wanted), "{what}");
+    }
+}
+
+#[test]
+fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
+    let none = [("motorInertia", 100.0, Some(1.0))];
+    assert_eq!(chosen(10.0, Some(0), &none), None, "nothing has effects");
+    assert_eq!(chosen(10.0, None, &[]), None, "nothing was fitted");
+    assert_eq!(chosen(10.0, None, &[(ONE, 100.0, Some(6.0))]), Some(0), "more than half");
+    assert_eq!(chosen(10.0, None, &[(ONE, 100.0, Some(8.0))]), None, "less than half");
+    assert_eq!(chosen(10.0, None, &[(ONE, 100.0, None)]), None, "it did not run");
+}
+
+/// Odds of a set that leaves so much more by its balances, its free run as near.
+fn odds(best: &str, other: &str, power: f64, apart: Option<f64>) -> f64 {
+    let sets = vec![fitted(best, 1.0, 100.0), fitted(other, power, 100.0)];
+    let (found, limits) = (found(sets, Some(0), 100.0), Thresholds::default());
+    let ran = Shown { gaps: vec![Some(2.0); 2], apart };
+    let judge = Judge::new(&found, free(10.0), &ran, &limits);
+    match &judge.rivals(Some(0), &found.best, 0, 2.0)[..] {
+        [(1, odds)] => *odds,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn a_late_command_is_held_against_a_late_reading_by_size_alone() {
+    // 5 % of 200 readings.
+    let by_size = |power: f64| -0.5 * 10.0 * power.ln();
+    assert!((odds("actuator-lag", "sensor-delay", 1.4, None) - by_size(1.4)).abs() < 1e-9);
+    // Beside the noise: 200 (1.4 - 1) / 2.
+    assert!((odds("actuator-lag", "backlash", 1.4, None) + 40.0).abs() < 1e-9);
+    // Nor do balances outweigh free runs that are alike.
+    assert!(by_size(20.0) < -Thresholds::default().odds.outweighs);
+    assert_eq!(odds("actuator-lag", "sensor-delay", 20.0, Some(0.5)), 0.0);
+    assert!(odds("actuator-lag", "backlash", 20.0, Some(0.5)) < -12.0);
+}
+
+#[test]
+fn free_runs_count_as_far_as_recordings_agree() {
+    assert_eq!(agreed(3.0, &[3.0]), 3.0);
+    assert_eq!(agreed(3.0, &[2.0, 2.0, 2.0]), 2.0);
+    assert_eq!(agreed(-1.0, &[-2.0, -2.0]), -1.0);
+    // One in which it is luck: mean 1, standard error 2.
+    assert_eq!(agreed(2.5, &[3.0, -1.0]), 0.0);
+    assert!((agreed(2.5, &[3.0, 1.0]) - 1.0).abs() < 1e-12);
+}
