@@ -221,7 +221,7 @@ pub fn diagnose(
         gap,
         sensors: (&picture.isolability).into(),
         location,
-        effects: effects(&search, &found, &free_fits, &best, &decision),
+        effects: effects(case.subject.plant, &found, &free_fits, &best, &decision),
         candidates: candidates(&found, &decision),
         parameters: parameters(&best, &decision),
         indistinguishable: indistinguishable(&found, &decision),

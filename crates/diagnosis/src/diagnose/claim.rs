@@ -72,51 +72,50 @@ impl<'a> Estimated<'a> {
         };
         Amount { value, unit: u.unit.clone(), ci95: [end(-1.0), end(1.0)] }
     }
-}
-
-pub(super) fn effects(
-    search: &Search<'_>,
-    found: &Found,
-    free: &FreeFits,
-    best: &Estimated<'_>,
-    decision: &Decision,
-) -> Vec<Claimed> {
-    if !matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
-        return Vec::new();
-    }
-    let plant = search.case.subject.plant;
-    let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
-    let claim = |estimated: &Estimated<'_>, h: &Hypothesis, probability: f64| {
-        let f = estimated.led;
-        let at = f.stated.set.iter().position(|o| o == h).unwrap_or(0);
-        let begin = f.stated.begin[at];
-        let end = f.stated.begin.get(at + 1).copied().unwrap_or(f.stated.unknowns.len());
+    /// One of its causes, as it is told.
+    fn claimed(&self, h: &Hypothesis, probability: f64, plant: effect::Plant, found: &Found) -> Claimed {
+        let stated = &self.led.stated;
+        let at = stated.set.iter().position(|o| o == h).unwrap_or(0);
+        let end = stated.begin.get(at + 1).copied().unwrap_or(stated.unknowns.len());
+        let free = (stated.begin[at]..end).filter(|&k| stated.unknowns[k].lower < stated.unknowns[k].upper);
+        let named = |k: usize| (stated.unknowns[k].stem().to_owned(), self.amount(k, LAW_SPREAD));
         let alone = found.sets.iter().find(|s| s.stated.set.len() == 1 && s.stated.set[0] == *h);
+        let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
         Claimed {
             id: h.id.clone(),
             component: h.component.clone(),
             joint: joint_of(h, plant),
             probability,
-            parameters: (begin..end)
-                .filter(|&k| f.stated.unknowns[k].lower < f.stated.unknowns[k].upper)
-                .map(|k| (f.stated.unknowns[k].stem().to_owned(), estimated.amount(k, LAW_SPREAD)))
-                .collect(),
+            parameters: free.map(named).collect(),
             closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
         }
+    }
+}
+
+/// Rivals of a claimed effect that are told beside it.
+const RIVALS: usize = 2;
+
+pub(super) fn effects(
+    plant: effect::Plant,
+    found: &Found,
+    free: &FreeFits,
+    best: &Estimated<'_>,
+    decision: &Decision,
+) -> Vec<Claimed> {
+    let rivals = match decision.verdict {
+        Verdict::Effects => 0,
+        Verdict::Ambiguous => RIVALS,
+        _ => return Vec::new(),
     };
     let mut all: Vec<Claimed> = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
-        all.push(claim(best, h, decision.probability[i]));
-        if decision.verdict == Verdict::Ambiguous {
-            let other = |at: usize| found.best.replaced_in(&found.sets[at]);
-            let another = |r: &&(usize, f64)| other(r.0).is_some_and(|o| o.id != h.id);
-            for (at, odds) in decision.close(i).filter(another).take(2) {
-                let (f, other) = (&found.sets[*at], other(*at));
-                let known = |o: &&Hypothesis| all.iter().any(|c| c.id == o.id && c.component == o.component);
-                if let Some(other) = other.filter(|o| o.is_effect() && !known(o)) {
-                    let rival = Estimated::new(f, found, free);
-                    all.push(claim(&rival, other, decision.probability[i] * odds.exp()));
-                }
+        all.push(best.claimed(h, decision.probability[i], plant, found));
+        let others = decision.close(found, i).filter(|r| r.cause.id != h.id).take(rivals);
+        for r in others.filter(|r| r.cause.is_effect()) {
+            let known = |c: &Claimed| c.id == r.cause.id && c.component == r.cause.component;
+            if !all.iter().any(known) {
+                let probability = decision.probability[i] * r.odds.exp();
+                all.push(Estimated::new(r.set, found, free).claimed(r.cause, probability, plant, found));
             }
         }
     }
@@ -179,7 +178,7 @@ pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<S
     let mut sets = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
         let mut set = vec![h.id.clone()];
-        let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
+        let others = decision.close(found, i).map(|r| r.cause);
         set.extend(others.filter(|o| o.is_effect()).map(|o| o.id.clone()));
         let set = distinct(set);
         if set.len() > 1 {
@@ -200,7 +199,7 @@ pub(super) fn elsewhere(plant: effect::Plant, found: &Found, decision: &Decision
     };
     let mut notes = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
-        let others = decision.close(i).filter_map(|(at, _)| found.best.replaced_in(&found.sets[*at]));
+        let others = decision.close(found, i).map(|r| r.cause);
         let places = distinct(others.filter(|o| o.id == h.id).map(place).filter(|p| *p != place(h)));
         if !places.is_empty() {
             notes.push(format!("{} fits as well at {} as at {}", h.id, places.join(", "), place(h)));

@@ -58,10 +58,24 @@ pub struct Decision {
     pub odds: f64,
 }
 
+/// A cause that is not told from one of those chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Rival<'a> {
+    /// What stands in its place,
+    pub cause: &'a Hypothesis,
+    /// in this set.
+    pub set: &'a Fitted,
+    /// Its odds (natural logarithm, below 0).
+    pub odds: f64,
+}
+
 impl Decision {
-    /// Other causes in the place of the `i`-th that are not told from it, with their odds.
-    pub fn close(&self, i: usize) -> impl Iterator<Item = &(usize, f64)> {
-        self.rivals[i].iter().filter(|r| -r.1 < self.odds)
+    /// What is not told from the `i`-th cause of the chosen set, likeliest first.
+    pub fn close<'a>(&'a self, found: &'a Found, i: usize) -> impl Iterator<Item = Rival<'a>> {
+        self.rivals[i].iter().filter(|r| -r.1 < self.odds).filter_map(|(at, odds)| {
+            let set = &found.sets[*at];
+            Some(Rival { cause: found.best.replaced_in(set)?, set, odds: *odds })
+        })
     }
 }
 

@@ -102,7 +102,7 @@ impl<'a> Judge<'a> {
     fn falls_short(&self, at: usize) -> bool {
         self.ran.after(at).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor)
     }
-    /// ... by more than is put down to the form of the others.
+    /// By more, too, than is put down to the form of the others.
     fn does_far_better(&self, with: usize, without: usize) -> bool {
         let limits = &self.limits.free_runs;
         let [with, without] = [with, without].map(|at| self.power(at));

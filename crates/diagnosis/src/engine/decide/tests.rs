@@ -2,11 +2,12 @@ use super::*;
 use crate::engine::made::{Shown, fitted, found, free};
 
 /// What is decided of sets with the gaps of their free runs, in floors, where the tuned model leaves 10; the first was chosen.
-fn decided(sets: &[(&str, f64, f64)]) -> Decision {
+fn decided(sets: &[(&str, f64, f64)]) -> (Found, Decision) {
     let mut found = found(sets.iter().map(|set| fitted(set.0, set.1, 10.0)).collect(), Some(0), 10.0);
     let ran = Shown { gaps: sets.iter().map(|set| Some(set.2)).collect(), ..Shown::default() };
     let raw = found.plain.excess();
-    decide(&mut found, raw, &mut free(10.0), &ran, &Thresholds::default())
+    let decision = decide(&mut found, raw, &mut free(10.0), &ran, &Thresholds::default());
+    (found, decision)
 }
 
 #[test]
@@ -19,14 +20,14 @@ fn the_same_effect_in_two_places_is_known() {
     ];
     for (what, others, wanted) in cases {
         let sets: Vec<_> = ["backlash[1]"].iter().chain(others).map(|labels| (*labels, 1.0, 1.1)).collect();
-        let decision = decided(&sets);
+        let (found, decision) = decided(&sets);
         assert_eq!(decision.verdict, wanted, "{what}");
         // Where else it fits is told all the same.
-        assert_eq!(decision.close(0).count(), others.len(), "{what}");
+        assert_eq!(decision.close(&found, 0).count(), others.len(), "{what}");
     }
 }
 
 #[test]
 fn an_effect_that_explains_little_is_not_known() {
-    assert_eq!(decided(&[("backlash[1]", 60.0, 9.0)]).verdict, Verdict::Unknown);
+    assert_eq!(decided(&[("backlash[1]", 60.0, 9.0)]).1.verdict, Verdict::Unknown);
 }
