@@ -54,11 +54,7 @@ impl Ground<'_> {
     }
     /// A set fitted free-running from where the model without effects ended.
     fn beside_tuned(&self, set: &Fitted) -> Option<Polished> {
-        let base = self.fitted.as_ref()?;
-        let stated = self.search.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
-        let there = |u| base.coordinate_of(u).or_else(|| set.coordinate_of(u));
-        let start: Vec<f64> =
-            stated.unknowns.iter().map(|u| there(u).unwrap_or_else(|| u.coordinate())).collect();
+        let (stated, start) = self.search.beside(self.fitted.as_ref()?, set)?;
         self.search.polished(stated, &start, POLISH)
     }
     fn shown(&self, at: usize, polished: Polished) -> Option<Contender> {
@@ -107,13 +103,7 @@ impl Ground<'_> {
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
         let Some(base) = self.search.without(&best) else { return all };
-        for other in self.lacked(found, &base, effort) {
-            match all.iter_mut().find(|c| c.at == other.at) {
-                Some(c) if other.after < c.after => *c = other,
-                Some(_) => {}
-                None => all.push(other),
-            }
-        }
+        merge(&mut all, self.lacked(found, &base, effort), |old, new| new.after < old.after);
         all
     }
 
@@ -180,8 +170,7 @@ impl Ground<'_> {
         let blind = seen < self.limits.gap.left || seen < self.limits.gap.bare && !help(&all, bare.bare());
         if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
-            all.retain(|c| lacking.iter().all(|l| l.at != c.at));
-            all.extend(lacking);
+            merge(&mut all, lacking, |_, _| true);
         }
         all
     }
@@ -200,37 +189,34 @@ impl Ground<'_> {
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
         let lacked = self.lacked(found, &base, effort);
-        all.retain(|c| lacked.iter().all(|l| l.at != c.at));
+        let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
+        merge(all, lacked, |_, _| true);
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
-        let lacked = lacked.into_iter().filter(|c| !against(c)).collect();
-        self.replacing(found, &led, lacked, effort, all);
+        all.retain(|c| !against(c));
+        if let Some(best) = far_better(all, &tried).and_then(|c| c.fitted.clone()) {
+            all.extend(self.replacing(found, &led, &best, effort, all));
+        }
     }
 
-    /// Beside a set that does far better than `led`, which it grew out of: the same without each of the causes of `led`. These
-    /// may have stood in for the one that was missing.
+    /// `best`, which does far better than `led` that it grew out of, without each of the causes of `led`: these may have stood
+    /// in for the one that was missing.
     fn replacing(
         &self,
         found: &mut Found,
         led: &Fitted,
-        lacked: Vec<Contender>,
+        best: &Fitted,
         effort: Effort,
-        all: &mut Vec<Contender>,
-    ) {
-        let without = all.iter().map(|c| c.after).fold(f64::INFINITY, f64::min);
-        let best = lacked.iter().filter(|c| c.after <= HELPS * without);
-        let best = best.min_by(|a, b| a.after.total_cmp(&b.after)).and_then(|c| c.fitted.clone());
-        all.extend(lacked);
-        let Some(best) = best else { return };
-        let fewer = |out: &Hypothesis| {
-            let set: Vec<_> = best.stated.set.iter().filter(|h| *h != out).cloned().collect();
-            let new = set.iter().any(Hypothesis::is_effect)
-                && !all.iter().any(|c| same(&found.sets[c.at].stated.set, &set));
-            let stated = new.then(|| self.search.state_like(&set, best.stated.free.clone()).ok())??;
-            let start = self.search.begin_with(&stated, &best);
+        ran: &[Contender],
+    ) -> Vec<Contender> {
+        let ran: Vec<&[Hypothesis]> = ran.iter().map(|c| &found.sets[c.at].stated.set[..]).collect();
+        let begun = |set: Vec<Hypothesis>| {
+            let stated = self.search.state_like(&set, best.stated.free.clone()).ok()?;
+            let start = self.search.begin_with(&stated, best);
             Some((stated, start))
         };
-        let fewer = led.stated.set.iter().filter_map(fewer).collect();
-        all.extend(self.settled(found, fewer, effort));
+        let fewer = without_each(&best.stated.set, &led.stated.set, &ran).into_iter().filter_map(begun);
+        let fewer = fewer.collect();
+        self.settled(found, fewer, effort)
     }
 
     /// How far the predictions of two are apart, as a gap.
@@ -238,6 +224,34 @@ impl Ground<'_> {
         let pooled = self.beside(|run, channel| &a.shown[run][channel], [&b.shown; 3]);
         self.together(&pooled, pooled.each().iter().map(|g| g.after))
     }
+}
+
+/// Adds those that ran to the others; of the same set the new one takes the place where it is `better` than the old one.
+fn merge(all: &mut Vec<Contender>, new: Vec<Contender>, better: impl Fn(&Contender, &Contender) -> bool) {
+    for new in new {
+        match all.iter_mut().find(|old| old.at == new.at) {
+            Some(old) if better(old, &new) => *old = new,
+            Some(_) => {}
+            None => all.push(new),
+        }
+    }
+}
+
+/// The best of those that were `tried` last, if it does far better than the others.
+fn far_better<'c>(all: &'c [Contender], tried: &[usize]) -> Option<&'c Contender> {
+    let (tried, others): (Vec<_>, Vec<_>) = all.iter().partition(|c| tried.contains(&c.at));
+    let without = others.iter().map(|c| c.after).fold(f64::INFINITY, f64::min);
+    let best = tried.into_iter().filter(|c| c.after <= HELPS * without);
+    best.min_by(|a, b| a.after.total_cmp(&b.after))
+}
+
+/// A set without each of the causes of `led` that it has; none that `ran`, and none without effects.
+fn without_each(set: &[Hypothesis], led: &[Hypothesis], ran: &[&[Hypothesis]]) -> Vec<Vec<Hypothesis>> {
+    let fewer = |out: &Hypothesis| set.iter().filter(|h| *h != out).cloned().collect::<Vec<_>>();
+    let new = |set: &Vec<Hypothesis>| {
+        set.iter().any(Hypothesis::is_effect) && !ran.iter().any(|ran| same(ran, set))
+    };
+    led.iter().map(fewer).filter(new).collect()
 }
 
 /// What ran.
@@ -263,5 +277,60 @@ impl Ran for Contest<'_> {
     }
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::made::{causes, stated};
+
+    /// Contenders by their sets and the gaps of their free runs.
+    fn ran(all: &[(usize, f64)]) -> Vec<Contender> {
+        let complete = Complete { stated: stated(Vec::new()), theta: Vec::new() };
+        let one = |&(at, after): &(usize, f64)| {
+            let (complete, shown) = (complete.clone(), Vec::new());
+            Contender { at, complete, shown, after, fitted: None }
+        };
+        all.iter().map(one).collect()
+    }
+
+    #[test]
+    fn of_one_set_the_better_run_stands() {
+        let merged = |better: fn(&Contender, &Contender) -> bool| {
+            let mut all = ran(&[(3, 5.0), (1, 4.0)]);
+            merge(&mut all, ran(&[(1, 6.0), (2, 7.0), (3, 2.0)]), better);
+            all.iter().map(|c| (c.at, c.after)).collect::<Vec<_>>()
+        };
+        assert_eq!(merged(|old, new| new.after < old.after), [(3, 2.0), (1, 4.0), (2, 7.0)]);
+        assert_eq!(merged(|_, _| true), [(3, 2.0), (1, 6.0), (2, 7.0)]);
+    }
+
+    #[test]
+    fn what_was_tried_last_has_to_do_far_better() {
+        let best = |all: &[(usize, f64)], tried: &[usize]| far_better(&ran(all), tried).map(|c| c.at);
+        let all = [(0, 10.0), (1, 6.0), (2, 5.0), (3, 8.0)];
+        assert_eq!(best(&all, &[1, 2]), Some(2), "5 of 8");
+        assert_eq!(best(&all, &[2]), None, "5 of 6");
+        assert_eq!(best(&all, &[0, 3]), None);
+        assert_eq!(best(&all, &[]), None);
+        assert_eq!(best(&[], &[]), None);
+    }
+
+    #[test]
+    fn former_causes_are_left_out_one_by_one() {
+        let [one, two, three] = ["backlash", "cable-stiffness", "sensor-delay"];
+        let set = |labels: &[&str]| causes(&labels.join(" "));
+        let fewer = |all: &[&str], led: &[&str], ran: &[&[&str]]| {
+            let ran: Vec<Vec<Hypothesis>> = ran.iter().map(|labels| set(labels)).collect();
+            let ran: Vec<&[Hypothesis]> = ran.iter().map(Vec::as_slice).collect();
+            without_each(&set(all), &set(led), &ran)
+        };
+        let (led, all) = ([one, two], [one, two, three]);
+        assert_eq!(fewer(&all, &led, &[&led, &all]), [set(&[two, three]), set(&[one, three])]);
+        // In whatever order it ran.
+        assert_eq!(fewer(&all, &led, &[&[three, two]]), [set(&[one, three])]);
+        // A parameter by itself is no explanation.
+        assert!(fewer(&[one, "motorInertia"], &[one], &[]).is_empty());
     }
 }

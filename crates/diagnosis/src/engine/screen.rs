@@ -141,11 +141,8 @@ impl Search<'_> {
     /// How a set would fare that has a cause more than `led`, where `base`, which runs freely, falls short: as large as the
     /// balances have it.
     pub fn asked(&self, base: &Fitted, grown: &Fitted) -> Option<Asked> {
-        let mut stated = self.state_like(&grown.stated.set, base.stated.free.clone()).ok()?;
+        let (mut stated, start) = self.beside(base, grown)?;
         grown.believe(&mut stated, 1.0);
-        let shared = |u| base.coordinate_of(u).or_else(|| grown.coordinate_of(u));
-        let start: Vec<f64> =
-            stated.unknowns.iter().map(|u| shared(u).unwrap_or_else(|| u.coordinate())).collect();
         let there = self.compare(&stated).residuals(&start).ok()?;
         let difference: Vec<f64> = there.iter().zip(base.residuals.iter()).map(|(a, b)| a - b).collect();
         let projection = Projection::new(base);

@@ -38,6 +38,14 @@ pub struct Stated {
     pub belief: Option<Belief>,
 }
 
+impl Stated {
+    /// Coordinates to begin with: each unknown as the first of these fits has it that knows it.
+    pub fn begin_with(&self, fits: &[&Fitted]) -> Vec<f64> {
+        let known = |u: &Unknown| fits.iter().find_map(|f| f.coordinate_of(u));
+        self.unknowns.iter().map(|u| known(u).unwrap_or_else(|| u.coordinate())).collect()
+    }
+}
+
 /// What residuals come to in one octave.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Octave {
@@ -325,7 +333,15 @@ impl<'a> Search<'a> {
 
     /// Coordinates to begin with when `set` grows out of `from`: what is shared is taken over.
     pub fn begin_with(&self, stated: &Stated, from: &Fitted) -> Vec<f64> {
-        stated.unknowns.iter().map(|u| from.coordinate_of(u).unwrap_or_else(|| u.coordinate())).collect()
+        stated.begin_with(&[from])
+    }
+
+    /// A set in numbers beside `base`, which runs freely, and where to begin: what both share as the base has it, the rest as
+    /// the set was fitted.
+    pub fn beside(&self, base: &Fitted, set: &Fitted) -> Option<(Stated, Vec<f64>)> {
+        let stated = self.state_like(&set.stated.set, base.stated.free.clone()).ok()?;
+        let start = stated.begin_with(&[base, set]);
+        Some((stated, start))
     }
 }
 
@@ -355,4 +371,28 @@ fn occam(f: &Fitted, readings: usize) -> f64 {
         m[(a, a)] += 1.0;
     }
     m.cholesky().map_or(0.0, |c| -c.l().diagonal().iter().map(|d| d.ln()).sum::<f64>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::made::{fitted, stated};
+
+    #[test]
+    fn a_set_begins_where_the_first_that_knows_an_unknown_has_it() {
+        // Offsets of outputs in recordings.
+        let unknowns = |all: &[(usize, usize)]| all.iter().map(|(o, run)| offset(*o, *run, 1.0)).collect();
+        let known = |all: &[(usize, usize)], theta: &[f64]| {
+            let mut f = fitted("", 1.0, 10.0);
+            (f.stated.unknowns, f.theta) = (unknowns(all), theta.to_vec());
+            f
+        };
+        let base = known(&[(1, 0), (0, 0)], &[3.0, 4.0]);
+        let set = known(&[(0, 0), (0, 1)], &[5.0, 6.0]);
+        let mut stated = stated(Vec::new());
+        stated.unknowns = unknowns(&[(0, 0), (0, 1), (1, 0), (1, 1)]);
+        stated.unknowns[3].start = 7.0;
+        assert_eq!(stated.begin_with(&[&base, &set]), [4.0, 6.0, 3.0, 7.0]);
+        assert_eq!(stated.begin_with(&[&set, &base]), [5.0, 6.0, 3.0, 7.0]);
+    }
 }

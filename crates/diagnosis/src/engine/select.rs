@@ -418,3 +418,26 @@ pub(crate) fn put(sets: &mut Vec<Fitted>, fitted: Fitted) -> usize {
 pub fn same(a: &[Hypothesis], b: &[Hypothesis]) -> bool {
     a.len() == b.len() && a.iter().all(|h| b.contains(h))
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::made::{fitted, found};
+
+    #[test]
+    fn what_is_left_at_the_least_is_that_of_laws_and_well_below_the_floor() {
+        let cases = [
+            ("at the floor", &[("backlash", 1.0)][..], 1.0),
+            ("below it by no more than noise is known", &[("backlash", 0.8)], 1.0),
+            ("well below it, wherever", &[("backlash", 0.9), ("cable-stiffness", 0.6)], 0.6),
+            ("below it by a push, which takes up noise", &[("backlash", 1.0), ("external-force", 0.6)], 1.0),
+            ("nearly nothing: it was fitted away", &[("backlash", 0.001)], 0.02),
+        ];
+        for (what, sets, least) in cases {
+            let sets = sets.iter().map(|(labels, power)| fitted(labels, *power, 10.0)).collect();
+            let found = found(sets, Some(0), 10.0);
+            assert!((found.least() - least).abs() < 1e-12, "{what}: {}", found.least());
+            // An excess over the floor's power is one over that.
+            assert!((found.above(2.0 * least - 1.0) - 1.0).abs() < 1e-12, "{what}");
+        }
+    }
+}
