@@ -4,6 +4,7 @@
 
 mod args;
 mod assets;
+mod case;
 mod catalog;
 mod command;
 mod error;

@@ -18,8 +18,9 @@ use trueup_report::{Evidence, Map, Trace, diagnosis_page, number};
 use trueup_signals::Loaded;
 
 use crate::args::Diagnose;
+use crate::case::load;
 use crate::catalog;
-use crate::command::{identify, pack};
+use crate::command::pack;
 use crate::error::Error;
 use crate::output::{folder, say};
 
@@ -35,7 +36,7 @@ fn json(d: &Diagnosis) -> Result<String, Error> {
 /// Diagnoses and writes all files.
 pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let begun = Instant::now();
-    let loaded = identify::load(&args.case)?;
+    let loaded = load(&args.case)?;
     // What would be in the way of writing is said before the work, not after it.
     let library = pack::library(args.library.as_deref())?;
     folder(&args.output)?;

@@ -1,6 +1,5 @@
 //! `trueup identify`
 
-mod findings;
 mod json;
 mod page;
 pub(crate) mod statics;
@@ -8,12 +7,9 @@ mod table;
 
 use trueup_identification::fmu::FmuModel;
 use trueup_identification::identify::{Settings, identify, identify_fmu};
-use trueup_identification::model::Model;
-use trueup_identification::recorded::led;
-use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Finding, Kind, Loaded};
 
 use crate::args::Identify;
+use crate::case::{load, load_for};
 use crate::error::Error;
 use crate::output::say;
 
@@ -38,60 +34,4 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
     say(&if args.json { format!("{:#}\n", json::json(&found)) } else { table::text(&found) })
-}
-
-/// A case with its recordings, all that is wrong with them told on standard error.
-pub(crate) fn load(path: &std::path::Path) -> Result<Loaded, Error> {
-    let wrong = |case: &Case, what: String| {
-        trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, what, "")])
-    };
-    let variables = |case: &Case| {
-        Model::of_case(case, &[]).map(|m| m.variables()).map_err(|e| wrong(case, e.to_string()))
-    };
-    let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
-    let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
-    findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
-    // An arm whose motors are led along their measured motion needs no torque.
-    let all = [loaded.train(), loaded.holdout()].concat();
-    if !led(&model, &all).is_empty() {
-        findings.retain(|f| !matches!(f.kind, Kind::NoInput | Kind::MissingInput));
-    }
-    tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
-}
-
-/// The same for an FMU; which channels go with each other is not known there.
-fn load_for(path: &std::path::Path, model: &FmuModel) -> Result<Loaded, Error> {
-    let variables = model.variables();
-    let (loaded, mut findings) =
-        Case::load(path, |_| Ok(variables.clone())).map_err(|e| Error::Failed(e.to_string()))?;
-    findings.extend(check::case(&loaded, &variables, &[]));
-    tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
-}
-
-/// Which channels go with each other.
-fn relations(model: &Model, case: &Case) -> Vec<Relation> {
-    let rate = |rate: &str, of: &str| Relation::Rate { rate: rate.into(), of: of.into() };
-    if model.joint().is_some() {
-        let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
-        let (left, right) = ("motorAngle".into(), "loadAngle".into());
-        return vec![
-            Relation::Proportional { left, right, factor: n },
-            rate("motorVelocity", "motorAngle"),
-            rate("loadVelocity", "loadAngle"),
-        ];
-    }
-    let joints = 1..=model.structure().flexible.len();
-    joints
-        .flat_map(|j| {
-            [("jointVelocity", "jointAngle"), ("motorVelocity", "motorAngle")]
-                .map(|(r, a)| rate(&format!("{r}[{j}]"), &format!("{a}[{j}]")))
-        })
-        .chain([rate("baseRate", "baseAttitude")])
-        .collect()
-}
-
-fn tell(found: &[Finding]) {
-    findings::lines(found).iter().for_each(|line| eprintln!("{line}"));
 }

@@ -1,0 +1,69 @@
+//! Loading a case, with all that is wrong with it told on standard error.
+
+mod findings;
+
+use std::path::Path;
+
+use trueup_identification::fmu::FmuModel;
+use trueup_identification::model::Model;
+use trueup_identification::recorded::led;
+use trueup_signals::check::{self, Relation};
+use trueup_signals::{Case, Finding, Kind, Loaded};
+
+use crate::error::Error;
+
+/// A case with its recordings, all that is wrong with them told on standard error.
+pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
+    let wrong = |case: &Case, what: String| {
+        trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, what, "")])
+    };
+    let variables = |case: &Case| {
+        Model::of_case(case, &[]).map(|m| m.variables()).map_err(|e| wrong(case, e.to_string()))
+    };
+    let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
+    let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
+    findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
+    // An arm whose motors are led along their measured motion needs no torque.
+    let all = [loaded.train(), loaded.holdout()].concat();
+    if !led(&model, &all).is_empty() {
+        findings.retain(|f| !matches!(f.kind, Kind::NoInput | Kind::MissingInput));
+    }
+    tell(&findings);
+    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
+}
+
+/// The same for an FMU; which channels go with each other is not known there.
+pub(crate) fn load_for(path: &Path, model: &FmuModel) -> Result<Loaded, Error> {
+    let variables = model.variables();
+    let (loaded, mut findings) =
+        Case::load(path, |_| Ok(variables.clone())).map_err(|e| Error::Failed(e.to_string()))?;
+    findings.extend(check::case(&loaded, &variables, &[]));
+    tell(&findings);
+    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
+}
+
+/// Which channels go with each other.
+fn relations(model: &Model, case: &Case) -> Vec<Relation> {
+    let rate = |rate: &str, of: &str| Relation::Rate { rate: rate.into(), of: of.into() };
+    if model.joint().is_some() {
+        let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
+        let (left, right) = ("motorAngle".into(), "loadAngle".into());
+        return vec![
+            Relation::Proportional { left, right, factor: n },
+            rate("motorVelocity", "motorAngle"),
+            rate("loadVelocity", "loadAngle"),
+        ];
+    }
+    let joints = 1..=model.structure().flexible.len();
+    joints
+        .flat_map(|j| {
+            [("jointVelocity", "jointAngle"), ("motorVelocity", "motorAngle")]
+                .map(|(r, a)| rate(&format!("{r}[{j}]"), &format!("{a}[{j}]")))
+        })
+        .chain([rate("baseRate", "baseAttitude")])
+        .collect()
+}
+
+fn tell(all: &[Finding]) {
+    findings::lines(all).iter().for_each(|line| eprintln!("{line}"));
+}
