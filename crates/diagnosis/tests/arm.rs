@@ -200,6 +200,23 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
     }
 }
 
+/// The motor of a joint that was held to be rigid: integrated beside the recording it would run away, or take up the noise of
+/// the satellite's attitude. Where its angle is plainly another than the link's it is led.
+#[test]
+fn a_joint_held_to_be_rigid_gives_way() {
+    use trueup_diagnosis::diagnose::{Options, diagnose};
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "jointFlexible = [false, false, false]", &defaults(), |_, _, _| {});
+    let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+    let said = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap().diagnosis;
+    let ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
+    assert_eq!((said.verdict, &ids[..]), (Verdict::Effects, &[("joint-flexibility", Some(1))][..]));
+    let amount = &said.effects[0].parameters["jointStiffness"];
+    let [low, high] = amount.ci95.map(Option::unwrap);
+    let truth = defaults()[parameter::joint_stiffness(LINKS)];
+    assert!(low < truth && truth < high && high < 1.2 * low, "{amount:?} of {truth}");
+}
+
 #[test]
 fn friction_of_a_rigid_joint_has_no_side() {
     use trueup_diagnosis::diagnose::{Options, diagnose};

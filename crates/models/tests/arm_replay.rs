@@ -37,6 +37,31 @@ fn a_led_motor_moves_the_rest_as_its_torque_does() {
     }
 }
 
+/// Checks ARM-14: rows that are led as they would not go by themselves, satellite and links as well as motors. Whatever force
+/// that takes acts in these rows alone, so that in the others M a is what it is without it.
+#[test]
+fn the_force_that_leads_rows_acts_in_no_others() {
+    let mut random = Random(8);
+    let arm = PlanarManipulator::new(&[true, false, true], NO_EFFECTS).unwrap();
+    let (sizes, dofs, p) = (arm.sizes(), arm.dofs(), arm.defaults());
+    for led in [&[0, 1, 2, 3][..], &[6], &[0, 4, 7]] {
+        let x: Vec<f64> = (0..sizes.states).map(|_| random.within(-1.0, 1.0)).collect();
+        let u: Vec<f64> = (0..sizes.inputs).map(|_| random.within(-1.0, 1.0)).collect();
+        let given: Vec<(usize, f64)> = led.iter().map(|row| (*row, random.within(-1.0, 1.0))).collect();
+        let (mut free, mut bound) = (vec![0.0; sizes.states], vec![0.0; sizes.states]);
+        let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] };
+        arm.rates(at, &mut free);
+        arm.rates_led(at, &given, &mut bound);
+        assert!(given.iter().all(|(row, a)| bound[dofs + row] == *a));
+        let difference: Vec<f64> = bound[dofs..].iter().zip(&free[dofs..]).map(|(a, b)| a - b).collect();
+        let mass = arm.mass_matrix(&x, &p);
+        for row in 0..dofs {
+            let force = mass.row_times(row, &difference);
+            assert_eq!(force.abs() > 1e-9, led.contains(&row), "{led:?} row {row}: {force}");
+        }
+    }
+}
+
 /// Checks ARM-14 with golden fact A13: constant accelerations of the joints for 10 s turn the satellite so far.
 #[test]
 fn the_reference_trajectory_ends_where_it_should() {

@@ -90,6 +90,9 @@ pub struct Led {
     /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
     /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
     pub beside: Vec<usize>,
+    /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
+    /// joint gives way.
+    pub apart: Vec<usize>,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
     /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
@@ -176,6 +179,7 @@ impl Led {
             floors: Vec::new(),
             leading: Vec::new(),
             beside: Vec::new(),
+            apart: Vec::new(),
         })
     }
 
@@ -233,18 +237,20 @@ impl Led {
         let n = self.t.len();
         let sensed = self.sensed(model, p, offsets);
         let h = self.step;
-        // Coordinates: position, velocity; what a sensor adds is taken out of its readings.
-        let at = |i: usize, k: usize| -> [T; 2] {
-            let Some((c, f, rate)) = links.leads[i] else { return [T::zero(); 2] };
+        // Coordinates: position, velocity, acceleration; what a sensor adds is taken out of its readings.
+        let bound = !links.given.is_empty();
+        let at = |i: usize, k: usize| -> [T; 3] {
+            let Some((c, f, rate)) = links.leads[i] else { return [T::zero(); 3] };
             let s = &self.channels[c];
             let less = |v: f64, d: usize| match &sensed[c] {
                 Some(s) => (-s[d][k] + v) / f,
                 None => T::constant(v / f),
             };
+            let pulls = |v: &[f64], d: usize| if bound { less(v[k], d) } else { T::zero() };
             if rate {
-                [T::zero(), less(s.enters[0][k], 0)]
+                [T::zero(), less(s.enters[0][k], 0), pulls(&s.dy, 1)]
             } else {
-                [less(s.enters[0][k], 0), less(s.enters[1][k], 1)]
+                [less(s.enters[0][k], 0), less(s.enters[1][k], 1), pulls(&s.ddy, 2)]
             }
         };
         let mut x = vec![T::zero(); sizes.states];
@@ -259,8 +265,8 @@ impl Led {
         let (mut dx, mut work) = (vec![T::zero(); sizes.states], Work::new(sizes.states));
         let count = links.leads.len();
         let mut integral = vec![T::zero(); count];
-        let mut coordinate = vec![[T::zero(); 2]; count];
-        let mut ahead = vec![[T::zero(); 2]; count];
+        let mut coordinate = vec![[T::zero(); 3]; count];
+        let mut ahead = vec![[T::zero(); 3]; count];
         let mut out: Vec<Vec<T>> = vec![Vec::with_capacity(n); self.channels.len()];
         let mut substeps = (h / self.part).ceil().max(1.0) as usize;
         for k in 0..n {
@@ -308,7 +314,7 @@ impl Led {
                     // What leads its coordinate: its second derivative, or the slope of a velocity. Beside another one: the
                     // reading.
                     Some((i, f, rate)) => {
-                        let leads = links.lead_of(i) == Some(c);
+                        let leads = self.as_lead(links, i, c);
                         let d = if leads { 2 - usize::from(rate) } else { 0 };
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[d][k]);
                         let own =
@@ -339,9 +345,10 @@ impl Led {
             }
             let part = h / substeps as f64;
             for s in 0..substeps {
-                let share = |w: f64, m: &mut Vec<[T; 2]>| {
+                let share = |w: f64, m: &mut Vec<[T; 3]>| {
+                    let used = if bound { 3 } else { 2 };
                     for ((m, a), b) in m.iter_mut().zip(&coordinate).zip(&ahead) {
-                        *m = [a[0] * (1.0 - w) + b[0] * w, a[1] * (1.0 - w) + b[1] * w];
+                        (0..used).for_each(|d| m[d] = a[d] * (1.0 - w) + b[d] * w);
                     }
                 };
                 let from = s as f64 / substeps as f64;
@@ -362,14 +369,19 @@ impl Led {
         // The model's side through the kernel that the readings passed.
         for (c, s) in self.channels.iter().enumerate() {
             let measured = match links.shows[c] {
-                Some((i, _, false)) if links.lead_of(i) == Some(c) => &s.ddy,
-                Some((i, _, true)) if links.lead_of(i) == Some(c) => &s.dy,
+                Some((i, _, false)) if self.as_lead(links, i, c) => &s.ddy,
+                Some((i, _, true)) if self.as_lead(links, i, c) => &s.dy,
                 _ => &s.y,
             };
             let series = octaves::gaussian(&out[c], self.kernel, 0);
             out[c] = series.into_iter().zip(measured).map(|(v, m)| v - *m).collect();
         }
         Ok(out)
+    }
+
+    /// Whether a channel is looked at as one that leads its coordinate: as its acceleration.
+    fn as_lead(&self, links: &Links, coordinate: usize, channel: usize) -> bool {
+        links.lead_of(coordinate) == Some(channel) || self.apart.contains(&channel)
     }
 
     /// What effects of sensors and offsets add to each channel, with its first and second derivative; `None`: nothing.
@@ -456,7 +468,7 @@ impl Led {
     pub fn terms(&self, links: &Links, coordinates: &[Coordinate]) -> Vec<[Vec<f64>; 2]> {
         let all = self.channels.iter().enumerate().map(|(c, s)| {
             let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
-            if links.lead_of(i) != Some(c) {
+            if !self.as_lead(links, i, c) {
                 // Two angles of one body: no law stands between them.
                 let exact = !rate && links.leads[i].is_some();
                 let own = if exact { vec![0.0; self.t.len()] } else { s.y.clone() };

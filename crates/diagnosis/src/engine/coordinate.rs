@@ -119,7 +119,7 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
         } else {
             c.positions.push((motor.0, 1.0));
             c.velocities.push((motor.1, 1.0));
-            c.other_end = Some(OtherEnd { start: motor_start, gear: 1.0, shown: None });
+            c.other_end = Some(OtherEnd { start: motor_start, gear: 1.0, shown: Some(motor.0) });
         }
         let inertia = if m.flexible()[j] { p::motor_inertia(n) } else { p::link_inertia(n) } + j;
         c.driven = vec![(i::joint_torque(n) + j, 1.0 / values[inertia].max(1e-9))];

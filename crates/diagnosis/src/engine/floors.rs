@@ -1,9 +1,11 @@
 //! What a perfect model would leave of each recording, octave by octave.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 use rand::SeedableRng;
 use rayon::prelude::*;
-use statrs::statistics::{Data, Median};
+use statrs::statistics::{Data, Median, Statistics};
 use trueup_identification::run::Run;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
@@ -54,13 +56,16 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     let kernel = kernel(runs.iter().map(|r| &r.run));
     let grids: Vec<Option<Led>> = runs.iter().map(|r| Led::new(&r.run, inputs, kernel)).collect();
     let part = PART[usize::from(case.subject.plant == Plant::Arm)];
-    let lead = leading(case, &grids.iter().flatten().collect::<Vec<_>>());
+    let whole: Vec<&Led> = grids.iter().flatten().collect();
+    let lead = leading(case, &whole);
+    let apart = apart(case, &whole);
     for (run, grid) in runs.iter().zip(grids) {
         let short = || format!("{}: it is too short: 40 readings of a channel are the least", run.run.name);
         let mut own = grid.ok_or_else(short)?;
         own.leading.clone_from(&lead);
         own.part = part;
-        own.beside = own.links(&case.model, &case.coordinates).beside();
+        let beside = own.links(&case.model, &case.coordinates).beside().into_iter().map(|[c, _]| c);
+        (own.apart, own.beside) = beside.partition(|c| apart.contains(&own.channels[*c].output));
         let links = own.links(&case.model, &case.coordinates);
         own.mark_reversals(&links);
         led.push(own);
@@ -109,6 +114,7 @@ impl Spectra {
             made.leading.clone_from(&own.leading);
             made.part = own.part;
             made.beside.clone_from(&own.beside);
+            made.apart.clone_from(&own.apart);
             made.mark_reversals(&links);
             if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
                 merge(&mut all.noise, &made.products(&series));
@@ -195,6 +201,24 @@ fn leading(case: &Prepared, all: &[&Led]) -> Vec<bool> {
         lead[1] = noise < THROUGH * typical;
     }
     lead
+}
+
+/// Outputs beside another one from which they are so far apart that noise of either hardly comes through a spring between
+/// them. Of an arm: its motor would else be integrated beside accelerations of a satellite that a camera sees.
+fn apart(case: &Prepared, all: &[&Led]) -> Vec<usize> {
+    // By output: power of how far the two are apart, and of the noise.
+    let mut powers: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
+    for led in all.iter().filter(|_| case.subject.plant == Plant::Arm) {
+        for pair in led.links(&case.model, &case.coordinates).beside() {
+            let [own, other] = pair.map(|c| &led.channels[c]);
+            let between: Vec<f64> = own.y.iter().zip(&other.y).map(|(a, b)| a - b).collect();
+            let power = powers.entry(own.output).or_default();
+            power[0] += between.clone().population_variance();
+            power[1] += own.smooth_sigma.powi(2) + other.smooth_sigma.powi(2);
+        }
+    }
+    let far = |(_, [between, noise]): &(usize, [f64; 2])| *noise < THROUGH * THROUGH * between;
+    powers.into_iter().filter(far).map(|(output, _)| output).collect()
 }
 
 /// Channels by name: recordings with the same ones share what their noise is.

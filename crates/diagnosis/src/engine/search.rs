@@ -280,7 +280,9 @@ impl<'a> Search<'a> {
         base: &Fitted,
     ) -> Result<Fitted, PredictError> {
         let readings = self.compare(&stated).readings();
-        let own = stated.begin.last().copied().unwrap_or(0);
+        // A joint that gives way makes another plant of it.
+        let loosens = stated.set.last().is_some_and(|h| h.loosens().is_some());
+        let own = if loosens { 0 } else { stated.begin.last().copied().unwrap_or(0) };
         let held = stated.unknowns[..own].iter().enumerate().filter_map(|(k, u)| {
             let old = base.place_of(u)?;
             Some((k, base.jacobian.column(old).as_slice()[..readings].to_vec()))

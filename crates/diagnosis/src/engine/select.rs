@@ -144,7 +144,7 @@ impl Search<'_> {
         let mut best = plain.clone();
         let mut beam = vec![plain.clone()];
         // Where a cause has dragged parameters far away, it is better seen from where they were.
-        if plain.prior2 > DRAGGED {
+        if plain.prior2 > DRAGGED && plain.excess() > NEGLIGIBLE {
             beam.extend(self.given(&plain));
         }
         let mut alone: Vec<(Fitted, Vec<Screened>)> = Vec::new();

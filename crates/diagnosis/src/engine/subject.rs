@@ -7,6 +7,7 @@ use trueup_models::joint::{self, TwoMassJoint};
 use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_numerics::delegate_hybrid;
+use trueup_numerics::hybrid::{At, Hybrid};
 
 /// One of the plants, with effects.
 #[derive(Clone, Debug)]
@@ -40,6 +41,21 @@ impl Plant for Model {
 }
 
 impl Model {
+    /// Rates of the states where these rows of an arm's equations have accelerations that are given, whatever force that takes.
+    /// The motor and load of a joint feel each other by the spring alone.
+    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
+        match self {
+            Self::Joint(m) => m.rates(at, dx),
+            Self::Arm(m) => m.rates_led(at, led, dx),
+        }
+    }
+    /// The row of an arm's equations whose acceleration changes this state.
+    pub fn row_of(&self, velocity: usize) -> Option<usize> {
+        match self {
+            Self::Joint(_) => None,
+            Self::Arm(m) => velocity.checked_sub(m.dofs()).filter(|row| *row < m.dofs()),
+        }
+    }
     /// Its effects.
     pub fn effects(&self) -> &EffectSet {
         match self {

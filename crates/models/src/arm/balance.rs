@@ -171,6 +171,16 @@ impl PlanarManipulator {
 
     /// Solves for the accelerations; a sticking motor has none, its friction is the reaction (ARM-9).
     pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>) -> Balance<T> {
+        self.balance_led(at, motion, &[])
+    }
+
+    /// The same where these rows have accelerations that are given, whatever force that takes (ARM-14).
+    pub(super) fn balance_led<T: Scalar>(
+        &self,
+        at: &At<T>,
+        motion: &Motion<T>,
+        led: &[(usize, T)],
+    ) -> Balance<T> {
         let n = self.links();
         let mass = self.mass(at.p, motion);
         let mut springs = [Spring::default(); MAX_LINKS];
@@ -185,8 +195,24 @@ impl PlanarManipulator {
             }
         }
         let mut rows = [0; MAX_DOFS];
-        let count = self.free(at.modes, &mut rows);
+        let mut count = self.free(at.modes, &mut rows);
         let mut acceleration = f;
+        if !led.is_empty() {
+            let mut given = [T::zero(); MAX_DOFS];
+            led.iter().for_each(|(row, a)| given[*row] = *a);
+            let (all, of) = (rows, count);
+            count = 0;
+            for row in all.into_iter().take(of) {
+                if led.iter().any(|l| l.0 == row) {
+                    acceleration[row] = given[row];
+                } else {
+                    // M_ff a_f = Q_f - C_f v - M_fl a_l
+                    acceleration[row] -= mass.row_times(row, &given[..self.dofs()]);
+                    rows[count] = row;
+                    count += 1;
+                }
+            }
+        }
         // Not positive definite: the accelerations are NaN, which whoever steps the model refuses.
         let _ = mass.solve(&rows[..count], &mut acceleration);
         let mut applied = [T::zero(); MAX_LINKS];

@@ -182,6 +182,16 @@ impl PlanarManipulator {
         self.mass(p, &motion)
     }
 
+    /// Rates of the states where these rows (x_0, y_0, q_0, q_1 .., motors) have accelerations that are given, whatever force
+    /// that takes (ARM-14); a row that sticks has none.
+    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
+        let motion = self.motion(&at);
+        let b = self.balance_led(&at, &motion, led);
+        dx[..self.dofs].copy_from_slice(motion.v);
+        dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
+        self.effect_rates(&at, &motion, &b.springs, dx);
+    }
+
     /// An effect shapes motor friction.
     pub(super) fn friction_effects(&self) -> bool {
         self.effects.needs_friction()
@@ -285,11 +295,7 @@ impl Hybrid for PlanarManipulator {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let motion = self.motion(&at);
-        let b = self.balance(&at, &motion);
-        dx[..self.dofs].copy_from_slice(motion.v);
-        dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
-        self.effect_rates(&at, &motion, &b.springs, dx);
+        self.rates_led(at, &[], dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

@@ -3,9 +3,8 @@
 //! The way of S0, section 4: joints 2 and 3 follow their encoders, joint 1 is driven by its torque, or follows its
 //! motor's encoder too; the satellite moves as momentum demands.
 
+use super::PlanarManipulator;
 use super::layout::input;
-use super::{MAX_DOFS, PlanarManipulator};
-use crate::drive::Spring;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
@@ -50,33 +49,11 @@ impl Hybrid for Replay {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let (arm, n) = (&self.arm, self.arm.dofs());
-        let motion = arm.motion(&at);
-        let mass = arm.mass(at.p, &motion);
-        let mut springs = [Spring::default(); super::MAX_LINKS];
-        let mut acceleration = arm.forces(&at, &motion, &mass, &mut springs);
-        let (mut free, mut count) = ([0; MAX_DOFS], 0);
-        let mut led = [T::zero(); MAX_DOFS];
-        for row in 0..n {
-            match self.led.iter().position(|j| arm.motor(*j) == row) {
-                Some(i) => led[row] = at.u[self.acceleration(i)],
-                None => {
-                    free[count] = row;
-                    count += 1;
-                }
-            }
+        let mut led = [(0, T::zero()); super::MAX_LINKS];
+        for (i, j) in self.led.iter().enumerate() {
+            led[i] = (self.arm.motor(*j), at.u[self.acceleration(i)]);
         }
-        // M_ff a_f = Q_f - C_f v - M_fl a_l, a_l given (ARM-14)
-        for row in &free[..count] {
-            acceleration[*row] -= mass.row_times(*row, &led[..n]);
-        }
-        let _ = mass.solve(&free[..count], &mut acceleration); // not positive definite: NaN, which is refused
-        for j in &self.led {
-            acceleration[arm.motor(*j)] = led[arm.motor(*j)];
-        }
-        dx[..n].copy_from_slice(motion.v);
-        dx[n..2 * n].copy_from_slice(&acceleration[..n]);
-        arm.effect_rates(&at, &motion, &springs, dx);
+        self.arm.rates_led(at, &led[..self.led.len()], dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

@@ -1,7 +1,7 @@
 //! Integration of what the recording does not lead.
 
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
 
 use super::Links;
 use crate::engine::subject::Model;
@@ -10,13 +10,14 @@ use crate::engine::subject::Model;
 pub(super) struct Work<T> {
     k: [Vec<T>; 4],
     x: Vec<T>,
-    c: Vec<[T; 2]>,
+    c: Vec<[T; 3]>,
+    given: Vec<(usize, T)>,
 }
 
 impl<T: Scalar> Work<T> {
     pub(super) fn new(n: usize) -> Self {
         let v = || vec![T::zero(); n];
-        Self { k: [v(), v(), v(), v()], x: v(), c: Vec::new() }
+        Self { k: [v(), v(), v(), v()], x: v(), c: Vec::new(), given: Vec::new() }
     }
 }
 
@@ -37,19 +38,21 @@ impl<T: Scalar> Context<'_, T> {
         t: f64,
         x: &mut [T],
         w: &mut Work<T>,
-        share: impl Fn(f64, &mut Vec<[T; 2]>),
+        share: impl Fn(f64, &mut Vec<[T; 3]>),
     ) {
         let h = self.step;
-        w.c.resize(self.links.leads.len(), [T::zero(); 2]);
-        let rates = |part: f64, x: &mut [T], c: &mut Vec<[T; 2]>, dx: &mut [T]| {
-            share(part, c);
-            self.links.lead(c, x);
-            let t = T::constant(t + part * h);
-            self.model.rates(At { t, x, u: self.u, p: self.p, modes: self.modes }, dx);
-        };
+        w.c.resize(self.links.leads.len(), [T::zero(); 3]);
+        let rates =
+            |part: f64, x: &mut [T], (c, given): (&mut Vec<[T; 3]>, &mut Vec<(usize, T)>), dx: &mut [T]| {
+                share(part, c);
+                self.links.lead(c, x);
+                let t = T::constant(t + part * h);
+                self.links.accelerations(c, given);
+                self.model.rates_led(At { t, x, u: self.u, p: self.p, modes: self.modes }, given, dx);
+            };
         w.x.copy_from_slice(x);
         if self.links.free.is_empty() {
-            rates(0.5, &mut w.x, &mut w.c, &mut w.k[0]);
+            rates(0.5, &mut w.x, (&mut w.c, &mut w.given), &mut w.k[0]);
         } else {
             for (stage, part) in [0.0, 0.5, 0.5, 1.0].into_iter().enumerate() {
                 if stage > 0 {
@@ -57,7 +60,7 @@ impl<T: Scalar> Context<'_, T> {
                         w.x[s] = x[s] + w.k[stage - 1][s] * (part * h);
                     }
                 }
-                rates(part, &mut w.x, &mut w.c, &mut w.k[stage]);
+                rates(part, &mut w.x, (&mut w.c, &mut w.given), &mut w.k[stage]);
             }
         }
         if !self.links.followers.is_empty() {
@@ -73,7 +76,7 @@ impl<T: Scalar> Context<'_, T> {
                 w.x[s] += *m;
             }
             let (first, last) = w.k.split_at_mut(3);
-            rates(0.5, &mut w.x, &mut w.c, &mut last[0]);
+            rates(0.5, &mut w.x, (&mut w.c, &mut w.given), &mut last[0]);
             for (m, &s) in moved.iter().zip(&self.links.followers) {
                 let f = first[stage][s];
                 if f.value() == 0.0 {

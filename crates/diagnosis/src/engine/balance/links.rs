@@ -19,6 +19,8 @@ pub struct Links {
     pub(super) velocities: Vec<(usize, Vec<(usize, f64)>)>,
     /// States with the position of a coordinate that nothing leads.
     pub(super) unled: Vec<(usize, Vec<(usize, f64)>)>,
+    /// Rows of the equations whose accelerations are as measured while others are integrated: row, coordinate, factor.
+    pub(super) given: Vec<(usize, usize, f64)>,
     /// State that is each coordinate's velocity.
     pub(super) velocity: Vec<usize>,
     /// States to be integrated: those that follow, others.
@@ -79,7 +81,18 @@ impl Led {
             .partition(|i| leads[*i].is_some());
         let velocity: Vec<usize> =
             coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
+        // Integrated beside accelerations that the model makes up, a motor may run away: what was measured holds it.
+        let given = if leads.iter().all(Option::is_some) {
+            Vec::new()
+        } else {
+            let one = |(state, parts): &(usize, Vec<(usize, f64)>)| {
+                let (coordinate, factor) = *parts.first()?;
+                Some((model.row_of(*state)?, coordinate, factor))
+            };
+            velocities.iter().filter_map(one).collect()
+        };
         Links {
+            given,
             stops: stops.into_iter().map(|i| velocity[i]).collect(),
             held,
             velocity,
@@ -96,7 +109,7 @@ impl Led {
 
 impl Links {
     /// The position of a coordinate that is not led: from a state that depends on it.
-    pub(super) fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 2]], x: &[T]) -> T {
+    pub(super) fn position<T: Scalar>(&self, i: usize, coordinate: &[[T; 3]], x: &[T]) -> T {
         let Some((state, parts)) = self.unled.iter().find(|u| u.1.iter().any(|p| p.0 == i)) else {
             return T::zero();
         };
@@ -111,13 +124,13 @@ impl Links {
         }
         rest / own
     }
-    /// Channels of positions whose coordinate another one leads.
-    pub fn beside(&self) -> Vec<usize> {
-        let others = |c: &usize| match self.shows[*c] {
-            Some((i, _, false)) => self.lead_of(i).is_some_and(|l| l != *c),
-            _ => false,
+    /// Channels of positions whose coordinate another one leads, and that one.
+    pub fn beside(&self) -> Vec<[usize; 2]> {
+        let other = |c: usize| match self.shows[c] {
+            Some((i, _, false)) => self.lead_of(i).filter(|l| *l != c).map(|l| [c, l]),
+            _ => None,
         };
-        (0..self.shows.len()).filter(others).collect()
+        (0..self.shows.len()).filter_map(other).collect()
     }
     /// Coordinates that nothing leads.
     pub fn unled(&self) -> impl Iterator<Item = usize> {
@@ -127,7 +140,12 @@ impl Links {
     pub fn lead_of(&self, coordinate: usize) -> Option<usize> {
         self.leads.get(coordinate).copied().flatten().map(|l| l.0)
     }
-    pub(super) fn lead<T: Scalar>(&self, coordinate: &[[T; 2]], x: &mut [T]) {
+    /// Accelerations of the rows that are given.
+    pub(super) fn accelerations<T: Scalar>(&self, coordinate: &[[T; 3]], out: &mut Vec<(usize, T)>) {
+        out.clear();
+        out.extend(self.given.iter().map(|(row, i, f)| (*row, coordinate[*i][2] * *f)));
+    }
+    pub(super) fn lead<T: Scalar>(&self, coordinate: &[[T; 3]], x: &mut [T]) {
         for (list, d) in [(&self.positions, 0), (&self.velocities, 1)] {
             for (state, parts) in list {
                 x[*state] = parts.iter().fold(T::zero(), |sum, (i, f)| sum + coordinate[*i][d] * *f);

@@ -1,7 +1,7 @@
 //! How finely what the recording does not lead has to be integrated.
 
 use nalgebra::{DMatrix, Schur};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
 
 use super::Links;
@@ -18,9 +18,14 @@ pub(super) fn fastest(model: &Model, links: &Links, at: &At<'_, f64>) -> f64 {
     let (mut x, u, p) = (lift(at.x), lift(at.u), lift(at.p));
     let mut dx = vec![Dual::zero(); x.len()];
     let mut slope = DMatrix::zeros(n, n);
+    let given: Vec<(usize, Dual<1>)> = links.given.iter().map(|(row, ..)| (*row, Dual::zero())).collect();
     for (column, &s) in links.free.iter().enumerate() {
         x[s].eps[0] = 1.0;
-        model.rates(At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes }, &mut dx);
+        model.rates_led(
+            At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes },
+            &given,
+            &mut dx,
+        );
         x[s].eps[0] = 0.0;
         for (row, &r) in links.free.iter().enumerate() {
             slope[(row, column)] = dx[r].eps[0];
