@@ -7,6 +7,8 @@
 
 mod menu;
 
+use std::collections::BTreeSet;
+
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
@@ -105,7 +107,8 @@ pub fn propose(
     let setting = Setting::new(search, limits.balances.trust)?;
     let mut separates = vec![found.best.stated.set[at].id.clone()];
     separates.extend(rivals.iter().filter_map(|f| Some(other(found, f)?.id.clone())));
-    separates.dedup();
+    let mut named = BTreeSet::new();
+    separates.retain(|id| named.insert(id.clone()));
     let courses = menu::courses(&setting.driven, setting.step, setting.length, &setting.favoured(&rivals));
     let tried: Vec<(Promise, &Course)> =
         courses.par_iter().filter_map(|c| Some((setting.least(&found.best, &rivals, c)?, c))).collect();

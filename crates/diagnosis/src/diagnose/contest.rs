@@ -99,22 +99,31 @@ impl Ground<'_> {
     /// were dragged too far to look from: others are looked at from where the best of them ended.
     fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
         let Some(base) = &self.fitted else { return Vec::new() };
-        let mut all = self.lacked(found, base, effort);
+        let mut all = self.lacked(found, base, effort, &[]);
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
         let Some(base) = self.search.without(&best) else { return all };
-        merge(&mut all, self.lacked(found, &base, effort), |old, new| new.after < old.after);
+        let better = self.lacked(found, &base, effort, &all);
+        merge(&mut all, better);
         all
     }
 
-    fn lacked(&self, found: &mut Found, base: &Fitted, effort: Effort) -> Vec<Contender> {
+    /// What `base`, which runs freely, lacks; of those that `ran` what does better.
+    fn lacked(&self, found: &mut Found, base: &Fitted, effort: Effort, ran: &[Contender]) -> Vec<Contender> {
         let mut all = self.search.lacking(base, HINT);
         all.truncate(TRIED);
-        self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort)
+        self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort, ran)
     }
 
-    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there.
-    fn settled(&self, found: &mut Found, all: Vec<(Stated, Vec<f64>)>, effort: Effort) -> Vec<Contender> {
+    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there; of those
+    /// that `ran` what does better.
+    fn settled(
+        &self,
+        found: &mut Found,
+        all: Vec<(Stated, Vec<f64>)>,
+        effort: Effort,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
         let run = |(stated, start): (Stated, Vec<f64>)| {
             let polished = self.search.polished(stated, &start, POLISH)?;
             let from = polished.fitted.as_ref()?;
@@ -122,10 +131,15 @@ impl Ground<'_> {
             let start = self.search.begin_with(&stated, from);
             Some((self.search.fit(stated, &start, effort.options()).ok()?, polished))
         };
-        let ran: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
-        ran.into_iter()
-            .filter_map(|(led, polished)| self.shown(put(&mut found.sets, led), polished))
-            .collect()
+        let fitted: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
+        let shown = |(led, polished): (Fitted, Polished)| {
+            let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
+            let new = self.shown(found.sets.len(), polished)?;
+            // The fit by the balances belongs to its run.
+            let stands = old.is_none_or(|old| new.after < old.after);
+            stands.then(|| Contender { at: put(&mut found.sets, led), ..new })
+        };
+        fitted.into_iter().filter_map(shown).collect()
     }
 
     /// Noise carried through the model that is the best so far.
@@ -170,7 +184,7 @@ impl Ground<'_> {
         let blind = seen < self.limits.gap.left || seen < self.limits.gap.bare && !help(&all, bare.bare());
         if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
-            merge(&mut all, lacking, |_, _| true);
+            merge(&mut all, lacking);
         }
         all
     }
@@ -188,9 +202,9 @@ impl Ground<'_> {
         let led = found.sets[at].clone();
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
-        let lacked = self.lacked(found, &base, effort);
+        let lacked = self.lacked(found, &base, effort, &[]);
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
-        merge(all, lacked, |_, _| true);
+        merge(all, lacked);
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
         all.retain(|c| !against(c));
         if let Some(best) = far_better(all, &tried).and_then(|c| c.fitted.clone()) {
@@ -216,7 +230,7 @@ impl Ground<'_> {
         };
         let fewer = without_each(&best.stated.set, &led.stated.set, &ran).into_iter().filter_map(begun);
         let fewer = fewer.collect();
-        self.settled(found, fewer, effort)
+        self.settled(found, fewer, effort, &[])
     }
 
     /// How far the predictions of two are apart, as a gap.
@@ -226,12 +240,11 @@ impl Ground<'_> {
     }
 }
 
-/// Adds those that ran to the others; of the same set the new one takes the place where it is `better` than the old one.
-fn merge(all: &mut Vec<Contender>, new: Vec<Contender>, better: impl Fn(&Contender, &Contender) -> bool) {
+/// Adds those that ran to the others; of the same set the new one takes the place of the old one.
+fn merge(all: &mut Vec<Contender>, new: Vec<Contender>) {
     for new in new {
         match all.iter_mut().find(|old| old.at == new.at) {
-            Some(old) if better(old, &new) => *old = new,
-            Some(_) => {}
+            Some(old) => *old = new,
             None => all.push(new),
         }
     }
@@ -296,14 +309,11 @@ mod tests {
     }
 
     #[test]
-    fn of_one_set_the_better_run_stands() {
-        let merged = |better: fn(&Contender, &Contender) -> bool| {
-            let mut all = ran(&[(3, 5.0), (1, 4.0)]);
-            merge(&mut all, ran(&[(1, 6.0), (2, 7.0), (3, 2.0)]), better);
-            all.iter().map(|c| (c.at, c.after)).collect::<Vec<_>>()
-        };
-        assert_eq!(merged(|old, new| new.after < old.after), [(3, 2.0), (1, 4.0), (2, 7.0)]);
-        assert_eq!(merged(|_, _| true), [(3, 2.0), (1, 6.0), (2, 7.0)]);
+    fn of_one_set_the_new_run_stands() {
+        let mut all = ran(&[(3, 5.0), (1, 4.0)]);
+        merge(&mut all, ran(&[(1, 6.0), (2, 7.0), (3, 2.0)]));
+        let merged: Vec<_> = all.iter().map(|c| (c.at, c.after)).collect();
+        assert_eq!(merged, [(3, 2.0), (1, 6.0), (2, 7.0)]);
     }
 
     #[test]

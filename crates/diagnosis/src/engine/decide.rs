@@ -145,13 +145,15 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         whole: if claims { seen } else { raw },
         left: excess,
         closed,
-        witness: chosen.is_some_and(|at| ran.after(at).is_some()) && free.after <= 1.5 * free.tuned,
+        witness: chosen.is_some_and(|at| ran.after(at).is_some())
+            && free.after <= limits.free_runs.astray * free.tuned,
     };
     let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap.shown || excess > limits.gap.bare;
     let plain = free.trained && seen - excess > limits.gap.bare;
-    let gap = free.before > free.chance || shown && (plain || free.before > 1.2 * free.floor);
+    let gap =
+        free.before > free.chance || shown && (plain || free.before > limits.free_runs.even * free.floor);
     let (known, explained) = (account.known(limits), account.explained());
-    let missed = free.bare() > 1.5 * free.chance;
+    let missed = free.bare() > limits.gap.missed * free.chance;
     let unexplained = if claims {
         known < limits.gap.explained
     } else {
@@ -165,7 +167,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let odds: Vec<Vec<f64>> = best.stated.set.iter().zip(&rivals).map(|(h, list)| others(h, list)).collect();
     let close = |list: &[f64]| list.first().is_some_and(|odds| -odds < limits.odds.apart);
     // Where nothing that could be refitted helps either, the free run's own luck is no wrong parameter.
-    let luck = !claims && !shown && !unexplained && free.tuned > 0.8 * free.before;
+    let luck = !claims && !shown && !unexplained && free.tuned > limits.gap.luck * free.before;
     let verdict = if !gap || luck {
         Verdict::NoGap
     } else if unexplained {
@@ -177,9 +179,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     } else {
         Verdict::Effects
     };
-    let unknown = 1.0 / (1.0 + ((known - limits.gap.explained) * 12.0).exp());
+    let unknown = 1.0 / (1.0 + ((known - limits.gap.explained) * limits.gap.steep).exp());
     let unknown = match verdict {
-        Verdict::NoGap | Verdict::Parameters => unknown.min(0.05),
+        Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),
         _ => unknown,
     };
     let mass = |list: &Vec<f64>| list.iter().map(|odds| odds.exp()).sum::<f64>();

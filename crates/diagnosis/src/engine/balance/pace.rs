@@ -49,6 +49,7 @@ mod tests {
     use crate::engine::subject::Subject;
     use trueup_models::effect::Plant;
     use trueup_models::joint::parameter;
+    use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn the_fastest_mode_of_a_spring_is_its_resonance() {

@@ -170,3 +170,52 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
     // The mean over a step of a line between two samples lacks (w h)^2 / 8 of a sine, 2.9 %, of the current here.
     assert!(with < 0.04 * lacking, "{with} of {lacking}");
 }
+
+/// A test-bed's motor that nobody measures: beside accelerations that the model makes up for what is led it runs away, beside
+/// those that were measured it stays where it was.
+#[test]
+fn what_nothing_leads_moves_beside_what_was_measured() {
+    use trueup_models::arm::{input, output, parameter};
+    use trueup_numerics::driver::{Options, simulate};
+    let subject = Subject { plant: Plant::Arm, flexible: vec![true, false, false] };
+    let model = subject.model(&[] as &[&str]).unwrap();
+    let (n, p) = (3, subject.defaults(&model));
+    let torque = |t: f64| [0.1 * (0.7 * t).sin(), 0.02 * (1.1 * t).sin(), 0.01 * (1.3 * t).cos()];
+    let command = move |t: f64, u: &mut [f64]| u[input::joint_torque(n)..][..n].copy_from_slice(&torque(t));
+    let t: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.02).collect();
+    let nominal = vec![1.0; model.sizes().states];
+    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let run = simulate(&model, &p, &nominal, options, &command, &t).unwrap();
+    let all = subject.coordinates(&model, &p);
+    // The joint's motor is the fifth coordinate.
+    let seen = all.iter().enumerate().filter(|(i, _)| *i != 4).map(|(_, c)| c);
+    let channel = |c: &Coordinate| Channel {
+        output: c.positions[0].0,
+        y: run.x.iter().map(|x| x[c.position[0].0]).collect(),
+        t: t.clone(),
+        sigma: 1e-6,
+        ..Channel::default()
+    };
+    let drive = |j: usize| Drive {
+        input: input::joint_torque(n) + j,
+        between: Between::Linear,
+        u: t.iter().map(|t| torque(*t)[j]).collect(),
+        t: t.clone(),
+        ..Drive::default()
+    };
+    let recording =
+        Run { drives: (0..n).map(drive).collect(), channels: seen.map(channel).collect(), ..Run::default() };
+    let led = Led::new(&recording, model.sizes().inputs, 1.5).unwrap();
+    let links = led.links(&model, &all);
+    assert_eq!(links.unled().collect::<Vec<_>>(), [4]);
+    let missed = |links: &Links, p: &[f64]| {
+        let missing = led.missing(&model, links, p, &[0.0; output::count(3)]).unwrap();
+        let of = |c: usize| missing[c][led.counts.clone()].iter().map(|v| v * v).sum::<f64>();
+        ((0..missing.len()).map(of).sum::<f64>() / led.counts.len() as f64).sqrt()
+    };
+    let mut soft = p.clone();
+    soft[parameter::joint_stiffness(n)] *= 0.8;
+    let (held, wrong) = (missed(&links, &p), missed(&links, &soft));
+    let free = missed(&Links { given: Vec::new(), ..links.clone() }, &p);
+    assert!(held < 0.02 * wrong && free > 1e3 * held, "{held} held, {wrong} too soft, {free} not held");
+}

@@ -30,6 +30,14 @@ pub struct OfGap {
     pub neither: f64,
     /// Excess that may be left whatever the share.
     pub left: f64,
+    /// Times what chance leaves from which a free-running gap that nothing explains is missed, whatever the balances say.
+    pub missed: f64,
+    /// Refitted parameters that leave more than this share of a gap that only free runs show do not help.
+    pub luck: f64,
+    /// How steeply the odds of an unknown cause fall with the share that is explained.
+    pub steep: f64,
+    /// Probability of an unknown cause where no effect is claimed, at the most.
+    pub doubt: f64,
 }
 
 /// What balances say of sets.
@@ -56,6 +64,8 @@ pub struct OfFreeRuns {
     pub near: f64,
     /// Times the floor up to which gaps are alike.
     pub even: f64,
+    /// Times the gap of the tuned model beyond which a free run is no witness.
+    pub astray: f64,
     /// Two predictions that are apart by less than this share of the gap that is left are alike.
     pub alike: f64,
     /// A cause more has to divide the gap by this where the balances do not ask for it,
@@ -85,7 +95,18 @@ pub struct OfOdds {
 
 impl Default for OfGap {
     fn default() -> Self {
-        Self { shown: 0.06, bare: 2.0, explained: 0.8, told: 0.95, neither: 0.2, left: 0.25 }
+        Self {
+            shown: 0.06,
+            bare: 2.0,
+            explained: 0.8,
+            told: 0.95,
+            neither: 0.2,
+            left: 0.25,
+            missed: 1.5,
+            luck: 0.8,
+            steep: 12.0,
+            doubt: 0.05,
+        }
     }
 }
 
@@ -101,6 +122,7 @@ impl Default for OfFreeRuns {
             weight: 4.0,
             near: 2.0,
             even: 1.2,
+            astray: 1.5,
             alike: 0.5,
             more: 3.0,
             form: LEFT_TO_FORM,
