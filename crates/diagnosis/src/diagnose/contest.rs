@@ -206,7 +206,7 @@ impl Ground<'_> {
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
-        all.retain(|c| !against(c));
+        all.retain(|c| !(tried.contains(&c.at) && against(c)));
         if let Some(best) = far_better(all, &tried).and_then(|c| c.fitted.clone()) {
             all.extend(self.replacing(found, &led, &best, effort, all));
         }
