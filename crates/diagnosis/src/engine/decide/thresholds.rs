@@ -55,10 +55,10 @@ pub struct OfBalances {
     pub wholly: f64,
 }
 
-/// What free-running simulations say of sets; gaps as powers above the floor.
+/// What free-running simulations say of sets.
 #[derive(Clone, Copy, Debug)]
 pub struct OfFreeRuns {
-    /// How much the logarithm of the gap counts.
+    /// How much the logarithm of the gap (as a power) counts.
     pub weight: f64,
     /// Times the floor up to which a simulation is as good as perfect.
     pub near: f64,
@@ -68,15 +68,16 @@ pub struct OfFreeRuns {
     pub astray: f64,
     /// Two predictions that are apart by less than this share of the gap that is left are alike.
     pub alike: f64,
-    /// A cause more has to divide the gap by this where the balances do not ask for it,
+    /// A cause more has to divide the gap (as a power) by this where the balances do not ask for it,
     pub more: f64,
-    /// and to take this share of what the tuned model leaves: less is put down to the form of the others.
+    /// and to take this share of what the tuned model leaves (as powers): less is put down to the form of the others.
     pub form: f64,
-    /// A cause less is as good when its gap is less than this times that of the whole set, unless the balances ask for that.
+    /// A cause less is as good when its gap (as a power) is less than this times that of the whole set, unless the balances
+    /// ask for that.
     pub needless: f64,
-    /// A set that leaves more than this share of what the tuned model leaves changes nothing.
+    /// A set that leaves more than this share of what the tuned model leaves (as powers) changes nothing.
     pub idle: f64,
-    /// Another effect by itself takes its place where it leaves less than this share of what that set leaves.
+    /// Another effect by itself takes its place where it leaves less than this share of what that set leaves (as powers).
     pub instead: f64,
 }
 
