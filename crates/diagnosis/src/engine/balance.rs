@@ -55,6 +55,9 @@ pub struct Smooth {
     pub dy: Vec<f64>,
     /// Second derivative.
     pub ddy: Vec<f64>,
+    /// The same with what the kernel takes off passed through it once more (Tukey's twicing): beside it is integrated what
+    /// nothing leads, which no other kernel makes up for.
+    pub pulls: Vec<f64>,
 }
 
 /// One recording on its grid.
@@ -93,6 +96,8 @@ pub struct Led {
     /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
     /// joint gives way.
     pub apart: Vec<usize>,
+    /// In the model as it is what nothing leads is integrated beside accelerations that were measured, not that it makes up.
+    pub as_measured: bool,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
     /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
@@ -148,6 +153,11 @@ impl Led {
                 rate_sigma: c.sigma / step / (4.0 * std::f64::consts::PI.sqrt() * kernel.powi(3)).sqrt(),
                 dy: smoothed(1).iter().map(|v| v / step).collect(),
                 ddy: smoothed(2).iter().map(|v| v / (step * step)).collect(),
+                pulls: {
+                    let once = octaves::gaussian(&y, kernel, 2);
+                    let twice = octaves::gaussian(&once, kernel, 0);
+                    once.iter().zip(twice).map(|(a, b)| (2.0 * a - b) / (step * step)).collect()
+                },
                 y: smoothed(0),
                 enters: {
                     let narrow = (0.5 * kernel).max(1.0);
@@ -180,6 +190,7 @@ impl Led {
             leading: Vec::new(),
             beside: Vec::new(),
             apart: Vec::new(),
+            as_measured: false,
         })
     }
 
@@ -192,7 +203,7 @@ impl Led {
                     let samples = by / self.step;
                     for c in s.channels.iter_mut().filter(|c| c.output == *output) {
                         let [a, b] = &mut c.enters;
-                        for v in [&mut c.y, &mut c.dy, &mut c.ddy, a, b] {
+                        for v in [&mut c.y, &mut c.dy, &mut c.ddy, &mut c.pulls, a, b] {
                             *v = octaves::moved(v, samples);
                         }
                     }
@@ -250,7 +261,7 @@ impl Led {
             if rate {
                 [T::zero(), less(s.enters[0][k], 0), pulls(&s.dy, 1)]
             } else {
-                [less(s.enters[0][k], 0), less(s.enters[1][k], 1), pulls(&s.ddy, 2)]
+                [less(s.enters[0][k], 0), less(s.enters[1][k], 1), pulls(&s.pulls, 2)]
             }
         };
         let mut x = vec![T::zero(); sizes.states];

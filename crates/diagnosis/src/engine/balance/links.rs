@@ -37,9 +37,10 @@ impl Led {
         use trueup_identification::plant::Plant;
         let find =
             |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
+        let as_it_is = coordinates.len() == self.leading.len();
         let mut leads = Vec::new();
         for (i, c) in coordinates.iter().enumerate() {
-            if self.leading.get(i) == Some(&false) && coordinates.len() == self.leading.len() {
+            if self.leading.get(i) == Some(&false) && as_it_is {
                 leads.push(None);
                 continue;
             }
@@ -82,7 +83,7 @@ impl Led {
         let velocity: Vec<usize> =
             coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
         // Integrated beside accelerations that the model makes up, a motor may run away: what was measured holds it.
-        let given = if leads.iter().all(Option::is_some) {
+        let given = if leads.iter().all(Option::is_some) || as_it_is && !self.as_measured {
             Vec::new()
         } else {
             let one = |(state, parts): &(usize, Vec<(usize, f64)>)| {
