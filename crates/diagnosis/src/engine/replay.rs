@@ -329,7 +329,20 @@ impl Search<'_> {
         for (_, deviation) in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
             *deviation *= VAGUELY;
         }
-        let mut theta = problem.start();
+        let (start, begun) = (problem.start(), self.begun(&problem, run));
+        let (least, settled) = self.settle_from(&mut problem, start, run)?;
+        let other = begun.and_then(|start| self.settle_from(&mut problem, start, run).ok());
+        Ok(other.filter(|(missed, _)| *missed < least).map_or(settled, |other| other.1))
+    }
+
+    /// The same from one start, and what it misses.
+    fn settle_from(
+        &self,
+        problem: &mut Comparison<'_>,
+        start: Vec<f64>,
+        run: &Compared,
+    ) -> Result<(f64, Settled), PredictError> {
+        let mut theta = start;
         for (max_iterations, cost_tolerance) in [(3, 3e-3), (8, 1e-4)] {
             let missed = self.missed(&problem.shown(0, &theta)?, run) / run.run.channels.len().max(1) as f64;
             let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
@@ -337,11 +350,29 @@ impl Search<'_> {
             let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
             problem.allowed = vec![ranges.collect()];
             let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
-            theta = solve(&problem, &theta, options)?.x;
+            theta = solve(problem, &theta, options)?.x;
         }
         let shown = problem.shown(0, &theta)?;
+        let missed = self.missed(&shown, run);
         let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
-        Ok(Settled { theta, first, shown, allowed: problem.allowed })
+        Ok((missed, Settled { theta, first, shown, allowed: problem.allowed.clone() }))
+    }
+
+    /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
+    /// nobody sees). `None`: it shows everything.
+    fn begun(&self, problem: &Comparison<'_>, run: &Compared) -> Option<Vec<f64>> {
+        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
+        let links = led.links(problem.model, &coordinates);
+        links.unled().next()?;
+        let led = Comparison {
+            led: vec![(led, links)],
+            unknowns: problem.unknowns.clone(),
+            ..Comparison::free(problem.model, problem.nominal.clone(), problem.runs)
+        };
+        let options =
+            Options { max_iterations: 10, cost_tolerance: 1e-4, radius: 10.0, ..Options::default() };
+        Some(solve(&led, &led.start(), options).ok()?.x)
     }
 
     /// Standard deviation that noise alone leaves in each channel of each recording: that of the sensor, and that of the
