@@ -82,7 +82,7 @@ impl Led {
             .partition(|i| leads[*i].is_some());
         let velocity: Vec<usize> =
             coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
-        // Integrated beside accelerations that the model makes up, a motor may run away: what was measured holds it.
+        // Beside accelerations that the model makes up a motor may run away: what was measured holds it.
         let given = if leads.iter().all(Option::is_some) || as_it_is && !self.as_measured {
             Vec::new()
         } else {

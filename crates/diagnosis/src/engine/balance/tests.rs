@@ -180,7 +180,7 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let subject = Subject { plant: Plant::Arm, flexible: vec![true, false, false] };
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
-    // At rest in the beginning: a wide kernel knows nothing of what was before.
+    // At rest in the beginning: a kernel knows nothing of what was before.
     let torque = |t: f64| {
         let size = 1.0 - (-(t / 4.0).powi(4)).exp();
         [0.1 * (0.7 * t).sin(), 0.02 * (1.1 * t).sin(), 0.01 * (1.3 * t).cos()].map(|u| size * u)
