@@ -9,25 +9,29 @@
 //! a simulated recording of the nominal model shows, and of a tolerance for the forms of laws.
 
 mod advance;
+mod input;
 mod links;
 mod pace;
 mod reversal;
+mod sensed;
+mod terms;
 
 use std::collections::BTreeMap;
 
 use trueup_identification::predict::PredictError;
-use trueup_identification::run::{Between, Drive, Run};
+use trueup_identification::run::Run;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_signals::spline::Spline;
 
-use super::coordinate::{Coordinate, median_step};
+use super::coordinate::median_step;
 use super::octaves;
 use super::problem::Target;
 use super::recordings::rates;
 use super::subject::Model;
 use advance::{Context, Work};
-pub use links::Links;
+use input::{averaged, lag};
+pub use links::{Leading, Links};
 
 /// What forms of laws may err by, relative to the terms of the balance.
 pub const FORM: f64 = 3e-4;
@@ -55,9 +59,6 @@ pub struct Smooth {
     pub dy: Vec<f64>,
     /// Second derivative.
     pub ddy: Vec<f64>,
-    /// The same with what the kernel takes off passed through it once more (Tukey's twicing): beside it is integrated what
-    /// nothing leads, which no other kernel makes up for.
-    pub pulls: Vec<f64>,
 }
 
 /// One recording on its grid.
@@ -88,16 +89,8 @@ pub struct Led {
     pub share: Vec<f64>,
     /// Deviation of each channel by octave.
     pub floors: Vec<Vec<f64>>,
-    /// Coordinates that may lead.
-    pub leading: Vec<bool>,
-    /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
-    /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
-    pub beside: Vec<usize>,
-    /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
-    /// joint gives way.
-    pub apart: Vec<usize>,
-    /// In the model as it is what nothing leads is integrated beside accelerations that were measured, not that it makes up.
-    pub as_measured: bool,
+    /// Who leads it.
+    pub leading: Leading,
     /// Instants at a reversal of something with dry friction: they do not count.
     pub reversal: Vec<bool>,
     /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
@@ -153,11 +146,6 @@ impl Led {
                 rate_sigma: c.sigma / step / (4.0 * std::f64::consts::PI.sqrt() * kernel.powi(3)).sqrt(),
                 dy: smoothed(1).iter().map(|v| v / step).collect(),
                 ddy: smoothed(2).iter().map(|v| v / (step * step)).collect(),
-                pulls: {
-                    let once = octaves::gaussian(&y, kernel, 2);
-                    let twice = octaves::gaussian(&once, kernel, 0);
-                    once.iter().zip(twice).map(|(a, b)| (2.0 * a - b) / (step * step)).collect()
-                },
                 y: smoothed(0),
                 enters: {
                     let narrow = (0.5 * kernel).max(1.0);
@@ -187,10 +175,7 @@ impl Led {
             whiten: Vec::new(),
             share: Vec::new(),
             floors: Vec::new(),
-            leading: Vec::new(),
-            beside: Vec::new(),
-            apart: Vec::new(),
-            as_measured: false,
+            leading: Leading::default(),
         })
     }
 
@@ -203,7 +188,7 @@ impl Led {
                     let samples = by / self.step;
                     for c in s.channels.iter_mut().filter(|c| c.output == *output) {
                         let [a, b] = &mut c.enters;
-                        for v in [&mut c.y, &mut c.dy, &mut c.ddy, &mut c.pulls, a, b] {
+                        for v in [&mut c.y, &mut c.dy, &mut c.ddy, a, b] {
                             *v = octaves::moved(v, samples);
                         }
                     }
@@ -249,7 +234,8 @@ impl Led {
         let sensed = self.sensed(model, p, offsets);
         let h = self.step;
         // Coordinates: position, velocity, acceleration; what a sensor adds is taken out of its readings.
-        let bound = !links.given.is_empty();
+        let pulls = self.accelerations(links);
+        let bound = !pulls.is_empty();
         let at = |i: usize, k: usize| -> [T; 3] {
             let Some((c, f, rate)) = links.leads[i] else { return [T::zero(); 3] };
             let s = &self.channels[c];
@@ -257,11 +243,11 @@ impl Led {
                 Some(s) => (-s[d][k] + v) / f,
                 None => T::constant(v / f),
             };
-            let pulls = |v: &[f64], d: usize| if bound { less(v[k], d) } else { T::zero() };
+            let pull = |d: usize| pulls.get(i).map_or(T::zero(), |v| less(v[k], d));
             if rate {
-                [T::zero(), less(s.enters[0][k], 0), pulls(&s.dy, 1)]
+                [T::zero(), less(s.enters[0][k], 0), pull(1)]
             } else {
-                [less(s.enters[0][k], 0), less(s.enters[1][k], 1), pulls(&s.pulls, 2)]
+                [less(s.enters[0][k], 0), less(s.enters[1][k], 1), pull(2)]
             }
         };
         let mut x = vec![T::zero(); sizes.states];
@@ -390,53 +376,26 @@ impl Led {
         Ok(out)
     }
 
-    /// Whether a channel is looked at as one that leads its coordinate: as its acceleration.
-    fn as_lead(&self, links: &Links, coordinate: usize, channel: usize) -> bool {
-        links.lead_of(coordinate) == Some(channel) || self.apart.contains(&channel)
+    /// Second derivatives of what leads each coordinate, as the channel has them, with what the kernel takes off passed through it
+    /// once more (Tukey's twicing): beside them is integrated what nothing leads, which no other kernel makes up for. None where
+    /// no row is given.
+    fn accelerations(&self, links: &Links) -> Vec<Vec<f64>> {
+        let one = |lead: &Option<(usize, f64, bool)>| {
+            let Some((c, _, rate)) = *lead else { return Vec::new() };
+            let s = &self.channels[c];
+            if rate {
+                return s.dy.clone();
+            }
+            let once = octaves::gaussian(&s.enters[0], self.kernel, 2);
+            let twice = octaves::gaussian(&once, self.kernel, 0);
+            once.iter().zip(twice).map(|(a, b)| (2.0 * a - b) / (self.step * self.step)).collect()
+        };
+        if links.given.is_empty() { Vec::new() } else { links.leads.iter().map(one).collect() }
     }
 
-    /// What effects of sensors and offsets add to each channel, with its first and second derivative; `None`: nothing.
-    fn sensed<T: Scalar>(&self, model: &Model, p: &[T], offsets: &[T]) -> Vec<Option<[Vec<T>; 3]>> {
-        let sizes = model.sizes();
-        let sensors: Vec<usize> =
-            model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.channel).collect();
-        let spans: Vec<usize> = model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.sites).collect();
-        let concerned = |o: usize| sensors.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
-        let moved = |o: usize| offsets[o].value() != 0.0 || offsets[o] != T::zero();
-        let any: Vec<bool> = self.channels.iter().map(|c| concerned(c.output) || moved(c.output)).collect();
-        if !any.contains(&true) {
-            return vec![None; self.channels.len()];
-        }
-        let x = vec![T::zero(); sizes.states];
-        let u = vec![T::zero(); sizes.inputs];
-        let modes = vec![0; sizes.modes];
-        let mut shown = vec![T::zero(); sizes.outputs];
-        // Where the readings' own noise told the error, the error could be fitted to take that noise away.
-        let calm: Vec<Vec<f64>> =
-            self.channels.iter().map(|c| octaves::gaussian(&c.enters[0], 2.0 * self.kernel, 0)).collect();
-        let mut added: Vec<Vec<T>> = vec![Vec::with_capacity(self.t.len()); self.channels.len()];
-        for k in 0..self.t.len() {
-            self.channels.iter().zip(&calm).for_each(|(c, y)| shown[c.output] = T::constant(y[k]));
-            let at = At { t: T::constant(self.t[k] - self.t[0]), x: &x, u: &u, p, modes: &modes };
-            model.effects().sense(&at, &mut shown);
-            for (c, s) in self.channels.iter().enumerate() {
-                added[c].push(shown[s.output] - calm[c][k] + offsets[s.output]);
-            }
-        }
-        let h = self.step;
-        let derived = |v: Vec<T>| {
-            let n = v.len();
-            let near = |k: usize| (k.max(1) - 1, (k + 1).min(n - 1));
-            let first = (0..n).map(|k| (v[near(k).1] - v[near(k).0]) / ((near(k).1 - near(k).0) as f64 * h));
-            let first: Vec<T> = first.collect();
-            let second = (0..n).map(|k| {
-                let k = k.clamp(1, n - 2);
-                (v[k + 1] - v[k] * 2.0 + v[k - 1]) / (h * h)
-            });
-            let second = second.collect();
-            [v, first, second]
-        };
-        added.into_iter().zip(any).map(|(v, any)| any.then(|| derived(v))).collect()
+    /// Whether a channel is looked at as one that leads its coordinate: as its acceleration.
+    fn as_lead(&self, links: &Links, coordinate: usize, channel: usize) -> bool {
+        links.lead_of(coordinate) == Some(channel) || self.leading.apart.contains(&channel)
     }
 
     /// Octaves of what is missing, in units of their floors; the channels of one part after each other.
@@ -473,69 +432,6 @@ impl Led {
             }
         }
         all
-    }
-
-    /// What inputs and motion make of each channel by themselves: sizes of the terms of the balance.
-    pub fn terms(&self, links: &Links, coordinates: &[Coordinate]) -> Vec<[Vec<f64>; 2]> {
-        let all = self.channels.iter().enumerate().map(|(c, s)| {
-            let Some((i, f, rate)) = links.shows[c] else { return [s.y.clone(), s.y.clone()] };
-            if !self.as_lead(links, i, c) {
-                // Two angles of one body: no law stands between them.
-                let exact = !rate && links.leads[i].is_some();
-                let own = if exact { vec![0.0; self.t.len()] } else { s.y.clone() };
-                return [own.clone(), own];
-            }
-            let own = if rate { s.dy.clone() } else { s.ddy.clone() };
-            let mut driven = vec![0.0; self.t.len()];
-            for (input, factor) in &coordinates[i].driven {
-                let Some(u) = self.inputs.get(*input) else { continue };
-                driven.iter_mut().zip(u).for_each(|(d, u)| *d += u * factor * f);
-            }
-            [own, driven]
-        });
-        all.collect()
-    }
-}
-
-/// Means of an input over the grid's steps.
-fn averaged(d: &Drive, t: &[f64], h: f64) -> Vec<f64> {
-    let mut at = 0;
-    let mut value = |t: f64| {
-        while at + 1 < d.t.len() && d.t[at + 1] <= t {
-            at += 1;
-        }
-        while at > 0 && d.t[at] > t {
-            at -= 1;
-        }
-        match (d.between, d.t.get(at + 1)) {
-            (Between::Linear, Some(next)) if t > d.t[at] => {
-                let w = (t - d.t[at]) / (next - d.t[at]);
-                d.u[at] * (1.0 - w) + d.u[at + 1] * w
-            }
-            _ => d.u[at],
-        }
-    };
-    if d.t.is_empty() {
-        return vec![0.0; t.len()];
-    }
-    t.iter()
-        .map(|t| [-0.375, -0.125, 0.125, 0.375].map(|s| value(t + s * h)).iter().sum::<f64>() / 4.0)
-        .collect()
-}
-
-/// First-order lag of a series, T in samples: exact on straight lines between samples.
-fn lag(u: &mut [f64], samples: f64) {
-    if samples <= 1e-9 || u.is_empty() {
-        return;
-    }
-    let decay = (-1.0 / samples).exp();
-    let mut x = u[0];
-    let mut before = u[0];
-    for v in u.iter_mut() {
-        let slope = *v - before;
-        x = *v - slope * samples + (x - before + slope * samples) * decay;
-        before = *v;
-        *v = x;
     }
 }
 

@@ -62,15 +62,14 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     for (run, grid) in runs.iter().zip(grids) {
         let short = || format!("{}: it is too short: 40 readings of a channel are the least", run.run.name);
         let mut own = grid.ok_or_else(short)?;
-        own.leading.clone_from(&lead);
+        own.leading.coordinates.clone_from(&lead);
         own.part = part;
         let beside = own.links(&case.model, &case.coordinates).beside().into_iter().map(|[c, _]| c);
-        (own.apart, own.beside) = beside.partition(|c| apart.contains(&own.channels[*c].output));
-        led.push(own);
-    }
-    for own in &mut led {
+        (own.leading.apart, own.leading.beside) =
+            beside.partition(|c| apart.contains(&own.channels[*c].output));
         let links = own.links(&case.model, &case.coordinates);
         own.mark_reversals(&links);
+        led.push(own);
     }
     let made_up = weighed(case, &runs, led, seed);
     let unled = |own: &Led| own.links(&case.model, &case.coordinates).unled().next().is_some();
@@ -79,7 +78,8 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
     }
     // Accelerations that the model makes up may let what nothing leads run away, those that were measured bring in the noise of
     // a camera: whichever leaves less.
-    let as_measured = made_up.led.iter().map(|own| Led { as_measured: true, ..own.clone() }).collect();
+    let mut as_measured = made_up.led.clone();
+    as_measured.iter_mut().for_each(|own| own.leading.as_measured = true);
     let as_measured = weighed(case, &runs, as_measured, seed);
     Ok(if as_measured.size() < made_up.size() { as_measured } else { made_up })
 }
@@ -136,9 +136,6 @@ impl Spectra {
             let Some(mut made) = Led::new(&made, inputs, own.kernel) else { continue };
             made.leading.clone_from(&own.leading);
             made.part = own.part;
-            made.beside.clone_from(&own.beside);
-            made.apart.clone_from(&own.apart);
-            made.as_measured = own.as_measured;
             made.mark_reversals(&links);
             if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
                 merge(&mut all.noise, &made.products(&series));
@@ -161,7 +158,7 @@ impl Spectra {
 fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec<f64> {
     let mean = |v: &(Vec<f64>, f64), at: usize| v.0[at] / v.1.max(1.0);
     let m = led.channels.len();
-    led.floors = vec![Vec::new(); m];
+    (led.floors, led.whiten, led.share) = (vec![Vec::new(); m], Vec::new(), Vec::new());
     let bridged = led.is_bridged();
     let mut perfect = Vec::new();
     let mut more = vec![1.0; m];
@@ -228,7 +225,8 @@ fn leading(case: &Prepared, all: &[&Led]) -> Vec<bool> {
 }
 
 /// Outputs beside another one from which they are so far apart that noise of either hardly comes through a spring between
-/// them. Of an arm: its motor would else be integrated beside accelerations of a satellite that a camera sees.
+/// them. Of an arm: its motor would else be integrated beside accelerations of a satellite that a camera sees; a joint's load has
+/// no one else to be integrated beside.
 fn apart(case: &Prepared, all: &[&Led]) -> Vec<usize> {
     // By output: power of how far the two are apart, and of the noise.
     let mut powers: BTreeMap<usize, [f64; 2]> = BTreeMap::new();
@@ -237,7 +235,7 @@ fn apart(case: &Prepared, all: &[&Led]) -> Vec<usize> {
             let [own, other] = pair.map(|c| &led.channels[c]);
             let between: Vec<f64> = own.y.iter().zip(&other.y).map(|(a, b)| a - b).collect();
             let power = powers.entry(own.output).or_default();
-            power[0] += between.clone().population_variance();
+            power[0] += (&between).population_variance();
             power[1] += own.smooth_sigma.powi(2) + other.smooth_sigma.powi(2);
         }
     }
@@ -272,4 +270,35 @@ fn perfect(case: &Prepared, run: &Compared) -> Run {
         made.channels.iter_mut().zip(shown).for_each(|(c, y)| c.y = y);
     }
     made
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use trueup_identification::run::Channel;
+
+    /// Floors are of the leading that stands: those of another one before leave nothing behind.
+    #[test]
+    fn what_is_weighed_anew_is_weighed_alike() {
+        let t: Vec<f64> = (0..400).map(|k| f64::from(k) * 0.01).collect();
+        let y: Vec<f64> = t.iter().map(|t| (3.0 * t).sin()).collect();
+        let channel = Channel { t, y: y.clone(), sigma: 1e-3, ..Channel::default() };
+        let run = Run { channels: vec![channel], ..Run::default() };
+        let mut led = Led::new(&run, 0, kernel([&run].into_iter())).unwrap();
+        let of = |led: &Led, size: f64| led.products(&[y.iter().map(|v| size * v).collect()]);
+        let made = |led: &Led, size: f64| Spectra {
+            noise: of(led, size),
+            terms: of(led, 1.0),
+            real: of(led, 10.0 * size),
+        };
+        let mut weighed = |size: f64| {
+            let own = made(&led, size);
+            weigh(&mut led, &own, &[&own], &[]);
+            (led.whiten.clone(), led.share.clone(), led.floors.clone())
+        };
+        let first = weighed(1e-3);
+        assert_ne!(weighed(2e-3), first);
+        assert_eq!(weighed(1e-3), first);
+        assert_eq!(first.0.len(), led.parts.last().unwrap().octave + 1);
+    }
 }

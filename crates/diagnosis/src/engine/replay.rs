@@ -330,9 +330,13 @@ impl Search<'_> {
             *deviation *= VAGUELY;
         }
         let (start, begun) = (problem.start(), self.begun(&problem, run));
-        let (least, settled) = self.settle_from(&mut problem, start, run)?;
-        let other = begun.and_then(|start| self.settle_from(&mut problem, start, run).ok());
-        Ok(other.filter(|(missed, _)| *missed < least).map_or(settled, |other| other.1))
+        let seen = self.settle_from(&mut problem, start, run);
+        let led = begun.and_then(|start| self.settle_from(&mut problem, start, run).ok());
+        let better = |led: &(f64, Settled)| seen.as_ref().map_or(true, |seen| led.0 < seen.0);
+        match led.filter(better) {
+            Some((_, settled)) => Ok(settled),
+            None => Ok(seen?.1),
+        }
     }
 
     /// The same from one start, and what it misses.

@@ -117,14 +117,16 @@ impl Sizes {
                 true => v[q::joint_stiffness(n) + j].max(1e-6),
                 false => inertia * 10f64.powi(2),
             };
-            let mode = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
+            // The link swings faster on it than the motor.
+            let mode = (k / inertia).sqrt();
+            let slow = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
             let deflection = torque / k;
             let angle = self.range(o::joint_angle(n) + j);
             for (m, value) in [
                 (Measure::Torque, torque),
                 (Measure::Speed, speed),
                 (Measure::Deflection, deflection),
-                (Measure::DeflectionRate, deflection * mode * 0.1),
+                (Measure::DeflectionRate, deflection * slow * 0.1),
                 (Measure::LoadTorque, torque),
                 (Measure::LoadAngle, angle),
                 (Measure::LoadSpeed, speed),

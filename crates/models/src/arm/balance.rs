@@ -174,7 +174,8 @@ impl PlanarManipulator {
         self.balance_led(at, motion, &[])
     }
 
-    /// The same where these rows have accelerations that are given, whatever force that takes (ARM-14).
+    /// The same where these rows have accelerations that are given, whatever force that takes (ARM-14); one that sticks keeps to
+    /// that.
     pub(super) fn balance_led<T: Scalar>(
         &self,
         at: &At<T>,
@@ -199,8 +200,9 @@ impl PlanarManipulator {
         let mut acceleration = f;
         if !led.is_empty() {
             let mut given = [T::zero(); MAX_DOFS];
-            led.iter().for_each(|(row, a)| given[*row] = *a);
             let (all, of) = (rows, count);
+            let moves = |row: &usize| all[..of].contains(row);
+            led.iter().filter(|l| moves(&l.0)).for_each(|(row, a)| given[*row] = *a);
             count = 0;
             for row in all.into_iter().take(of) {
                 if led.iter().any(|l| l.0 == row) {

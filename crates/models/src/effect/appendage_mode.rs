@@ -24,9 +24,11 @@ const fn signal(
     SignalSpec { name, unit, arm_name: "", description, nominal: 1e-3, rate_unit, boolean: false }
 }
 
-/// Resonances are narrow, and nothing else tells where.
-const WIDE: Search =
-    Search { looks: &[1e-3, 3e-3, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0], doubt: 3.0, ..Search::USUAL };
+/// From slow sloshing to a stiff panel: nothing of the arm tells where.
+const FREQUENCIES: Search =
+    Search { looks: &[0.06, 0.12, 0.24, 0.48, 0.8, 1.3, 2.1, 3.6, 7.2], doubt: 2.0, ..Search::USUAL };
+/// Resonances are narrow.
+const DAMPINGS: Search = Search { looks: &[0.1, 0.5, 2.5], doubt: 2.0, ..Search::USUAL };
 
 impl Effect for AppendageMode {
     const SPEC: Spec = Spec {
@@ -51,8 +53,8 @@ impl Effect for AppendageMode {
                 unit: "rad/s",
                 description: "Natural frequency with the base held, omega_a (EF-24)",
                 arm_start: 5.0,
-                scale: Scale::of(1.0, &[(Measure::Mode, 1)]),
-                search: WIDE,
+                scale: Scale::plain(5.0),
+                search: FREQUENCIES,
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {
@@ -63,7 +65,7 @@ impl Effect for AppendageMode {
                 above_min: false,
                 arm_start: 0.02,
                 scale: Scale::plain(0.02),
-                search: WIDE,
+                search: DAMPINGS,
                 ..ParameterSpec::SHAPE
             },
         ],

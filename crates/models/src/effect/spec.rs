@@ -70,7 +70,7 @@ pub enum Measure {
     Reading,
     /// Length of a recording, s.
     Duration,
-    /// Angular frequency of the plant's slowest mode, rad/s.
+    /// Angular frequency at which a load swings on its joint's spring, rad/s.
     Mode,
 }
 

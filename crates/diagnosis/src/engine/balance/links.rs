@@ -7,6 +7,21 @@ use super::Led;
 use crate::engine::coordinate::Coordinate;
 use crate::engine::subject::Model;
 
+/// Who leads a recording through a model.
+#[derive(Clone, Debug, Default)]
+pub struct Leading {
+    /// Coordinates that may lead.
+    pub coordinates: Vec<bool>,
+    /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
+    /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
+    pub beside: Vec<usize>,
+    /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
+    /// joint gives way.
+    pub apart: Vec<usize>,
+    /// In the model as it is what nothing leads is integrated beside accelerations that were measured, not that it makes up.
+    pub as_measured: bool,
+}
+
 /// How the coordinates of a model hang together with the channels of a recording.
 #[derive(Clone, Debug)]
 pub struct Links {
@@ -37,15 +52,15 @@ impl Led {
         use trueup_identification::plant::Plant;
         let find =
             |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
-        let as_it_is = coordinates.len() == self.leading.len();
+        let as_it_is = coordinates.len() == self.leading.coordinates.len();
         let mut leads = Vec::new();
         for (i, c) in coordinates.iter().enumerate() {
-            if self.leading.get(i) == Some(&false) && as_it_is {
+            if self.leading.coordinates.get(i) == Some(&false) && as_it_is {
                 leads.push(None);
                 continue;
             }
             let best = |list: &[(usize, f64)]| {
-                let seen = self.channels.iter().enumerate().filter(|(k, _)| !self.beside.contains(k));
+                let seen = self.channels.iter().enumerate().filter(|(k, _)| !self.leading.beside.contains(k));
                 seen.filter_map(|(k, s)| Some((k, find(list, s.output)?, s.sigma)))
                     .min_by(|a, b| (a.2 / a.1.abs()).total_cmp(&(b.2 / b.1.abs())))
                     .map(|(k, f, _)| (k, f))
@@ -83,7 +98,7 @@ impl Led {
         let velocity: Vec<usize> =
             coordinates.iter().map(|c| c.velocity.first().map_or(0, |v| v.0)).collect();
         // Beside accelerations that the model makes up a motor may run away: what was measured holds it.
-        let given = if leads.iter().all(Option::is_some) || as_it_is && !self.as_measured {
+        let given = if leads.iter().all(Option::is_some) || as_it_is && !self.leading.as_measured {
             Vec::new()
         } else {
             let one = |(state, parts): &(usize, Vec<(usize, f64)>)| {

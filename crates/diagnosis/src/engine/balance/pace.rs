@@ -1,6 +1,6 @@
 //! How finely what the recording does not lead has to be integrated.
 
-use nalgebra::{Complex, DMatrix, Schur};
+use nalgebra::{DMatrix, Schur};
 use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
 
@@ -11,13 +11,8 @@ use crate::engine::subject::Model;
 /// wrong by 2e-4 of itself after a period.
 const RADIANS: f64 = 0.25;
 
-/// The fastest own mode of what is integrated, rad/s, at an instant.
+/// The fastest own mode of what is integrated, rad/s, at an instant; where derivatives are not finite: infinite.
 pub(super) fn fastest(model: &Model, links: &Links, at: &At<'_, f64>) -> f64 {
-    modes(model, links, at).map_or(f64::INFINITY, |all| all.iter().map(|v| v.norm()).fold(0.0, f64::max))
-}
-
-/// Eigenvalues of what is integrated; `None`: its derivatives are not finite.
-fn modes(model: &Model, links: &Links, at: &At<'_, f64>) -> Option<Vec<Complex<f64>>> {
     let n = links.free.len();
     let lift = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
     let (mut x, u, p) = (lift(at.x), lift(at.u), lift(at.p));
@@ -37,10 +32,11 @@ fn modes(model: &Model, links: &Links, at: &At<'_, f64>) -> Option<Vec<Complex<f
         }
     }
     if !slope.iter().all(|v| v.is_finite()) {
-        return None;
+        return f64::INFINITY;
     }
-    let found = Schur::try_new(slope, f64::EPSILON, 1000)?;
-    Some(found.complex_eigenvalues().iter().copied().collect())
+    Schur::try_new(slope, f64::EPSILON, 1000).map_or(f64::INFINITY, |found| {
+        found.complex_eigenvalues().iter().map(|v| v.norm()).fold(0.0, f64::max)
+    })
 }
 
 /// Into how many parts a step of the grid is divided, at most `most`.

@@ -1,6 +1,7 @@
 use super::*;
+use crate::engine::coordinate::Coordinate;
 use crate::engine::subject::Subject;
-use trueup_identification::run::Channel;
+use trueup_identification::run::{Between, Channel, Drive};
 use trueup_models::effect::Plant;
 use trueup_models::joint::{input, output, parameter};
 
@@ -210,9 +211,9 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let recording =
         Run { drives: (0..n).map(drive).collect(), channels: seen.map(channel).collect(), ..Run::default() };
     let mut led = Led::new(&recording, model.sizes().inputs, 1.5).unwrap();
-    led.leading = vec![true; all.len()];
+    led.leading.coordinates = vec![true; all.len()];
     let made_up = led.links(&model, &all);
-    led.as_measured = true;
+    led.leading.as_measured = true;
     let links = led.links(&model, &all);
     assert_eq!(links.unled().collect::<Vec<_>>(), [4]);
     let missed = |links: &Links, p: &[f64]| {

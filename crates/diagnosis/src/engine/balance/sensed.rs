@@ -1,0 +1,59 @@
+//! What sensors make of what they measure.
+
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid};
+
+use super::Led;
+use crate::engine::octaves;
+use crate::engine::subject::Model;
+
+impl Led {
+    /// What effects of sensors and offsets add to each channel, with its first and second derivative; `None`: nothing.
+    pub(super) fn sensed<T: Scalar>(
+        &self,
+        model: &Model,
+        p: &[T],
+        offsets: &[T],
+    ) -> Vec<Option<[Vec<T>; 3]>> {
+        let sizes = model.sizes();
+        let sensors: Vec<usize> =
+            model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.channel).collect();
+        let spans: Vec<usize> = model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.sites).collect();
+        let concerned = |o: usize| sensors.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
+        let moved = |o: usize| offsets[o].value() != 0.0 || offsets[o] != T::zero();
+        let any: Vec<bool> = self.channels.iter().map(|c| concerned(c.output) || moved(c.output)).collect();
+        if !any.contains(&true) {
+            return vec![None; self.channels.len()];
+        }
+        let x = vec![T::zero(); sizes.states];
+        let u = vec![T::zero(); sizes.inputs];
+        let modes = vec![0; sizes.modes];
+        let mut shown = vec![T::zero(); sizes.outputs];
+        // Where the readings' own noise told the error, the error could be fitted to take that noise away.
+        let calm: Vec<Vec<f64>> =
+            self.channels.iter().map(|c| octaves::gaussian(&c.enters[0], 2.0 * self.kernel, 0)).collect();
+        let mut added: Vec<Vec<T>> = vec![Vec::with_capacity(self.t.len()); self.channels.len()];
+        for k in 0..self.t.len() {
+            self.channels.iter().zip(&calm).for_each(|(c, y)| shown[c.output] = T::constant(y[k]));
+            let at = At { t: T::constant(self.t[k] - self.t[0]), x: &x, u: &u, p, modes: &modes };
+            model.effects().sense(&at, &mut shown);
+            for (c, s) in self.channels.iter().enumerate() {
+                added[c].push(shown[s.output] - calm[c][k] + offsets[s.output]);
+            }
+        }
+        let h = self.step;
+        let derived = |v: Vec<T>| {
+            let n = v.len();
+            let near = |k: usize| (k.max(1) - 1, (k + 1).min(n - 1));
+            let first = (0..n).map(|k| (v[near(k).1] - v[near(k).0]) / ((near(k).1 - near(k).0) as f64 * h));
+            let first: Vec<T> = first.collect();
+            let second = (0..n).map(|k| {
+                let k = k.clamp(1, n - 2);
+                (v[k + 1] - v[k] * 2.0 + v[k - 1]) / (h * h)
+            });
+            let second = second.collect();
+            [v, first, second]
+        };
+        added.into_iter().zip(any).map(|(v, any)| any.then(|| derived(v))).collect()
+    }
+}
