@@ -186,6 +186,8 @@ impl Ground<'_> {
             let lacking = self.lacking(found, effort);
             merge(&mut all, lacking);
         }
+        let late = late_where(found, &all).and_then(|at| self.run(found, at));
+        all.extend(late);
         all
     }
 
@@ -288,9 +290,23 @@ impl Ran for Contest<'_> {
     fn apart(&self, a: usize, b: usize) -> Option<f64> {
         self.ground.apart(self.find(a)?, self.find(b)?)
     }
+    fn one_sensor(&self) -> bool {
+        let runs = &self.ground.search.case.train;
+        runs.iter().all(|r| r.run.channels.len() == 1 && r.run.drives.len() == 1)
+    }
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
     }
+}
+
+/// The likeliest set that did not run and has a late reading where the best of those that did has a late command, or the other
+/// way round.
+fn late_where(found: &Found, ran: &[Contender]) -> Option<usize> {
+    let best = &found.sets[ran.iter().min_by(|a, b| a.after.total_cmp(&b.after))?.at];
+    let late = (0..found.sets.len()).filter(|at| found.sets[*at].is_late_where(best));
+    let likeliest =
+        |a: &usize, b: &usize| found.sets[*a].evidence(1.0).total_cmp(&found.sets[*b].evidence(1.0));
+    late.max_by(likeliest).filter(|at| ran.iter().all(|c| c.at != *at))
 }
 
 #[cfg(test)]

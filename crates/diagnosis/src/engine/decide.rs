@@ -94,6 +94,11 @@ impl Fitted {
     pub(crate) fn replaced_in<'a>(&self, other: &'a Self) -> Option<&'a Hypothesis> {
         other.stated.set.iter().find(|o| !self.stated.set.contains(o))
     }
+    /// They differ in one cause: a command that is late in the one, a reading in the other.
+    pub(crate) fn is_late_where(&self, other: &Self) -> bool {
+        let differ = [self.replaced_in(other), other.replaced_in(self)];
+        matches!(differ, [Some(a), Some(b)] if a.shifts() && b.shifts() && a.id != b.id)
+    }
     /// How many effects it claims.
     fn effects(&self) -> usize {
         self.stated.set.iter().filter(|h| h.is_effect()).count()
@@ -115,6 +120,8 @@ pub trait Ran {
     fn after(&self, set: usize) -> Option<f64>;
     /// How far the predictions of two sets are apart, as a gap.
     fn apart(&self, a: usize, b: usize) -> Option<f64>;
+    /// One sensor shows what one input does: whichever of the two is late, it shows the same.
+    fn one_sensor(&self) -> bool;
     /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
     fn each(&self, set: usize) -> Option<Vec<f64>>;
 }

@@ -59,6 +59,7 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
         octaves: vec![octave; 2],
         prior2: 0.0,
         occam: 0.0,
+        surer: 1.0,
     }
 }
 
@@ -68,11 +69,12 @@ pub(crate) fn found(sets: Vec<Fitted>, best: Option<usize>, readings: f64) -> Fo
     Found { best: best.map_or_else(|| plain.clone(), |at| sets[at].clone()), plain, sets }
 }
 
-/// Gaps of free runs by set; how far all of them are apart.
+/// Gaps of free runs by set; how far all of them are apart; whether they are of one sensor.
 #[derive(Default)]
 pub(crate) struct Shown {
     pub gaps: Vec<Option<f64>>,
     pub apart: Option<f64>,
+    pub one_sensor: bool,
 }
 
 impl Ran for Shown {
@@ -81,6 +83,9 @@ impl Ran for Shown {
     }
     fn apart(&self, _: usize, _: usize) -> Option<f64> {
         self.apart
+    }
+    fn one_sensor(&self) -> bool {
+        self.one_sensor
     }
     fn each(&self, _: usize) -> Option<Vec<f64>> {
         None

@@ -7,6 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 use trueup_diagnosis::diagnose::{Options, diagnose};
 use trueup_diagnosis::outcome::Diagnosis;
+use trueup_signals::{Case, Loaded};
 
 /// Time between two readings, s.
 const STEP: f64 = 0.002;
@@ -31,6 +32,10 @@ pub(crate) struct Joint {
     pub current_noise: f64,
     pub motor_noise: f64,
     pub load_noise: f64,
+    /// Whether the load's angle is measured.
+    pub load_seen: bool,
+    /// How far the owner doubts every parameter but the gear ratio, relative.
+    pub doubt: f64,
     /// Steps of the solver from reading to reading.
     pub substeps: u32,
 }
@@ -51,6 +56,8 @@ impl Default for Joint {
             current_noise: 2e-4,
             motor_noise: 2e-4,
             load_noise: 3e-6,
+            load_seen: true,
+            doubt: 0.01,
             substeps: 100,
         }
     }
@@ -62,17 +69,21 @@ impl Joint {
         self.load_inertia / self.gear.powi(2)
     }
 
-    /// The diagnosis of four recordings, the last held out, each with a phase of its own. The truth: `rates(current, state)`;
-    /// the state begins with angle and velocity of the motor, then of the load times the gear ratio.
-    pub(crate) fn diagnosed<const N: usize>(&self, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> Diagnosis {
+    /// Four recordings, the last held out, each with a phase of its own. The truth: `rates(current, state)`; the state begins
+    /// with angle and velocity of the motor, then of the load times the gear ratio.
+    pub(crate) fn recorded<const N: usize>(&self, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> Loaded {
         let folder = tempfile::tempdir().unwrap();
         for seed in 1..=4 {
             let csv = self.record(seed, &rates);
             std::fs::write(folder.path().join(format!("{seed}.csv")), csv).unwrap();
         }
         std::fs::write(folder.path().join("case.toml"), self.case()).unwrap();
-        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-        diagnose(&loaded, &Options::default(), &mut |_, _| ()).unwrap().diagnosis
+        Case::load(folder.path(), |_| Ok(Vec::new())).unwrap().0
+    }
+
+    /// Their diagnosis.
+    pub(crate) fn diagnosed<const N: usize>(&self, rates: impl Fn(f64, &[f64; N]) -> [f64; N]) -> Diagnosis {
+        diagnose(&self.recorded(rates), &Options::default(), &mut |_, _| ()).unwrap().diagnosis
     }
 
     /// A recording as CSV.
@@ -82,13 +93,18 @@ impl Joint {
         let ([[a, v], [b, w]], phase) = (self.current, seed as f64);
         let current = |t: f64| a * (v * t + phase).sin() + b * (w * t + 2.0 * phase).cos();
         let mut x = [0.0; N];
-        let mut csv = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+        let mut csv = "time,motorCurrent,motorAngle".to_owned();
+        csv += if self.load_seen { ",loadAngle\n" } else { "\n" };
         for k in 0..READINGS {
             let t = k as f64 * STEP;
             let u = current(t) + noise(self.current_noise);
             let motor = x[0] + noise(self.motor_noise);
             let load = x[2] / self.gear + noise(self.load_noise);
-            writeln!(csv, "{t:?},{u:?},{motor:?},{load:?}").unwrap();
+            write!(csv, "{t:?},{u:?},{motor:?}").unwrap();
+            if self.load_seen {
+                write!(csv, ",{load:?}").unwrap();
+            }
+            csv.push('\n');
             let h = STEP / f64::from(self.substeps);
             for i in 0..self.substeps {
                 let t = t + f64::from(i) * h;
@@ -102,7 +118,7 @@ impl Joint {
     }
 
     fn case(&self) -> String {
-        let Self { flexible, gear, current_noise, motor_noise, load_noise, .. } = self;
+        let Self { flexible, gear, current_noise, motor_noise, load_noise, doubt, .. } = self;
         let mut own = vec![
             ("motorInertia", self.motor_inertia),
             ("loadInertia", self.load_inertia),
@@ -113,11 +129,17 @@ impl Joint {
         if self.flexible {
             own.extend([("stiffness", self.stiffness), ("damping", self.damping)]);
         }
+        let doubts: String = own.iter().map(|(name, _)| format!("{name} = {doubt:?}\n")).collect();
         let own: String = own.iter().map(|(name, value)| format!("{name} = {value:?}\n")).collect();
+        let load = if self.load_seen {
+            format!("[channels.loadAngle]\nnoise = {load_noise:?}\n")
+        } else {
+            String::new()
+        };
         format!(
             "model = \"TwoMassJoint\"\ntrain = [\"1.csv\", \"2.csv\", \"3.csv\"]\nholdout = [\"4.csv\"]\n\
-             [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}\
-             [channels.motorAngle]\nnoise = {motor_noise:?}\n[channels.loadAngle]\nnoise = {load_noise:?}\n\
+             [parameters]\njointFlexible = {flexible}\ngearRatio = {gear:?}\n{own}[uncertain]\n{doubts}\
+             [channels.motorAngle]\nnoise = {motor_noise:?}\n{load}\
              [channels.motorCurrent]\nnoise = {current_noise:?}\n"
         )
     }

@@ -1,7 +1,6 @@
 //! Sets beside each other: balances and free runs together.
 
 use super::{Balances, Free, Ran, Thresholds, left};
-use crate::engine::hypothesis::Hypothesis;
 use crate::engine::search::Fitted;
 use crate::engine::select::{Found, above};
 
@@ -96,8 +95,8 @@ impl<'a> Judge<'a> {
         let remains = chosen.map_or(self.tuned(), |at| self.power(at));
         let idle = chosen.is_none() || remains > limits.idle * self.tuned();
         let open = |at| chosen.is_none_or(|c| self.score(at) > self.score(c) - self.limits.odds.settled);
-        let other = self.best_of_size(1)?;
-        (idle && self.power(other) < limits.instead * remains && open(other)).then_some(other)
+        let does = |at: &usize| idle && self.power(*at) < limits.instead * remains && open(*at);
+        self.of_size(1).filter(does).max_by(|a, b| self.score(*a).total_cmp(&self.score(*b)))
     }
     fn falls_short(&self, at: usize) -> bool {
         self.ran.after(at).is_some_and(|a| a > self.limits.free_runs.near * self.free.floor)
@@ -137,14 +136,10 @@ impl<'a> Judge<'a> {
             if f.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o)) {
                 return 0.0;
             }
-            // A command that is late moves the input's noise, a reading that is late does not: what they differ by at the floor
-            // is that.
-            let late = h.shifts() && best.replaced_in(f).is_some_and(Hypothesis::shifts);
-            let (told, outweighs) = if late {
-                (self.balances.by_size(f, best), self.limits.odds.settled)
-            } else {
-                (self.balances.odds(f, best), self.limits.odds.outweighs)
-            };
+            let (late, limits) = (best.is_late_where(f), &self.limits.odds);
+            // All that tells these apart behind one sensor is the form of their laws.
+            let told = if late && self.ran.one_sensor() { 0.0 } else { self.balances.odds(f, best) };
+            let outweighs = if late { limits.settled } else { limits.outweighs };
             let Some(chosen) = chosen else { return told };
             // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
             let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);

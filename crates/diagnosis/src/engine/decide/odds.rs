@@ -42,19 +42,21 @@ impl Balances {
     }
 
     /// Odds (natural logarithm) of set `a` against set `b`: by the logarithm of what they leave and by what it is beside
-    /// the noise, whichever is surer where both say the same.
+    /// the noise, whichever is surer where both say the same. A late command against a late reading by the logarithm alone:
+    /// the one moves the input's noise and the other does not, which is what they differ by at the floor.
     pub fn odds(&self, a: &Fitted, b: &Fitted) -> f64 {
-        self.of(&a.into(), &b.into())
+        let late = a.is_late_where(b);
+        let [a, b] = [a, b].map(Left::from);
+        if late { self.by_size(&a, &b) } else { self.of(&a, &b) }
     }
 
-    /// The same by the logarithm alone: what little is left beside the noise tells nothing.
-    pub fn by_size(&self, a: &Fitted, b: &Fitted) -> f64 {
-        let [a, b] = [a, b].map(Left::from);
-        self.concentrated(&a) - self.concentrated(&b) + possible(&a, &b)
+    /// By the logarithm of what they leave.
+    fn by_size(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
+        self.concentrated(a) - self.concentrated(b) + possible(a, b)
     }
 
     fn of(&self, a: &Left<'_>, b: &Left<'_>) -> f64 {
-        let apart = self.concentrated(a) - self.concentrated(b) + possible(a, b);
+        let apart = self.by_size(a, b);
         let plain = self.beside_noise(a, b) + possible(a, b);
         if plain * apart > 0.0 && plain.abs() > apart.abs() { plain } else { apart }
     }

@@ -15,7 +15,7 @@ pub(super) struct Projection {
 
 impl Projection {
     pub(super) fn new(base: &Fitted) -> Self {
-        let mut j = base.jacobian.clone();
+        let (residuals, mut j) = base.as_believed();
         for mut column in j.column_iter_mut() {
             let norm = column.norm();
             if norm > 0.0 {
@@ -23,7 +23,7 @@ impl Projection {
             }
         }
         let q = j.qr().q();
-        let residuals = &base.residuals - &q * q.tr_mul(&base.residuals);
+        let residuals = &residuals - &q * q.tr_mul(&residuals);
         Self { q, residuals }
     }
     /// A change of the readings from `first` on, less what the unknowns would do against it.
@@ -48,15 +48,16 @@ impl Projection {
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
     pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
         let (_, old) = base.stated.unknowns[k].prior?;
-        let mut a = base.jacobian.tr_mul(&base.jacobian);
-        let mut b = base.jacobian.tr_mul(&base.residuals);
+        let (residuals, jacobian) = base.as_believed();
+        let mut a = jacobian.tr_mul(&jacobian);
+        let mut b = jacobian.tr_mul(&residuals);
         let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
-        let change = 1.0 / (sd * sd) - 1.0 / (old * old);
+        let change = base.surer.powi(2) * (1.0 / (sd * sd) - 1.0 / (old * old));
         a[(k, k)] += change;
         b[k] += change * r;
         let step = -a.cholesky()?.solve(&b);
-        let before = 0.5 * (base.residuals.norm_squared() + change * r * r);
-        let gain = -0.5 * step.dot(&b) + 0.5 * base.residuals.norm_squared() - before;
+        let before = 0.5 * (residuals.norm_squared() + change * r * r);
+        let gain = -0.5 * step.dot(&b) + 0.5 * residuals.norm_squared() - before;
         Some((gain.max(0.0), step[k]))
     }
 }
