@@ -25,6 +25,17 @@ pub(crate) fn folder(path: &Path) -> Result<(), Error> {
     })
 }
 
+/// Whether [`folder`] will be able to make it, without leaving an empty one behind for work that may be interrupted.
+pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
+    let there = path.exists();
+    folder(path)?;
+    if !there {
+        // Only an empty one goes; what stands above it may stay.
+        let _ = std::fs::remove_dir(path);
+    }
+    Ok(())
+}
+
 /// Writes a file under another name first, so that it is there whole or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
     let failed = |e: std::io::Error| Error::at(path, format!("it cannot be written: {e}"));

@@ -22,7 +22,7 @@ use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
 use crate::error::Error;
-use crate::output::{folder, say};
+use crate::output::{can_be_made, folder, say};
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     let found = write(args)?;
@@ -39,7 +39,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let loaded = load(&args.case)?;
     // What would be in the way of writing is said before the work, not after it.
     let library = pack::library(args.library.as_deref())?;
-    folder(&args.output)?;
+    can_be_made(&args.output)?;
     let options = Options { seed: args.seed, ..Options::default() };
     sensors(&loaded);
     let bar = std::io::stderr().is_terminal().then(bar);
@@ -72,6 +72,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     }
     files.push(("report.html".into(), page.into_bytes()));
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
+    folder(&args.output)?;
     for (name, bytes) in files {
         write_file(&args.output.join(name), &bytes).map_err(|e| Error::Failed(e.to_string()))?;
     }
