@@ -84,7 +84,7 @@ pub fn above(excess: f64, least: f64) -> f64 {
 /// A step has to explain this share of the excess that is left.
 pub const SHARE: f64 = 0.12;
 /// ... and, from the second on, this share of the excess of the plain model: less is put down to the form of the first.
-pub const LEFT_TO_FORM: f64 = 0.03;
+const LEFT_TO_FORM: f64 = 0.03;
 /// ... unless it is this share of what is left, and leaves none: what is wrong with a form no other cause mends wholly,
 pub const WHOLLY: f64 = 0.7;
 /// or this share, however much is left,

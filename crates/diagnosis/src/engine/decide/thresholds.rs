@@ -1,6 +1,6 @@
 //! Where the lines between verdicts are.
 
-use crate::engine::select::{ASKED, LEFT_TO_FORM, WHOLLY};
+use crate::engine::select::{ASKED, WHOLLY};
 
 /// Figures that were set on trials whose seeds are not those reported.
 #[derive(Clone, Copy, Debug, Default)]
@@ -126,7 +126,7 @@ impl Default for OfFreeRuns {
             astray: 1.5,
             alike: 0.5,
             more: 3.0,
-            form: LEFT_TO_FORM,
+            form: 0.1,
             needless: 1.2,
             idle: 0.5,
             instead: 0.25,
