@@ -1,5 +1,6 @@
 //! From a case to a diagnosis.
 
+pub mod began;
 mod claim;
 mod contest;
 mod field;
@@ -20,6 +21,7 @@ use crate::experiment::{self, Experiment};
 use crate::floor;
 use crate::outcome::*;
 use crate::picture::Picture;
+use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
 use contest::Contest;
 use ground::Ground;
@@ -95,6 +97,8 @@ pub struct Diagnosed {
     pub flexible: Vec<bool>,
     /// The augmented model, where an effect is claimed.
     pub augmented: Option<Augmented>,
+    /// Where its free runs of those recordings began.
+    pub began: Vec<Began>,
 }
 
 /// The model with what was claimed.
@@ -240,9 +244,20 @@ pub fn diagnose(
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
-    let augmented = claimed.then(|| augmented(&search, &after));
+    let begins = |run| Began::of(&search, &after, run).map_err(|e| DiagnoseError::Nominal(e.to_string()));
+    let began: Vec<Began> =
+        if claimed { runs.iter().map(begins).collect::<Result<_, _>>()? } else { Vec::new() };
+    let augmented = claimed.then(|| augmented(&search, &after, began.first()));
     tell(1.0, "done");
-    Ok(Diagnosed { diagnosis, picture, next, traces, flexible: case.subject.flexible.clone(), augmented })
+    Ok(Diagnosed {
+        diagnosis,
+        picture,
+        next,
+        traces,
+        flexible: case.subject.flexible.clone(),
+        augmented,
+        began,
+    })
 }
 
 fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {

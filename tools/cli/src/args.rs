@@ -83,7 +83,7 @@ pub(crate) struct Statics {
 pub(crate) struct Diagnose {
     /// A folder of recordings with a case.toml, or that file
     pub(crate) case: PathBuf,
-    /// Folder for diagnosis.json, report.html and the augmented FMUs; made if it is not there
+    /// Folder for diagnosis.json, report.html, the augmented FMUs and where their free runs began; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Also print what diagnosis.json says

@@ -6,6 +6,7 @@ use nalgebra::DMatrix;
 use trueup_models::effect;
 
 use super::Augmented;
+use super::began::Began;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::replay::Complete;
@@ -219,7 +220,7 @@ fn distinct<T: PartialEq>(list: impl IntoIterator<Item = T>) -> Vec<T> {
     all
 }
 
-pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
+pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Began>) -> Augmented {
     let stated = &after.stated;
     let problem = search.compare(stated);
     let values = problem.parameters(0, &after.theta);
@@ -230,6 +231,10 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete) -> Augmented {
         .filter(|(n, _)| !n.name.starts_with("initial"))
         .map(|(n, v)| (n.name.clone(), v))
         .collect();
+    // A replay that estimates what sensors show has the rest as the first recording has it.
+    if let Some(began) = began {
+        all.extend(began.states.iter().filter(|(name, _)| began.hidden.contains(name)).cloned());
+    }
     // What the search makes by shifting signals the FMU has as effects.
     let mut effects: Vec<String> = stated
         .set

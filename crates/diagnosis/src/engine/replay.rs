@@ -62,6 +62,15 @@ pub struct Polished {
     pub fitted: Option<Fitted>,
 }
 
+/// How a free run of a recording begins.
+#[derive(Clone, Debug)]
+pub struct Begins {
+    /// All parameters of the model, first states among them.
+    pub parameters: Vec<f64>,
+    /// What constant offsets add to readings, by output.
+    pub offsets: Vec<(usize, f64)>,
+}
+
 /// A recording that runs freely from where it fits best.
 struct Settled {
     /// Coordinates of what was estimated for it.
@@ -291,6 +300,20 @@ impl Search<'_> {
     /// The model cannot be simulated.
     pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
         runs.par_iter().map(|run| Ok(self.settle(complete, run)?.shown)).collect()
+    }
+
+    /// How a model begins that simulates a recording freely.
+    ///
+    /// # Errors
+    /// The model cannot be simulated.
+    pub fn begins(&self, complete: &Complete, run: &Compared) -> Result<Begins, PredictError> {
+        let (problem, settled) = (self.alone(complete, run), self.settle(complete, run)?);
+        let offset = |(u, x): (&Unknown, &f64)| match u.target {
+            Target::Offset(output) => Some((output, u.scale.value(*x).0)),
+            _ => None,
+        };
+        let offsets = problem.unknowns.iter().zip(&settled.theta).filter_map(offset).collect();
+        Ok(Begins { parameters: problem.parameters(0, &settled.theta), offsets })
     }
 
     /// What is unknown of one recording once everything else is set.

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, diagnose};
+use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
@@ -65,6 +65,9 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
             }
             Err(e) => return Err(e),
         }
+    }
+    if !found.began.is_empty() {
+        files.push((began::FILE.into(), began::csv(&found.began).into_bytes()));
     }
     let page = page(&loaded, &found, args.seed);
     if let Some(next) = &found.next {
