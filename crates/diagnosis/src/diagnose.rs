@@ -8,6 +8,7 @@ mod ground;
 mod held_out;
 mod place;
 
+use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use crate::engine::decide::{Free, Thresholds, decide};
@@ -209,7 +210,9 @@ pub fn diagnose(
         }
         None => (tuned.clone(), shown_tuned.clone()),
     };
-    let floors = floors_of(&after)?;
+    let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
+    let settled = search.settled(&after, runs).map_err(nominal)?;
+    let floors = search.floors_around(&after, runs, &settled, options.seed).map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
     tell(0.95, "where it lies");
@@ -244,9 +247,8 @@ pub fn diagnose(
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
-    let begins = |run| Began::of(&search, &after, run).map_err(|e| DiagnoseError::Nominal(e.to_string()));
-    let began: Vec<Began> =
-        if claimed { runs.iter().map(begins).collect::<Result<_, _>>()? } else { Vec::new() };
+    let began = |(run, settled)| Began::new(&search, &after, run, settled);
+    let began: Vec<Began> = if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
     let augmented = claimed.then(|| augmented(&search, &after, began.first()));
     tell(1.0, "done");
     Ok(Diagnosed {

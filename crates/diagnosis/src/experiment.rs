@@ -16,6 +16,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use trueup_identification::lsq::Options;
 use trueup_identification::run::{Channel, Drive, Run};
 use trueup_numerics::hybrid::Hybrid;
+use trueup_signals::Recording;
 
 use crate::engine::decide::{Decision, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
@@ -63,13 +64,15 @@ pub struct Experiment {
 }
 
 /// The inputs as a recording's file.
-pub fn csv(inputs: &[Played]) -> String {
-    let mut out = inputs.iter().fold("time".to_owned(), |line, i| format!("{line},{}", i.name)) + "\n";
-    for (k, t) in inputs.first().map_or(&[][..], |i| &i.time).iter().enumerate() {
-        out += &inputs.iter().fold(format!("{t:?}"), |line, i| format!("{line},{:?}", i.value[k]));
-        out.push('\n');
-    }
-    out
+///
+/// # Errors
+/// Of the writer.
+pub fn csv(inputs: &[Played]) -> Result<Vec<u8>, std::io::Error> {
+    let channel = |i: &Played| trueup_signals::Channel::new(&i.name, "", i.time.clone(), i.value.clone());
+    let recording = Recording { channels: inputs.iter().map(channel).collect(), ..Recording::default() };
+    let mut out = Vec::new();
+    recording.to_csv(&mut out)?;
+    Ok(out)
 }
 
 /// What is to be told apart, and on what ground.
@@ -311,8 +314,9 @@ mod tests {
             time: vec![0.0, tidy(3.0 * 0.1), 0.6],
             value: value.to_vec(),
         };
-        let text =
-            csv(&[played("jointTorque[1]", [0.0, 0.25, -0.5]), played("jointTorque[2]", [1.0, 0.0, 1e-9])]);
+        let inputs =
+            [played("jointTorque[1]", [0.0, 0.25, -0.5]), played("jointTorque[2]", [1.0, 0.0, 1e-9])];
+        let text = String::from_utf8(csv(&inputs).unwrap()).unwrap();
         assert_eq!(text, "time,jointTorque[1],jointTorque[2]\n0.0,0.0,1.0\n0.3,0.25,0.0\n0.6,-0.5,1e-9\n");
     }
 }

@@ -1,9 +1,8 @@
 //! Where the last model's free runs began: whoever replays it has this to go by, and some of it no sensor shows.
 
-use trueup_identification::predict::PredictError;
-
+use crate::engine::coordinate::Coordinate;
 use crate::engine::problem::Compared;
-use crate::engine::replay::Complete;
+use crate::engine::replay::{Complete, Settled};
 use crate::engine::search::Search;
 
 /// Its file.
@@ -24,38 +23,49 @@ pub struct Began {
 
 impl Began {
     /// Of a recording that this model runs freely.
-    pub(super) fn of(search: &Search<'_>, model: &Complete, run: &Compared) -> Result<Self, PredictError> {
-        let begins = search.begins(model, run)?;
+    pub(super) fn new(search: &Search<'_>, model: &Complete, run: &Compared, settled: &Settled) -> Self {
         let subject = &search.case.subject;
         let names: Vec<String> =
             subject.parameters(&model.stated.model).into_iter().map(|n| n.name).collect();
-        let shown = |list: &[(usize, f64)]| {
-            list.iter().any(|(output, _)| run.run.channels.iter().any(|c| c.output == *output))
-        };
         let coordinates = subject.coordinates(&model.stated.model, &model.stated.nominal);
-        let hidden = coordinates.iter().filter(|c| !shown(&c.positions)).filter_map(|c| c.start);
-        let hidden = hidden.flatten().filter_map(|at| names.get(at).cloned()).collect();
-        let first = names.into_iter().zip(begins.parameters);
+        let shown = |output: usize| run.run.channels.iter().find(|c| c.output == output);
+        let hidden = hidden(&coordinates, |output| shown(output).is_some());
+        let hidden = hidden.into_iter().filter_map(|at| names.get(at).cloned()).collect();
+        let first = names.into_iter().zip(settled.parameters.iter().copied());
         let states = first.filter(|(name, _)| name.starts_with("initial")).collect();
-        let channel = |(output, value)| {
-            let name = run.run.channels.iter().find(|c| c.output == output)?.name.clone();
-            Some((name, value))
-        };
-        let offsets = begins.offsets.into_iter().filter_map(channel).collect();
-        Ok(Self { recording: run.run.name.clone(), states, hidden, offsets })
+        let channel = |&(output, value): &(usize, f64)| Some((shown(output)?.name.clone(), value));
+        let offsets = settled.offsets.iter().filter_map(channel).collect();
+        Self { recording: run.run.name.clone(), states, hidden, offsets }
     }
 }
 
+/// Parameters of the first states that no output shows: a position shows how fast it changes, a velocity not where it is.
+fn hidden(coordinates: &[Coordinate], shown: impl Fn(usize) -> bool) -> Vec<usize> {
+    let any = |outputs: &[(usize, f64)]| outputs.iter().any(|(output, _)| shown(*output));
+    let of = |c: &Coordinate| {
+        let [position, velocity] = c.start?;
+        let placed = any(&c.positions);
+        let moving = placed || any(&c.velocities);
+        Some([(position, placed), (velocity, moving)])
+    };
+    let all = coordinates.iter().filter_map(of).flatten();
+    all.filter(|(_, shown)| !shown).map(|(at, _)| at).collect()
+}
+
 /// As a file: recording, what, value.
-pub fn csv(all: &[Began]) -> String {
-    let mut out = "recording,variable,value\n".to_owned();
+///
+/// # Errors
+/// Of the writer.
+pub fn csv(all: &[Began]) -> Result<Vec<u8>, std::io::Error> {
+    let mut csv = csv::Writer::from_writer(Vec::new());
+    csv.write_record(["recording", "variable", "value"])?;
     for began in all {
         let offsets = began.offsets.iter().map(|(channel, v)| (format!("offset of {channel}"), v));
         for (name, value) in began.states.iter().map(|(n, v)| (n.clone(), v)).chain(offsets) {
-            out += &format!("{},{name},{value:?}\n", began.recording);
+            csv.write_record([&began.recording, &name, &format!("{value:?}")])?;
         }
     }
-    out
+    csv.into_inner().map_err(csv::IntoInnerError::into_error)
 }
 
 #[cfg(test)]
@@ -65,13 +75,31 @@ mod tests {
     #[test]
     fn a_file_has_a_line_for_each() {
         let began = Began {
-            recording: "a.csv".into(),
+            recording: "a, again.csv".into(),
             states: vec![("initialBaseRate".into(), 0.25)],
             hidden: vec!["initialBaseRate".into()],
             offsets: vec![("jointAngle[1]".into(), -1e-3)],
         };
-        let wanted =
-            "recording,variable,value\na.csv,initialBaseRate,0.25\na.csv,offset of jointAngle[1],-0.001\n";
-        assert_eq!(csv(&[began]), wanted);
+        let wanted = "recording,variable,value\n\"a, again.csv\",initialBaseRate,0.25\n\
+                      \"a, again.csv\",offset of jointAngle[1],-0.001\n";
+        assert_eq!(String::from_utf8(csv(&[began]).unwrap()).unwrap(), wanted);
+    }
+    #[test]
+    fn a_velocity_does_not_show_where_it_began() {
+        // Outputs 0 and 1 show position and velocity, parameters 10 and 11 set them first.
+        let coordinate = Coordinate {
+            positions: vec![(0, 1.0)],
+            velocities: vec![(1, 1.0)],
+            start: Some([10, 11]),
+            ..Coordinate::default()
+        };
+        let follows = Coordinate { start: None, ..coordinate.clone() };
+        let of = |channels: &[usize]| {
+            hidden(&[coordinate.clone(), follows.clone()], |output| channels.contains(&output))
+        };
+        assert_eq!(of(&[]), [10, 11]);
+        assert_eq!(of(&[1]), [10]);
+        assert_eq!(of(&[0]), [0; 0]);
+        assert_eq!(of(&[0, 1]), [0; 0]);
     }
 }

@@ -62,23 +62,19 @@ pub struct Polished {
     pub fitted: Option<Fitted>,
 }
 
-/// How a free run of a recording begins.
-#[derive(Clone, Debug)]
-pub struct Begins {
-    /// All parameters of the model, first states among them.
-    pub parameters: Vec<f64>,
-    /// What constant offsets add to readings, by output.
-    pub offsets: Vec<(usize, f64)>,
-}
-
 /// A recording that runs freely from where it fits best.
-struct Settled {
+#[derive(Clone, Debug)]
+pub struct Settled {
+    /// Readings in the channels' units, channel after channel.
+    pub shown: Vec<Vec<f64>>,
+    /// All parameters of the model in their units, first states among them.
+    pub parameters: Vec<f64>,
+    /// What constant offsets add to readings, by output, in its unit.
+    pub offsets: Vec<(usize, f64)>,
     /// Coordinates of what was estimated for it.
     theta: Vec<f64>,
     /// First states and offsets among them by name.
     first: Vec<(String, f64)>,
-    /// Readings, channel after channel.
-    shown: Vec<Vec<f64>>,
     /// Deviations that the model was allowed.
     allowed: Vec<Vec<f64>>,
 }
@@ -190,9 +186,7 @@ impl Search<'_> {
     pub fn polish(&self, from: &Fitted, iterations: usize) -> Polished {
         let before = Complete { stated: from.stated.clone(), theta: from.theta.clone() };
         let train = &self.case.train;
-        let settled: Result<Vec<Settled>, PredictError> =
-            train.par_iter().map(|run| self.settle(&before, run)).collect();
-        let Ok(settled) = settled else {
+        let Ok(settled) = self.settled(&before, train) else {
             return Polished { complete: before, misfit: f64::INFINITY, fitted: None };
         };
         let shown: Replayed = settled.iter().map(|s| s.shown.clone()).collect();
@@ -298,22 +292,16 @@ impl Search<'_> {
     ///
     /// # Errors
     /// The model cannot be simulated.
-    pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
-        runs.par_iter().map(|run| Ok(self.settle(complete, run)?.shown)).collect()
+    pub fn settled(&self, complete: &Complete, runs: &[Compared]) -> Result<Vec<Settled>, PredictError> {
+        runs.par_iter().map(|run| self.settle(complete, run)).collect()
     }
 
-    /// How a model begins that simulates a recording freely.
+    /// What they show then.
     ///
     /// # Errors
-    /// The model cannot be simulated.
-    pub fn begins(&self, complete: &Complete, run: &Compared) -> Result<Begins, PredictError> {
-        let (problem, settled) = (self.alone(complete, run), self.settle(complete, run)?);
-        let offset = |(u, x): (&Unknown, &f64)| match u.target {
-            Target::Offset(output) => Some((output, u.scale.value(*x).0)),
-            _ => None,
-        };
-        let offsets = problem.unknowns.iter().zip(&settled.theta).filter_map(offset).collect();
-        Ok(Begins { parameters: problem.parameters(0, &settled.theta), offsets })
+    /// See [`Self::settled`].
+    pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
+        Ok(self.settled(complete, runs)?.into_iter().map(|s| s.shown).collect())
     }
 
     /// What is unknown of one recording once everything else is set.
@@ -382,7 +370,14 @@ impl Search<'_> {
         let shown = problem.shown(0, &theta)?;
         let missed = self.missed(&shown, run);
         let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
-        Ok((missed, Settled { theta, first, shown, allowed: problem.allowed.clone() }))
+        let offset = |(u, x): (&Unknown, &f64)| match u.target {
+            Target::Offset(output) => Some((output, u.scale.value(*x).0)),
+            _ => None,
+        };
+        let offsets = problem.unknowns.iter().zip(&theta).filter_map(offset).collect();
+        let parameters = problem.parameters(0, &theta);
+        let allowed = problem.allowed.clone();
+        Ok((missed, Settled { shown, parameters, offsets, theta, first, allowed }))
     }
 
     /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
@@ -413,28 +408,39 @@ impl Search<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        runs.par_iter()
-            .map(|run| {
-                let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
-                let noise: Vec<[f64; 2]> =
-                    run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
-                let settled = self.settle(complete, run)?;
-                let options =
-                    Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
-                let carried = crate::floor::carried(&inputs, &noise, DRAWS as usize, seed, |inputs| {
-                    let mut noisy = run.run.clone();
-                    noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
-                    let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
-                    let problem =
-                        Comparison { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
-                    // Part of the noise goes into the first states.
-                    let theta = solve(&problem, &settled.theta, options)
-                        .map_or_else(|_| settled.theta.clone(), |found| found.x);
-                    problem.shown(0, &theta)
-                })?;
-                Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
-            })
-            .collect()
+        self.floors_around(complete, runs, &self.settled(complete, runs)?, seed)
+    }
+
+    /// The same around recordings that are settled already.
+    ///
+    /// # Errors
+    /// The model cannot be simulated.
+    pub fn floors_around(
+        &self,
+        complete: &Complete,
+        runs: &[Compared],
+        settled: &[Settled],
+        seed: u64,
+    ) -> Result<Vec<Vec<f64>>, PredictError> {
+        let floors = |(run, settled): (&Compared, &Settled)| {
+            let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
+            let noise: Vec<[f64; 2]> =
+                run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
+            let options =
+                Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
+            let carried = crate::floor::carried(&inputs, &noise, DRAWS as usize, seed, |inputs| {
+                let mut noisy = run.run.clone();
+                noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
+                let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);
+                let problem = Comparison { allowed: settled.allowed.clone(), ..self.alone(complete, &noisy) };
+                // Part of the noise goes into the first states.
+                let theta = solve(&problem, &settled.theta, options)
+                    .map_or_else(|_| settled.theta.clone(), |found| found.x);
+                problem.shown(0, &theta)
+            })?;
+            Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
+        };
+        runs.par_iter().zip(settled).map(floors).collect()
     }
 }
 

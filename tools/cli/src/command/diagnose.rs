@@ -67,11 +67,13 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
         }
     }
     if !found.began.is_empty() {
-        files.push((began::FILE.into(), began::csv(&found.began).into_bytes()));
+        let csv = began::csv(&found.began).map_err(|e| Error::at(Path::new(began::FILE), e))?;
+        files.push((began::FILE.into(), csv));
     }
     let page = page(&loaded, &found, args.seed);
     if let Some(next) = &found.next {
-        files.push((experiment::FILE.into(), experiment::csv(&next.inputs).into_bytes()));
+        let csv = experiment::csv(&next.inputs).map_err(|e| Error::at(Path::new(experiment::FILE), e))?;
+        files.push((experiment::FILE.into(), csv));
     }
     files.push(("report.html".into(), page.into_bytes()));
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
