@@ -34,7 +34,7 @@ use input::{averaged, lag};
 pub use links::{Leading, Links};
 
 /// What forms of laws may err by, relative to the terms of the balance.
-pub const FORM: f64 = 3e-4;
+pub const FORM_ERROR: f64 = 3e-4;
 /// The shortest kernel, in steps of the grid.
 const KERNEL: f64 = 1.5;
 /// Shortest steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.

@@ -11,7 +11,7 @@ use trueup_models::effect::Plant;
 use trueup_models::joint;
 use trueup_numerics::hybrid::Hybrid;
 
-use super::balance::{FORM, Led, PART, kernel};
+use super::balance::{FORM_ERROR, Led, PART, kernel};
 use super::problem::{Compared, Comparison};
 use super::recordings::Prepared;
 
@@ -163,7 +163,7 @@ fn weigh(led: &mut Led, own: &Spectra, like: &[&Spectra], counts: &[f64]) -> Vec
     let mut perfect = Vec::new();
     let mut more = vec![1.0; m];
     for (o, term) in own.terms.iter().enumerate() {
-        let form: Vec<f64> = (0..m).map(|c| FORM * FORM * mean(term, c * m + c)).collect();
+        let form: Vec<f64> = (0..m).map(|c| FORM_ERROR * FORM_ERROR * mean(term, c * m + c)).collect();
         if let (0, Some(noise), Some(real)) = (o, own.noise.first(), own.real.first()) {
             // The highest octave shows hardly anything but noise: how much more there is than declared.
             for c in 0..m {

@@ -1,6 +1,7 @@
 //! From recordings to a verdict.
 
 pub mod balance;
+mod believing;
 pub mod coordinate;
 pub mod decide;
 pub mod floors;

@@ -28,7 +28,7 @@ const LOOSE: f64 = 4.0;
 /// if it misses no more than this share of it then.
 const FAR_BETTER: f64 = 0.5;
 /// How much of what is left is the law's form, by which estimates err more than by noise: in units of the noise's power.
-const FORMED: f64 = 10.0;
+const FURTHER_BY_FORM: f64 = 10.0;
 /// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
 const EVENLY: f64 = 3.0;
 /// How much less a first state is believed where it is settled by the gap.
@@ -90,7 +90,7 @@ impl Fitted {
         let n = shared.len();
         let own = DMatrix::from_fn(n, n, |i, j| all[(shared[i].1, shared[j].1)]);
         let Some(rows) = own.cholesky().and_then(|c| c.l().try_inverse()) else { return };
-        let further = looser * FURTHER * (1.0 + FORMED * self.excess().max(0.0)).sqrt();
+        let further = looser * FURTHER * (1.0 + FURTHER_BY_FORM * self.excess().max(0.0)).sqrt();
         shared.iter().for_each(|(k, _)| stated.unknowns[*k].prior = None);
         stated.belief = Some(Belief {
             of: shared.iter().map(|s| s.0).collect(),

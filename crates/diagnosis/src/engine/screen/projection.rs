@@ -11,11 +11,19 @@ pub(super) struct Projection {
     q: DMatrix<f64>,
     /// What they leave.
     pub residuals: DVector<f64>,
+    /// Products of the columns of the Jacobian among themselves,
+    information: DMatrix<f64>,
+    /// and with the residuals of the fit,
+    gradient: DVector<f64>,
+    /// whose sum of squares this is.
+    squares: f64,
 }
 
 impl Projection {
     pub(super) fn new(base: &Fitted) -> Self {
         let (residuals, mut j) = base.as_believed();
+        let (information, gradient) = (j.tr_mul(&j), j.tr_mul(&residuals));
+        let squares = residuals.norm_squared();
         for mut column in j.column_iter_mut() {
             let norm = column.norm();
             if norm > 0.0 {
@@ -24,7 +32,7 @@ impl Projection {
         }
         let q = j.qr().q();
         let residuals = &residuals - &q * q.tr_mul(&residuals);
-        Self { q, residuals }
+        Self { q, residuals, information, gradient, squares }
     }
     /// A change of the readings from `first` on, less what the unknowns would do against it.
     pub(super) fn out(&self, first: usize, readings: &[f64]) -> DVector<f64> {
@@ -48,16 +56,14 @@ impl Projection {
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
     pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
         let (_, old) = base.stated.unknowns[k].prior?;
-        let (residuals, jacobian) = base.as_believed();
-        let mut a = jacobian.tr_mul(&jacobian);
-        let mut b = jacobian.tr_mul(&residuals);
+        let (mut a, mut b) = (self.information.clone(), self.gradient.clone());
         let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
         let change = base.surer.powi(2) * (1.0 / (sd * sd) - 1.0 / (old * old));
         a[(k, k)] += change;
         b[k] += change * r;
         let step = -a.cholesky()?.solve(&b);
-        let before = 0.5 * (residuals.norm_squared() + change * r * r);
-        let gain = -0.5 * step.dot(&b) + 0.5 * residuals.norm_squared() - before;
+        let before = 0.5 * (self.squares + change * r * r);
+        let gain = -0.5 * step.dot(&b) + 0.5 * self.squares - before;
         Some((gain.max(0.0), step[k]))
     }
 }
