@@ -84,6 +84,7 @@ mod tests {
                       \"a, again.csv\",offset of jointAngle[1],-0.001\n";
         assert_eq!(String::from_utf8(csv(&[began]).unwrap()).unwrap(), wanted);
     }
+
     #[test]
     fn a_velocity_does_not_show_where_it_began() {
         // Outputs 0 and 1 show position and velocity, parameters 10 and 11 set them first.

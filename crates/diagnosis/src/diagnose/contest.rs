@@ -312,7 +312,7 @@ fn late_where(found: &Found, ran: &[Contender]) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::made::{causes, stated};
+    use crate::engine::made::{causes, fitted, found, stated};
 
     /// Contenders by their sets and the gaps of their free runs.
     fn ran(all: &[(usize, f64)]) -> Vec<Contender> {
@@ -358,5 +358,24 @@ mod tests {
         assert_eq!(fewer(&all, &led, &[&[three, two]]), [set(&[one, three])]);
         // A parameter by itself is no explanation.
         assert!(fewer(&[one, "motorInertia"], &[one], &[]).is_empty());
+    }
+
+    #[test]
+    fn the_likeliest_that_is_late_elsewhere_runs_as_well() {
+        let late = |ran_so_far: &[(usize, f64)]| {
+            let left = [
+                ("actuator-lag", 3.0),
+                ("sensor-delay:motorAngle", 5.0),
+                ("sensor-delay:loadAngle", 2.0),
+                ("backlash", 1.0),
+            ];
+            let sets = left.iter().map(|(set, left)| fitted(set, *left, 10.0)).collect();
+            late_where(&found(sets, None, 10.0), &ran(ran_so_far))
+        };
+        assert_eq!(late(&[(3, 4.0), (0, 2.0)]), Some(2), "a reading instead of the command");
+        assert_eq!(late(&[(2, 2.0), (3, 4.0)]), Some(0), "a command instead of the reading");
+        assert_eq!(late(&[(0, 2.0), (2, 3.0)]), None, "it ran");
+        assert_eq!(late(&[(3, 2.0), (0, 4.0)]), None, "nothing is late in the best");
+        assert_eq!(late(&[]), None);
     }
 }

@@ -117,8 +117,8 @@ impl Sizes {
                 true => v[q::joint_stiffness(n) + j].max(1e-6),
                 false => inertia * 10f64.powi(2),
             };
-            // The link swings faster on it than the motor.
             let mode = (k / inertia).sqrt();
+            // Only the rate of a deflection goes by the heavier end of the spring, which swings slower.
             let slow = (k / v[q::motor_inertia(n) + j].max(inertia)).sqrt();
             let deflection = torque / k;
             let angle = self.range(o::joint_angle(n) + j);

@@ -24,7 +24,9 @@ const fn signal(
     SignalSpec { name, unit, arm_name: "", description, nominal: 1e-3, rate_unit, boolean: false }
 }
 
-/// From slow sloshing to a stiff panel: nothing of the arm tells where.
+/// Of a panel of common size, rad/s.
+const FREQUENCY: f64 = 5.0;
+/// From slow sloshing to a stiff panel, as multiples of [`FREQUENCY`]: nothing of the arm tells where.
 const FREQUENCIES: Search =
     Search { looks: &[0.06, 0.12, 0.24, 0.48, 0.8, 1.3, 2.1, 3.6, 7.2], doubt: 2.0, ..Search::USUAL };
 /// Resonances are narrow.
@@ -52,8 +54,8 @@ impl Effect for AppendageMode {
                 name: "appendageFrequency",
                 unit: "rad/s",
                 description: "Natural frequency with the base held, omega_a (EF-24)",
-                arm_start: 5.0,
-                scale: Scale::plain(5.0),
+                arm_start: FREQUENCY,
+                scale: Scale::plain(FREQUENCY),
                 search: FREQUENCIES,
                 ..ParameterSpec::SHAPE
             },
@@ -109,5 +111,19 @@ mod tests {
         // Stiffness J omega^2 = 8, damping 2 J zeta omega = 0.4.
         assert!((torque - (8.0 * 0.2 + 0.4 * -0.6)).abs() < 1e-14);
         assert!((0.5 * dx[1] + torque).abs() < 1e-14);
+    }
+
+    #[test]
+    fn frequencies_are_sought_from_slow_sloshing_to_a_stiff_panel() {
+        let of = |p: &&ParameterSpec| p.name == "appendageFrequency";
+        let frequency = AppendageMode::SPEC.parameters.iter().find(of).unwrap();
+        // In rad/s: no size of the arm enters.
+        let size = frequency.scale.value(|_| f64::NAN);
+        let sought: Vec<f64> = frequency.search_in(Plant::Arm).looks.iter().map(|l| l * size).collect();
+        assert!(
+            (sought[0] - 0.3).abs() < 1e-9 && (sought[sought.len() - 1] - 36.0).abs() < 1e-9,
+            "{sought:?}"
+        );
+        assert!(sought.windows(2).all(|w| w[0] < w[1] && w[1] < 2.01 * w[0]), "{sought:?}");
     }
 }

@@ -62,6 +62,25 @@ fn another_effect_stands_where_the_chosen_set_changes_nothing() {
 }
 
 #[test]
+fn of_several_that_may_take_its_place_the_likeliest_does() {
+    let names = [OTHER, "gravity-torque", "sensor-delay"];
+    let cases = [
+        ("the nearest free run of those that are alike", [(500.0, 3.0), (500.0, 2.0), (500.0, 2.5)], 2),
+        ("balances count beside free runs", [(1000.0, 2.0), (1000.0, 2.5), (400.0, 2.5)], 3),
+        (
+            "but not those of one that leaves more than a quarter",
+            [(1000.0, 2.0), (1000.0, 2.5), (400.0, 5.0)],
+            1,
+        ),
+    ];
+    for (what, singles, wanted) in cases {
+        let mut sets = vec![(TWO, 100.0, Some(9.0))];
+        sets.extend(names.iter().zip(singles).map(|(name, (left, gap))| (*name, left, Some(gap))));
+        assert_eq!(chosen(10.0, Some(0), &sets), Some(wanted), "{what}");
+    }
+}
+
+#[test]
 fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
     let none = [("motorInertia", 100.0, Some(1.0))];
     assert_eq!(chosen(10.0, Some(0), &none), None, "nothing has effects");
