@@ -226,6 +226,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "tipAngle",
         "0.1.0",
         "TwoMassJoint.augmented.fmi3.fmu",
+        "first-states.csv",
     ] {
         assert!(html.contains(part), "{part} is missing");
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use trueup_diagnosis::diagnose::began;
 use trueup_diagnosis::outcome::{Amount, Candidate, Diagnosis, Gap, Verdict};
 
 use super::bars::{Bar, bars};
@@ -457,7 +458,8 @@ pub(super) fn method(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
         page.table(&["setting", "value"], &pairs(&e.settings));
     }
     if let Some(files) = &d.augmented {
-        page.text(&format!("The augmented model: {}.", files.join(", ")));
+        let files = files.join(", ");
+        page.text(&format!("The augmented model: {files}. Where its free runs began: {}.", began::FILE));
     }
     let mut versions = vec![["format".to_owned(), d.schema.clone()]];
     versions.extend(e.versions.iter().cloned());
