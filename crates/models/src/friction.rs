@@ -104,39 +104,38 @@ pub fn next_mode(
     dry: bool,
     oversteps: f64,
 ) -> (i32, bool) {
-    let from_rest = || {
-        // Exactly at the level counts as beyond, as it does for the indicator: the event may be located there.
-        if applied >= levels[0].breakaway {
-            1
-        } else if applied <= -levels[1].breakaway {
-            -1
-        } else {
-            STUCK
-        }
-    };
-    let with_motion = if omega < 0.0 { -1 } else { 1 };
     match mode {
         _ if !dry => (SMOOTH, false),
-        STUCK | SMOOTH if omega.abs() > TURNED => (with_motion, false),
-        STUCK | SMOOTH => (from_rest(), false),
+        STUCK | SMOOTH => (moving_mode(omega, dry).unwrap_or_else(|| from_rest(applied, levels)), false),
         d if omega * f64::from(d) + TURNED > 0.0 => (d, false),
-        _ if omega.abs() > oversteps => (with_motion, false),
-        _ => (from_rest(), true),
+        _ if omega.abs() > oversteps => (along(omega), false),
+        _ => (from_rest(applied, levels), true),
     }
 }
 
-/// The mode to begin with where the velocity alone tells it; `None`: at rest with dry friction.
+/// The mode where the velocity alone tells it; `None`: at rest with dry friction.
 pub fn moving_mode(omega: f64, dry: bool) -> Option<i32> {
-    match omega {
-        _ if !dry => Some(SMOOTH),
-        omega if omega.abs() > TURNED => Some(if omega < 0.0 { -1 } else { 1 }),
-        _ => None,
+    if !dry {
+        return Some(SMOOTH);
+    }
+    (omega.abs() > TURNED).then(|| along(omega))
+}
+
+/// The mode that follows at rest with dry friction. Exactly at the level counts as beyond, as it does for the indicator:
+/// the event may be located there.
+pub fn from_rest(applied: f64, levels: &[Levels<f64>; 2]) -> i32 {
+    if applied >= levels[0].breakaway {
+        1
+    } else if applied <= -levels[1].breakaway {
+        -1
+    } else {
+        STUCK
     }
 }
 
-/// The mode to begin with.
-pub fn first_mode(omega: f64, applied: f64, levels: &[Levels<f64>; 2], dry: bool) -> i32 {
-    next_mode(SMOOTH, omega, applied, levels, dry, f64::INFINITY).0
+/// The mode of this velocity.
+fn along(omega: f64) -> i32 {
+    if omega < 0.0 { -1 } else { 1 }
 }
 
 #[cfg(test)]
@@ -158,12 +157,9 @@ mod tests {
         assert_eq!(next(1, -0.5 * OVERSTEP * 5.0, 2.0), (STUCK, true));
         assert_eq!(next(1, -7.0, 2.0), (-1, false));
         assert_eq!(next(STUCK, 4.0, 0.0), (1, false));
-        for omega in [-3.0, 0.0, 2.0] {
-            for dry in [false, true] {
-                let first = first_mode(omega, 9.0, &LEVELS, dry);
-                assert!(moving_mode(omega, dry).is_none_or(|m| m == first), "{omega} {dry}");
-            }
-        }
-        assert_eq!((moving_mode(0.0, true), moving_mode(0.0, false)), (None, Some(SMOOTH)));
+        let first = [-3.0, 0.0, 2.0].map(|omega| moving_mode(omega, true));
+        assert_eq!(first, [Some(-1), None, Some(1)]);
+        assert_eq!(moving_mode(0.0, false), Some(SMOOTH));
+        assert_eq!([3.0, 0.0, -3.0].map(|applied| from_rest(applied, &LEVELS)), [1, STUCK, -1]);
     }
 }

@@ -269,7 +269,7 @@ impl Hybrid for TwoMassJoint {
         let dry = self.dry(&at);
         kept[0] = friction::moving_mode(d.omega, dry).unwrap_or_else(|| {
             let applied = self.balance(&at, &d).applied;
-            friction::first_mode(d.omega, applied, &self.both_levels(&at, &d), dry)
+            friction::from_rest(applied, &self.both_levels(&at, &d))
         });
     }
 

@@ -72,7 +72,7 @@ impl Hypothesis {
     /// Effects that the model has to be built with.
     pub fn effect(&self) -> Option<String> {
         match self.claim {
-            Claim::Effect(c) if !shifts(&c) && self.loosens().is_none() => Some(c.id()),
+            Claim::Effect(c) if !c.spec().shifts && self.loosens().is_none() => Some(c.id()),
             _ => None,
         }
     }
@@ -94,9 +94,9 @@ impl Hypothesis {
     pub fn is_push(&self) -> bool {
         matches!(self.claim, Claim::Effect(c) if c.spec().id == "external-force")
     }
-    /// A command or a reading that is late: it shifts signals in time.
+    /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if shifts(&c))
+        matches!(self.claim, Claim::Effect(c) if c.spec().shifts)
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
@@ -135,11 +135,6 @@ impl Hypothesis {
             format!("{}{place}{each}", self.id)
         }
     }
-}
-
-/// Effects that are simulated by shifting signals in time; the FMU has them as effects.
-fn shifts(c: &Choice) -> bool {
-    matches!(c.spec().id, "sensor-delay" | "actuator-lag")
 }
 
 fn shown(runs: &[super::problem::Compared], output: usize) -> bool {

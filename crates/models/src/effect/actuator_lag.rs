@@ -79,6 +79,7 @@ impl Effect for ActuatorLag {
             torque("commandPast3", "Legendre coefficient of the recent commands (EF-11)"),
             torque("laggedTorque", "Torque behind the lag (EF-11)"),
         ],
+        shifts: true,
         ..Spec::NONE
     };
 

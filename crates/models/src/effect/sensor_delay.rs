@@ -48,6 +48,7 @@ impl Effect for SensorDelay {
             ..ParameterSpec::NONE
         }],
         states: &[coefficient("past0"), coefficient("past1"), coefficient("past2"), coefficient("past3")],
+        shifts: true,
         ..Spec::NONE
     };
 

@@ -292,6 +292,8 @@ pub struct Spec {
     pub compliant: bool,
     /// It takes energy out or stores it, and never makes any.
     pub passive: bool,
+    /// It only makes a signal late: whoever has the signal as data can move it in time instead.
+    pub shifts: bool,
 }
 
 impl Spec {
@@ -312,6 +314,7 @@ impl Spec {
         friction: false,
         compliant: false,
         passive: false,
+        shifts: false,
     };
     /// It makes a rigid joint flexible: what it borrows is of another structure.
     pub fn loosens(&self) -> bool {

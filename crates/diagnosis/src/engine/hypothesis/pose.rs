@@ -42,7 +42,7 @@ impl Hypothesis {
                     amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
                 Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]], follow: vec![] }
             }
-            Claim::Effect(choice) if shifts(&choice) => self.pose_shift(p, choice),
+            Claim::Effect(choice) if choice.spec().shifts => self.pose_shift(p, choice),
             Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
         }
     }
