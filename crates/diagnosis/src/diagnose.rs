@@ -157,7 +157,7 @@ pub fn diagnose(
         Ground::new(&search, runs, [shown, shown_tuned], (fitted, misfit), floors_of(&tuned)?, options);
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
-    let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.chance };
+    let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.

@@ -18,6 +18,14 @@ fn sum_of_squares(r: &[Vec<f64>]) -> f64 {
     r.iter().flatten().map(|e| e * e).sum()
 }
 
+/// How far off a parameter may be, as a share, for as much as one reading tells: what nothing shows stays where it is, so that
+/// it does not keep the rest from being fitted.
+const DOUBT: f64 = 0.3;
+/// Steps at the most.
+const ROUNDS: usize = 8;
+/// Damping of a step, shares of the diagonal: the first that helps.
+const DAMPINGS: [f64; 4] = [1e-9, 1e-4, 1e-1, 10.0];
+
 /// Fits `values` (steps of differences relative to `value_steps`) and the initial states to `measured`.
 pub(crate) fn tune(
     bench: &dyn Bench,
@@ -26,7 +34,6 @@ pub(crate) fn tune(
     value_steps: &[f64],
     initial: &[Vec<f64>],
     initial_steps: &[f64],
-    rounds: usize,
 ) -> Tuned {
     let (runs, p, k) = (measured.len(), start.len(), initial_steps.len());
     let residuals = |values: &[f64], initial: &[Vec<f64>]| -> Vec<Vec<f64>> {
@@ -37,9 +44,15 @@ pub(crate) fn tune(
             })
             .collect()
     };
+    // How far off, in doubts.
+    let doubts = |by: f64, i: usize| if start[i] == 0.0 { 0.0 } else { by / (DOUBT * start[i]) };
+    let cost = |residual: &[Vec<f64>], values: &[f64]| {
+        let off = (0..p).map(|i| doubts(values[i] - start[i], i).powi(2));
+        sum_of_squares(residual) + off.sum::<f64>()
+    };
     let (mut values, mut initial) = (start.to_vec(), initial.to_vec());
     let mut best = residuals(&values, &initial);
-    for _ in 0..rounds {
+    for _ in 0..ROUNDS {
         let columns = p + runs * k;
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
@@ -67,8 +80,13 @@ pub(crate) fn tune(
                 }
             }
         }
+        for i in 0..p {
+            let step = doubts(value_steps[i], i);
+            normal[(i, i)] += step * step;
+            right[i] -= step * doubts(values[i] - start[i], i);
+        }
         let mut improved = false;
-        for damping in [1e-9, 1e-4, 1e-1] {
+        for damping in DAMPINGS {
             let mut m = normal.clone();
             for i in 0..columns {
                 m[(i, i)] += damping * normal[(i, i)] + 1e-300;
@@ -83,9 +101,10 @@ pub(crate) fn tune(
                 .map(|r| (0..k).map(|i| initial[r][i] + step[p + r * k + i] * initial_steps[i]).collect())
                 .collect();
             let after = residuals(&moved, &from);
-            if sum_of_squares(&after) < sum_of_squares(&best) {
+            let (new, old) = (cost(&after, &moved), cost(&best, &values));
+            if new < old {
                 improved = true;
-                let small = sum_of_squares(&after) > 0.98 * sum_of_squares(&best);
+                let small = new > 0.98 * old;
                 (values, initial, best) = (moved, from, after);
                 if small {
                     return Tuned { residual: best };

@@ -118,6 +118,10 @@ impl<'a> Ground<'a> {
             after: figure(|g| g.after)?,
             floor: figure(|g| g.floor)?,
             chance: self.together(&pooled, self.chance(&pooled).into_iter())?,
+            noticed: self.together(
+                &pooled,
+                pooled.floors(&self.seldom(self.limits.free_runs.even).concat()).into_iter(),
+            )?,
             trained: false,
         })
     }
@@ -144,12 +148,13 @@ impl<'a> Ground<'a> {
 
     /// Gaps that chance exceeds once in two hundred cases.
     fn chance(&self, pooled: &Pooled<'_>) -> Vec<f64> {
-        pooled.floors(&self.seldom().concat())
+        pooled.floors(&self.seldom(self.limits.free_runs.near).concat())
     }
 
     /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was
-    /// carried along is about one number a recording, known from as many draws.
-    fn seldom(&self) -> Vec<Vec<f64>> {
+    /// carried along is about one number a recording, known from as many draws. `sensors`: times what is declared of them
+    /// that their noise may be.
+    fn seldom(&self, sensors: f64) -> Vec<Vec<f64>> {
         let runs = self.runs.len().max(1) as f64;
         let quantile = FisherSnedecor::new(runs, runs * f64::from(DRAWS))
             .map_or(f64::INFINITY, |f| f.inverse_cdf(0.995));
@@ -157,7 +162,7 @@ impl<'a> Ground<'a> {
             let channels = run.run.channels.iter().zip(floors);
             let both = channels.map(|(c, floor)| {
                 let (sensor, carried) = (c.sigma.powi(2), (floor.powi(2) - c.sigma.powi(2)).max(0.0));
-                (self.limits.free_runs.near.powi(2) * sensor + quantile * carried).sqrt()
+                (sensors.powi(2) * sensor + quantile * carried).sqrt()
             });
             both.collect()
         };

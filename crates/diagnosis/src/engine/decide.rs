@@ -27,6 +27,8 @@ pub struct Free {
     pub floor: f64,
     /// What it leaves once in two hundred cases: noise of the inputs adds up along a run, and few runs are not many.
     pub chance: f64,
+    /// The same where the sensors' noise is taken at its word: what lies between the two is a gap only where a cause takes it.
+    pub noticed: f64,
     /// Chance does not leave so much on the recordings for fitting, though it may on those held out.
     pub trained: bool,
 }
@@ -157,8 +159,10 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     };
     let shown = (1.0 + raw) / (1.0 + excess) - 1.0 > limits.gap.shown || excess > limits.gap.bare;
     let plain = free.trained && seen - excess > limits.gap.bare;
-    let gap =
-        free.before > free.chance || shown && (plain || free.before > limits.free_runs.even * free.floor);
+    // The sensors' noise would not go with a cause.
+    let taken = chosen.is_some() && free.bare() > free.noticed && closed > limits.gap.explained;
+    let beyond = |gap: f64| free.before > gap;
+    let gap = beyond(free.chance) || taken || shown && (plain || beyond(limits.free_runs.even * free.floor));
     let (known, explained) = (account.known(limits), account.explained());
     let missed = free.bare() > limits.gap.missed * free.chance;
     let unexplained = if claims {

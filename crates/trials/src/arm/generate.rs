@@ -85,7 +85,7 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
         return None;
     }
     if !effects.is_empty() {
-        left = ratio(&s, &values, base, &effects, &runs[..2], &floor, 3, true);
+        left = ratio(&s, &values, base, &effects, &runs[..2], &floor, true);
         if left.is_nan() || left < 0.8 * weakest {
             return None;
         }
@@ -135,7 +135,7 @@ fn believe(
                 moved
                     .iter()
                     .for_each(|(i, m)| set(&mut nominal, *i, short(get(base, *i) * (1.0 + size * m))));
-                reached = ratio(s, base, nominal, &[], &runs[..2], floor, 1, false);
+                reached = ratio(s, base, nominal, &[], &runs[..2], floor, false);
                 if (reached / target).ln().abs() < 0.3 {
                     break;
                 }

@@ -86,13 +86,13 @@ impl<'a> Replays<'a> {
         list.extend(rates);
         list
     }
-    fn left(&self, measured: &[Vec<f64>], rounds: usize) -> Vec<Vec<f64>> {
+    fn left(&self, measured: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let values: Vec<f64> = self.free.iter().map(|i| get(&self.base, *i)).collect();
         let steps: Vec<f64> = values.iter().map(|v| 1e-3 * v).collect();
         let states = self.free_state();
         let initial: Vec<Vec<f64>> =
             self.runs.iter().map(|r| states.iter().map(|i| r.start[*i]).collect()).collect();
-        tune(self, measured, &values, &steps, &initial, &vec![1e-4; states.len()], rounds).residual
+        tune(self, measured, &values, &steps, &initial, &vec![1e-4; states.len()]).residual
     }
 }
 
@@ -149,7 +149,7 @@ pub(super) fn overall(left: &[f64], floor: &[f64], spread: &[f64]) -> f64 {
     sum(&|c| left[c].hypot(floor[c])) / sum(&|c| floor[c])
 }
 
-/// Gap over floor after `rounds` of refitting `base`.
+/// Gap over floor after `base` was refitted, its first states alone or its parameters too (`refit`).
 pub(super) fn ratio(
     scene: &Scene,
     truth: &Values,
@@ -157,16 +157,12 @@ pub(super) fn ratio(
     effects: &[Effect],
     runs: &[Done],
     floor: &[f64],
-    rounds: usize,
     refit: bool,
 ) -> f64 {
     let bench = Replays::new(scene, base, runs, refit, floor.to_vec());
     let measured = bench.measured(scene, truth, effects);
-    let rms: Vec<f64> = by_channel(&bench.left(&measured, rounds), floor.len())
-        .iter()
-        .zip(floor)
-        .map(|(r, s)| r * s)
-        .collect();
+    let rms: Vec<f64> =
+        by_channel(&bench.left(&measured), floor.len()).iter().zip(floor).map(|(r, s)| r * s).collect();
     overall(&rms, floor, &spread(scene, truth, runs))
 }
 
@@ -179,7 +175,7 @@ pub(super) fn floors(scene: &Scene, plain: &[Done], noise: [f64; LINKS]) -> Vec<
         r.time.iter().map(|_| std::array::from_fn(|j| noise[j] * d.normal())).collect()
     };
     bench.noise = plain.iter().map(|r| draw(r, &mut d)).collect();
-    let carried = by_channel(&bench.left(&measured, 1), own.len());
+    let carried = by_channel(&bench.left(&measured), own.len());
     own.iter().zip(carried).map(|(s, c)| s * c.hypot(1.0)).collect()
 }
 
@@ -196,7 +192,7 @@ pub(super) fn size(s: &Scene, base: Values, c: &Choice, floor: &[f64], target: f
             size = (0.3 * size).max(c.least);
             continue;
         }
-        let reached = ratio(s, &s.values, base, one, &runs, floor, 1, true);
+        let reached = ratio(s, &s.values, base, one, &runs, floor, true);
         if !reached.is_finite() {
             return None;
         }

@@ -198,9 +198,9 @@ impl<'a> Replays<'a> {
         (v, steps)
     }
     /// Residual of each run after a refit.
-    pub(crate) fn left(&self, measured: &[Vec<f64>], runs: &[Done], rounds: usize) -> Vec<Vec<f64>> {
+    pub(crate) fn left(&self, measured: &[Vec<f64>], runs: &[Done]) -> Vec<Vec<f64>> {
         let ((values, steps), (initial, initial_steps)) = (self.start(), self.initial(runs));
-        tune(self, measured, &values, &steps, &initial, &initial_steps, rounds).residual
+        tune(self, measured, &values, &steps, &initial, &initial_steps).residual
     }
 }
 

@@ -147,7 +147,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
         return None;
     }
     if !effects.is_empty() {
-        ratio = left(&scene, truth, &believed, &effects, &runs[..2], &floor, 3);
+        ratio = left(&scene, truth, &believed, &effects, &runs[..2], &floor);
         if ratio < 0.8 * weakest {
             return None;
         }
@@ -233,7 +233,7 @@ fn believe(
                 let mut bench = Replays::new(&scene.drive, Values::of(v), false, &runs[..2], false);
                 bench.scale = floor.to_vec();
                 let measured = bench.measured(&runs[..2], &[], scene.span);
-                let residual = bench.left(&measured, &runs[..2], 1);
+                let residual = bench.left(&measured, &runs[..2]);
                 let rms: Vec<f64> =
                     by_channel(&residual, floor.len()).iter().zip(floor).map(|(r, s)| r * s).collect();
                 reached = overall(&rms, floor, &spread(&scene.drive, runs));

@@ -17,7 +17,7 @@ pub(super) fn carried(scene: &Scene, values: Values, plain: &[Done], noise: f64)
     for (_, current) in &mut bench.runs {
         current.iter_mut().for_each(|u| *u += noise * d.normal());
     }
-    let left = bench.left(&measured, plain, 1);
+    let left = bench.left(&measured, plain);
     by_channel(&left, scene.drive.channels.len()).iter().zip(&bench.scale).map(|(r, s)| r * s).collect()
 }
 
@@ -57,13 +57,12 @@ pub(super) fn left(
     effects: &[Effect],
     runs: &[Done],
     floor: &[f64],
-    rounds: usize,
 ) -> f64 {
     let base = if believed.frictionless { truth } else { believed.values };
     let mut bench = Replays::new(&scene.drive, base, believed.rigid, runs, true);
     bench.scale = floor.to_vec();
     let measured = bench.measured(runs, effects, scene.span);
-    let residual = bench.left(&measured, runs, rounds);
+    let residual = bench.left(&measured, runs);
     let rms: Vec<f64> =
         by_channel(&residual, floor.len()).iter().zip(&bench.scale).map(|(r, s)| r * s).collect();
     overall(&rms, floor, &spread(&scene.drive, runs))
@@ -92,7 +91,7 @@ pub(super) fn size(
             size = (size * 0.3).max(c.least);
             continue;
         }
-        let ratio = left(scene, truth, believed, std::slice::from_ref(&effect), &runs, floor, 1);
+        let ratio = left(scene, truth, believed, std::slice::from_ref(&effect), &runs, floor);
         if !ratio.is_finite() {
             return None;
         }

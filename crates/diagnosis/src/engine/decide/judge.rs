@@ -70,7 +70,10 @@ impl<'a> Judge<'a> {
     /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
     pub(super) fn choose(&self) -> Option<usize> {
         if self.found.best.effects() == 0 {
-            let mends = |&at: &usize| self.power(at) < self.limits.free_runs.idle * self.tuned();
+            let limits = &self.limits.free_runs;
+            // What may be the sensors' noise a cause has to take nearly all of.
+            let most = if self.free.bare() > self.free.chance { limits.idle } else { limits.instead };
+            let mends = |&at: &usize| self.power(at) < most * self.tuned();
             return self.best_of_size(1).filter(mends);
         }
         let size = self.found.best.stated.set.len();
