@@ -18,15 +18,21 @@ fn sum_of_squares(r: &[Vec<f64>]) -> f64 {
     r.iter().flatten().map(|e| e * e).sum()
 }
 
-/// How far off a parameter may be, as a share, for as much as one reading tells: what nothing shows stays where it is, so that
-/// it does not keep the rest from being fitted.
+/// How far off a parameter may be, as a share, and a first state, in its steps, for as much as one reading tells: what nothing
+/// shows stays where it is, so that it does not keep the rest from being fitted.
 const DOUBT: f64 = 0.3;
-/// Steps at the most.
-const ROUNDS: usize = 8;
-/// Damping of a step, shares of the diagonal: the first that helps.
-const DAMPINGS: [f64; 4] = [1e-9, 1e-4, 1e-1, 10.0];
+const FIRST: f64 = 500.0;
+/// Steps at the most: joints that nothing measures bend the way to the best far.
+const ROUNDS: usize = 30;
+/// What the first step is damped by, and the most that is tried, in doubts.
+const FREELY: f64 = 1.0;
+const MOST: f64 = 1e9;
+/// A step that leaves more than this share is the last, as is one that leaves so small a share of what noise does.
+const ENOUGH: f64 = 0.98;
+const NOTHING: f64 = 0.02;
 
-/// Fits `values` (steps of differences relative to `value_steps`) and the initial states to `measured`.
+/// Fits `start` (the parameters) and `initial` (the first states of each run), whose differences take these steps, to
+/// `measured`.
 pub(crate) fn tune(
     bench: &dyn Bench,
     measured: &[Vec<f64>],
@@ -36,43 +42,46 @@ pub(crate) fn tune(
     initial_steps: &[f64],
 ) -> Tuned {
     let (runs, p, k) = (measured.len(), start.len(), initial_steps.len());
-    let residuals = |values: &[f64], initial: &[Vec<f64>]| -> Vec<Vec<f64>> {
-        (0..runs)
-            .map(|r| {
-                let y = bench.response(r, values, &initial[r]);
-                measured[r].iter().zip(&y).map(|(m, y)| if m.is_finite() { m - y } else { 0.0 }).collect()
-            })
-            .collect()
+    // All of them are counted in steps from where they start.
+    let values = |x: &[f64]| -> Vec<f64> { (0..p).map(|i| start[i] + x[i] * value_steps[i]).collect() };
+    let first = |r: usize, x: &[f64]| -> Vec<f64> {
+        (0..k).map(|i| initial[r][i] + x[p + r * k + i] * initial_steps[i]).collect()
     };
-    // How far off, in doubts.
-    let doubts = |by: f64, i: usize| if start[i] == 0.0 { 0.0 } else { by / (DOUBT * start[i]) };
-    let cost = |residual: &[Vec<f64>], values: &[f64]| {
-        let off = (0..p).map(|i| doubts(values[i] - start[i], i).powi(2));
-        sum_of_squares(residual) + off.sum::<f64>()
+    let response = |r: usize, x: &[f64]| bench.response(r, &values(x), &first(r, x));
+    let residuals = |x: &[f64]| -> Vec<Vec<f64>> {
+        let of = |r: usize| {
+            let y = response(r, x);
+            measured[r].iter().zip(&y).map(|(m, y)| if m.is_finite() { m - y } else { 0.0 }).collect()
+        };
+        (0..runs).map(of).collect()
     };
-    let (mut values, mut initial) = (start.to_vec(), initial.to_vec());
-    let mut best = residuals(&values, &initial);
+    let columns = p + runs * k;
+    let doubt = |i: usize| match i {
+        i if i >= p => FIRST,
+        i if start[i] == 0.0 || value_steps[i] == 0.0 => f64::INFINITY,
+        i => (DOUBT * start[i] / value_steps[i]).abs(),
+    };
+    let doubts: Vec<f64> = (0..columns).map(doubt).collect();
+    let cost = |residual: &[Vec<f64>], x: &[f64]| {
+        sum_of_squares(residual) + x.iter().zip(&doubts).map(|(x, doubt)| (x / doubt).powi(2)).sum::<f64>()
+    };
+    let mut x = vec![0.0; columns];
+    let mut best = residuals(&x);
+    let readings = best.iter().map(Vec::len).sum::<usize>() as f64;
+    let mut damping = FREELY;
     for _ in 0..ROUNDS {
-        let columns = p + runs * k;
         let mut normal = DMatrix::<f64>::zeros(columns, columns);
         let mut right = DVector::<f64>::zeros(columns);
         for r in 0..runs {
-            let nominal = bench.response(r, &values, &initial[r]);
-            let mut slopes: Vec<(usize, Vec<f64>)> = Vec::new();
-            let mut add = |column: usize, moved: Vec<f64>| {
-                let s = moved.iter().zip(&nominal).zip(&measured[r]);
-                slopes.push((column, s.map(|((a, b), m)| if m.is_finite() { a - b } else { 0.0 }).collect()));
+            let nominal = response(r, &x);
+            let slope = |i: usize| -> (usize, Vec<f64>) {
+                let mut moved = x.clone();
+                moved[i] += 1.0;
+                let moved = response(r, &moved);
+                let pairs = moved.iter().zip(&nominal).zip(&measured[r]);
+                (i, pairs.map(|((a, b), m)| if m.is_finite() { a - b } else { 0.0 }).collect())
             };
-            for i in 0..p {
-                let mut moved = values.clone();
-                moved[i] += value_steps[i];
-                add(i, bench.response(r, &moved, &initial[r]));
-            }
-            for i in 0..k {
-                let mut moved = initial[r].clone();
-                moved[i] += initial_steps[i];
-                add(p + r * k + i, bench.response(r, &values, &moved));
-            }
+            let slopes: Vec<_> = (0..p).chain(p + r * k..p + (r + 1) * k).map(slope).collect();
             for (i, a) in &slopes {
                 right[*i] += a.iter().zip(&best[r]).map(|(a, b)| a * b).sum::<f64>();
                 for (j, b) in &slopes {
@@ -80,39 +89,33 @@ pub(crate) fn tune(
                 }
             }
         }
-        for i in 0..p {
-            let step = doubts(value_steps[i], i);
-            normal[(i, i)] += step * step;
-            right[i] -= step * doubts(values[i] - start[i], i);
+        for (i, doubt) in doubts.iter().enumerate() {
+            normal[(i, i)] += doubt.powi(-2);
+            right[i] -= x[i] * doubt.powi(-2);
         }
-        let mut improved = false;
-        for damping in DAMPINGS {
+        let old = cost(&best, &x);
+        let step = |damping: f64| {
             let mut m = normal.clone();
-            for i in 0..columns {
-                m[(i, i)] += damping * normal[(i, i)] + 1e-300;
-            }
-            let Some(step) = m.cholesky().map(|c| c.solve(&right)) else { continue };
-            let moved: Vec<f64> = (0..p).map(|i| values[i] + step[i] * value_steps[i]).collect();
+            (0..columns).for_each(|i| m[(i, i)] += damping * doubts[i].powi(-2) + 1e-300);
+            let step = m.cholesky()?.solve(&right);
+            let moved: Vec<f64> = x.iter().zip(step.iter()).map(|(x, step)| x + step).collect();
             // A parameter that changes its sign or doubles is no refit.
-            if moved.iter().zip(start).any(|(m, s)| *s != 0.0 && !(0.3..3.0).contains(&(m / s))) {
-                continue;
+            let far = |(m, s): (&f64, &f64)| *s != 0.0 && !(0.3..3.0).contains(&(m / s));
+            if values(&moved).iter().zip(start).any(far) {
+                return None;
             }
-            let from: Vec<Vec<f64>> = (0..runs)
-                .map(|r| (0..k).map(|i| initial[r][i] + step[p + r * k + i] * initial_steps[i]).collect())
-                .collect();
-            let after = residuals(&moved, &from);
-            let (new, old) = (cost(&after, &moved), cost(&best, &values));
-            if new < old {
-                improved = true;
-                let small = new > 0.98 * old;
-                (values, initial, best) = (moved, from, after);
-                if small {
-                    return Tuned { residual: best };
-                }
-                break;
-            }
+            let after = residuals(&moved);
+            let new = cost(&after, &moved);
+            (new < old).then_some((new, moved, after))
+        };
+        let mut found = None;
+        while found.is_none() && damping <= MOST {
+            found = step(damping);
+            damping *= if found.is_some() { 0.03 } else { 10.0 };
         }
-        if !improved {
+        let Some((new, moved, after)) = found else { break };
+        (x, best) = (moved, after);
+        if new > ENOUGH * old || new < NOTHING * readings {
             break;
         }
     }

@@ -31,3 +31,22 @@ fn the_same_effect_in_two_places_is_known() {
 fn an_effect_that_explains_little_is_not_known() {
     assert_eq!(decided(&[("backlash[1]", 60.0, 9.0)]).1.verdict, Verdict::Unknown);
 }
+
+#[test]
+fn a_gap_that_may_be_noise_is_one_where_a_cause_takes_it() {
+    // Gaps of the tuned model and of the effect, in floors: chance leaves 1.5, the declared noise 1.2.
+    let cases = [
+        ("a cause takes it", 1.4, 1.05, Verdict::Effects),
+        ("a cause takes half of it", 1.4, 1.2, Verdict::NoGap),
+        ("less than the declared noise may leave", 1.15, 1.0, Verdict::NoGap),
+    ];
+    for (what, tuned, after, wanted) in cases {
+        let plain = fitted("", 1.0, 10.0);
+        let sets = vec![fitted("backlash", 1.0, 10.0)];
+        let mut found = Found { best: plain.clone(), plain, sets };
+        let ran = Shown { gaps: vec![Some(after)], ..Shown::default() };
+        let raw = found.plain.excess();
+        let decision = decide(&mut found, raw, &mut free(tuned), &ran, &Thresholds::default());
+        assert_eq!(decision.verdict, wanted, "{what}");
+    }
+}

@@ -88,6 +88,9 @@ fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
     assert_eq!(chosen(10.0, None, &[(ONE, 100.0, Some(6.0))]), Some(0), "more than half");
     assert_eq!(chosen(10.0, None, &[(ONE, 100.0, Some(8.0))]), None, "less than half");
     assert_eq!(chosen(10.0, None, &[(ONE, 100.0, None)]), None, "it did not run");
+    // What may be the sensors' noise has to go nearly whole: 0.96 floors' power.
+    assert_eq!(chosen(1.4, None, &[(ONE, 100.0, Some(1.1))]), Some(0), "0.21 left");
+    assert_eq!(chosen(1.4, None, &[(ONE, 100.0, Some(1.2))]), None, "0.44 left");
 }
 
 /// Odds of a set that leaves so much more by its balances, its free run as near.
