@@ -140,8 +140,14 @@ impl<'a> Judge<'a> {
                 return 0.0;
             }
             let (late, limits) = (best.is_late_where(f), &self.limits.odds);
-            // All that tells these apart behind one sensor is the form of their laws.
-            let told = if late && self.ran.one_sensor() { 0.0 } else { self.balances.odds(f, best) };
+            // All that tells these apart behind one sensor is the form of their laws: which one that ran freely closes nearly
+            // all of the gap is as good.
+            let twins = late && self.ran.one_sensor();
+            let ran = self.ran.after(at).is_some();
+            if twins && ran && self.power(at) < (1.0 - self.limits.gap.told) * self.tuned() {
+                return 0.0;
+            }
+            let told = if twins { 0.0 } else { self.balances.odds(f, best) };
             let outweighs = if late { limits.settled } else { limits.outweighs };
             let Some(chosen) = chosen else { return told };
             // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.

@@ -95,12 +95,13 @@ fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
 
 /// Odds of a set that leaves so much more by its balances, its free run as near.
 fn odds(best: &str, other: &str, power: f64, apart: Option<f64>) -> f64 {
-    odds_seen(best, other, power, apart, false)
+    odds_ran(best, (other, power, 2.0), apart, false)
 }
-fn odds_seen(best: &str, other: &str, power: f64, apart: Option<f64>, one_sensor: bool) -> f64 {
+/// The same of a set whose free run leaves `gap` floors, of one sensor or several.
+fn odds_ran(best: &str, (other, power, gap): (&str, f64, f64), apart: Option<f64>, one_sensor: bool) -> f64 {
     let sets = vec![fitted(best, 1.0, 100.0), fitted(other, power, 100.0)];
     let (found, limits) = (found(sets, Some(0), 100.0), Thresholds::default());
-    let ran = Shown { gaps: vec![Some(2.0); 2], apart, one_sensor };
+    let ran = Shown { gaps: vec![Some(2.0), Some(gap)], apart, one_sensor };
     let judge = Judge::new(&found, free(10.0), &ran, &limits);
     match &judge.rivals(Some(0), &found.best, 0, 2.0)[..] {
         [(1, odds)] => *odds,
@@ -122,8 +123,13 @@ fn a_late_command_is_held_against_a_late_reading_by_size_alone() {
     // Two late readings are as other causes are.
     assert!((odds("sensor-delay:motorAngle", "sensor-delay:loadAngle", 1.4, None) + 40.0).abs() < 1e-9);
     // One sensor shows them alike, whatever their forms leave.
-    assert_eq!(odds_seen("actuator-lag", "sensor-delay", 20.0, None, true), 0.0);
-    assert!((odds_seen("actuator-lag", "backlash", 1.4, None, true) + 40.0).abs() < 1e-9);
+    let one_sensor =
+        |other: &str, power: f64, gap: f64| odds_ran("actuator-lag", (other, power, gap), None, true);
+    assert_eq!(one_sensor("sensor-delay", 20.0, 2.0), 0.0);
+    assert!((one_sensor("backlash", 1.4, 2.0) + 40.0).abs() < 1e-9);
+    // Nor whatever nearly nothing leaves: 3.8 and 8 floors' power of 99.
+    assert_eq!(one_sensor("sensor-delay", 20.0, 2.2), 0.0);
+    assert!(one_sensor("sensor-delay", 20.0, 3.0) < -3.0);
 }
 
 #[test]
