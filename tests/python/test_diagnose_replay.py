@@ -24,12 +24,14 @@ def arm_states():
     return base | {"baseAttitude": ("initialBaseAttitude", "initialBaseRate")} | joints | motor
 
 
+# Model, cases, the effect that its model does not know. On an arm with play motions part from first states that are nearly alike:
+# whoever estimates them anew ends elsewhere.
 PLANTS = {
-    "joint": ("TwoMassJoint", 8, {
+    "joint": ("TwoMassJoint", 8, "backlash", {
         "motorAngle": ("initialMotorAngle", "initialMotorVelocity"),
         "loadAngle": ("initialLoadAngle", "initialLoadVelocity"),
     }),
-    "manipulator": ("PlanarManipulator", 4, arm_states()),
+    "manipulator": ("PlanarManipulator", 4, "table-tilt", arm_states()),
 }
 
 
@@ -44,12 +46,12 @@ def run(*command):
 
 @pytest.fixture(scope="module", params=PLANTS)
 def diagnosed(request, tmp_path_factory):
-    """A joint with play that its model does not know, by itself or on an arm."""
-    plant, count = request.param, PLANTS[request.param][1]
+    """A joint with play that its model does not know, or an arm on a table that its model holds to be level."""
+    plant, (_, count, effect, _) = request.param, PLANTS[request.param]
     folder = tmp_path_factory.mktemp(f"replay-{plant}")
     run("trial", "generate", "-o", folder, "--plant", plant, "--split", "single", "--count", str(count), "--seed", "100")
     keys = [tomllib.loads(p.read_text()) for p in sorted((folder / "keys").iterdir())]
-    key = next(k for k in keys if k["effects"] == ["backlash"])
+    key = next(k for k in keys if k["effects"] == [effect])
     case = folder / "cases" / key["case"]
     return plant, case, folder / "out", json.loads(run("diagnose", case, "-o", folder / "out", "--json"))
 
@@ -96,7 +98,7 @@ def pooled(error, measured):
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_replay_from_the_first_states_told_gives_the_figures(diagnosed, version):
     plant, case, out, diagnosis = diagnosed
-    model, _, states = PLANTS[plant]
+    model, *_, states = PLANTS[plant]
     told = tomllib.loads((case / "case.toml").read_text())
     channels = [c for c in told["channels"] if c in states]
     driven = [c for c in told["channels"] if c not in states]
@@ -132,7 +134,7 @@ def read(path):
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_replay_gives_the_figures_of_the_report(diagnosed, version):
     plant, case, out, diagnosis = diagnosed
-    model, _, states = PLANTS[plant]
+    model, *_, states = PLANTS[plant]
     told = tomllib.loads((case / "case.toml").read_text())["channels"]
     driven = [c for c in told if c == "motorCurrent" or c.startswith("jointTorque")]
     assert all(told[c]["interpolation"] == "hold" for c in driven)
