@@ -137,13 +137,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let above = |excess: f64| above(excess, judge.balances.least);
     let raw = above(raw);
     let closed = (1.0 - left(free.after, free.floor) / judge.tuned()).clamp(0.0, 1.0);
-    let as_good = free.bare() <= free.chance;
-    // Neither the free run nor the balances see anything that parameters leave; or what little these see no effect explains.
+    let as_good = judge.as_good();
     let seen = above(found.plain.excess());
-    let mended = above(found.best.excess()) < (1.0 - limits.gap.explained) * seen;
-    let spurious = chosen.is_none() && seen <= limits.gap.bare && !mended;
-    let calm = as_good && (seen < limits.gap.left || spurious);
-    let bare = || if calm { found.without_effects() } else { &found.best };
+    let bare = || if judge.needs_no_effect() { found.without_effects() } else { &found.best };
     let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
     let rivals: Vec<Vec<(usize, f64)>> =
         (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();

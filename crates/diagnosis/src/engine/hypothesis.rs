@@ -98,6 +98,10 @@ impl Hypothesis {
     pub fn shifts(&self) -> bool {
         matches!(self.claim, Claim::Effect(c) if c.spec().shifts)
     }
+    /// A reading that is late.
+    pub fn shifts_reading(&self) -> bool {
+        matches!(self.claim, Claim::Effect(c) if c.spec().shifts && c.scope() == Scope::Channel)
+    }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
         matches!(self.claim, Claim::Effect(_))

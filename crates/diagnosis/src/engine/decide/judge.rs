@@ -67,8 +67,28 @@ impl<'a> Judge<'a> {
         self.of_size(size).max_by(|a, b| self.score(*a).total_cmp(&self.score(*b)))
     }
 
+    /// Free runs show nothing that parameters leave: no more than chance does.
+    pub(super) fn as_good(&self) -> bool {
+        self.free.bare() <= self.free.chance
+    }
+    /// Where no free run chose and none shows anything: the balances see nothing either, or what little they see no effect
+    /// explains; or parameters take it; or it would take several effects at once.
+    pub(super) fn needs_no_effect(&self) -> bool {
+        let limits = &self.limits.gap;
+        let above = |f: &Fitted| above(f.excess(), self.balances.least);
+        let seen = above(&self.found.plain);
+        let mends = |f: &Fitted| above(f) < (1.0 - limits.explained) * seen;
+        let spurious = seen <= limits.bare && !mends(&self.found.best);
+        let taken = mends(self.found.without_effects()) || self.found.best.effects() > 1;
+        self.as_good() && (seen < limits.left || spurious || taken)
+    }
+
     /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
     pub(super) fn choose(&self) -> Option<usize> {
+        // What may be the sensors' noise asks for no several causes.
+        self.chosen().filter(|at| !self.as_good() || self.found.sets[*at].effects() == 1)
+    }
+    fn chosen(&self) -> Option<usize> {
         if self.found.best.effects() == 0 {
             let limits = &self.limits.free_runs;
             // What may be the sensors' noise a cause has to take nearly all of.

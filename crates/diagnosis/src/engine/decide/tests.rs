@@ -50,3 +50,25 @@ fn a_gap_that_may_be_noise_is_one_where_a_cause_takes_it() {
         assert_eq!(decision.verdict, wanted, "{what}");
     }
 }
+
+#[test]
+fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
+    // What the sets leave in floors, where the plain model leaves 100; the first was chosen by the balances, none ran.
+    let cases = [
+        ("one effect explains it", &[("backlash", 1.0)][..], &["backlash"][..]),
+        ("a parameter does as well", &[("backlash", 1.0), ("motorInertia", 1.2)], &["motorInertia"]),
+        ("a parameter takes a part", &[("backlash", 1.0), ("motorInertia", 40.0)], &["backlash"]),
+        (
+            "it would take several",
+            &[("backlash cable-stiffness", 1.0), ("motorInertia", 40.0)],
+            &["motorInertia"],
+        ),
+    ];
+    for (what, sets, wanted) in cases {
+        let mut found = found(sets.iter().map(|set| fitted(set.0, set.1, 100.0)).collect(), Some(0), 100.0);
+        let ran = Shown { gaps: vec![None; sets.len()], ..Shown::default() };
+        let raw = found.plain.excess();
+        decide(&mut found, raw, &mut free(1.3), &ran, &Thresholds::default());
+        assert_eq!(found.best.labels(), wanted, "{what}");
+    }
+}

@@ -24,6 +24,9 @@ pub(super) struct Looked {
     pub fresh: Vec<(usize, DVector<f64>)>,
     /// Only one sign of its change makes sense.
     pub one_sided: bool,
+    /// It counts as it was looked at: half the change of a reading that is shifted is the mean of two readings, which has
+    /// less noise than either.
+    pub stands: bool,
 }
 
 impl Looked {
@@ -88,6 +91,8 @@ pub(super) struct Beside<'a> {
     keeps: Vec<Option<usize>>,
     /// First states that the base does not have.
     fresh: Vec<usize>,
+    /// See [`Looked::stands`].
+    stands: bool,
 }
 
 impl<'a> Beside<'a> {
@@ -107,7 +112,9 @@ impl<'a> Beside<'a> {
         // A joint that gives way has a motor of its own, which begins somewhere.
         let fresh = |k: &usize| base.place_of(&stated.unknowns[*k]).is_none();
         let fresh = (0..begin).filter(fresh).collect();
-        Some(Self { base, projection, problem, from, begin, posed, keeps, fresh })
+        // Free runs shift what is simulated.
+        let stands = base.stated.free.is_none() && stated.set.last()?.shifts_reading();
+        Some(Self { base, projection, problem, from, begin, posed, keeps, fresh, stands })
     }
 
     /// The look that promises most; of many only the likeliest few are made in full.
@@ -128,8 +135,41 @@ impl<'a> Beside<'a> {
 
     /// With unknowns around these values, in one recording or all.
     fn at(&self, values: Look, run: Option<usize>) -> Option<Promise> {
-        let mut looked =
-            Looked { values, columns: Vec::new(), fresh: Vec::new(), one_sided: self.posed.one_sided() };
+        let looked = self.look(values, run)?;
+        if self.stands {
+            return self.standing(looked, run);
+        }
+        let own = looked.columns.iter().map(|c| &c.1);
+        let columns: Vec<&DVector<f64>> = own.chain(looked.fresh.iter().map(|c| &c.1)).collect();
+        let (gain, factors) = self.projection.best(&columns);
+        let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
+        if self.fresh.is_empty() {
+            return Some(Promise { looked, gain, firm: gain, factors, steps: Vec::new() });
+        }
+        let (firm, steps) = self.projection.firm(&looked)?;
+        // What another size of it would explain: parameters that were dragged make every one look bad.
+        Some(Promise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
+    }
+
+    /// As it was looked at, or as far off as its change would have it: whichever explains more.
+    fn standing(&self, looked: Looked, run: Option<usize>) -> Option<Promise> {
+        let (_, factors) = self.projection.best(&[&looked.columns.first()?.1]);
+        let mut values = looked.values.clone();
+        self.posed.amplitudes.iter().for_each(|(k, n)| values[*k] = n + factors[0] * (values[*k] - n));
+        let moved = if factors[0] > 0.0 { self.look(values, run) } else { None };
+        let promises = [Some(looked), moved].into_iter().flatten().filter_map(|looked| {
+            let firm = self.projection.standing(&looked.columns.first()?.1);
+            let (factors, steps) = (vec![1.0], Vec::new());
+            // Too far off to be compared it promises nothing.
+            firm.is_finite().then(|| Promise { looked, gain: firm.max(0.0), firm, factors, steps })
+        });
+        promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
+    }
+
+    /// How the residuals change with unknowns around these values.
+    fn look(&self, values: Look, run: Option<usize>) -> Option<Looked> {
+        let (one_sided, stands) = (self.posed.one_sided(), self.stands);
+        let mut looked = Looked { values, columns: Vec::new(), fresh: Vec::new(), one_sided, stands };
         let begins = self.problem.begins();
         let rows = run.map_or(0..begins[begins.len() - 1], |r| begins[r]..begins[r + 1]);
         for keep in &self.keeps {
@@ -141,7 +181,8 @@ impl<'a> Beside<'a> {
             let close = if self.base.stated.free.is_some() && keep.is_some() { CLOSE } else { 1.0 };
             if let Some(k) = keep {
                 let (u, n) = (&self.posed.unknowns[*k], self.posed.neutral(*k));
-                theta[self.begin + k] = u.scale.coordinate(n + close * (looked.values[*k] - n));
+                let value = (n + close * (looked.values[*k] - n)).clamp(u.lower, u.upper);
+                theta[self.begin + k] = u.scale.coordinate(value);
             }
             let residuals = |theta: &[f64]| {
                 run.map_or_else(|| self.problem.residuals(theta), |r| self.problem.residual(r, theta))
@@ -163,19 +204,7 @@ impl<'a> Beside<'a> {
             there.iter_mut().zip(base).for_each(|(a, b)| *a = (*a - b) / close);
             looked.columns.push((*keep, self.projection.out(rows.start, &there)));
         }
-        if looked.columns.is_empty() {
-            return None;
-        }
-        let own = looked.columns.iter().map(|c| &c.1);
-        let columns: Vec<&DVector<f64>> = own.chain(looked.fresh.iter().map(|c| &c.1)).collect();
-        let (gain, factors) = self.projection.best(&columns);
-        let gain = if looked.one_sided && factors[0] <= 0.0 { 0.0 } else { gain };
-        if self.fresh.is_empty() {
-            return Some(Promise { looked, gain, firm: gain, factors, steps: Vec::new() });
-        }
-        let (firm, steps) = self.projection.firm(&looked)?;
-        // What another size of it would explain: parameters that were dragged make every one look bad.
-        Some(Promise { looked, gain: gain.max(firm), firm, factors: vec![1.0], steps })
+        (!looked.columns.is_empty()).then_some(looked)
     }
 
     /// Of many the few that explain most where most is missing.

@@ -33,6 +33,7 @@ impl Search<'_> {
         if all.is_empty() {
             return Vec::new();
         }
+        let stands: Vec<bool> = looks.iter().flat_map(|(_, l)| l.columns.iter().map(|_| l.stands)).collect();
         let all = DMatrix::from_columns(&all);
         let (among, with) = (all.tr_mul(&all), all.tr_mul(&Projection::new(base).residuals));
         let of = |a: usize, b: usize| -> Option<Pair> {
@@ -41,13 +42,18 @@ impl Search<'_> {
             if one.same_place(other) || one.is_push() && other.is_push() {
                 return None;
             }
-            let at: Vec<usize> = (begin[a]..begin[a + 1]).chain(begin[b]..begin[b + 1]).collect();
+            let own = |i: usize| begin[i]..begin[i + 1];
+            // What stands as it was looked at changes what the other has to explain.
+            let (fixed, at): (Vec<usize>, Vec<usize>) = own(a).chain(own(b)).partition(|i| stands[*i]);
+            let left = |i: usize| with[i] + fixed.iter().map(|f| among[(i, *f)]).sum::<f64>();
             let products = DMatrix::from_fn(at.len(), at.len(), |i, j| among[(at[i], at[j])]);
-            let (gain, mut first) = best(products, DVector::from_fn(at.len(), |i, _| with[at[i]]));
-            let second = first.split_off(looks[a].1.columns.len());
+            let (gain, factors) = best(products, DVector::from_fn(at.len(), |i, _| left(at[i])));
+            let taken: f64 = fixed.iter().map(|f| -0.5 * (with[*f] + left(*f))).sum();
+            let factor = |i: usize| at.iter().position(|k| *k == i).map_or(1.0, |k| factors[k]);
+            let factors = [a, b].map(|i| own(i).map(factor).collect::<Vec<f64>>());
             let against = |i: usize, factors: &[f64]| looks[i].1.one_sided && factors[0] <= 0.0;
-            let sensible = !against(a, &first) && !against(b, &second);
-            sensible.then_some(Pair { indices, gain, factors: [first, second] })
+            let sensible = !against(a, &factors[0]) && !against(b, &factors[1]);
+            sensible.then_some(Pair { indices, gain: gain + taken, factors })
         };
         let mut pairs: Vec<Pair> = (0..looks.len())
             .flat_map(|a| (a + 1..looks.len()).map(move |b| (a, b)))

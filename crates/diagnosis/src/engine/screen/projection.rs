@@ -53,6 +53,10 @@ impl Projection {
         let (gain, steps) = best_of(&fresh, &with);
         Some((gain + 0.5 * (self.residuals.norm_squared() - with.norm_squared()), steps))
     }
+    /// Half the fall of the sum of squares with a change as it is.
+    pub(super) fn standing(&self, change: &DVector<f64>) -> f64 {
+        -(change.dot(&self.residuals) + 0.5 * change.norm_squared())
+    }
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
     pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
         let (_, old) = base.stated.unknowns[k].prior?;
