@@ -54,7 +54,8 @@ impl<'a> Ground<'a> {
         let plain = Self { search, runs, before, tuned, fitted, misfit, floors, seed, limits, weights };
         let pooled = plain.pooled(&plain.before);
         let own = pooled.each();
-        let chance: Vec<f64> = plain.chance(&pooled).into_iter().map(|floor| floor.max(1e-12)).collect();
+        let chance = plain.chance(&pooled, limits.free_runs.near).into_iter();
+        let chance: Vec<f64> = chance.map(|floor| floor.max(1e-12)).collect();
         let before: Vec<f64> = own.iter().map(|g| g.before).collect();
         let drowns = overall(&before) <= overall(&chance);
         let stands = before.iter().zip(&chance).any(|(gap, chance)| *gap > STANDS * chance);
@@ -117,11 +118,8 @@ impl<'a> Ground<'a> {
             tuned: figure(|g| g.tuned)?,
             after: figure(|g| g.after)?,
             floor: figure(|g| g.floor)?,
-            chance: self.together(&pooled, self.chance(&pooled).into_iter())?,
-            noticed: self.together(
-                &pooled,
-                pooled.floors(&self.seldom(self.limits.free_runs.even).concat()).into_iter(),
-            )?,
+            chance: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.near).into_iter())?,
+            noticed: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.even).into_iter())?,
             trained: false,
         })
     }
@@ -146,9 +144,9 @@ impl<'a> Ground<'a> {
         overall(&self.pooled(shown).each().iter().map(|g| g.after).collect::<Vec<_>>())
     }
 
-    /// Gaps that chance exceeds once in two hundred cases.
-    fn chance(&self, pooled: &Pooled<'_>) -> Vec<f64> {
-        pooled.floors(&self.seldom(self.limits.free_runs.near).concat())
+    /// Gaps that chance exceeds once in two hundred cases, the sensors' noise being so many times what is declared.
+    fn chance(&self, pooled: &Pooled<'_>, sensors: f64) -> Vec<f64> {
+        pooled.floors(&self.seldom(sensors).concat())
     }
 
     /// Deviations that chance exceeds once in two hundred cases: noise of the sensors is many readings, noise that was

@@ -155,35 +155,46 @@ impl<'a> Judge<'a> {
                 && !f.stated.set.iter().any(|o| o.same_place(h))
                 && set.iter().enumerate().all(|(k, o)| k == i || f.stated.set.contains(o))
         };
-        let odds = |at: usize, f: &Fitted| {
-            if f.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o)) {
-                return 0.0;
-            }
-            let (late, limits) = (best.is_late_where(f), &self.limits.odds);
-            // All that tells these apart behind one sensor is the form of their laws: which one that ran freely closes nearly
-            // all of the gap is as good.
-            let twins = late && self.ran.one_sensor();
-            let ran = self.ran.after(at).is_some();
-            if twins && ran && self.power(at) < (1.0 - self.limits.gap.told) * self.tuned() {
-                return 0.0;
-            }
-            let told = if twins { 0.0 } else { self.balances.odds(f, best) };
-            let outweighs = if late { limits.settled } else { limits.outweighs };
-            let Some(chosen) = chosen else { return told };
-            // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
-            let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);
-            if alike && told > -outweighs {
-                return 0.0;
-            }
-            // How much was possible before tells no more than so much.
-            let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
-            let spared = (-possible - self.limits.odds.possible).max(0.0);
-            told - self.limits.free_runs.weight * self.further(at, chosen) + spared
-        };
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
-        let mut list: Vec<(usize, f64)> = sets.map(|(at, f)| (at, odds(at, f).min(0.0))).collect();
+        let mut list: Vec<(usize, f64)> =
+            sets.map(|(at, _)| (at, self.odds(at, chosen, best, i, after).min(0.0))).collect();
         list.sort_by(|a, b| b.1.total_cmp(&a.1));
         list
+    }
+
+    /// Odds of set `at` that has another cause in the place of the `i`-th of `best`.
+    fn odds(&self, at: usize, chosen: Option<usize>, best: &Fitted, i: usize, after: f64) -> f64 {
+        let (f, limits) = (&self.found.sets[at], &self.limits.odds);
+        if self.is_law_of_the_same(f, best, i) {
+            return 0.0;
+        }
+        let late = best.is_late_where(f);
+        // All that tells these apart behind one sensor is the form of their laws: which one closes nearly all of the gap is
+        // as good.
+        let twins = late && self.ran.one_sensor();
+        if twins && self.closes_nearly_all(at) {
+            return 0.0;
+        }
+        let told = if twins { 0.0 } else { self.balances.odds(f, best) };
+        let Some(chosen) = chosen else { return told };
+        // Predictions as near to each other as either is to the recordings tell nothing apart, unless the balances do.
+        let outweighs = if late { limits.settled } else { limits.outweighs };
+        let alike = self.ran.apart(chosen, at).is_some_and(|a| a < self.limits.free_runs.alike * after);
+        if alike && told > -outweighs {
+            return 0.0;
+        }
+        // How much was possible before tells no more than so much.
+        let possible = 0.5 * (f.occam - self.found.sets[chosen].occam);
+        let spared = (-possible - limits.possible).max(0.0);
+        told - self.limits.free_runs.weight * self.further(at, chosen) + spared
+    }
+    /// It has friction of the same rigid joint in the place of the `i`-th cause.
+    fn is_law_of_the_same(&self, other: &Fitted, best: &Fitted, i: usize) -> bool {
+        let (set, h) = (&best.stated.set, &best.stated.set[i]);
+        other.stated.set.iter().any(|o| o.same_friction(h) && !set.contains(o))
+    }
+    fn closes_nearly_all(&self, at: usize) -> bool {
+        self.ran.after(at).is_some() && self.power(at) < (1.0 - self.limits.gap.told) * self.tuned()
     }
 }
 

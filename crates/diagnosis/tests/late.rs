@@ -1,0 +1,34 @@
+//! Noise promises no delay: half of a shift is the mean of two readings, which has less noise than either.
+
+#![allow(clippy::unwrap_used)]
+
+#[allow(dead_code, reason = "recordings alone are asked for here")]
+mod made;
+
+use made::Joint;
+use trueup_diagnosis::engine::recordings::Prepared;
+use trueup_diagnosis::engine::search::Search;
+use trueup_diagnosis::engine::select::Effort;
+
+/// A joint that its owner knows, behind a coarse load encoder. What promises less than 2 is not fitted; as a share of the change
+/// that a look brings the delay of that encoder promised 4.5, as it was looked at it does 0.4.
+#[test]
+fn a_noisy_reading_promises_no_delay() {
+    let owner = Joint { load_noise: 5e-5, motor_noise: 2e-5, ..Joint::default() };
+    let loaded = owner.recorded(|current, [q, w, l, v]| {
+        let spring = owner.stiffness * (q - l) + owner.damping * (w - v);
+        let drive = owner.torque_constant * current - owner.coulomb * (w / 0.02).tanh() - owner.viscous * w;
+        [*w, (drive - spring) / owner.motor_inertia, *v, spring / owner.reflected()]
+    });
+    let case = Prepared::new(&loaded).unwrap();
+    let search = Search::new(&case, 1).unwrap();
+    let stated = search.state(&[]).unwrap();
+    let start = search.compare(&stated).start();
+    let plain = search.fit(stated, &start, Effort::default().options()).unwrap();
+    let screened = search.screen(&plain);
+    let late: Vec<_> = screened.iter().filter(|s| search.causes[s.index].id == "sensor-delay").collect();
+    assert_eq!(late.len(), 2);
+    for s in late {
+        assert!(s.gain < 2.0, "{}: {}", search.causes[s.index].label(), s.gain);
+    }
+}
