@@ -139,11 +139,18 @@ pub fn diagnose(
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
     let led = tuned_start(&search, &found, effort);
-    let given = Fitted { theta: search.compare(&led.stated).start(), ..led.clone() };
-    let (led, given) = rayon::join(|| search.polish(&led, 20), || search.polish(&given, 20));
+    // Where balances miss nothing they know the parameters better than free runs, which chase the noise of their inputs.
+    let given = || {
+        let theta = search.compare(&led.stated).start();
+        (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, 20))
+    };
+    let (led, given) = rayon::join(|| search.polish(&led, 20), given);
     let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
-    let tuned =
-        [led, given].into_iter().filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    let tuned = [Some(led), given]
+        .into_iter()
+        .flatten()
+        .filter(|p| p.misfit < bare)
+        .min_by(|a, b| a.misfit.total_cmp(&b.misfit));
     let (tuned, fitted, misfit) =
         tuned.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
     let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };

@@ -21,6 +21,8 @@ const MISSED: f64 = 0.3;
 const HINT: f64 = 0.1;
 /// As many of them are tried.
 const TRIED: usize = 3;
+/// ... and of single ones where the balances see nothing, for whatever is alike shows there alone.
+const ALIKE: usize = 6;
 
 /// A free run that leaves at most this share of a gap helps.
 const HELPS: f64 = 0.7;
@@ -94,24 +96,32 @@ impl Ground<'_> {
         all.into_par_iter().filter_map(run).collect()
     }
 
-    /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
-    /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
-    /// were dragged too far to look from: others are looked at from where the best of them ended.
+    /// Single effects that explain much of what the plain model, running freely, misses, whatever the balances say of them:
+    /// these do not see what happens in reversals, nor much behind coarse encoders. What owners doubt holds the parameters: as far
+    /// off as they would go they take up what an effect does. Where no effect comes near the others are looked at from where
+    /// the best of them ended.
     fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
-        let Some(base) = &self.fitted else { return Vec::new() };
-        let mut all = self.lacked(found, base, effort, &[]);
+        let Some(base) = self.search.polish(&found.plain, POLISH).fitted else { return Vec::new() };
+        let mut all = self.lacked(found, &base, effort, ALIKE, &[]);
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
         let Some(base) = self.search.without(&best) else { return all };
-        let better = self.lacked(found, &base, effort, &all);
+        let better = self.lacked(found, &base, effort, TRIED, &all);
         merge(&mut all, better);
         all
     }
 
-    /// What `base`, which runs freely, lacks; of those that `ran` what does better.
-    fn lacked(&self, found: &mut Found, base: &Fitted, effort: Effort, ran: &[Contender]) -> Vec<Contender> {
+    /// The `most` likely of what `base`, which runs freely, lacks; of those that `ran` what does better.
+    fn lacked(
+        &self,
+        found: &mut Found,
+        base: &Fitted,
+        effort: Effort,
+        most: usize,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
         let mut all = self.search.lacking(base, HINT);
-        all.truncate(TRIED);
+        all.truncate(most);
         self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort, ran)
     }
 
@@ -204,7 +214,7 @@ impl Ground<'_> {
         let led = found.sets[at].clone();
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
-        let lacked = self.lacked(found, &base, effort, &[]);
+        let lacked = self.lacked(found, &base, effort, TRIED, &[]);
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;

@@ -204,11 +204,12 @@ impl Search<'_> {
                 *x = *there;
             }
         }
-        // Without an effect the balances drag the parameters: the owner's doubts are all that holds them.
+        // Where they miss an effect the balances drag the parameters: the owner's doubts are all that holds them.
         let claims = from.stated.set.iter().any(Hypothesis::is_effect);
+        let known = claims || from.misses_little();
         let held = |looser: f64| {
             let mut stated = stated.clone();
-            if claims {
+            if known {
                 from.believe(&mut stated, looser);
             }
             stated

@@ -111,6 +111,8 @@ const CLOSE: f64 = 5.0;
 const LEAST: f64 = 0.02;
 /// Share of the floor that it may be off by.
 const DOUBT: f64 = 0.25;
+/// Share of the floor's power from which an excess is plain.
+pub const PLAIN: f64 = 0.25;
 /// An excess that is a smaller share of the floor's power than this is none.
 pub const NEGLIGIBLE: f64 = 0.04;
 
@@ -126,6 +128,10 @@ impl Fitted {
     /// Power of the residuals over that of the floor, what the priors object included.
     pub fn excess(&self) -> f64 {
         search::excess(&self.octaves) + self.prior2 / self.count()
+    }
+    /// Its balances miss nothing that is plain, so that they drag no parameter.
+    pub fn misses_little(&self) -> bool {
+        self.excess() < PLAIN
     }
 }
 

@@ -1,6 +1,6 @@
 //! Where the lines between verdicts are.
 
-use crate::engine::select::{ASKED, WHOLLY};
+use crate::engine::select::{ASKED, PLAIN, WHOLLY};
 
 /// Figures that were set on trials whose seeds are not those reported.
 #[derive(Clone, Copy, Debug, Default)]
@@ -102,7 +102,7 @@ impl Default for OfGap {
             explained: 0.8,
             told: 0.95,
             neither: 0.2,
-            left: 0.25,
+            left: PLAIN,
             missed: 1.5,
             luck: 0.8,
             steep: 12.0,
