@@ -101,7 +101,7 @@ impl Ground<'_> {
     /// off as they would go they take up what an effect does. Where no effect comes near the others are looked at from where
     /// the best of them ended.
     fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
-        let Some(base) = self.search.polish(&found.plain, POLISH).fitted else { return Vec::new() };
+        let Some(base) = self.fitted.clone() else { return Vec::new() };
         let mut all = self.lacked(found, &base, effort, ALIKE, &[]);
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
@@ -120,8 +120,16 @@ impl Ground<'_> {
         most: usize,
         ran: &[Contender],
     ) -> Vec<Contender> {
-        let mut all = self.search.lacking(base, HINT);
-        all.truncate(most);
+        let mut all: Vec<Asked> = Vec::new();
+        for asked in self.search.lacking(base, HINT) {
+            // Of the forms of one cause in one place the likeliest.
+            let like = |a: &Asked| {
+                a.stated.set.last().zip(asked.stated.set.last()).is_some_and(|(a, b)| a.same_place(b))
+            };
+            if all.len() < most && !all.iter().any(like) {
+                all.push(asked);
+            }
+        }
         self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort, ran)
     }
 
@@ -195,6 +203,7 @@ impl Ground<'_> {
         if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             merge(&mut all, lacking);
+            self.beside_best(found, effort, &mut all);
         }
         let late = late_where(found, &all).and_then(|at| self.run(found, at));
         all.extend(late);
@@ -205,6 +214,16 @@ impl Ground<'_> {
     fn more_than_plain(&self, found: &mut Found, effort: Effort, ran: &[Contender]) -> Vec<Contender> {
         let plain = found.plain.clone();
         self.more(found, &plain, self.fitted.as_ref(), effort, ran)
+    }
+
+    /// A second cause beside the single one that helps most, where it falls short.
+    fn beside_best(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+        let bare = self.free(&self.tuned).unwrap_or_default().bare();
+        let helps = |c: &&Contender| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
+        let Some(best) = all.iter().filter(helps).min_by(|a, b| a.after.total_cmp(&b.after)) else { return };
+        let Some(base) = best.fitted.as_ref().filter(|_| !self.is_near(best)) else { return };
+        let lacked = self.lacked(found, base, effort, TRIED, &[]);
+        merge(all, lacked);
     }
 
     /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,

@@ -16,14 +16,14 @@ const EDGE: f64 = 0.3;
 
 /// A stretch of time in s, and how far its mean stands out.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stretch {
+pub(super) struct Stretch {
     start: f64,
     length: f64,
     score: f64,
 }
 
 impl Stretch {
-    fn is_apart(&self, other: &Self) -> bool {
+    pub(super) fn is_apart(&self, other: &Self) -> bool {
         self.start >= other.start + other.length || other.start >= self.start + self.length
     }
 }
@@ -78,22 +78,7 @@ impl Search<'_> {
         let problem = self.compare(&stated);
         let segments = problem.begins();
         let from = self.begin_with(&stated, base);
-        let (first, last) = self.led[..self.case.train.len()]
-            .iter()
-            .map(|l| (l.t[l.counts.start], l.t[l.counts.end - 1]))
-            .fold((f64::INFINITY, f64::NEG_INFINITY), |m, e| (m.0.min(e.0), m.1.max(e.1)));
-        let span = last - first;
-        let tries: Vec<Stretch> = [0.06, 0.2]
-            .into_iter()
-            .flat_map(|length| {
-                let count = (1.0 / length * 1.5) as usize;
-                (0..count).map(move |i| Stretch {
-                    start: first + span * (i as f64 / count as f64),
-                    length: span * length,
-                    score: 0.0,
-                })
-            })
-            .collect();
+        let tries = self.tries();
         // By stretch and recording: by how much it would fall.
         let gains: Vec<Vec<f64>> = tries
             .par_iter()
@@ -132,6 +117,26 @@ impl Search<'_> {
             }
         }
         vec![filled(h, unknowns, &apart)]
+    }
+
+    /// Stretches of two lengths all along what counts.
+    pub(super) fn tries(&self) -> Vec<Stretch> {
+        let (first, last) = self.led[..self.case.train.len()]
+            .iter()
+            .map(|l| (l.t[l.counts.start], l.t[l.counts.end - 1]))
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |m, e| (m.0.min(e.0), m.1.max(e.1)));
+        let span = last - first;
+        [0.06, 0.2]
+            .into_iter()
+            .flat_map(|length| {
+                let count = (1.0 / length * 1.5) as usize;
+                (0..count).map(move |i| Stretch {
+                    start: first + span * (i as f64 / count as f64),
+                    length: span * length,
+                    score: 0.0,
+                })
+            })
+            .collect()
     }
 
     /// The coordinates that a push moves at once.
@@ -173,7 +178,7 @@ fn pushes(h: &Hypothesis) -> usize {
 }
 
 /// The unknowns of the pushes, one after the other; those without a stretch of their own stay where they were.
-fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
+pub(super) fn filled(h: &Hypothesis, unknowns: &[Unknown], stretches: &[Stretch]) -> Vec<f64> {
     let each = (unknowns.len() / pushes(h)).max(1);
     unknowns.iter().enumerate().map(|(k, u)| value(u, stretches.get(k / each).copied())).collect()
 }

@@ -4,11 +4,14 @@ mod look;
 mod pair;
 mod projection;
 
+use nalgebra::DVector;
 use rayon::prelude::*;
+use trueup_models::effect::PUSHES;
 
-use super::hypothesis::{self, Hypothesis, Look, Posed};
+use super::hypothesis::{self, Hypothesis, Look, Posed, Times};
 use super::order::is_order;
 use super::problem::Unknown;
+use super::push::{Stretch, filled};
 use super::search::{Fitted, Search, Stated};
 use look::{Beside, Looked};
 pub use pair::Pair;
@@ -91,9 +94,13 @@ impl Search<'_> {
     fn looks(&self, base: &Fitted, h: &Hypothesis, posed: &Posed, orders: &[f64]) -> Option<Vec<Look>> {
         let push = h.is_push();
         let order = posed.unknowns.iter().position(is_order);
-        // Times and orders are sought in what the balances miss.
-        if base.stated.free.is_some() && (push || order.is_some()) {
+        let free = base.stated.free.is_some();
+        // Orders are sought in what the balances miss, and what pushes each recording at a time of its own.
+        if free && (order.is_some() || push && h.times == Times::EachRun) {
             return None;
+        }
+        if free && push {
+            return self.tried_along(base, h, &posed.unknowns);
         }
         if push {
             return Some(self.push_looks(base, h, &posed.unknowns));
@@ -110,6 +117,36 @@ impl Search<'_> {
             look
         };
         Some(orders.into_iter().map(look).collect())
+    }
+
+    /// Where to look from at a push that balances do not show: along the recordings, and where there are several at those
+    /// times that explain most together.
+    fn tried_along(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Option<Vec<Look>> {
+        let tries = self.tries();
+        if h.times == Times::Once {
+            return Some(tries.into_iter().map(|s| filled(h, unknowns, &[s])).collect());
+        }
+        let once = Hypothesis { times: Times::Once, ..h.clone() };
+        let set = [&base.stated.set[..], std::slice::from_ref(&once)].concat();
+        let stated = self.state_like(&set, base.stated.free.clone()).ok()?;
+        let from = self.begin_with(&stated, base);
+        let (projection, problem) = (Projection::new(base), self.compare(&stated));
+        let posed = stated.posed.last()?;
+        let beside = Beside::new(base, &projection, &problem, &stated, &from)?;
+        let change = |s: Stretch| Some((s, beside.change(filled(&once, &posed.unknowns, &[s]))?));
+        let mut left: Vec<(Stretch, DVector<f64>)> = tries.into_par_iter().filter_map(change).collect();
+        let (mut stretches, mut taken) = (Vec::new(), Vec::new());
+        while stretches.len() < PUSHES && !left.is_empty() {
+            let gain = |c: &(Stretch, DVector<f64>)| {
+                projection.best(&taken.iter().chain([&c.1]).collect::<Vec<_>>()).0
+            };
+            let at = (0..left.len()).max_by(|a, b| gain(&left[*a]).total_cmp(&gain(&left[*b])))?;
+            let (stretch, change) = left.swap_remove(at);
+            left.retain(|(s, _)| s.is_apart(&stretch));
+            stretches.push(stretch);
+            taken.push(change);
+        }
+        Some(vec![filled(h, unknowns, &stretches)])
     }
 
     /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it

@@ -71,6 +71,16 @@ impl<'a> Judge<'a> {
     pub(super) fn as_good(&self) -> bool {
         self.free.bare() <= self.free.chance
     }
+    /// What balances miss without a set and hardly with it is known, whatever free runs show.
+    fn is_told(&self, set: &Fitted) -> bool {
+        let limits = &self.limits.gap;
+        let [seen, left] = [&self.found.plain, set].map(|f| above(f.excess(), self.balances.least));
+        seen > limits.bare && left < limits.bare && left < (1.0 - limits.told) * seen
+    }
+    /// It has several causes, which what may be the sensors' noise asks for the less.
+    fn is_too_much(&self, set: &Fitted) -> bool {
+        self.as_good() && set.effects() > 1 && !self.is_told(set)
+    }
     /// Where no free run chose and none shows anything: the balances see nothing either, or what little they see no effect
     /// explains; or parameters take it; or it would take several effects at once.
     pub(super) fn needs_no_effect(&self) -> bool {
@@ -79,14 +89,13 @@ impl<'a> Judge<'a> {
         let seen = above(&self.found.plain);
         let mends = |f: &Fitted| above(f) < (1.0 - limits.explained) * seen;
         let spurious = seen <= limits.bare && !mends(&self.found.best);
-        let taken = mends(self.found.without_effects()) || self.found.best.effects() > 1;
+        let taken = mends(self.found.without_effects()) || self.is_too_much(&self.found.best);
         self.as_good() && (seen < limits.left || spurious || taken)
     }
 
     /// The set that stands in the end; `None`: the one that the balances chose, or no effect.
     pub(super) fn choose(&self) -> Option<usize> {
-        // What may be the sensors' noise asks for no several causes.
-        self.chosen().filter(|at| !self.as_good() || self.found.sets[*at].effects() == 1)
+        self.chosen().filter(|at| !self.is_too_much(&self.found.sets[*at]))
     }
     fn chosen(&self) -> Option<usize> {
         if self.found.best.effects() == 0 {
@@ -94,7 +103,8 @@ impl<'a> Judge<'a> {
             // What may be the sensors' noise a cause has to take nearly all of.
             let most = if self.free.bare() > self.free.chance { limits.idle } else { limits.instead };
             let mends = |&at: &usize| self.power(at) < most * self.tuned();
-            return self.best_of_size(1).filter(mends);
+            let single = self.best_of_size(1);
+            return self.one_more(1, single).or(single).filter(mends);
         }
         let size = self.found.best.stated.set.len();
         let own = self.best_of_size(size);

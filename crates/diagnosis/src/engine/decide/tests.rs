@@ -60,8 +60,13 @@ fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
         ("a parameter takes a part", &[("backlash", 1.0), ("motorInertia", 40.0)], &["backlash"]),
         (
             "it would take several",
-            &[("backlash cable-stiffness", 1.0), ("motorInertia", 40.0)],
+            &[("backlash cable-stiffness", 10.0), ("motorInertia", 40.0)],
             &["motorInertia"],
+        ),
+        (
+            "several explain plain misses wholly",
+            &[("backlash cable-stiffness", 1.0), ("motorInertia", 40.0)],
+            &["backlash", "cable-stiffness:load"],
         ),
     ];
     for (what, sets, wanted) in cases {
@@ -70,5 +75,23 @@ fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
         let raw = found.plain.excess();
         decide(&mut found, raw, &mut free(1.3), &ran, &Thresholds::default());
         assert_eq!(found.best.labels(), wanted, "{what}");
+    }
+}
+
+#[test]
+fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
+    // What they leave where the plain model leaves 100 floors, the gap of the tuned model where the nominal one has 10.
+    let cases = [
+        ("balances are mended", 1.2, 9.5, Verdict::Parameters),
+        ("free runs are mended", 5.0, 7.2, Verdict::Parameters),
+        ("neither", 5.0, 9.5, Verdict::Unknown),
+    ];
+    for (what, leaves, tuned, wanted) in cases {
+        let mut found = found(vec![fitted("motorInertia", leaves, 100.0)], Some(0), 100.0);
+        let ran = Shown { gaps: vec![None], ..Shown::default() };
+        let raw = found.plain.excess();
+        let mut free = Free { before: 10.0, chance: 7.0, ..free(tuned) };
+        let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
+        assert_eq!(decision.verdict, wanted, "{what}");
     }
 }

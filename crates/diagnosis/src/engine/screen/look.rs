@@ -124,6 +124,11 @@ impl<'a> Beside<'a> {
         promises.max_by(|a, b| a.firm.total_cmp(&b.firm))
     }
 
+    /// How the residuals change, beside what the unknowns of the base would take up.
+    pub(super) fn change(&self, values: Look) -> Option<DVector<f64>> {
+        self.look(values, None)?.columns.into_iter().next().map(|c| c.1)
+    }
+
     /// Coordinates from where a fit would begin.
     pub(super) fn start(&self, promise: &Promise) -> Vec<f64> {
         let Promise { looked, factors, steps, .. } = promise;
