@@ -191,7 +191,7 @@ pub fn diagnose(
     tell(
         0.85,
         &format!(
-            "{:?} explained {:.3} closed {:?} left {:.3} free {free:?}",
+            "{:?} explained {:.3} closed {:?} left {:.3}",
             decision.verdict,
             decision.explained,
             decision.closed,

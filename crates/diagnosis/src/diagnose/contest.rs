@@ -19,10 +19,11 @@ const MORE: f64 = 10.0;
 const MISSED: f64 = 0.3;
 /// ... and where the balances see nothing: one look from afar says little of a fit.
 const HINT: f64 = 0.1;
-/// As many of them are tried.
+/// As many of them are fitted so briefly,
+const HINTS: usize = 8;
+const BRIEF: usize = 6;
+/// and of these the nearest as many in full.
 const TRIED: usize = 3;
-/// ... and of single ones where the balances see nothing, for whatever is alike shows there alone.
-const ALIKE: usize = 6;
 
 /// A free run that leaves at most this share of a gap helps.
 const HELPS: f64 = 0.7;
@@ -96,58 +97,64 @@ impl Ground<'_> {
         all.into_par_iter().filter_map(run).collect()
     }
 
-    /// Single effects that explain much of what the plain model, running freely, misses, whatever the balances say of them:
-    /// these do not see what happens in reversals, nor much behind coarse encoders. What owners doubt holds the parameters: as far
-    /// off as they would go they take up what an effect does. Where no effect comes near the others are looked at from where
-    /// the best of them ended.
+    /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
+    /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
+    /// were dragged too far to look from: others are looked at from where the best of them ended.
     fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
-        let Some(base) = self.fitted.clone() else { return Vec::new() };
-        let mut all = self.lacked(found, &base, effort, ALIKE, &[]);
+        let Some(base) = &self.fitted else { return Vec::new() };
+        let mut all = self.lacked(found, base, effort, None, &[]);
         let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
         let Some(base) = self.search.without(&best) else { return all };
-        let better = self.lacked(found, &base, effort, TRIED, &all);
+        let better = self.lacked(found, &base, effort, None, &all);
         merge(&mut all, better);
         all
     }
 
-    /// The `most` likely of what `base`, which runs freely, lacks; of those that `ran` what does better.
+    /// Of what `base`, which runs freely, lacks those that come nearest, fitted freely; of those that `ran` what does better.
     fn lacked(
         &self,
         found: &mut Found,
         base: &Fitted,
         effort: Effort,
-        most: usize,
+        led: Option<&Fitted>,
         ran: &[Contender],
     ) -> Vec<Contender> {
         let mut all: Vec<Asked> = Vec::new();
         for asked in self.search.lacking(base, HINT) {
             // Of the forms of one cause in one place the likeliest.
-            let like = |a: &Asked| {
-                a.stated.set.last().zip(asked.stated.set.last()).is_some_and(|(a, b)| a.same_place(b))
-            };
-            if all.len() < most && !all.iter().any(like) {
+            let cause = |a: &Asked| a.stated.set.last().cloned();
+            let like = |a: &Asked| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
+            if all.len() < HINTS && !all.iter().any(like) {
                 all.push(asked);
             }
         }
-        self.settled(found, all.into_iter().map(|a| (a.stated, a.start)).collect(), effort, ran)
+        // A look from afar says little of a fit, some steps of it say more.
+        let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
+        let mut begun: Vec<Polished> = all.into_par_iter().filter_map(brief).collect();
+        begun.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        let begun = begun.into_iter().take(TRIED).filter_map(|p| p.fitted);
+        self.settled(found, begun.map(|f| (f.stated, f.theta)).collect(), effort, led, ran)
     }
 
-    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there; of those
-    /// that `ran` what does better.
+    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there, or from
+    /// where `led` had them if that is better; of those that `ran` what does better.
     fn settled(
         &self,
         found: &mut Found,
         all: Vec<(Stated, Vec<f64>)>,
         effort: Effort,
+        led: Option<&Fitted>,
         ran: &[Contender],
     ) -> Vec<Contender> {
         let run = |(stated, start): (Stated, Vec<f64>)| {
             let polished = self.search.polished(stated, &start, POLISH)?;
             let from = polished.fitted.as_ref()?;
             let stated = self.search.state(&from.stated.set).ok()?;
-            let start = self.search.begin_with(&stated, from);
-            Some((self.search.fit(stated, &start, effort.options()).ok()?, polished))
+            let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
+            let fit = |start: Vec<f64>| self.search.fit(stated.clone(), &start, effort.options()).ok();
+            let fits = starts.into_iter().flatten().filter_map(fit);
+            Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
         };
         let fitted: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
         let shown = |(led, polished): (Fitted, Polished)| {
@@ -216,14 +223,34 @@ impl Ground<'_> {
         self.more(found, &plain, self.fitted.as_ref(), effort, ran)
     }
 
-    /// A second cause beside the single one that helps most, where it falls short.
+    /// Fits the best of these further, where it falls short.
+    fn refine(&self, all: &mut [Contender], of: impl Fn(&Contender) -> bool) {
+        let best = all.iter_mut().filter(|c| of(c)).min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(best) = best.filter(|best| !self.is_near(best)) else { return };
+        let further = |f: &Fitted| self.search.polished(f.stated.clone(), &f.theta, 2 * POLISH);
+        let further = best.fitted.as_ref().and_then(further).and_then(|p| self.shown(best.at, p));
+        if let Some(further) = further.filter(|f| f.after < best.after) {
+            *best = further;
+        }
+    }
+
+    /// A second cause beside the single one that helps most, where that falls short even once it is fitted further.
     fn beside_best(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
         let bare = self.free(&self.tuned).unwrap_or_default().bare();
-        let helps = |c: &&Contender| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
-        let Some(best) = all.iter().filter(helps).min_by(|a, b| a.after.total_cmp(&b.after)) else { return };
-        let Some(base) = best.fitted.as_ref().filter(|_| !self.is_near(best)) else { return };
-        let lacked = self.lacked(found, base, effort, TRIED, &[]);
+        let helps = |c: &Contender| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
+        self.refine(all, helps);
+        let best = all.iter().filter(|c| helps(c)).min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(base) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return };
+        let lacked = self.lacked(found, &base, effort, None, &[]);
+        let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
+        self.refine(all, |c| tried.contains(&c.at));
+        // Either of the two may do as well alone: the other showed it the way.
+        if let Some(pair) = far_better(all, &tried).and_then(|c| c.fitted.clone()) {
+            let each = without_each(&pair.stated.set, &pair.stated.set, &[]);
+            let alone = self.from(found, &pair, each, effort, all);
+            merge(all, alone);
+        }
     }
 
     /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,
@@ -233,11 +260,12 @@ impl Ground<'_> {
         let led = found.sets[at].clone();
         all.extend(self.more(found, &led, base.as_ref(), effort, all));
         let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
-        let lacked = self.lacked(found, &base, effort, TRIED, &[]);
+        let lacked = self.lacked(found, &base, effort, Some(&led), &[]);
         let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
         merge(all, lacked);
         let against = |c: &Contender| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE;
         all.retain(|c| !(tried.contains(&c.at) && against(c)));
+        self.refine(all, |c| tried.contains(&c.at));
         if let Some(best) = far_better(all, &tried).and_then(|c| c.fitted.clone()) {
             all.extend(self.replacing(found, &led, &best, effort, all));
         }
@@ -254,14 +282,23 @@ impl Ground<'_> {
         ran: &[Contender],
     ) -> Vec<Contender> {
         let ran: Vec<&[Hypothesis]> = ran.iter().map(|c| &found.sets[c.at].stated.set[..]).collect();
+        self.from(found, best, without_each(&best.stated.set, &led.stated.set, &ran), effort, &[])
+    }
+    /// Sets with some of the causes of `best`, from where that ended.
+    fn from(
+        &self,
+        found: &mut Found,
+        best: &Fitted,
+        sets: Vec<Vec<Hypothesis>>,
+        effort: Effort,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
         let begun = |set: Vec<Hypothesis>| {
             let stated = self.search.state_like(&set, best.stated.free.clone()).ok()?;
             let start = self.search.begin_with(&stated, best);
             Some((stated, start))
         };
-        let fewer = without_each(&best.stated.set, &led.stated.set, &ran).into_iter().filter_map(begun);
-        let fewer = fewer.collect();
-        self.settled(found, fewer, effort, &[])
+        self.settled(found, sets.into_iter().filter_map(begun).collect(), effort, None, ran)
     }
 
     /// How far the predictions of two are apart, as a gap.

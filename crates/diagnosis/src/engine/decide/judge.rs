@@ -141,7 +141,7 @@ impl<'a> Judge<'a> {
         with * limits.more < without && without - with > limits.form * self.tuned()
     }
     fn does_as_well(&self, without: usize, with: usize) -> bool {
-        self.power(without) < self.limits.free_runs.needless * self.power(with)
+        self.telling(without) < self.limits.free_runs.needless * self.telling(with)
     }
     /// What the balances miss without a cause and hardly with it is no matter of a form.
     fn is_asked_for(&self, with: usize, without: usize) -> bool {
