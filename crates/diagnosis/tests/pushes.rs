@@ -5,7 +5,12 @@
 mod made;
 
 use made::Joint;
+use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::engine::recordings::Prepared;
+use trueup_diagnosis::engine::search::Search;
+use trueup_diagnosis::engine::select::Effort;
 use trueup_diagnosis::outcome::Verdict;
+use trueup_signals::Loaded;
 
 /// Begin and length of each push, s.
 const FIRST: [f64; 2] = [1.1, 0.7];
@@ -23,15 +28,47 @@ fn push(t: f64) -> f64 {
     }
 }
 
-#[test]
-fn two_pushes_in_every_recording_are_one_cause() {
+fn pushed() -> Loaded {
     let j = Joint::default();
     // The last state is the time.
-    let found = j.diagnosed(|current, [q, w, l, v, t]| {
+    j.recorded(|current, [q, w, l, v, t]| {
         let drive = j.torque_constant * current - j.coulomb * (w / 0.05).tanh() - j.viscous * w;
         let spring = j.stiffness * (q - l) + j.damping * (w - v);
         [*w, (drive - spring) / j.motor_inertia, *v, (spring + push(*t) / j.gear) / j.reflected(), 1.0]
-    });
+    })
+}
+
+/// Where balances see nothing, free runs have to: their answer to a push lasts.
+#[test]
+fn a_free_run_asks_for_two_pushes_where_they_are() {
+    let loaded = pushed();
+    let case = Prepared::new(&loaded).unwrap();
+    let search = Search::new(&case, 1).unwrap();
+    let stated = search.state(&[]).unwrap();
+    let start = search.compare(&stated).start();
+    let plain = search.fit(stated, &start, Effort::default().options()).unwrap();
+    let free = search.polish(&plain, 5).fitted.unwrap();
+    let asked = search.lacking(&free, 0.0);
+    let several = asked.iter().find(|a| a.stated.set[0].label() == "external-force:load (several)").unwrap();
+    let of = |name: &str| {
+        let at = several.stated.unknowns.iter().position(|u| u.name == name).unwrap();
+        several.stated.unknowns[at].scale.value(several.start[at]).0
+    };
+    for [begin, length] in [FIRST, SECOND] {
+        let found = ["", "Second", "Third"].iter().any(|which| {
+            let [start, duration] = ["Start", "Duration"].map(|n| of(&format!("loadPush{which}{n}")));
+            start < begin + length && start + duration > begin
+        });
+        assert!(found, "{begin} s");
+    }
+    let others = asked.iter().filter(|a| a.stated.set[0].id != "external-force").map(|a| a.share);
+    let best = others.fold(0.0, f64::max);
+    assert!(several.share > best, "{} {best}", several.share);
+}
+
+#[test]
+fn two_pushes_in_every_recording_are_one_cause() {
+    let found = diagnose(&pushed(), &Options::default(), &mut |_, _| ()).unwrap().diagnosis;
     let named: Vec<(&str, &str)> =
         found.effects.iter().map(|e| (e.id.as_str(), e.component.as_str())).collect();
     assert_eq!((found.verdict, &named[..]), (Verdict::Effects, &[("external-force", "load")][..]));

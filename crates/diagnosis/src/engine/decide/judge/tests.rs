@@ -93,6 +93,20 @@ fn where_balances_chose_no_effect_one_has_to_halve_the_gap() {
     assert_eq!(chosen(1.4, None, &[(ONE, 100.0, Some(1.2))]), None, "0.44 left");
 }
 
+#[test]
+fn where_balances_chose_no_effect_two_stand_where_one_falls_short_and_they_do_far_better() {
+    let cases = [
+        ("far better", Some(5.0), 1.1, Some(1)),
+        ("one comes near the floor", Some(1.9), 1.0, Some(0)),
+        ("better, but not far", Some(5.0), 4.0, Some(0)),
+        ("one that does not halve the gap", Some(9.0), 1.1, Some(1)),
+        ("neither halves it", Some(9.5), 8.0, None),
+    ];
+    for (what, one, two, wanted) in cases {
+        assert_eq!(chosen(10.0, None, &[(ONE, 100.0, one), (TWO, 100.0, Some(two))]), wanted, "{what}");
+    }
+}
+
 /// Odds of a set that leaves so much more by its balances, its free run as near.
 fn odds(best: &str, other: &str, power: f64, apart: Option<f64>) -> f64 {
     odds_ran(best, (other, power, 2.0), apart, false)
