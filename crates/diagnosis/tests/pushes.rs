@@ -2,6 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
+#[allow(dead_code, reason = "recordings alone are asked for here")]
 mod made;
 
 use made::Joint;
