@@ -6,6 +6,7 @@ mod contest;
 mod field;
 mod ground;
 mod held_out;
+mod hints;
 mod place;
 
 use trueup_identification::predict::PredictError;
@@ -24,7 +25,7 @@ use crate::outcome::*;
 use crate::picture::Picture;
 use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
-use contest::Contest;
+use contest::{Contest, POLISH};
 use ground::Ground;
 use held_out::held_out;
 use place::{look, where_it_lies};
@@ -142,9 +143,9 @@ pub fn diagnose(
     // Where balances miss nothing they know the parameters better than free runs, which chase the noise of their inputs.
     let given = || {
         let theta = search.compare(&led.stated).start();
-        (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, 20))
+        (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, POLISH))
     };
-    let (led, given) = rayon::join(|| search.polish(&led, 20), given);
+    let (led, given) = rayon::join(|| search.polish(&led, POLISH), given);
     let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
     let tuned = [Some(led), given]
         .into_iter()

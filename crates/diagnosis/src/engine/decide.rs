@@ -160,10 +160,10 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let beyond = |gap: f64| free.before > gap;
     let gap = beyond(free.chance) || taken || shown && (plain || beyond(limits.free_runs.even * free.floor));
     let (known, explained) = (account.known(limits), account.explained());
-    let missed = free.bare() > limits.gap.missed * free.chance;
     // Parameters that leave misses plain and mend hardly anything of a free run explain nothing.
     let mended = 1.0 - judge.tuned() / left(free.before, free.floor);
-    let missed = missed || account.left > limits.gap.bare && mended < limits.gap.neither;
+    let missed = free.bare() > limits.gap.missed * free.chance
+        || account.left > limits.gap.bare && mended < limits.gap.neither;
     let unexplained = if claims {
         known < limits.gap.explained
     } else {

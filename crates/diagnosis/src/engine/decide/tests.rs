@@ -1,13 +1,19 @@
 use super::*;
 use crate::engine::made::{Shown, fitted, found, free};
 
-/// What is decided of sets with the gaps of their free runs, in floors, where the tuned model leaves 10; the first was chosen.
-fn decided(sets: &[(&str, f64, f64)]) -> (Found, Decision) {
-    let mut found = found(sets.iter().map(|set| fitted(set.0, set.1, 10.0)).collect(), Some(0), 10.0);
-    let ran = Shown { gaps: sets.iter().map(|set| Some(set.2)).collect(), ..Shown::default() };
+/// What is decided where nothing but the free runs of these sets has been seen, gaps in floors.
+fn judged(mut found: Found, gaps: Vec<Option<f64>>, mut free: Free) -> (Found, Decision) {
+    let ran = Shown { gaps, ..Shown::default() };
     let raw = found.plain.excess();
-    let decision = decide(&mut found, raw, &mut free(10.0), &ran, &Thresholds::default());
+    let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
     (found, decision)
+}
+
+/// The same of sets with what they leave and the gaps of their free runs, where the plain model leaves 10 and so does the tuned
+/// one; the first was chosen.
+fn decided(sets: &[(&str, f64, f64)]) -> (Found, Decision) {
+    let fits = sets.iter().map(|set| fitted(set.0, set.1, 10.0)).collect();
+    judged(found(fits, Some(0), 10.0), sets.iter().map(|set| Some(set.2)).collect(), free(10.0))
 }
 
 #[test]
@@ -43,10 +49,8 @@ fn a_gap_that_may_be_noise_is_one_where_a_cause_takes_it() {
     for (what, tuned, after, wanted) in cases {
         let plain = fitted("", 1.0, 10.0);
         let sets = vec![fitted("backlash", 1.0, 10.0)];
-        let mut found = Found { best: plain.clone(), plain, sets };
-        let ran = Shown { gaps: vec![Some(after)], ..Shown::default() };
-        let raw = found.plain.excess();
-        let decision = decide(&mut found, raw, &mut free(tuned), &ran, &Thresholds::default());
+        let found = Found { best: plain.clone(), plain, sets };
+        let (_, decision) = judged(found, vec![Some(after)], free(tuned));
         assert_eq!(decision.verdict, wanted, "{what}");
     }
 }
@@ -70,10 +74,8 @@ fn where_free_runs_show_nothing_parameters_go_first_and_effects_stand_alone() {
         ),
     ];
     for (what, sets, wanted) in cases {
-        let mut found = found(sets.iter().map(|set| fitted(set.0, set.1, 100.0)).collect(), Some(0), 100.0);
-        let ran = Shown { gaps: vec![None; sets.len()], ..Shown::default() };
-        let raw = found.plain.excess();
-        decide(&mut found, raw, &mut free(1.3), &ran, &Thresholds::default());
+        let fits = sets.iter().map(|set| fitted(set.0, set.1, 100.0)).collect();
+        let (found, _) = judged(found(fits, Some(0), 100.0), vec![None; sets.len()], free(1.3));
         assert_eq!(found.best.labels(), wanted, "{what}");
     }
 }
@@ -87,11 +89,8 @@ fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
         ("neither", 5.0, 9.5, Verdict::Unknown),
     ];
     for (what, leaves, tuned, wanted) in cases {
-        let mut found = found(vec![fitted("motorInertia", leaves, 100.0)], Some(0), 100.0);
-        let ran = Shown { gaps: vec![None], ..Shown::default() };
-        let raw = found.plain.excess();
-        let mut free = Free { before: 10.0, chance: 7.0, ..free(tuned) };
-        let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
+        let found = found(vec![fitted("motorInertia", leaves, 100.0)], Some(0), 100.0);
+        let (_, decision) = judged(found, vec![None], Free { before: 10.0, chance: 7.0, ..free(tuned) });
         assert_eq!(decision.verdict, wanted, "{what}");
     }
 }

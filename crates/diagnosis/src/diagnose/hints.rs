@@ -1,0 +1,237 @@
+//! What free runs see and balances do not: causes that explain much of what a free run misses, tried from where it ended.
+
+use rayon::prelude::*;
+
+use super::contest::{Contender, HELPS, MORE, POLISH, TRIED};
+use super::ground::Ground;
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::replay::Polished;
+use crate::engine::screen::Asked;
+use crate::engine::search::{Fitted, Stated};
+use crate::engine::select::{Effort, Found, put, same};
+
+/// Share of what a free run misses that a cause would explain: one look from afar says little of a fit.
+const HINT: f64 = 0.1;
+/// As many of them are fitted so briefly, and of these the nearest in full.
+const HINTS: usize = 8;
+const BRIEF: usize = 6;
+
+impl Ground<'_> {
+    /// Single effects that explain much of what `self.fitted`, running freely, misses, whatever the balances say of them:
+    /// these do not see what happens in reversals, nor much behind coarse encoders. Where none of them comes near, parameters
+    /// were dragged too far to look from: others are looked at from where the best of them ended.
+    pub(super) fn lacking(&self, found: &mut Found, effort: Effort) -> Vec<Contender> {
+        let Some(base) = &self.fitted else { return Vec::new() };
+        let mut all = self.lacked(found, base, effort, None, &[]);
+        let best = all.iter().min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(best) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return all };
+        let Some(base) = self.search.without(&best) else { return all };
+        let better = self.lacked(found, &base, effort, None, &all);
+        merge(&mut all, better);
+        all
+    }
+
+    /// Of what `base`, which runs freely, lacks those that come nearest, fitted freely; of those that `ran` what does better.
+    fn lacked(
+        &self,
+        found: &mut Found,
+        base: &Fitted,
+        effort: Effort,
+        led: Option<&Fitted>,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
+        let mut all: Vec<Asked> = Vec::new();
+        for asked in self.search.lacking(base, HINT) {
+            // Of the forms of one cause in one place the likeliest.
+            let cause = |a: &Asked| a.stated.set.last().cloned();
+            let like = |a: &Asked| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
+            if all.len() < HINTS && !all.iter().any(like) {
+                all.push(asked);
+            }
+        }
+        // A look from afar says little of a fit, some steps of it say more.
+        let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
+        let mut begun: Vec<Polished> = all.into_par_iter().filter_map(brief).collect();
+        begun.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        let begun = begun.into_iter().take(TRIED).filter_map(|p| p.fitted);
+        self.settled(found, begun.map(|f| (f.stated, f.theta)).collect(), effort, led, ran)
+    }
+
+    /// Sets that are fitted free-running first, from where they are given, and then by their balances from there, or from
+    /// where `led` had them if that is better; of those that `ran` what does better.
+    fn settled(
+        &self,
+        found: &mut Found,
+        all: Vec<(Stated, Vec<f64>)>,
+        effort: Effort,
+        led: Option<&Fitted>,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
+        let run = |(stated, start): (Stated, Vec<f64>)| {
+            let polished = self.search.polished(stated, &start, POLISH)?;
+            let from = polished.fitted.as_ref()?;
+            let stated = self.search.state(&from.stated.set).ok()?;
+            let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
+            let fit = |start: Vec<f64>| self.search.fit(stated.clone(), &start, effort.options()).ok();
+            let fits = starts.into_iter().flatten().filter_map(fit);
+            Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
+        };
+        let fitted: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
+        let shown = |(led, polished): (Fitted, Polished)| {
+            let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
+            let new = self.shown(found.sets.len(), polished)?;
+            // The fit by the balances belongs to its run.
+            let stands = old.is_none_or(|old| new.after < old.after);
+            stands.then(|| Contender { at: put(&mut found.sets, led), ..new })
+        };
+        fitted.into_iter().filter_map(shown).collect()
+    }
+
+    /// Fits the best of these further, where it falls short.
+    fn refine(&self, all: &mut [Contender], of: impl Fn(&Contender) -> bool) {
+        let best = all.iter_mut().filter(|c| of(c)).min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(best) = best.filter(|best| !self.is_near(best)) else { return };
+        let further = |f: &Fitted| self.search.polished(f.stated.clone(), &f.theta, 2 * POLISH);
+        let further = best.fitted.as_ref().and_then(further).and_then(|p| self.shown(best.at, p));
+        if let Some(further) = further.filter(|f| f.after < best.after) {
+            *best = further;
+        }
+    }
+
+    /// A second cause beside the single one that helps most, where that falls short even once it is fitted further.
+    pub(super) fn beside_best(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+        let bare = self.free(&self.tuned).unwrap_or_default().bare();
+        let helps = |c: &Contender| c.after <= HELPS * bare && found.sets[c.at].stated.set.len() == 1;
+        self.refine(all, helps);
+        let best = all.iter().filter(|c| helps(c)).min_by(|a, b| a.after.total_cmp(&b.after));
+        let Some(base) = best.filter(|b| !self.is_near(b)).and_then(|b| b.fitted.clone()) else { return };
+        // Either of the two may do as well alone: the other showed it the way.
+        if let Some(pair) = self.grown(found, &base, None, effort, all) {
+            let each = without_each(&pair.stated.set, &pair.stated.set, &[]);
+            let alone = self.fewer(found, &pair, each, effort, all);
+            merge(all, alone);
+        }
+    }
+
+    /// A second cause beside the claim, the only one in `all`, whose free run falls short: of those that the balances ask for,
+    /// and of those that they do not see, for these they have nothing against.
+    pub(super) fn second(&self, found: &mut Found, effort: Effort, all: &mut Vec<Contender>) {
+        let Some((at, base)) = all.first().map(|c| (c.at, c.fitted.clone())) else { return };
+        let led = found.sets[at].clone();
+        all.extend(self.more(found, &led, base.as_ref(), effort, all));
+        let Some(base) = base.filter(|_| !all.iter().any(|c| self.is_near(c))) else { return };
+        // The causes of the claim may have stood in for the one that was missing.
+        if let Some(best) = self.grown(found, &base, Some(&led), effort, all) {
+            let ran: Vec<&[Hypothesis]> = all.iter().map(|c| &found.sets[c.at].stated.set[..]).collect();
+            let others = without_each(&best.stated.set, &led.stated.set, &ran);
+            all.extend(self.fewer(found, &best, others, effort, &[]));
+        }
+    }
+
+    /// Adds to `all` what `base`, which runs freely, lacks, unless the balances are against it beside `led`; the best of these,
+    /// if it does far better than all others.
+    fn grown(
+        &self,
+        found: &mut Found,
+        base: &Fitted,
+        led: Option<&Fitted>,
+        effort: Effort,
+        all: &mut Vec<Contender>,
+    ) -> Option<Fitted> {
+        let lacked = self.lacked(found, base, effort, led, &[]);
+        let tried: Vec<usize> = lacked.iter().map(|c| c.at).collect();
+        merge(all, lacked);
+        let against =
+            |c: &Contender| led.is_some_and(|led| found.sets[c.at].evidence(1.0) <= led.evidence(1.0) - MORE);
+        all.retain(|c| !(tried.contains(&c.at) && against(c)));
+        self.refine(all, |c| tried.contains(&c.at));
+        far_better(all, &tried).and_then(|c| c.fitted.clone())
+    }
+
+    /// Sets with some of the causes of `best`, from where that ended; of those that `ran` what does better.
+    fn fewer(
+        &self,
+        found: &mut Found,
+        best: &Fitted,
+        sets: Vec<Vec<Hypothesis>>,
+        effort: Effort,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
+        let begun = |set: Vec<Hypothesis>| {
+            let stated = self.search.state_like(&set, best.stated.free.clone()).ok()?;
+            let start = self.search.begin_with(&stated, best);
+            Some((stated, start))
+        };
+        self.settled(found, sets.into_iter().filter_map(begun).collect(), effort, None, ran)
+    }
+}
+
+/// Adds those that ran to the others; of the same set the new one takes the place of the old one.
+pub(super) fn merge(all: &mut Vec<Contender>, new: Vec<Contender>) {
+    for new in new {
+        match all.iter_mut().find(|old| old.at == new.at) {
+            Some(old) => *old = new,
+            None => all.push(new),
+        }
+    }
+}
+
+/// The best of those that were `tried` last, if it does far better than the others.
+fn far_better<'c>(all: &'c [Contender], tried: &[usize]) -> Option<&'c Contender> {
+    let (tried, others): (Vec<_>, Vec<_>) = all.iter().partition(|c| tried.contains(&c.at));
+    let without = others.iter().map(|c| c.after).fold(f64::INFINITY, f64::min);
+    let best = tried.into_iter().filter(|c| c.after <= HELPS * without);
+    best.min_by(|a, b| a.after.total_cmp(&b.after))
+}
+
+/// A set without each of the causes of `led` that it has; none that `ran`, and none without effects.
+fn without_each(set: &[Hypothesis], led: &[Hypothesis], ran: &[&[Hypothesis]]) -> Vec<Vec<Hypothesis>> {
+    let fewer = |out: &Hypothesis| set.iter().filter(|h| *h != out).cloned().collect::<Vec<_>>();
+    let new = |set: &Vec<Hypothesis>| {
+        set.iter().any(Hypothesis::is_effect) && !ran.iter().any(|ran| same(ran, set))
+    };
+    led.iter().map(fewer).filter(new).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::contest::tests::ran;
+    use super::*;
+    use crate::engine::made::causes;
+
+    #[test]
+    fn of_one_set_the_new_run_stands() {
+        let mut all = ran(&[(3, 5.0), (1, 4.0)]);
+        merge(&mut all, ran(&[(1, 6.0), (2, 7.0), (3, 2.0)]));
+        let merged: Vec<_> = all.iter().map(|c| (c.at, c.after)).collect();
+        assert_eq!(merged, [(3, 2.0), (1, 6.0), (2, 7.0)]);
+    }
+
+    #[test]
+    fn what_was_tried_last_has_to_do_far_better() {
+        let best = |all: &[(usize, f64)], tried: &[usize]| far_better(&ran(all), tried).map(|c| c.at);
+        let all = [(0, 10.0), (1, 6.0), (2, 5.0), (3, 8.0)];
+        assert_eq!(best(&all, &[1, 2]), Some(2), "5 of 8");
+        assert_eq!(best(&all, &[2]), None, "5 of 6");
+        assert_eq!(best(&all, &[0, 3]), None);
+        assert_eq!(best(&all, &[]), None);
+        assert_eq!(best(&[], &[]), None);
+    }
+
+    #[test]
+    fn former_causes_are_left_out_one_by_one() {
+        let [one, two, three] = ["backlash", "cable-stiffness", "sensor-delay"];
+        let set = |labels: &[&str]| causes(&labels.join(" "));
+        let fewer = |all: &[&str], led: &[&str], ran: &[&[&str]]| {
+            let ran: Vec<Vec<Hypothesis>> = ran.iter().map(|labels| set(labels)).collect();
+            let ran: Vec<&[Hypothesis]> = ran.iter().map(Vec::as_slice).collect();
+            without_each(&set(all), &set(led), &ran)
+        };
+        let (led, all) = ([one, two], [one, two, three]);
+        assert_eq!(fewer(&all, &led, &[&led, &all]), [set(&[two, three]), set(&[one, three])]);
+        // In whatever order it ran.
+        assert_eq!(fewer(&all, &led, &[&[three, two]]), [set(&[one, three])]);
+        // A parameter by itself is no explanation.
+        assert!(fewer(&[one, "motorInertia"], &[one], &[]).is_empty());
+    }
+}
