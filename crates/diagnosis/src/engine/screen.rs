@@ -86,12 +86,19 @@ impl Search<'_> {
         }
         let problem = self.compare(&stated);
         let beside = Beside::new(base, projection, &problem, &stated, &from)?;
-        let best = beside.firmest(self.looks(base, h, stated.posed.last()?, orders)?)?;
+        let best = beside.firmest(self.looks(base, projection, h, stated.posed.last()?, orders)?)?;
         Some(Screened { index, gain: best.gain, start: beside.start(&best), looked: Some(best.looked) })
     }
 
     /// Where to look from at a cause; `None`: it is not to be seen beside this base. `orders`: of the shaft, if known.
-    fn looks(&self, base: &Fitted, h: &Hypothesis, posed: &Posed, orders: &[f64]) -> Option<Vec<Look>> {
+    fn looks(
+        &self,
+        base: &Fitted,
+        projection: &Projection,
+        h: &Hypothesis,
+        posed: &Posed,
+        orders: &[f64],
+    ) -> Option<Vec<Look>> {
         let push = h.is_push();
         let order = posed.unknowns.iter().position(is_order);
         let free = base.stated.free.is_some();
@@ -100,7 +107,7 @@ impl Search<'_> {
             return None;
         }
         if free && push {
-            return self.tried_along(base, h, &posed.unknowns);
+            return self.tried_along(base, projection, h, &posed.unknowns);
         }
         if push {
             return Some(self.push_looks(base, h, &posed.unknowns));
@@ -121,7 +128,13 @@ impl Search<'_> {
 
     /// Where to look from at a push that balances do not show: along the recordings, and where there are several at those
     /// times that explain most together.
-    fn tried_along(&self, base: &Fitted, h: &Hypothesis, unknowns: &[Unknown]) -> Option<Vec<Look>> {
+    fn tried_along(
+        &self,
+        base: &Fitted,
+        projection: &Projection,
+        h: &Hypothesis,
+        unknowns: &[Unknown],
+    ) -> Option<Vec<Look>> {
         let tries = self.tries();
         if h.times == Times::Once {
             return Some(tries.into_iter().map(|s| filled(h, unknowns, &[s])).collect());
@@ -130,9 +143,8 @@ impl Search<'_> {
         let set = [&base.stated.set[..], std::slice::from_ref(&once)].concat();
         let stated = self.state_like(&set, base.stated.free.clone()).ok()?;
         let from = self.begin_with(&stated, base);
-        let (projection, problem) = (Projection::new(base), self.compare(&stated));
-        let posed = stated.posed.last()?;
-        let beside = Beside::new(base, &projection, &problem, &stated, &from)?;
+        let (problem, posed) = (self.compare(&stated), stated.posed.last()?);
+        let beside = Beside::new(base, projection, &problem, &stated, &from)?;
         let change = |s: Stretch| Some((s, beside.change(filled(&once, &posed.unknowns, &[s]))?));
         let mut left: Vec<(Stretch, DVector<f64>)> = tries.into_par_iter().filter_map(change).collect();
         let (mut stretches, mut taken) = (Vec::new(), Vec::new());
