@@ -53,8 +53,9 @@ impl Ground<'_> {
         let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
         let mut begun: Vec<Polished> = all.into_par_iter().filter_map(brief).collect();
         begun.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
-        let begun = begun.into_iter().take(TRIED).filter_map(|p| p.fitted);
-        self.settled(found, begun.map(|f| (f.stated, f.theta)).collect(), effort, led, ran)
+        let anew = |p: Polished| self.search.anew(p.fitted.as_ref()?);
+        let begun = begun.into_iter().take(TRIED).filter_map(anew).collect();
+        self.settled(found, begun, effort, led, ran)
     }
 
     /// Sets that are fitted free-running first, from where they are given, and then by their balances from there, or from
@@ -91,7 +92,10 @@ impl Ground<'_> {
     fn refine(&self, all: &mut [Contender], of: impl Fn(&Contender) -> bool) {
         let best = all.iter_mut().filter(|c| of(c)).min_by(|a, b| a.after.total_cmp(&b.after));
         let Some(best) = best.filter(|best| !self.is_near(best)) else { return };
-        let further = |f: &Fitted| self.search.polished(f.stated.clone(), &f.theta, 2 * POLISH);
+        let further = |f: &Fitted| {
+            let (stated, start) = self.search.anew(f)?;
+            self.search.polished(stated, &start, 2 * POLISH)
+        };
         let further = best.fitted.as_ref().and_then(further).and_then(|p| self.shown(best.at, p));
         if let Some(further) = further.filter(|f| f.after < best.after) {
             *best = further;

@@ -242,6 +242,18 @@ impl Search<'_> {
         Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
     }
 
+    /// A set that was fitted freely, readings counting by what it misses of them by now, and where it ended.
+    pub fn anew(&self, from: &Fitted) -> Option<(Stated, Vec<f64>)> {
+        let (problem, train) = (self.compare(&from.stated), &self.case.train);
+        let shown = |run: usize| problem.shown(run, &from.theta).map(|s| self.allowed(&s, &train[run]));
+        let allowed: Result<Vec<Vec<f64>>, PredictError> =
+            (0..train.len()).into_par_iter().map(shown).collect();
+        let mut stated = self.state_like(&from.stated.set, Some(allowed.ok()?)).ok()?;
+        stated.believe_like(&from.stated);
+        let start = self.begin_with(&stated, from);
+        Some((stated, start))
+    }
+
     /// Deviations that a model is allowed beside those of the readings, by output: what it misses of a recording beyond
     /// their noise, as the same share of each output's range. It lasts, so that only so many readings of a channel tell
     /// something new; a model that misses nothing is judged by the noise alone.
