@@ -111,15 +111,15 @@ impl Ground<'_> {
         let field = Field::new(found, self.limits);
         let mut all = if field.claims { Vec::new() } else { self.more_than_plain(found, effort, &[]) };
         for wanted in [Kind::Best, Kind::Fewer, Kind::Rival] {
-            let good = all.iter().any(|c| self.is_near(c));
-            let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
-            let list = field.entrants(found, wanted, good, &ran);
-            all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+            self.enter(found, &field, wanted, &mut all);
             if let (Kind::Best, [best]) = (wanted, &all[..]) {
                 self.carry(best);
                 if field.claims && !self.is_near(best) {
                     self.second(found, effort, &mut all);
                 }
+            }
+            if wanted == Kind::Fewer {
+                self.fewer_still(found, &field, &mut all);
             }
         }
         let bare = self.free(&self.tuned).unwrap_or_default();
@@ -140,6 +140,27 @@ impl Ground<'_> {
         let late = late_where(found, &all).and_then(|at| self.run(found, at));
         all.extend(late);
         all
+    }
+
+    fn enter(&self, found: &Found, field: &Field, wanted: Kind, all: &mut Vec<Contender>) {
+        let good = all.iter().any(|c| self.is_near(c));
+        let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
+        let list = field.entrants(found, wanted, good, &ran);
+        all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+    }
+    /// Sets without two or more of the chosen causes, as long as those without one less do as well as all of them.
+    fn fewer_still(&self, found: &Found, field: &Field, all: &mut Vec<Contender>) {
+        let best = |all: &[Contender], size: usize| {
+            let of_size = all.iter().filter(|c| found.sets[c.at].stated.set.len() == size);
+            let best = of_size.min_by(|a, b| a.after.total_cmp(&b.after));
+            best.map(|c| (c.at, self.free(&c.shown).map_or(c.after, |f| c.after.max(f.floor))))
+        };
+        let Some((_, whole)) = best(all, field.size()) else { return };
+        for size in (2..field.size()).rev() {
+            let fewer = best(all, size).filter(|f| f.1 <= self.limits.free_runs.even * whole);
+            let Some((at, _)) = fewer else { return };
+            self.enter(found, &field.around(&found.sets[at]), Kind::Fewer, all);
+        }
     }
 
     /// Sets with a cause more than the plain model, beside the free run of its parameters.
@@ -178,7 +199,7 @@ impl Ran for Contest<'_> {
     }
     fn one_sensor(&self) -> bool {
         let runs = &self.ground.search.case.train;
-        runs.iter().all(|r| r.run.channels.len() == 1 && r.run.drives.len() == 1)
+        runs.iter().all(|r| r.run.channels.len() == 1)
     }
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))

@@ -22,6 +22,7 @@ pub(super) enum Kind {
 }
 
 /// Who may run beside the set that the balances chose.
+#[derive(Clone)]
 pub(super) struct Field {
     chosen: Fitted,
     /// It has an effect.
@@ -42,6 +43,15 @@ impl Field {
             balances: Balances::new(found, &limits),
             settled: limits.odds.settled,
         }
+    }
+
+    /// The same around another set.
+    pub(super) fn around(&self, chosen: &Fitted) -> Self {
+        Self { chosen: chosen.clone(), ..self.clone() }
+    }
+    /// How many causes the chosen set has.
+    pub(super) fn size(&self) -> usize {
+        self.chosen.stated.set.len()
     }
 
     fn kind(&self, f: &Fitted) -> Option<Kind> {

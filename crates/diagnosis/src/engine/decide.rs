@@ -122,7 +122,7 @@ pub trait Ran {
     fn after(&self, set: usize) -> Option<f64>;
     /// How far the predictions of two sets are apart, as a gap.
     fn apart(&self, a: usize, b: usize) -> Option<f64>;
-    /// One sensor shows what one input does: whichever of the two is late, it shows the same.
+    /// One sensor shows mostly what one input does: whichever of the two is late, it shows the same.
     fn one_sensor(&self) -> bool;
     /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
     fn each(&self, set: usize) -> Option<Vec<f64>>;

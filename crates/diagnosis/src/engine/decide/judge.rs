@@ -108,7 +108,7 @@ impl<'a> Judge<'a> {
         }
         let size = self.found.best.stated.set.len();
         let own = self.best_of_size(size);
-        let chosen = self.one_more(size, own).or_else(|| self.one_fewer(size, own)).or(own);
+        let chosen = self.one_more(size, own).or_else(|| self.fewer(size, own)).or(own);
         self.instead_of(chosen).or(chosen)
     }
     /// A cause more than `own`, where that falls short and the other does far better.
@@ -116,10 +116,11 @@ impl<'a> Judge<'a> {
         let more = self.of_size(size + 1).min_by(|a, b| self.power(*a).total_cmp(&self.power(*b)))?;
         own.is_none_or(|own| self.falls_short(own) && self.does_far_better(more, own)).then_some(more)
     }
-    /// A cause less than `own`, where that does as well and the balances do not ask for the whole set.
-    fn one_fewer(&self, size: usize, own: Option<usize>) -> Option<usize> {
-        let fewer = self.best_of_size(size - 1)?;
-        own.is_none_or(|own| !self.is_asked_for(own, fewer) && self.does_as_well(fewer, own)).then_some(fewer)
+    /// The fewest causes that do as well as `own`, where the balances do not ask for that; if it did not run one cause less.
+    fn fewer(&self, size: usize, own: Option<usize>) -> Option<usize> {
+        let Some(own) = own else { return self.best_of_size(size - 1) };
+        let stands = |fewer: &usize| !self.is_asked_for(own, *fewer) && self.does_as_well(*fewer, own);
+        (1..size).filter_map(|size| self.best_of_size(size)).find(stands)
     }
     /// Another effect by itself, where the free run of the set chosen changes nothing: what the balances favour is then worth
     /// nothing, unless they have settled it.
@@ -143,12 +144,13 @@ impl<'a> Judge<'a> {
     fn does_as_well(&self, without: usize, with: usize) -> bool {
         self.telling(without) < self.limits.free_runs.needless * self.telling(with)
     }
-    /// What the balances miss without a cause and hardly with it is no matter of a form.
+    /// What the balances plainly miss without a cause and hardly with it is no matter of a form.
     fn is_asked_for(&self, with: usize, without: usize) -> bool {
-        let limits = &self.limits.balances;
+        let (limits, plain) = (&self.limits.balances, self.limits.gap.left);
         let [with, without] = [with, without].map(|at| &self.found.sets[at]);
         let [after, before] = [with, without].map(|f| above(f.excess(), self.balances.least));
-        with.evidence(1.0) > without.evidence(1.0) + limits.asked && before - after > limits.wholly * before
+        let plainly = before > plain && before - after > limits.wholly * before;
+        plainly && with.evidence(1.0) > without.evidence(1.0) + limits.asked
     }
 
     /// Other causes in the place of the `i`-th of `best`, with their odds.

@@ -9,7 +9,11 @@ type Set = (&'static str, f64, Option<f64>);
 
 /// Which set stands, where the tuned model leaves a gap of `tuned` floors.
 fn chosen(tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
-    let found = found(sets.iter().map(|set| fitted(set.0, set.1, FEW)).collect(), best, FEW);
+    chosen_of(FEW, tuned, best, sets)
+}
+/// The same where an octave has so many readings.
+fn chosen_of(readings: f64, tuned: f64, best: Option<usize>, sets: &[Set]) -> Option<usize> {
+    let found = found(sets.iter().map(|set| fitted(set.0, set.1, readings)).collect(), best, readings);
     let ran = Shown { gaps: sets.iter().map(|set| set.2).collect(), ..Shown::default() };
     Judge::new(&found, free(tuned), &ran, &Thresholds::default()).choose()
 }
@@ -29,6 +33,23 @@ fn one_fewer_stands_where_it_does_as_well_and_balances_do_not_ask_for_two() {
     for (what, left, gaps, wanted) in cases {
         let sets = [(ONE, left[0], Some(gaps[0])), (TWO, left[1], Some(gaps[1]))];
         assert_eq!(chosen(10.0, Some(1), &sets), Some(wanted), "{what}");
+    }
+}
+
+#[test]
+fn as_few_stand_as_do_as_well() {
+    const THREE: &str = "backlash motor-friction cable-stiffness";
+    let cases = [
+        ("one does as well", [1.1, 1.05, 1.0], [1.5, 1.45, 1.45], 0),
+        ("two do, one does not", [1.1, 1.05, 1.0], [1.7, 1.45, 1.45], 1),
+        ("one does, but the balances ask for two", [50.0, 1.05, 1.0], [1.5, 1.45, 1.45], 1),
+        ("one does, though these two do not", [1.1, 1.05, 1.0], [1.5, 1.9, 1.45], 0),
+        ("neither does", [1.1, 1.05, 1.0], [1.9, 1.9, 1.45], 2),
+        ("what balances miss of one is not plain", [1.2, 1.0, 1.0], [1.5, 1.45, 1.45], 0),
+    ];
+    for (what, left, gaps, wanted) in cases {
+        let sets = [ONE, TWO, THREE].iter().zip(left).zip(gaps).map(|((set, l), g)| (*set, l, Some(g)));
+        assert_eq!(chosen_of(1e4, 10.0, Some(2), &sets.collect::<Vec<_>>()), Some(wanted), "{what}");
     }
 }
 
