@@ -27,7 +27,7 @@ use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
 use contest::{Contest, POLISH};
 use ground::Ground;
-use held_out::held_out;
+use held_out::{closed_alone, held_out};
 use place::{look, where_it_lies};
 
 /// How to diagnose.
@@ -251,6 +251,9 @@ pub fn diagnose(
     };
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
     held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
+    if let Some(overall) = &diagnosis.gap.overall {
+        closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
+    }
     diagnosis.notes.extend(claim::elsewhere(case.subject.plant, &found, &decision));
     if decision.verdict == Verdict::Ambiguous && next.is_none() {
         diagnosis.notes.push(experiment::NOTHING.into());

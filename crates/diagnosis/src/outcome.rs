@@ -154,7 +154,7 @@ pub struct Claimed {
     pub probability: f64,
     /// Its parameters.
     pub parameters: BTreeMap<String, Amount>,
-    /// How much of the gap it closes by itself.
+    /// How much of the held-out gap it closes by itself; where it did not run freely alone, of what the balances miss.
     pub closed_alone: Option<f64>,
 }
 

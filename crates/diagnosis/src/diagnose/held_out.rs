@@ -1,8 +1,8 @@
-//! Held-out gaps of candidates.
+//! Held-out gaps of candidates, and how much of the gap an effect closes alone.
 
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::select::Found;
-use crate::outcome::{Candidate, Verdict};
+use crate::outcome::{Candidate, Claimed, Gap, Verdict};
 
 /// Fills in the gap on held-out recordings: of what is claimed that of the claim (`after`), of others that of the best set
 /// with them that ran freely (`gaps`: set and gap).
@@ -25,5 +25,54 @@ pub(super) fn held_out(
         } else {
             ran.min_by(f64::total_cmp)
         };
+    }
+}
+
+/// Says of each effect how much of the held-out gap it closes alone, where it ran freely alone; elsewhere what its balances
+/// said stays.
+pub(super) fn closed_alone(found: &Found, overall: &Gap, effects: &mut [Claimed], gaps: &[(usize, f64)]) {
+    let over = overall.before - overall.floor;
+    if over <= 0.0 {
+        return;
+    }
+    for e in effects {
+        let at = |h: &Hypothesis| e.joint.is_none_or(|joint| joint == h.site + 1);
+        let is = |h: &Hypothesis| h.id == e.id && h.component == e.component && at(h);
+        let alone = |set: &[Hypothesis]| matches!(set, [h] if is(h));
+        let ran = gaps.iter().filter(|(at, _)| alone(&found.sets[*at].stated.set)).map(|g| g.1);
+        // The claim itself is what the whole gap is told of.
+        let claim = alone(&found.best.stated.set).then_some(overall.after);
+        let Some(after) = claim.or_else(|| ran.min_by(f64::total_cmp)) else { continue };
+        e.closed_alone = Some(((overall.before - after) / over).clamp(0.0, 1.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::made::{fitted, found};
+
+    #[test]
+    fn what_ran_alone_closes_what_its_free_run_closes() {
+        let overall =
+            Gap { before: 11.0, tuned: 11.0, after: 2.0, floor: 1.0, closed: Some(0.9), ci95: None };
+        let claimed = |id: &str| Claimed {
+            id: id.into(),
+            component: crate::engine::made::cause(id).component,
+            joint: Some(1),
+            probability: 0.9,
+            parameters: Default::default(),
+            closed_alone: Some(0.3),
+        };
+        let told = |best: usize, gaps: &[(usize, f64)]| {
+            let sets = ["backlash", "cable-stiffness", "backlash cable-stiffness"];
+            let sets = sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect();
+            let mut effects = [claimed("backlash"), claimed("cable-stiffness")];
+            closed_alone(&found(sets, Some(best), 10.0), &overall, &mut effects, gaps);
+            effects.map(|e| e.closed_alone.unwrap())
+        };
+        assert_eq!(told(2, &[(0, 6.0), (2, 2.0)]), [0.5, 0.3], "one ran alone, the other did not");
+        assert_eq!(told(2, &[(0, 12.0), (1, 0.5)]), [0.0, 1.0], "worse than nothing, better than noise");
+        assert_eq!(told(0, &[(0, 6.0)]), [0.9, 0.3], "the claim closes what the gap says");
     }
 }
