@@ -78,6 +78,9 @@ def test_a_sealed_effect_is_named_and_shrinks_the_gap(tmp_path):
     print(key["case"], key["effects"], overall)
     assert diagnosis["verdict"] == "effects" and diagnosis["effects"][0]["id"] == key["effects"][0]
     assert overall["after"] < overall["tuned"] and overall["after"] < overall["before"]
+    # The only effect closes alone what all of them close.
+    assert len(diagnosis["effects"]) == 1
+    assert diagnosis["effects"][0]["closed_alone"] == pytest.approx(min(1.0, overall["closed"]), abs=1e-12)
     assert len(diagnosis["augmented"]) == 2
     assert all((tmp_path / "found" / name).exists() for name in diagnosis["augmented"])
 

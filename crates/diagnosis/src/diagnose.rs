@@ -237,7 +237,7 @@ pub fn diagnose(
         sensors: (&picture.isolability).into(),
         location,
         effects: effects(case.subject.plant, &found, &free_fits, &best, &decision),
-        candidates: candidates(&found, &decision),
+        candidates: candidates(case.subject.plant, &found, &decision),
         parameters: parameters(&best, &decision),
         indistinguishable: indistinguishable(&found, &decision),
         unknown: Unknown { present: decision.verdict == Verdict::Unknown, probability: decision.unknown },

@@ -165,7 +165,7 @@ pub struct Candidate {
     pub id: String,
     /// Where it would act.
     pub component: String,
-    /// Which joint, from 1.
+    /// Which joint, from 1; none where it would act at no joint.
     pub joint: Option<usize>,
     /// That it is there.
     pub probability: f64,

@@ -124,16 +124,16 @@ pub(super) fn effects(
     all
 }
 
-pub(super) fn candidates(found: &Found, decision: &Decision) -> Vec<Candidate> {
+pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decision) -> Vec<Candidate> {
     let mut all: Vec<Candidate> = Vec::new();
     let mut add = |h: &Hypothesis, probability: f64, evidence: f64| {
-        if h.is_effect()
-            && !all.iter().any(|c| c.id == h.id && c.component == h.component && c.joint == Some(h.site + 1))
-        {
+        let joint = joint_of(h, plant);
+        let same = |c: &Candidate| c.id == h.id && c.component == h.component && c.joint == joint;
+        if h.is_effect() && !all.iter().any(same) {
             all.push(Candidate {
                 id: h.id.clone(),
                 component: h.component.clone(),
-                joint: Some(h.site + 1),
+                joint,
                 probability,
                 evidence,
                 holdout_gap: None,
@@ -290,6 +290,15 @@ mod tests {
         // The same effect elsewhere is no other.
         let (found, decision) = ambiguous(&["backlash[1]", "backlash[2]"]);
         assert!(indistinguishable(&found, &decision).is_empty());
+    }
+
+    #[test]
+    fn what_acts_at_no_joint_is_a_candidate_at_none() {
+        let (mut found, mut decision) = ambiguous(&["backlash[2]", "motor-friction[2]"]);
+        decision.rivals[0] = vec![(1, 0.0)];
+        found.sets[1].stated.set[0].per_joint = false;
+        let told = candidates(effect::Plant::Arm, &found, &decision);
+        assert_eq!(told.iter().map(|c| c.joint).collect::<Vec<_>>(), [Some(2), None]);
     }
 
     #[test]

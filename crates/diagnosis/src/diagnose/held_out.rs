@@ -17,7 +17,7 @@ pub(super) fn held_out(
         return;
     }
     for c in candidates {
-        let same = |h: &Hypothesis| h.id == c.id && h.component == c.component && c.joint == Some(h.site + 1);
+        let same = |h: &Hypothesis| h.is_named(&c.id, &c.component, c.joint);
         let claimed = matches!(verdict, Verdict::Effects | Verdict::Ambiguous);
         let ran = gaps.iter().filter(|(at, _)| found.sets[*at].stated.set.iter().any(same)).map(|g| g.1);
         c.holdout_gap = if claimed && found.best.stated.set.iter().any(same) {
@@ -25,6 +25,13 @@ pub(super) fn held_out(
         } else {
             ran.min_by(f64::total_cmp)
         };
+    }
+}
+
+impl Hypothesis {
+    /// What is told under this id is this cause; without a joint it stands at none.
+    fn is_named(&self, id: &str, component: &str, joint: Option<usize>) -> bool {
+        self.id == id && self.component == component && joint.is_none_or(|joint| joint == self.site + 1)
     }
 }
 
@@ -36,9 +43,7 @@ pub(super) fn closed_alone(found: &Found, overall: &Gap, effects: &mut [Claimed]
         return;
     }
     for e in effects {
-        let at = |h: &Hypothesis| e.joint.is_none_or(|joint| joint == h.site + 1);
-        let is = |h: &Hypothesis| h.id == e.id && h.component == e.component && at(h);
-        let alone = |set: &[Hypothesis]| matches!(set, [h] if is(h));
+        let alone = |set: &[Hypothesis]| matches!(set, [h] if h.is_named(&e.id, &e.component, e.joint));
         let ran = gaps.iter().filter(|(at, _)| alone(&found.sets[*at].stated.set)).map(|g| g.1);
         // The claim itself is what the whole gap is told of.
         let claim = alone(&found.best.stated.set).then_some(overall.after);
