@@ -15,11 +15,12 @@ use crate::engine::select::{Found, same};
 use crate::engine::subject::Model;
 use crate::outcome::*;
 
-/// Which joint a cause is at, from 1.
+/// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
 pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
+    let counted = h.per_joint && !h.component.starts_with("sensor:base");
     match plant {
         effect::Plant::Joint => Some(1),
-        effect::Plant::Arm => h.per_joint.then_some(h.site + 1),
+        effect::Plant::Arm => counted.then_some(h.site + 1),
     }
 }
 
@@ -274,6 +275,7 @@ mod tests {
             rivals: vec![rivals],
             probability: vec![0.5],
             explained: 1.0,
+            blind: false,
             closed: 1.0,
             unknown: 0.0,
             odds: 3.0,
@@ -296,9 +298,16 @@ mod tests {
     fn what_acts_at_no_joint_is_a_candidate_at_none() {
         let (mut found, mut decision) = ambiguous(&["backlash[2]", "motor-friction[2]"]);
         decision.rivals[0] = vec![(1, 0.0)];
+        let joints = |found: &Found| -> Vec<Option<usize>> {
+            candidates(effect::Plant::Arm, found, &decision).iter().map(|c| c.joint).collect()
+        };
+        assert_eq!(joints(&found), [Some(2), Some(2)]);
         found.sets[1].stated.set[0].per_joint = false;
-        let told = candidates(effect::Plant::Arm, &found, &decision);
-        assert_eq!(told.iter().map(|c| c.joint).collect::<Vec<_>>(), [Some(2), None]);
+        assert_eq!(joints(&found), [Some(2), None]);
+        // An axis is no joint.
+        found.sets[1].stated.set[0].per_joint = true;
+        found.sets[1].stated.set[0].component = "sensor:basePosition[2]".into();
+        assert_eq!(joints(&found), [Some(2), None]);
     }
 
     #[test]

@@ -49,6 +49,73 @@ pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision
     picture(loaded, &case.subject, &p)
 }
 
+/// By component: as much of the excess as goes with a cause alone, or comes back without it; of what nobody knows the form of
+/// what the balances saw there.
+fn components(
+    plant: effect::Plant,
+    found: &Found,
+    decision: &Decision,
+    picture: &Picture,
+) -> Vec<ComponentShare> {
+    let mut all: Vec<ComponentShare> = Vec::new();
+    let mut add = |id: &str, joint: Option<usize>, share: f64| match all
+        .iter_mut()
+        .find(|c| c.id == id && c.joint == joint)
+    {
+        Some(c) => c.share = c.share.max(share),
+        None => all.push(ComponentShare { id: id.to_owned(), share, joint }),
+    };
+    let joint = |h: &Hypothesis| if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
+    let unknown = decision.verdict == Verdict::Unknown;
+    if !unknown && found.best.stated.set.iter().any(Hypothesis::is_effect) {
+        for (h, share) in of_claims(found, decision) {
+            add(&h.component, joint(h), share);
+        }
+    } else if unknown && !picture.places.is_empty() {
+        picture.places.iter().for_each(|p| add(&p.component, p.joint, p.share));
+    } else {
+        let total = explainable(found);
+        for f in &found.sets {
+            if let [h] = &f.stated.set[..]
+                && h.is_effect()
+            {
+                add(&h.component, joint(h), ((found.plain.excess() - f.excess()) / total).clamp(0.0, 1.0));
+            }
+        }
+    }
+    all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    let sum: f64 = all.iter().map(|c| c.share).sum();
+    if sum > 1.0 {
+        all.iter_mut().for_each(|c| c.share /= sum);
+    }
+    all.retain(|c| c.share >= 0.005);
+    all
+}
+
+/// What the set that was chosen takes of the excess.
+fn explainable(found: &Found) -> f64 {
+    (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12)
+}
+
+/// The share of the excess that each effect claimed takes alone, or leaves where it alone is missing; where balances see
+/// nothing, as much of the free run's for each.
+fn of_claims<'a>(found: &'a Found, decision: &Decision) -> Vec<(&'a Hypothesis, f64)> {
+    let (set, total) = (&found.best.stated.set, explainable(found));
+    let claimed: Vec<&Hypothesis> = set.iter().filter(|h| h.is_effect()).collect();
+    if set.len() == 1 || decision.blind {
+        return claimed.iter().map(|h| (*h, decision.explained / claimed.len() as f64)).collect();
+    }
+    let share = |h: &Hypothesis| {
+        let sets = found.sets.iter().filter_map(|f| match f.stated.set.contains(h) {
+            true => (f.stated.set.len() == 1).then(|| found.plain.excess() - f.excess()),
+            false => (f.stated.set.len() + 1 == set.len() && f.stated.set.iter().all(|o| set.contains(o)))
+                .then(|| f.excess() - found.best.excess()),
+        });
+        (sets.fold(0.0, f64::max) / total).clamp(0.0, 1.0)
+    };
+    claimed.into_iter().map(|h| (h, share(h))).collect()
+}
+
 /// Where the gap sits: components, channels, times, bands, regimes.
 pub(super) fn where_it_lies(
     search: &Search<'_>,
@@ -62,45 +129,7 @@ pub(super) fn where_it_lies(
         return Where::default();
     }
     let plant = search.case.subject.plant;
-    // By component: by how much the excess grows without what was claimed there; of what is unknown, as the screen has it.
-    let mut components: Vec<ComponentShare> = Vec::new();
-    let mut add = |id: &str, joint: Option<usize>, share: f64| match components
-        .iter_mut()
-        .find(|c| c.id == id && c.joint == joint)
-    {
-        Some(c) => c.share = c.share.max(share),
-        None => components.push(ComponentShare { id: id.to_owned(), share, joint }),
-    };
-    let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
-    let singles = found.sets.iter().filter(|f| f.stated.set.len() == 1 && f.stated.set[0].is_effect());
-    if found.best.stated.set.iter().any(Hypothesis::is_effect) && decision.verdict != Verdict::Unknown {
-        for h in found.best.stated.set.iter().filter(|h| h.is_effect()) {
-            let alone = found
-                .sets
-                .iter()
-                .filter(|f| f.stated.set.len() == 1 && f.stated.set[0] == *h)
-                .map(|f| (found.plain.excess() - f.excess()) / total)
-                .fold(0.0, f64::max);
-            let share = if found.best.stated.set.len() == 1 { decision.explained } else { alone };
-            let joint = if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
-            add(&h.component, joint, share.clamp(0.0, 1.0));
-        }
-    } else if decision.verdict == Verdict::Unknown && !picture.places.is_empty() {
-        // Nobody knows its form: the balances say where it is.
-        picture.places.iter().for_each(|p| add(&p.component, p.joint, p.share));
-    } else {
-        for f in singles {
-            let h = &f.stated.set[0];
-            let joint = if plant == effect::Plant::Arm { joint_of(h, plant) } else { None };
-            add(&h.component, joint, ((found.plain.excess() - f.excess()) / total).clamp(0.0, 1.0));
-        }
-    }
-    components.sort_by(|a, b| b.share.total_cmp(&a.share));
-    let sum: f64 = components.iter().map(|c| c.share).sum();
-    if sum > 1.0 {
-        components.iter_mut().for_each(|c| c.share /= sum);
-    }
-    components.retain(|c| c.share >= 0.005);
+    let components = components(plant, found, decision, picture);
     // Channels: of the tuned model, held out.
     let mut names: Vec<&str> = Vec::new();
     traces.iter().for_each(|t| {
@@ -256,4 +285,40 @@ fn at_times(t: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
             y.get(k).copied().unwrap_or(0.0)
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::made::{fitted, found};
+
+    #[test]
+    fn a_claim_has_what_goes_with_it_alone_or_comes_back_without_it() {
+        let shares = |sets: &[(&str, f64)], best: usize, explained: f64, blind: bool| -> Vec<f64> {
+            let sets = sets.iter().map(|(set, left)| fitted(set, *left, 10.0)).collect();
+            let decision = Decision {
+                verdict: Verdict::Effects,
+                rivals: Vec::new(),
+                probability: Vec::new(),
+                explained,
+                blind,
+                closed: 0.9,
+                unknown: 0.0,
+                odds: 3.0,
+            };
+            of_claims(&found(sets, Some(best), 10.0), &decision)
+                .iter()
+                .map(|c| (100.0 * c.1).round())
+                .collect()
+        };
+        // The plain model leaves 100 floors, an excess of 99.
+        let pair = [("backlash", 50.5), ("backlash cable-stiffness", 1.0)];
+        assert_eq!(shares(&pair, 1, 1.0, false), [50.0, 50.0], "the second stands behind the first");
+        let pair = [("cable-stiffness", 90.1), ("backlash", 10.9), ("backlash cable-stiffness", 1.0)];
+        assert_eq!(shares(&pair, 2, 1.0, false), [90.0, 10.0]);
+        assert_eq!(shares(&[("backlash", 1.0)], 0, 0.8, false), [80.0]);
+        let beside = [("backlash", 1.0), ("backlash motorInertia", 1.0)];
+        assert_eq!(shares(&beside, 1, 0.8, false), [100.0], "what is refitted beside it is no cause");
+        assert_eq!(shares(&pair, 2, 0.9, true), [45.0, 45.0], "balances see nothing");
+    }
 }

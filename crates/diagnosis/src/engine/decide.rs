@@ -50,8 +50,10 @@ pub struct Decision {
     pub rivals: Vec<Vec<(usize, f64)>>,
     /// Probability of each cause of the chosen set.
     pub probability: Vec<f64>,
-    /// Share of the excess that the chosen set explains.
+    /// Share of the excess that the chosen set explains, or of the free-running gap where balances are blind.
     pub explained: f64,
+    /// Balances see nothing of the effects that were chosen.
+    pub blind: bool,
     /// Share of the free-running gap above the floor (as powers) that it closes.
     pub closed: f64,
     /// Probability that none of the candidates is right.
@@ -159,7 +161,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let taken = chosen.is_some() && free.bare() > free.noticed && closed > limits.gap.explained;
     let beyond = |gap: f64| free.before > gap;
     let gap = beyond(free.chance) || taken || shown && (plain || beyond(limits.free_runs.even * free.floor));
-    let (known, explained) = (account.known(limits), account.explained());
+    let (known, explained) = (account.known(limits), account.explained(limits));
     // Parameters that leave misses plain and mend hardly anything of a free run explain nothing.
     let mended = 1.0 - judge.tuned() / left(free.before, free.floor);
     let missed = free.bare() > limits.gap.missed * free.chance
@@ -198,7 +200,8 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let members = MEMBERS[best.effects().clamp(1, MEMBERS.len()) - 1];
     let probability = odds.iter().map(|list| (1.0 - unknown) * members / (1.0 + mass(list))).collect();
     found.best = best;
-    Decision { verdict, rivals, probability, explained, closed, unknown, odds: limits.odds.apart }
+    let blind = account.is_blind(limits);
+    Decision { verdict, rivals, probability, explained, blind, closed, unknown, odds: limits.odds.apart }
 }
 
 #[cfg(test)]

@@ -16,16 +16,21 @@ pub(super) struct Account {
 }
 
 impl Account {
-    /// Share of the excess that it explains.
-    pub(super) fn explained(&self) -> f64 {
-        1.0 - self.left / self.whole.max(1e-12)
+    /// It claims effects of which the balances see nothing: they do not vote.
+    pub(super) fn is_blind(&self, limits: &Thresholds) -> bool {
+        self.claims && self.whole.max(self.left) < limits.gap.left
+    }
+    /// Share of the excess that it explains, or of the free run's where the balances are blind.
+    pub(super) fn explained(&self, limits: &Thresholds) -> f64 {
+        if self.is_blind(limits) {
+            return self.closed;
+        }
+        (1.0 - self.left / self.whole.max(1e-12)).clamp(0.0, 1.0)
     }
     /// Share of the gap that it accounts for: balances tell the law, free runs the size, and either may be spoilt by the
     /// form of a law.
     pub(super) fn known(&self, limits: &Thresholds) -> f64 {
-        // Where the balances see nothing to be explained they do not vote.
-        let blind = self.claims && self.whole.max(self.left) < limits.gap.left;
-        let balances = if blind { self.closed } else { self.explained().clamp(0.0, 1.0) };
+        let balances = self.explained(limits);
         // What they see plainly and mostly do not explain is not known, however well a free run makes up for it.
         let plain = self.whole.max(self.left) > limits.gap.bare;
         if plain && self.left > limits.gap.left && balances < 0.5 {
