@@ -33,10 +33,17 @@ pub struct Parts<'a> {
     pub icon_png: &'a [u8],
     /// File names and texts.
     pub licences: &'a [(&'a str, &'a str)],
-    /// CSV: the result of the default experiment.
-    pub reference: &'a str,
-    /// The inputs that it was made with, as CSV.
-    pub reference_inputs: &'a str,
+    /// The default experiment; `None`: these values cannot be simulated with it.
+    pub reference: Option<Reference<'a>>,
+}
+
+/// What an importer should get.
+#[derive(Clone, Copy, Debug)]
+pub struct Reference<'a> {
+    /// CSV: what goes in.
+    pub inputs: &'a str,
+    /// CSV: what comes out.
+    pub outputs: &'a str,
 }
 
 /// An FMU that cannot be packed.
@@ -80,10 +87,11 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
             "documentation/index.html".to_owned(),
             documentation::html(table, parts.equations, parts.picture).into_bytes(),
         ),
-        (format!("documentation/{}_ref.csv", table.name), parts.reference.as_bytes().to_vec()),
-        (format!("documentation/{}_in.csv", table.name), parts.reference_inputs.as_bytes().to_vec()),
         ("resources/configuration.txt".to_owned(), configuration.to_text().into_bytes()),
     ];
+    for (kind, text) in parts.reference.iter().flat_map(|r| [("ref", r.outputs), ("in", r.inputs)]) {
+        files.push((format!("documentation/{}_{kind}.csv", table.name), text.as_bytes().to_vec()));
+    }
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();
     let entry = format!(
         "{}\nThe full texts lie beside this file: {}.\n",

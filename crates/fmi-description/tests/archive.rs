@@ -9,7 +9,7 @@ use std::path::Path;
 use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, MARKER};
 use trueup_fmi_description::Version;
 use trueup_fmi_description::archive::{Archive, ArchiveError};
-use trueup_fmi_description::pack::{Parts, archive, write_file};
+use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 fn packed(version: Version) -> Vec<u8> {
@@ -25,8 +25,7 @@ fn packed(version: Version) -> Vec<u8> {
         icon_svg: "<svg/>",
         icon_png: b"png",
         licences: &[("LICENSE-MIT.txt", "text")],
-        reference: "time,y\n0,1\n",
-        reference_inputs: "time,u\n0,1\n",
+        reference: Some(Reference { inputs: "time,u\n0,1\n", outputs: "time,y\n0,1\n" }),
     })
     .unwrap()
 }

@@ -4,6 +4,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
+use trueup_fmi_description::archive::Archive;
+
 fn trueup(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueup")).args(arguments).output().unwrap()
 }
@@ -135,4 +137,33 @@ fn nothing_is_written_unless_all_of_it_can_be() {
         assert!(message.contains(said) && message.lines().count() == 1, "{message}");
         assert!(!inside.exists());
     }
+}
+
+/// Values that are meant for other inputs: a spring that gives way under those of the default experiment.
+#[test]
+fn what_the_default_experiment_breaks_is_packed_without_its_result() {
+    let dir = tempfile::tempdir().unwrap();
+    let references = |stiffness: &str| {
+        let set = format!("cubicStiffness={stiffness}");
+        let out = trueup(&[
+            "fmu",
+            "pack",
+            "TwoMassJoint",
+            "--effect",
+            "nonlinear-stiffness",
+            "--set",
+            &set,
+            "--fmi",
+            "2",
+            "-o",
+            path(dir.path()),
+        ]);
+        assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+        let name = text(&out.stdout);
+        let archive = Archive::open(Path::new(name.trim())).unwrap();
+        let has = ["ref", "in"].map(|kind| archive.has(&format!("documentation/TwoMassJoint_{kind}.csv")));
+        (has, text(&out.stderr).contains("packed without a reference result"))
+    };
+    assert_eq!(references("1e-6"), ([true; 2], false));
+    assert_eq!(references("-1e3"), ([false; 2], true));
 }

@@ -126,13 +126,11 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
     };
     configuration.start =
         augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
-    Version::ALL
-        .into_iter()
-        .map(|version| {
-            let (_, bytes) = pack::pack(model, &configuration, version, &library)?;
-            Ok((format!("{name}.augmented.fmi{}.fmu", version.major()), bytes))
-        })
-        .collect()
+    let packed = pack::pack(model, &configuration, &Version::ALL, &library)?;
+    let named = |(version, (_, bytes)): (&Version, (String, Vec<u8>))| {
+        (format!("{name}.augmented.fmi{}.fmu", version.major()), bytes)
+    };
+    Ok(Version::ALL.iter().zip(packed).map(named).collect())
 }
 
 /// The page with what it was made from.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
-use trueup_fmi_description::pack::{Parts, archive, write_file};
+use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
 
 use crate::args::Pack;
 use crate::assets;
@@ -32,10 +32,9 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     let mut ready = Vec::new();
     for model in models {
         let configuration = configuration(model, args)?;
-        for version in Version::ALL.into_iter().filter(|v| args.fmi.is_none_or(|wanted| wanted == v.major()))
-        {
-            ready.push(pack(model, &configuration, version, &library)?);
-        }
+        let wanted = |v: &Version| args.fmi.is_none_or(|wanted| wanted == v.major());
+        let versions: Vec<Version> = Version::ALL.into_iter().filter(wanted).collect();
+        ready.extend(pack(model, &configuration, &versions, &library)?);
     }
     folder(&args.output)?;
     for (name, bytes) in ready {
@@ -116,41 +115,47 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     Ok(configuration)
 }
 
-/// File name and content of an FMU.
+/// File names and contents of FMUs, version by version.
 pub(crate) fn pack(
     model: Model,
     configuration: &Configuration,
-    version: Version,
+    versions: &[Version],
     library: &[u8],
-) -> Result<(String, Vec<u8>), Error> {
+) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
     let table = fmu_library::table(configuration).map_err(failed)?;
-    let reference = fmu_library::reference_result(configuration).map_err(failed)?;
+    // Values that are meant for other inputs need not survive those of the default experiment.
+    let reference = fmu_library::reference_result(configuration);
+    if let Err(why) = &reference {
+        let name = model.name;
+        eprintln!("note: {name} is packed without a reference result: the default experiment fails: {why}");
+    }
     let assets = assets::of(model.name).ok_or_else(|| failed("has no documentation".to_owned()))?;
     let mut equations = assets.equations.to_owned();
     if !configuration.effects.is_empty() {
         equations += "<h2>Effects packed in</h2>\n";
         equations.extend(configuration.effects.iter().filter_map(|id| assets::effect(id)));
     }
-    let bytes = archive(&Parts {
-        table: &table,
-        configuration,
-        version,
-        library,
-        equations: &equations,
-        picture: assets.picture,
-        icon_svg: assets.icon_svg,
-        icon_png: assets.icon_png,
-        licences: assets::LICENCES,
-        reference_inputs: &reference.inputs,
-        reference: &reference.outputs,
-    })
-    .map_err(|e| failed(e.to_string()))?;
     let mut name = model.name.to_owned();
     for e in &configuration.effects {
         name += &format!("+{}", e.replace(':', "-"));
     }
-    Ok((format!("{name}.fmi{}.fmu", version.major()), bytes))
+    let one = |version: &Version| {
+        let bytes = archive(&Parts {
+            table: &table,
+            configuration,
+            version: *version,
+            library,
+            equations: &equations,
+            picture: assets.picture,
+            icon_svg: assets.icon_svg,
+            icon_png: assets.icon_png,
+            licences: assets::LICENCES,
+            reference: reference.as_ref().ok().map(|r| Reference { inputs: &r.inputs, outputs: &r.outputs }),
+        });
+        Ok((format!("{name}.fmi{}.fmu", version.major()), bytes.map_err(|e| failed(e.to_string()))?))
+    };
+    versions.iter().map(one).collect()
 }
 
 /// Name of the crate whose shared library every FMU carries.
