@@ -236,15 +236,7 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
     if let Some(began) = began {
         all.extend(began.states.iter().filter(|(name, _)| began.hidden.contains(name)).cloned());
     }
-    // What the search makes by shifting signals the FMU has as effects.
-    let mut effects: Vec<String> = stated
-        .set
-        .iter()
-        .filter_map(|h| match h.claim {
-            Claim::Effect(c) if h.loosens().is_none() => Some(c.id()),
-            _ => None,
-        })
-        .collect();
+    let mut effects: Vec<String> = stated.set.iter().flat_map(Hypothesis::packed).collect();
     effects.sort();
     effects.dedup();
     for i in 0..stated.set.len() {

@@ -70,11 +70,22 @@ impl Hypothesis {
         }
     }
     /// Effects that the model has to be built with.
-    pub fn effect(&self) -> Option<String> {
-        match self.claim {
-            Claim::Effect(c) if !c.spec().shifts && self.loosens().is_none() => Some(c.id()),
+    pub fn effects(&self) -> impl Iterator<Item = String> {
+        self.packed().filter(|_| !self.shifts())
+    }
+    /// Effects that an FMU has to be packed with: what the search makes by shifting signals it has as effects.
+    pub fn packed(&self) -> impl Iterator<Item = String> {
+        let own = match self.claim {
+            Claim::Effect(c) if self.loosens().is_none() => Some(c),
             _ => None,
-        }
+        };
+        own.into_iter().chain(self.along()).map(|c| c.id())
+    }
+    /// What an arm has along with the effect.
+    pub fn along(&self) -> Option<Choice> {
+        let Claim::Effect(choice) = self.claim else { return None };
+        let id = choice.spec().along.filter(|_| self.per_joint)?;
+        Choice::parse(id, effect::Plant::Arm).ok()
     }
     /// The joint of an arm that it makes flexible: by the structure, for the effect makes all so that are rigid.
     pub fn loosens(&self) -> Option<usize> {

@@ -154,7 +154,7 @@ impl<'a> Search<'a> {
     /// The set cannot be built.
     pub fn state_like(&self, set: &[Hypothesis], free: Option<Vec<Vec<f64>>>) -> Result<Stated, String> {
         let p = self.case;
-        let mut effects: Vec<String> = set.iter().filter_map(Hypothesis::effect).collect();
+        let mut effects: Vec<String> = set.iter().flat_map(Hypothesis::effects).collect();
         effects.sort();
         effects.dedup();
         let mut subject = p.subject.clone();
@@ -167,6 +167,13 @@ impl<'a> Search<'a> {
         for (named, value) in p.subject.parameters(&p.model).iter().zip(&p.nominal) {
             if let Some(i) = names.get(&named.name) {
                 nominal[*i] = *value;
+            }
+        }
+        for (h, along) in set.iter().filter_map(|h| Some((h, h.along()?))) {
+            for spec in along.parameters() {
+                if let Some(at) = names.get(&h.here(&along.variable(spec.name))) {
+                    nominal[*at] = spec.arm_start;
+                }
             }
         }
         let mut ties = Vec::new();

@@ -18,6 +18,8 @@ impl Effect for MotorFriction {
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,
         passive: true,
+        // Nothing that sticks is rigid: a free run of dry friction without any give parts from the arm at every stop.
+        along: Some("presliding-friction"),
         borrows: &[
             Borrowed {
                 joint_name: "coulombFriction",

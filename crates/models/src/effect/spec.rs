@@ -294,6 +294,9 @@ pub struct Spec {
     pub passive: bool,
     /// It only makes a signal late: whoever has the signal as data can move it in time instead.
     pub shifts: bool,
+    /// The effect that an arm has along with it when it is looked for in recordings, in full: what no recording shows by
+    /// itself alone.
+    pub along: Option<&'static str>,
 }
 
 impl Spec {
@@ -315,6 +318,7 @@ impl Spec {
         compliant: false,
         passive: false,
         shifts: false,
+        along: None,
     };
     /// It makes a rigid joint flexible: what it borrows is of another structure.
     pub fn loosens(&self) -> bool {

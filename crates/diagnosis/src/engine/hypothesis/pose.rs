@@ -48,7 +48,7 @@ impl Hypothesis {
     }
 
     /// A name with the joint or element.
-    fn here(&self, name: &str) -> String {
+    pub(crate) fn here(&self, name: &str) -> String {
         if self.per_joint { format!("{name}[{}]", self.site + 1) } else { name.to_owned() }
     }
 
@@ -147,6 +147,14 @@ impl Hypothesis {
             let search = s.search_in(p.subject.plant);
             let s = ParameterSpec { min: s.min.max(-below), max: s.max.min(search.most), search, ..*s };
             self.pose_parameter(&mut posed, &s, &choice, &self.here(&name), at, s.scale.value(measure));
+        }
+        // It is there in full; what shape it has is asked.
+        if let Some(along) = self.along() {
+            for s in along.parameters().iter().filter(|s| s.role == Role::Shape) {
+                let name = self.here(&along.variable(s.name));
+                let Some(at) = find(&name) else { continue };
+                self.pose_parameter(&mut posed, s, &along, &name, at, s.scale.value(measure));
+            }
         }
         if self.is_push() {
             self.pose_push(p, &mut posed);
