@@ -232,6 +232,26 @@ fn friction_of_a_rigid_joint_has_no_side() {
     assert!(said.next_experiment.is_none() && said.indistinguishable.len() == 1);
 }
 
+/// As other simulators have it: a motor that creeps where ours would stick.
+#[test]
+fn friction_that_creeps_is_motor_friction() {
+    use trueup_diagnosis::diagnose::{Options, diagnose};
+    let folder = tempfile::tempdir().unwrap();
+    write(folder.path(), "", &defaults(), |_, v, u| u[0] -= 0.05 * (v[6] / 2e-3).tanh());
+    let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+    let found = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap();
+    let said = &found.diagnosis;
+    let ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
+    assert_eq!((said.verdict, &ids[..]), (Verdict::Effects, &[("motor-friction", Some(1))][..]));
+    let [low, high] = said.effects[0].parameters["coulombFriction"].ci95.map(Option::unwrap);
+    assert!(low < 0.05 && 0.05 < high && high < 1.3 * low, "{low} to {high}");
+    // What it has along goes with it into the FMU.
+    let augmented = found.augmented.unwrap();
+    assert_eq!(augmented.effects, ["motor-friction", "presliding-friction"]);
+    let value = |name: &str| augmented.values.iter().find(|v| v.0 == name).unwrap().1;
+    assert_eq!((value("preslidingShare[1]"), value("preslidingShare[2]")), (1.0, 0.0));
+}
+
 #[test]
 fn the_picture_of_a_case_says_inside_or_outside_and_where() {
     let friction: Extra = |_, v, u| u[0] -= 0.02 * (v[6] / 1e-3).tanh();

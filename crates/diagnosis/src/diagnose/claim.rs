@@ -8,7 +8,7 @@ use trueup_models::effect;
 use super::Augmented;
 use super::began::Began;
 use crate::engine::decide::Decision;
-use crate::engine::hypothesis::{Claim, Hypothesis};
+use crate::engine::hypothesis::Hypothesis;
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};

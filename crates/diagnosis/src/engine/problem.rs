@@ -96,6 +96,19 @@ impl Compared {
         let plan = Plan::new(&run, inputs).within(MOST_STEPS);
         Self { run, known, plan }
     }
+    /// The first share of it.
+    pub fn until(&self, share: f64, inputs: usize) -> Self {
+        let mut run = self.run.clone();
+        let last = run.channels.iter().filter_map(|c| c.t.last()).fold(run.start, |a, t| a.max(*t));
+        let end = run.start + share * (last - run.start);
+        for channel in &mut run.channels {
+            let kept = channel.t.partition_point(|t| *t <= end);
+            channel.t.truncate(kept);
+            channel.y.truncate(kept);
+            channel.spread.truncate(kept);
+        }
+        Self::new(run, self.known.clone(), inputs)
+    }
     /// How many readings there are.
     pub fn len(&self) -> usize {
         self.plan.len()

@@ -36,6 +36,9 @@ const VAGUELY: f64 = 10.0;
 /// Deviations of a channel's mean square by which chance alone may lift it above the noise that is declared.
 const CHANCE: f64 = 3.0;
 
+/// Shares of a recording by which it is found where it begins, where all of it at once does not tell.
+const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
+
 /// How often the inputs' noise is drawn to carry it along.
 pub const DRAWS: u32 = 6;
 
@@ -357,10 +360,47 @@ impl Search<'_> {
         let seen = self.settle_from(&mut problem, start, run);
         let led = begun.and_then(|start| self.settle_from(&mut problem, start, run).ok());
         let better = |led: &(f64, Settled)| seen.as_ref().map_or(true, |seen| led.0 < seen.0);
-        match led.filter(better) {
-            Some((_, settled)) => Ok(settled),
-            None => Ok(seen?.1),
+        let (missed, settled) = match led.filter(better) {
+            Some(led) => led,
+            None => seen?,
+        };
+        if missed < NEAR * self.noise(run) {
+            return Ok(settled);
         }
+        // Stops and slips far along the way hide where it began.
+        let grown = self.grown(&problem, run).and_then(|start| self.settle_from(&mut problem, start, run));
+        Ok(grown.ok().filter(|grown| grown.0 < missed).map_or(settled, |grown| grown.1))
+    }
+
+    /// Where a recording begins by its first readings, then by more and more of them.
+    fn grown(&self, problem: &Comparison<'_>, run: &Compared) -> Result<Vec<f64>, PredictError> {
+        let mut theta = problem.start();
+        for share in GROWING {
+            let part = run.until(share, problem.model.sizes().inputs);
+            let mut begun = Comparison {
+                unknowns: problem.unknowns.clone(),
+                ..Comparison::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
+            };
+            theta = self.evenly(&mut begun, theta, &part, (6, 1e-3))?;
+        }
+        Ok(theta)
+    }
+
+    /// Solves from `start`, all channels allowed to miss as much as they do together.
+    fn evenly(
+        &self,
+        problem: &mut Comparison<'_>,
+        start: Vec<f64>,
+        run: &Compared,
+        (max_iterations, cost_tolerance): (usize, f64),
+    ) -> Result<Vec<f64>, PredictError> {
+        let missed = self.missed(&problem.shown(0, &start)?, run) / run.run.channels.len().max(1) as f64;
+        let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
+        let share = EVENLY * (missed + noise).sqrt();
+        let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
+        problem.allowed = vec![ranges.collect()];
+        let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
+        Ok(solve(problem, &start, options)?.x)
     }
 
     /// The same from one start, and what it misses.
@@ -371,14 +411,8 @@ impl Search<'_> {
         run: &Compared,
     ) -> Result<(f64, Settled), PredictError> {
         let mut theta = start;
-        for (max_iterations, cost_tolerance) in [(3, 3e-3), (8, 1e-4)] {
-            let missed = self.missed(&problem.shown(0, &theta)?, run) / run.run.channels.len().max(1) as f64;
-            let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
-            let share = EVENLY * (missed + noise).sqrt();
-            let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
-            problem.allowed = vec![ranges.collect()];
-            let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
-            theta = solve(problem, &theta, options)?.x;
+        for limits in [(3, 3e-3), (8, 1e-4)] {
+            theta = self.evenly(problem, theta, run, limits)?;
         }
         let shown = problem.shown(0, &theta)?;
         let missed = self.missed(&shown, run);
