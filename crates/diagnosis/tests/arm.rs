@@ -32,6 +32,11 @@ fn command(t: f64) -> Vec<f64> {
 
 /// A run of a system with parameters `p` by Runge-Kutta, read with noise: coordinates, and `command`.
 fn record(p: &[f64], extra: Extra) -> [Vec<Vec<f64>>; 2] {
+    record_by(command, p, extra)
+}
+
+/// The same under other commands.
+fn record_by(command: fn(f64) -> Vec<f64>, p: &[f64], extra: Extra) -> [Vec<Vec<f64>>; 2] {
     let arm = PlanarManipulator::new(&[true, false, false], &[""; 0]).unwrap();
     let dofs = arm.dofs();
     let rates = |t: f64, x: &[f64]| {
@@ -158,20 +163,30 @@ fn a_wrong_mass_is_not_taken_for_a_force() {
 
 /// A case whose `[parameters]` are `declared`, with one recording.
 fn write(folder: &std::path::Path, declared: &str, p: &[f64], extra: Extra) {
+    write_from(0, folder, declared, record(p, extra));
+}
+
+/// The same of what was recorded, without its first `unseen` channels.
+fn write_from(
+    unseen: usize,
+    folder: &std::path::Path,
+    declared: &str,
+    [columns, inputs]: [Vec<Vec<f64>>; 2],
+) {
     use std::fmt::Write as _;
-    let [columns, inputs] = record(p, extra);
-    let mut csv =
-        "time,basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
-                   motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]\n"
-            .to_owned();
+    let names = "basePosition[1],basePosition[2],baseAttitude,jointAngle[1],jointAngle[2],jointAngle[3],\
+                 motorAngle[1],jointTorque[1],jointTorque[2],jointTorque[3]";
+    let names: Vec<&str> = names.split(',').skip(unseen).collect();
+    let mut csv = format!("time,{}\n", names.join(","));
     for k in 0..N {
         write!(csv, "{:?}", k as f64 * H).unwrap();
-        columns.iter().chain(&inputs[..LINKS]).for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
+        let seen = columns[unseen..].iter().chain(&inputs[..LINKS]);
+        seen.for_each(|c| write!(csv, ",{:?}", c[k]).unwrap());
         csv.push('\n');
     }
     let mut toml =
         format!("model = \"PlanarManipulator\"\ntrain = [\"run.csv\"]\n[parameters]\n{declared}\n");
-    for name in csv.lines().next().unwrap().split(',').skip(1).take(7) {
+    for name in &names[..7 - unseen] {
         writeln!(toml, "[channels.\"{name}\"]\nnoise = {NOISE:?}").unwrap();
     }
     std::fs::write(folder.join("case.toml"), toml).unwrap();
@@ -197,6 +212,33 @@ fn how_the_rotors_are_coupled_is_read_from_the_case() {
     ] {
         let error = load(declared).unwrap_err().to_string();
         assert!(error.contains(says), "{error}");
+    }
+}
+
+/// Its rate enters by its square above all: a fit that begins with the other sign stays there.
+#[test]
+fn a_satellite_that_nobody_sees_turns_the_way_it_does() {
+    use trueup_diagnosis::engine::recordings::Prepared;
+    use trueup_diagnosis::engine::{replay::Complete, search::Search};
+    for rate in [0.05, -0.05] {
+        let mut p = defaults();
+        p[parameter::initial_base_rate(LINKS)] = rate;
+        let folder = tempfile::tempdir().unwrap();
+        let gently = |t: f64| command(t).into_iter().map(|u| 0.05 * u).collect();
+        write_from(3, folder.path(), "", record_by(gently, &p, |_, _, _| {}));
+        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
+        let mut case = Prepared::new(&loaded).unwrap();
+        let known = &mut case.train[0].known;
+        known.retain(|(i, _)| *i != parameter::initial_base_rate(LINKS));
+        known.push((parameter::initial_base_rate(LINKS), -rate));
+        let search = Search::new(&case, 1).unwrap();
+        let stated = search.state(&[]).unwrap();
+        let complete = Complete { theta: stated.begin_with(&[]), stated };
+        let settled = search.settled(&complete, &case.train).unwrap();
+        let found = settled[0].parameters[parameter::initial_base_rate(LINKS)];
+        let deviation = search.misfit(&vec![settled[0].shown.clone()], &case.train).sqrt();
+        println!("{rate}: {found}, {deviation}");
+        assert!((found - rate).abs() < 0.1 * rate.abs(), "{found} of {rate}");
     }
 }
 
@@ -232,24 +274,37 @@ fn friction_of_a_rigid_joint_has_no_side() {
     assert!(said.next_experiment.is_none() && said.indistinguishable.len() == 1);
 }
 
-/// As other simulators have it: a motor that creeps where ours would stick.
+/// As other simulators have it a motor creeps where ours would stick: it has bristles along, in full.
 #[test]
-fn friction_that_creeps_is_motor_friction() {
-    use trueup_diagnosis::diagnose::{Options, diagnose};
+fn motor_friction_of_an_arm_has_bristles_along() {
+    use trueup_diagnosis::engine::recordings::Prepared;
+    use trueup_diagnosis::engine::search::Search;
     let folder = tempfile::tempdir().unwrap();
     write(folder.path(), "", &defaults(), |_, v, u| u[0] -= 0.05 * (v[6] / 2e-3).tanh());
     let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-    let found = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap();
-    let said = &found.diagnosis;
-    let ids: Vec<(&str, Option<usize>)> = said.effects.iter().map(|e| (&*e.id, e.joint)).collect();
-    assert_eq!((said.verdict, &ids[..]), (Verdict::Effects, &[("motor-friction", Some(1))][..]));
-    let [low, high] = said.effects[0].parameters["coulombFriction"].ci95.map(Option::unwrap);
-    assert!(low < 0.05 && 0.05 < high && high < 1.3 * low, "{low} to {high}");
-    // What it has along goes with it into the FMU.
-    let augmented = found.augmented.unwrap();
-    assert_eq!(augmented.effects, ["motor-friction", "presliding-friction"]);
-    let value = |name: &str| augmented.values.iter().find(|v| v.0 == name).unwrap().1;
-    assert_eq!((value("preslidingShare[1]"), value("preslidingShare[2]")), (1.0, 0.0));
+    let case = Prepared::new(&loaded).unwrap();
+    let search = Search::new(&case, 1).unwrap();
+    let friction = search.causes.iter().find(|h| h.label() == "motor-friction[1]").unwrap();
+    let stated = search.state(std::slice::from_ref(friction)).unwrap();
+    let names = case.subject.parameters(&stated.model);
+    let value = |name: &str| stated.nominal[names.iter().position(|n| n.name == name).unwrap()];
+    assert_eq!([1, 2, 3].map(|j| value(&format!("preslidingShare[{j}]"))), [1.0, 0.0, 0.0]);
+    // How far they bend is asked, and what is claimed goes into the FMU.
+    let asked: Vec<&str> = stated.unknowns[stated.begin[0]..].iter().map(|u| &*u.name).collect();
+    assert!(
+        asked.contains(&"preslidingDisplacement[1]") && asked.contains(&"coulombFriction[1]"),
+        "{asked:?}"
+    );
+    assert_eq!(friction.packed().collect::<Vec<_>>(), ["motor-friction", "presliding-friction"]);
+    // By them the balances miss next to nothing of what they missed.
+    let missed = |set: &[_]| {
+        let stated = search.state(set).unwrap();
+        let start = stated.begin_with(&[]);
+        search.fit(stated, &start, trueup_identification::lsq::Options::default()).unwrap().excess()
+    };
+    let [before, after] = [missed(&[]), missed(std::slice::from_ref(friction))];
+    println!("{before} floors, {after} with friction");
+    assert!(before > 1e4 && after < 1e-3 * before, "{before}, {after}");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
+use std::collections::BTreeMap;
+
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
@@ -80,6 +82,17 @@ pub struct Settled {
     first: Vec<(String, f64)>,
     /// Deviations that the model was allowed.
     allowed: Vec<Vec<f64>>,
+}
+
+/// Whichever misses less.
+fn nearer(
+    one: Result<(f64, Settled), PredictError>,
+    other: Result<(f64, Settled), PredictError>,
+) -> Result<(f64, Settled), PredictError> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok(if other.0 < one.0 { other } else { one }),
+        (one, other) => one.or(other),
+    }
 }
 
 impl Fitted {
@@ -165,12 +178,14 @@ impl Search<'_> {
                     (None, _) => 0.1 * self.typical(c.positions.first().map(|p| p.0)),
                 };
                 let doubt = doubt.max(1e-12);
+                let adrift =
+                    seen.is_none().then(|| self.adrift.get(&(run.run.name.clone(), name.clone()))).flatten();
                 all.push(Unknown {
                     name,
                     unit: String::new(),
                     target: Target::Parameter(at),
                     run: Some(index),
-                    start: value,
+                    start: adrift.copied().unwrap_or(value),
                     scale: Scale::Linear(doubt),
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
@@ -356,20 +371,22 @@ impl Search<'_> {
         for (_, deviation) in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
             *deviation *= VAGUELY;
         }
-        let (start, begun) = (problem.start(), self.begun(&problem, run));
-        let seen = self.settle_from(&mut problem, start, run);
-        let led = begun.and_then(|start| self.settle_from(&mut problem, start, run).ok());
-        let better = |led: &(f64, Settled)| seen.as_ref().map_or(true, |seen| led.0 < seen.0);
-        let (missed, settled) = match led.filter(better) {
-            Some(led) => led,
-            None => seen?,
-        };
-        if missed < NEAR * self.noise(run) {
-            return Ok(settled);
+        let start = problem.start();
+        let mut best = self.settle_from(&mut problem, start, run);
+        if let Some(start) = self.begun(&problem, run) {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
+        }
+        let far = |(missed, _): &(f64, Settled)| *missed >= NEAR * self.noise(run);
+        let there = best.as_ref().ok().filter(|best| far(best)).map(|best| &best.1.theta);
+        if let Some(start) = there.and_then(|there| self.turned(&problem, run, there)) {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
         }
         // Stops and slips far along the way hide where it began.
-        let grown = self.grown(&problem, run).and_then(|start| self.settle_from(&mut problem, start, run));
-        Ok(grown.ok().filter(|grown| grown.0 < missed).map_or(settled, |grown| grown.1))
+        if best.as_ref().is_ok_and(far) {
+            let grown = self.grown(&problem, run);
+            best = nearer(best, grown.and_then(|start| self.settle_from(&mut problem, start, run)));
+        }
+        Ok(best?.1)
     }
 
     /// Where a recording begins by its first readings, then by more and more of them.
@@ -439,9 +456,48 @@ impl Search<'_> {
             unknowns: problem.unknowns.clone(),
             ..Comparison::free(problem.model, problem.nominal.clone(), problem.runs)
         };
-        let options =
-            Options { max_iterations: 10, cost_tolerance: 1e-4, radius: 10.0, ..Options::default() };
-        Some(solve(&led, &led.start(), options).ok()?.x)
+        let from = |start: &[f64]| {
+            let options =
+                Options { max_iterations: 10, cost_tolerance: 1e-4, radius: 10.0, ..Options::default() };
+            solve(&led, start, options).ok()
+        };
+        let best = from(&led.start())?;
+        let other = self.turned(problem, run, &best.x).and_then(|start| from(&start));
+        Some(other.filter(|other| other.cost < best.cost).unwrap_or(best).x)
+    }
+
+    /// The same first states, what nobody sees and nothing holds turning the other way: its rate enters by its square above all,
+    /// so that a fit that has its sign wrong stays there. `None`: all is seen or held.
+    fn turned(&self, problem: &Comparison<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
+        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
+        let unled: Vec<usize> = led.links(problem.model, &coordinates).unled().collect();
+        let adrift = unled.iter().map(|c| &coordinates[*c]).filter(|c| c.spring.is_none());
+        let rates: Vec<usize> = adrift.filter_map(|c| Some(c.start?[1])).collect();
+        let turns = |u: &Unknown| matches!(u.target, Target::Parameter(at) if rates.contains(&at));
+        let mut start = theta.to_vec();
+        for (x, u) in start.iter_mut().zip(&problem.unknowns).filter(|(_, u)| turns(u)) {
+            *x = u.scale.coordinate(-u.scale.value(*x).0);
+        }
+        (start != theta).then_some(start)
+    }
+
+    /// Where what is adrift in each recording begins by the model as it is: by recording and state.
+    pub(super) fn adrift(&self) -> BTreeMap<(String, String), f64> {
+        let Ok(stated) = self.state(&[]) else { return BTreeMap::new() };
+        let theta = stated.begin_with(&[]);
+        let complete = Complete { stated, theta };
+        let runs = self.case.train.iter().chain(&self.case.holdout);
+        let begun = |run: &Compared| {
+            let problem = self.alone(&complete, run);
+            self.turned(&problem, run, &vec![1.0; problem.unknowns.len()])?;
+            let there = self.begun(&problem, run)?;
+            let all = problem.unknowns.iter().zip(there);
+            let value =
+                |(u, x): (&Unknown, f64)| ((run.run.name.clone(), u.name.clone()), u.scale.value(x).0);
+            Some(all.map(value).collect::<Vec<_>>())
+        };
+        runs.filter_map(begun).flatten().collect()
     }
 
     /// Standard deviation that noise alone leaves in each channel of each recording: that of the sensor, and that of the

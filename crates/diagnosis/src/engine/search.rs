@@ -126,6 +126,8 @@ pub struct Search<'a> {
     pub led: Vec<Led>,
     /// Mean square that a perfect model leaves, by recording and octave.
     pub expected: Vec<Vec<f64>>,
+    /// Where first states that no recording shows begin, by recording and state.
+    pub(super) adrift: BTreeMap<(String, String), f64>,
 }
 
 impl<'a> Search<'a> {
@@ -137,7 +139,9 @@ impl<'a> Search<'a> {
         let sizes = Sizes::of(case);
         let causes = hypothesis::all(case);
         let Floors { led, expected } = floors::floors(case, seed)?;
-        Ok(Self { case, sizes, causes, led, expected })
+        let mut own = Self { case, sizes, causes, led, expected, adrift: BTreeMap::new() };
+        own.adrift = own.adrift();
+        Ok(own)
     }
 
     /// A set of causes in numbers, led by the recordings.

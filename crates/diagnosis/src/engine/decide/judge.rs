@@ -144,11 +144,14 @@ impl<'a> Judge<'a> {
     fn does_as_well(&self, without: usize, with: usize) -> bool {
         self.telling(without) < self.limits.free_runs.needless * self.telling(with)
     }
-    /// What the balances plainly miss without a cause and hardly with it is no matter of a form.
+    /// What the balances plainly miss without a cause and hardly with it is no matter of a form, unless it is next to nothing of
+    /// what they miss without any.
     fn is_asked_for(&self, with: usize, without: usize) -> bool {
         let (limits, plain) = (&self.limits.balances, self.limits.gap.left);
         let [with, without] = [with, without].map(|at| &self.found.sets[at]);
-        let [after, before] = [with, without].map(|f| above(f.excess(), self.balances.least));
+        let of = |f: &Fitted| above(f.excess(), self.balances.least);
+        let [after, before] = [with, without].map(of);
+        let plain = plain.max(limits.nothing * of(&self.found.plain));
         let plainly = before > plain && before - after > limits.wholly * before;
         plainly && with.evidence(1.0) > without.evidence(1.0) + limits.asked
     }

@@ -51,8 +51,10 @@ pub struct OfBalances {
     pub form: f64,
     /// A cause less is no matter of a form where the whole set brings so much evidence,
     pub asked: f64,
-    /// and takes this share of what is missed without.
+    /// and takes this share of what is missed without,
     pub wholly: f64,
+    /// which is more than this share of what is missed without any.
+    pub nothing: f64,
 }
 
 /// What free-running simulations say of sets.
@@ -113,7 +115,7 @@ impl Default for OfGap {
 
 impl Default for OfBalances {
     fn default() -> Self {
-        Self { trust: 0.05, most: 400.0, form: 0.3, asked: ASKED, wholly: WHOLLY }
+        Self { trust: 0.05, most: 400.0, form: 0.3, asked: ASKED, wholly: WHOLLY, nothing: 1e-3 }
     }
 }
 

@@ -19,6 +19,8 @@ pub struct Posed {
     pub follow: Vec<usize>,
 }
 
+/// What happens within this share of the time between two readings is at once to whoever reads them (and stiff).
+const AT_ONCE: f64 = 0.1;
 /// How long the edge of a push may be, in units of its typical one.
 const GENTLE: f64 = 20.0;
 
@@ -153,7 +155,12 @@ impl Hypothesis {
             for s in along.parameters().iter().filter(|s| s.role == Role::Shape) {
                 let name = self.here(&along.variable(s.name));
                 let Some(at) = find(&name) else { continue };
-                self.pose_parameter(&mut posed, s, &along, &name, at, s.scale.value(measure));
+                let least = AT_ONCE * measure(Measure::Speed) * finest(p);
+                let s = ParameterSpec { min: s.min.max(least), ..*s };
+                let k = posed.unknowns.len();
+                self.pose_parameter(&mut posed, &s, &along, &name, at, s.scale.value(measure).max(least));
+                posed.looks.iter_mut().for_each(|look| look[k] = look[k].max(least));
+                posed.looks.dedup();
             }
         }
         if self.is_push() {
@@ -167,12 +174,7 @@ impl Hypothesis {
 
     /// An edge of a few samples keeps derivatives by times; it may be as long as it will where all recordings tell it.
     fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
-        let step = p
-            .train
-            .iter()
-            .flat_map(|c| &c.run.channels)
-            .filter_map(|c| crate::engine::coordinate::median_step(&c.t));
-        let edge = 4.0 * step.fold(f64::INFINITY, f64::min).clamp(1e-4, 0.1);
+        let edge = 4.0 * finest(p).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Edge) {
             (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
             u.upper = if self.times == Times::EachRun { edge } else { u.upper };
@@ -254,6 +256,13 @@ impl Hypothesis {
             }
         }
     }
+}
+
+/// Shortest time between two readings, s.
+fn finest(p: &Prepared) -> f64 {
+    let channels = p.train.iter().flat_map(|c| &c.run.channels);
+    let steps = channels.filter_map(|c| crate::engine::coordinate::median_step(&c.t));
+    steps.fold(f64::INFINITY, f64::min)
 }
 
 impl Posed {

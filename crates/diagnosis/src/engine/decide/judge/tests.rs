@@ -37,6 +37,18 @@ fn one_fewer_stands_where_it_does_as_well_and_balances_do_not_ask_for_two() {
 }
 
 #[test]
+fn balances_ask_for_no_cause_that_takes_next_to_nothing_of_what_they_missed() {
+    for (missed, gaps, wanted) in [(1e3, [1.5, 1.45], 1), (1e5, [1.5, 1.45], 0), (1e5, [1.9, 1.45], 1)] {
+        let sets = vec![fitted(ONE, 50.0, 1e4), fitted(TWO, 1.0, 1e4)];
+        let mut found = found(sets, Some(1), 1e4);
+        found.plain = fitted("", missed, 1e4);
+        let ran = Shown { gaps: gaps.map(Some).to_vec(), ..Shown::default() };
+        let chosen = Judge::new(&found, free(10.0), &ran, &Thresholds::default()).choose();
+        assert_eq!(chosen, Some(wanted), "{missed}, {gaps:?}");
+    }
+}
+
+#[test]
 fn as_few_stand_as_do_as_well() {
     const THREE: &str = "backlash motor-friction cable-stiffness";
     let cases = [
