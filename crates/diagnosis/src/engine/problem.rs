@@ -501,3 +501,28 @@ impl Problem for Comparison<'_> {
         Ok(Evaluation { residuals, jacobian: columns })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::Compared;
+    use trueup_identification::run::{Channel, Run};
+
+    /// Channels may be read at different rates, and a recording may begin late.
+    #[test]
+    fn the_first_share_of_a_recording_ends_where_that_share_of_its_time_does() {
+        let channel = |output, n: u32, h: f64| Channel {
+            output,
+            t: (0..n).map(|k| 2.0 + f64::from(k) * h).collect(),
+            y: (0..n).map(f64::from).collect(),
+            spread: vec![1.0; if output == 0 { n as usize } else { 0 }],
+            ..Channel::default()
+        };
+        let run =
+            Run { channels: vec![channel(0, 11, 1.0), channel(1, 3, 4.0)], start: 2.0, ..Run::default() };
+        let half = Compared::new(run, vec![(3, 0.5)], 1).until(0.5, 1);
+        let kept: Vec<&[f64]> = half.run.channels.iter().map(|c| &*c.y).collect();
+        assert_eq!(kept, [&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..], &[0.0, 1.0]]);
+        assert_eq!([half.run.channels[0].spread.len(), half.run.channels[1].spread.len()], [6, 0]);
+        assert_eq!((half.len(), half.known), (8, vec![(3, 0.5)]));
+    }
+}

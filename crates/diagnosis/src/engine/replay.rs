@@ -376,15 +376,21 @@ impl Search<'_> {
         if let Some(start) = self.begun(&problem, run) {
             best = nearer(best, self.settle_from(&mut problem, start, run));
         }
-        let far = |(missed, _): &(f64, Settled)| *missed >= NEAR * self.noise(run);
-        let there = best.as_ref().ok().filter(|best| far(best)).map(|best| &best.1.theta);
-        if let Some(start) = there.and_then(|there| self.turned(&problem, run, there)) {
+        let far = |missed: f64| missed >= NEAR * self.noise(run);
+        if let Ok((missed, there)) = &best
+            && far(*missed)
+            && let Some(start) = self.turned(&problem, run, &there.theta)
+        {
             best = nearer(best, self.settle_from(&mut problem, start, run));
         }
         // Stops and slips far along the way hide where it began.
-        if best.as_ref().is_ok_and(far) {
-            let grown = self.grown(&problem, run);
-            best = nearer(best, grown.and_then(|start| self.settle_from(&mut problem, start, run)));
+        if let Ok((missed, _)) = &best
+            && far(*missed)
+            && let Ok(start) = self.grown(&problem, run)
+            // It is worth a fit where it is not far worse as it is.
+            && problem.shown(0, &start).is_ok_and(|shown| self.missed(&shown, run) < NEAR * *missed)
+        {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
         }
         Ok(best?.1)
     }
