@@ -1,5 +1,7 @@
 //! The importer's loops on raw C functions, as lean as they can be.
 
+#![allow(unsafe_code)] // calls of C functions
+
 use super::fmu::{Fmu, Kind, Library};
 use core::ffi::c_void;
 use core::ptr::null;

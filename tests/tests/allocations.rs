@@ -2,6 +2,7 @@
 //!
 //! This program's `malloc` counts: the dynamic linker binds the FMU's allocations to it.
 
+#![allow(unsafe_code)] // calls of C functions
 #![allow(
     missing_docs,
     unreachable_pub,

@@ -2,10 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-#[allow(dead_code, reason = "recordings alone are asked for here")]
-mod made;
-
-use made::Joint;
+use crate::made::Joint;
 use trueup_diagnosis::engine::recordings::Prepared;
 use trueup_diagnosis::engine::search::Search;
 use trueup_diagnosis::engine::select::Effort;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod made;
-
-use made::Joint;
+use crate::made::Joint;
 
 /// Torque per rad of bristles that the motor's friction bends before it slides.
 const BRISTLES: f64 = 0.8;

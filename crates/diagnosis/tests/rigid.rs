@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-mod made;
-
-use made::Joint;
+use crate::made::Joint;
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
 /// How much the spring stiffens, N.m/rad^3 on the motor's side.

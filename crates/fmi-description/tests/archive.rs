@@ -1,8 +1,7 @@
 //! Packed and opened again; archives that would do harm are refused.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
 use std::io::Write;
 use std::path::Path;
 

@@ -1,8 +1,7 @@
 //! Our descriptions have no finding; each deliberate break gives its finding.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
 use trueup_fmi_description::check::{self, Severity};
 use trueup_fmi_description::read::read;
 use trueup_fmi_description::{Version, write::model_description};

@@ -1,8 +1,7 @@
 //! The reader: what is written comes back, other tools' ways are understood, errors have a place.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::description::*;
 use trueup_fmi_description::read::read;

@@ -1,8 +1,7 @@
 //! The written description, checked through an independent XML reader.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
+use crate::common;
 use roxmltree::Document;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;

@@ -1,5 +1,7 @@
 //! The C functions of a shared library.
 
+#![allow(unsafe_code)] // the C boundary
+
 /// Makes a shared library an FMU template: all functions of FMI 2.0 and 3.0 for one
 /// [`FmuModel`](crate::FmuModel), and the block into which the packer writes the configuration.
 ///

@@ -1,7 +1,6 @@
 //! Co-Simulation through the C functions: results, events, event mode, early return, intermediate update.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
-mod common;
-use common::*;
+use crate::common::*;
 use core::ffi::c_void;
 use trueup_fmi::abi::fmi2::*;
 use trueup_fmi::abi::fmi3::*;

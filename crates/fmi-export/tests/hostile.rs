@@ -3,8 +3,7 @@
 //!
 //! `HOSTILE_SEQUENCES` sets how many (2000 by default); buffers are as long as they are said to be.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
-mod common;
-use common::*;
+use crate::common::*;
 use core::ffi::c_void;
 use core::ptr::{null, null_mut};
 use trueup_fmi::abi::fmi2::*;

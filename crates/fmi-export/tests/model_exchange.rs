@@ -1,7 +1,6 @@
 //! Model Exchange through the C functions, several instances, threads, and no allocation once under way.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
-mod common;
-use common::*;
+use crate::common::*;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use trueup_fmi::abi::fmi2::*;

@@ -1,7 +1,6 @@
 //! Every refusal: the status, a message that names variable and mend, nothing taken, the instance usable.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
-mod common;
-use common::*;
+use crate::common::*;
 use core::ptr::{null, null_mut};
 use trueup_fmi::abi::fmi2::*;
 use trueup_fmi::abi::fmi3::*;

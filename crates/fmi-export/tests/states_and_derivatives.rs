@@ -1,7 +1,6 @@
 //! FMU states, derivatives, dependencies.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
-mod common;
-use common::*;
+use crate::common::*;
 use core::ptr::null_mut;
 use trueup_fmi::abi::fmi2::*;
 use trueup_fmi::abi::fmi3::*;

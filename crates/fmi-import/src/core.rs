@@ -1,5 +1,7 @@
 //! What instances of both versions have in common.
 
+#![allow(unsafe_code)] // the C boundary
+
 use std::ffi::{CString, c_int, c_void};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};

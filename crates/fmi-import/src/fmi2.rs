@@ -1,5 +1,7 @@
 //! Instances of FMI 2.0.
 
+#![allow(unsafe_code)] // the C boundary
+
 use std::ffi::c_void;
 use std::sync::Arc;
 use std::time::Duration;

@@ -1,5 +1,7 @@
 //! Instances of FMI 3.0.
 
+#![allow(unsafe_code)] // the C boundary
+
 mod events;
 pub(crate) mod inner;
 mod values;

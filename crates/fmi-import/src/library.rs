@@ -1,5 +1,7 @@
 //! An FMU on disk, and the functions of its library.
 
+#![allow(unsafe_code)] // the C boundary
+
 use std::env::consts::{ARCH, DLL_SUFFIX, OS};
 use std::ffi::c_void;
 use std::fs;

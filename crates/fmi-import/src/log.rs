@@ -3,6 +3,8 @@
 //! What an FMU hands to a callback as environment is a number here, looked up among the live instances and
 //! never followed as a pointer: some FMUs pass another pointer than the one they were given.
 
+#![allow(unsafe_code)] // the C boundary
+
 use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::{CStr, c_char, c_int, c_void};

@@ -4,6 +4,8 @@
 //! What is checked elsewhere at every call is checked here when the program is [bound](Program::bind): that the instances
 //! are the same, live, and nobody else's as long as it is bound.
 
+#![allow(unsafe_code)] // the C boundary
+
 use std::ffi::{c_int, c_void};
 use std::ops::Range;
 

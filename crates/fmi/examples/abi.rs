@@ -9,6 +9,7 @@
 //!
 //! The types are found from the Rust types themselves, not from their names.
 
+#![allow(unsafe_code)] // calls of C functions
 #![allow(clippy::print_stdout, non_snake_case)]
 
 use std::ffi::c_void;

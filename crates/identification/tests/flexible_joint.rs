@@ -1,9 +1,7 @@
 //! Recovery of the flexible joint's parameters from runs made with known ones.
 #![allow(clippy::unwrap_used)]
 
-mod testbed;
-
-use testbed::run;
+use crate::testbed::run;
 use trueup_identification::flexible_joint::{Method, fit};
 
 const TRUTH: [f64; 4] = [5.6, 5.47, 0.5, 0.048_869]; // 2.8 deg

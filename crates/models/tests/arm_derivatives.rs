@@ -1,9 +1,7 @@
 //! Derivatives of the arm by duals against differences, at random states in every kind of mode.
 #![allow(clippy::unwrap_used)]
 
-mod arm_common;
-
-use arm_common::Random;
+use crate::arm_common::Random;
 use trueup_models::arm::{PlanarManipulator, parameter, rotor};
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};

@@ -1,9 +1,7 @@
 //! Balances of the arm with effects: what goes in stays as energy or is dissipated; momenta obey the wrenches.
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
-mod arm_common;
-
-use arm_common::{NO_EFFECTS, Run};
+use crate::arm_common::{NO_EFFECTS, Run};
 use trueup_models::arm::{PlanarManipulator, output, parameter, rotor};
 use trueup_numerics::hybrid::{At, Hybrid};
 

@@ -1,9 +1,7 @@
 //! Golden facts A01-A22 on the free-floating arm. Kinds: P arithmetic of the paper, F physics, R reference value.
 #![allow(clippy::unwrap_used)]
 
-mod arm_common;
-
-use arm_common::{NO_EFFECTS, Random, Run};
+use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::chain::Chain;
 use trueup_models::arm::solve::Symmetric;
 use trueup_models::arm::{PlanarManipulator, kinematics, output, parameter, rotor};

@@ -4,9 +4,7 @@
 //! of the positions: nothing of the closed form under test.
 #![allow(clippy::unwrap_used)]
 
-mod arm_common;
-
-use arm_common::{NO_EFFECTS, Random};
+use crate::arm_common::{NO_EFFECTS, Random};
 use trueup_models::arm::chain::Chain;
 use trueup_models::arm::{MAX_LINKS, PlanarManipulator, input, kinematics, output, parameter, rotor};
 use trueup_numerics::hybrid::{At, Hybrid};

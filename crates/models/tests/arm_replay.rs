@@ -1,9 +1,7 @@
 //! Motors that are led (ARM-14), against the torques that would lead them and against the golden trajectory.
 #![allow(clippy::unwrap_used)]
 
-mod arm_common;
-
-use arm_common::{NO_EFFECTS, Random};
+use crate::arm_common::{NO_EFFECTS, Random};
 use trueup_models::arm::{PlanarManipulator, Replay, input, parameter};
 use trueup_models::presets;
 use trueup_numerics::driver::{Options, simulate};

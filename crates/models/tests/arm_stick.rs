@@ -1,9 +1,7 @@
 //! Stick-slip of several joints at once (ARM-9).
 #![allow(clippy::unwrap_used)]
 
-mod arm_common;
-
-use arm_common::{NO_EFFECTS, Random, Run};
+use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::{PlanarManipulator, output, parameter};
 use trueup_models::friction::STUCK;
 use trueup_numerics::driver::{Options, simulate};

@@ -2,9 +2,7 @@
 //! never makes energy.
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stdout)]
 
-mod arm_common;
-
-use arm_common::Random;
+use crate::arm_common::Random;
 use trueup_models::arm::{PlanarManipulator, output as arm_output};
 use trueup_models::effect::set::Placed;
 use trueup_models::effect::{Choice, EffectSet, Plant, Role};

@@ -1,9 +1,8 @@
 //! No allocation after construction.
+#![allow(unsafe_code)] // an allocator that counts
 #![allow(missing_docs, clippy::unwrap_used)]
 
-mod common;
-
-use common::{Block, VanDerPol};
+use crate::common::{Block, VanDerPol};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use trueup_numerics::Driver;

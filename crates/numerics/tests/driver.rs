@@ -1,9 +1,7 @@
 //! Simulation of hybrid models against closed forms.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
-mod common;
-
-use common::{Ball, Block, Circle, Falls, GRAVITY, Graze};
+use crate::common::{Ball, Block, Circle, Falls, GRAVITY, Graze};
 use trueup_numerics::Driver;
 use trueup_numerics::driver::*;
 use trueup_numerics::event::Direction;

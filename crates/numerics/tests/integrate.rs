@@ -1,9 +1,7 @@
 //! Orders of convergence, stability and tabulated stiff solutions.
 #![allow(missing_docs, clippy::unwrap_used)]
 
-mod common;
-
-use common::{Prothero, Robertson, VanDerPol};
+use crate::common::{Prothero, Robertson, VanDerPol};
 use trueup_numerics::driver::{Options, Solver, simulate};
 use trueup_numerics::integrate::{Dopri5, Euler, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
 

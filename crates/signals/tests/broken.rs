@@ -2,12 +2,10 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr, clippy::type_complexity)]
 
-mod common;
-
 use std::fmt::Write as _;
 use std::fs;
 
-use common::joint;
+use crate::common::joint;
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{Case, Error, Finding, Kind, Role, Severity, Variable};
 

@@ -2,13 +2,11 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr)]
 
-mod common;
-
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use common::{data, joint};
+use crate::common::{data, joint};
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{
     Case, Channel, Finding, Interpolation, Kind, Recording, Role, Severity, Value, Variable,

@@ -6,7 +6,7 @@ use trueup_cosim::Error;
 use trueup_cosim::check;
 use trueup_cosim::system::System;
 
-use crate::Desk;
+use crate::system::Desk;
 
 #[test]
 fn every_block_of_the_document() {

@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use trueup_cosim::check;
 use trueup_cosim::system::System;
 
-use crate::ssp::{archive, ssd};
-use crate::{Desk, said};
+use crate::system::ssp::{archive, ssd};
+use crate::system::{Desk, said};
 
 /// What reading and checking says about these bytes under this name.
 fn says(desk: &Desk, name: &str, bytes: &[u8]) -> Vec<String> {

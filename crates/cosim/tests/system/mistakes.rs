@@ -1,6 +1,6 @@
 //! Every mistake is found, all of them at once, each with its line and the mend.
 
-use crate::Desk;
+use crate::system::Desk;
 
 const TWO: &str = "[components.a]\nfmu = \"all.fmu\"\n[components.b]\nfmu = \"all.fmu\"\n";
 

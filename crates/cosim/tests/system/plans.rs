@@ -5,7 +5,7 @@ use trueup_cosim::check;
 use trueup_cosim::plan::{Element, Plan};
 use trueup_cosim::system::{Algorithm, Interface, System};
 
-use crate::Desk;
+use crate::system::Desk;
 
 fn element(component: usize, variable: usize, element: usize) -> Element {
     Element { component, variable, element }

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use trueup_cosim::system::{Place, System};
 use trueup_cosim::{check, write_ssp};
 
-use crate::Desk;
-use crate::ssp::shape;
+use crate::system::Desk;
+use crate::system::ssp::shape;
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")

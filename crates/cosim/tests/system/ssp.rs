@@ -7,7 +7,7 @@ use trueup_cosim::system::{Algorithm, Interface, System};
 use trueup_cosim::{Buffer, check};
 use zip::write::SimpleFileOptions;
 
-use crate::{Desk, said};
+use crate::system::{Desk, said};
 
 /// A description with this system; prefixes are none of the usual ones.
 pub(crate) fn ssd(system: &str, rest: &str) -> String {

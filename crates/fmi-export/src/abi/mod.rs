@@ -6,6 +6,8 @@
 //! too. Panics are caught; the instance is then lost and every later call answers Fatal. The panic hook
 //! belongs to the process and is left alone: a panic also prints its line on standard error.
 
+#![allow(unsafe_code)] // the C boundary
+
 pub mod fmi2;
 pub mod fmi3;
 mod fmi3_values;

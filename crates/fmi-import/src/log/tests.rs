@@ -1,5 +1,6 @@
 //! The callbacks, called as FMUs call them.
 
+#![allow(unsafe_code)] // calls of C functions
 #![allow(clippy::unwrap_used)]
 
 use std::ptr::{null, null_mut, without_provenance_mut};

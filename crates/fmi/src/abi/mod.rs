@@ -15,6 +15,8 @@
 //! assert_eq!(trueup_fmi::fmi2_functions!(count), 44);
 //! ```
 
+#![allow(unsafe_code)] // the C boundary
+
 #![allow(non_camel_case_types, non_snake_case, non_upper_case_globals)]
 
 pub mod fmi2;

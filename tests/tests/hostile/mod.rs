@@ -8,6 +8,7 @@
 //! - `TRUEUP_HOSTILE_FIRST`: number of the first one (0): a sequence that failed is repeated by its number;
 //! - `TRUEUP_HOSTILE_TRACE`: prints every call before it is made.
 
+#![allow(unsafe_code)] // calls of C functions
 #![allow(missing_docs, clippy::expect_used, clippy::panic, clippy::unwrap_used, clippy::print_stderr)]
 // A program of its own: nothing is reachable from outside.
 #![allow(unreachable_pub, clippy::missing_safety_doc)]

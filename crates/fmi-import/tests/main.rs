@@ -1,0 +1,4 @@
+//! Integration tests, one module a file.
+
+mod misbehaving;
+mod reference_fmus;

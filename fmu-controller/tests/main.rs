@@ -1,0 +1,4 @@
+//! Integration tests, one module a file.
+
+mod defaults;
+mod tables;

@@ -1,0 +1,4 @@
+//! Integration tests, one module a file.
+
+mod fmu;
+mod simulate;
