@@ -8,6 +8,7 @@ mod ground;
 mod held_out;
 mod hints;
 mod place;
+pub mod record;
 
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
@@ -22,13 +23,14 @@ use crate::engine::select::{Effort, Found, same};
 use crate::experiment::{self, Experiment};
 use crate::floor;
 use crate::outcome::*;
-use crate::picture::Picture;
+use crate::picture::{Picture, isolability};
 use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
 use contest::{Contest, POLISH};
 use ground::Ground;
 use held_out::{closed_alone, held_out};
 use place::{look, where_it_lies};
+use record::Record;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -39,11 +41,13 @@ pub struct Options {
     pub effort: Effort,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
+    /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
+    pub verdict_only: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, effort: Effort::default(), limits: Thresholds::default() }
+        Self { seed: 1, effort: Effort::default(), limits: Thresholds::default(), verdict_only: false }
     }
 }
 
@@ -89,8 +93,8 @@ pub struct Trace {
 pub struct Diagnosed {
     /// What `diagnosis.json` holds.
     pub diagnosis: Diagnosis,
-    /// What the case shows before any effect is named.
-    pub picture: Picture,
+    /// What the case shows before any effect is named; none where the verdict alone was asked for.
+    pub picture: Option<Picture>,
     /// What to record next.
     pub next: Option<Experiment>,
     /// Held-out recordings (of cases without: those for fitting).
@@ -101,6 +105,8 @@ pub struct Diagnosed {
     pub augmented: Option<Augmented>,
     /// Where its free runs of those recordings began.
     pub began: Vec<Began>,
+    /// What the verdict was decided from.
+    pub record: Record,
 }
 
 /// The model with what was claimed.
@@ -188,6 +194,7 @@ pub fn diagnose(
         && plain
         && free.before <= free.chance
         && has_gap_in_training(&search, &before, options);
+    let record = Record::new(case.subject.plant, &found, raw, free, &ran);
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     tell(
         0.85,
@@ -223,18 +230,23 @@ pub fn diagnose(
     let floors = search.floors_around(&after, runs, &settled, options.seed).map_err(nominal)?;
     let traces = traces(runs, [&ground.before, &shown_tuned, &shown_after], &floors);
     let gap = gap_report(&traces, options.seed);
-    tell(0.95, "where it lies");
-    let picture = look(loaded, &search, &found, &decision);
-    let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
-    tell(0.97, "what to record next");
-    let next = experiment::propose(&search, &found, &decision, &options.limits);
+    let (picture, location, next) = if options.verdict_only {
+        (None, Where::default(), None)
+    } else {
+        tell(0.95, "where it lies");
+        let picture = look(loaded, &search, &found, &decision);
+        let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
+        tell(0.97, "what to record next");
+        let next = experiment::propose(&search, &found, &decision, &options.limits);
+        (Some(picture), location, next)
+    };
     let best = Estimated::new(&found.best, &found, &free_fits);
     let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
         verdict: decision.verdict,
         gap,
-        sensors: (&picture.isolability).into(),
+        sensors: (&isolability(loaded, &case.subject)).into(),
         location,
         effects: effects(case.subject.plant, &found, &free_fits, &best, &decision),
         candidates: candidates(case.subject.plant, &found, &decision),
@@ -255,7 +267,7 @@ pub fn diagnose(
         closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
     }
     diagnosis.notes.extend(claim::elsewhere(case.subject.plant, &found, &decision));
-    if decision.verdict == Verdict::Ambiguous && next.is_none() {
+    if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
     let began = |(run, settled)| Began::new(&search, &after, run, settled);
@@ -270,6 +282,7 @@ pub fn diagnose(
         flexible: case.subject.flexible.clone(),
         augmented,
         began,
+        record,
     })
 }
 

@@ -214,7 +214,7 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let found = diagnose(&loaded, &Options::default(), &mut |_, _| {}).unwrap();
     let d = &found.diagnosis;
     println!("{:?}: {:?}", d.verdict, d.effects.iter().map(|e| (&e.id, &e.component)).collect::<Vec<_>>());
-    println!("places by the balances: {:?}", found.picture.places);
+    println!("places by the balances: {:?}", found.picture.as_ref().map(|p| &p.places));
     println!("gap {:?}", d.gap.overall);
     let told: Vec<f64> = d.location.intervals.iter().flat_map(|i| [i.start, i.end]).collect();
     let edges: Vec<f64> = (1..half).filter(|k| pulses[*k] != pulses[k - 1]).map(|k| time[k]).collect();

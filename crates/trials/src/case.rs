@@ -33,9 +33,11 @@ pub enum Split {
 }
 
 impl Plant {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Joint, Self::Manipulator];
     /// By its name on the command line.
     pub fn parse(name: &str) -> Option<Self> {
-        [Self::Joint, Self::Manipulator].into_iter().find(|p| p.name() == name)
+        Self::ALL.into_iter().find(|p| p.name() == name)
     }
     /// Name on the command line.
     pub fn name(self) -> &'static str {
@@ -88,6 +90,9 @@ pub struct Key {
     /// What cannot be told apart by design, the truth among it.
     #[serde(default)]
     pub class: Vec<String>,
+    /// What is driven and how it is measured, in words: what cases are stratified by.
+    #[serde(default)]
+    pub drive: String,
     /// Gap that a refit of the model's own parameters leaves, over the floor.
     pub ratio: f64,
     /// The seed that it was drawn from.

@@ -106,6 +106,24 @@ pub(crate) fn name_of(plant: Plant, split: Split, seed: u64, index: usize) -> St
     format!("{}-{}", plant.name(), &digits[..8])
 }
 
+/// An empty folder beside the one that will be `name`.
+pub(crate) fn fresh(beside: &Path, name: &str) -> Result<PathBuf, Error> {
+    let part = beside.join(format!(".{name}.part{}", std::process::id()));
+    if part.exists() {
+        fs::remove_dir_all(&part).map_err(|e| Error::at(&part, e))?;
+    }
+    folder(&part)?;
+    Ok(part)
+}
+
+/// Gives a folder that is whole its final name.
+pub(crate) fn settle(part: &Path, last: &Path) -> Result<(), Error> {
+    if last.exists() {
+        fs::remove_dir_all(last).map_err(|e| Error::at(last, e))?;
+    }
+    fs::rename(part, last).map_err(|e| Error::at(last, e))
+}
+
 /// Writes a case and its key.
 pub(crate) fn write(directory: &Path, mut case: Case) -> Result<String, Error> {
     let key = &case.key;
@@ -114,22 +132,14 @@ pub(crate) fn write(directory: &Path, mut case: Case) -> Result<String, Error> {
     let (cases, keys) = (directory.join("cases"), directory.join("keys"));
     folder(&cases)?;
     folder(&keys)?;
-    let part = cases.join(format!(".{name}.part"));
-    if part.exists() {
-        fs::remove_dir_all(&part).map_err(|e| Error::at(&part, e))?;
-    }
-    folder(&part)?;
+    let part = fresh(&cases, &name)?;
     for r in case.train.iter().chain(&case.holdout).chain(&case.rest) {
         whole(&part.join(&r.name), &csv(r))?;
     }
     whole(&part.join("case.toml"), &manifest(&case))?;
     let path = keys.join(format!("{name}.toml"));
     whole(&path, &toml::to_string(&case.key).map_err(|e| Error::at(&path, e))?)?;
-    let last = cases.join(&name);
-    if last.exists() {
-        fs::remove_dir_all(&last).map_err(|e| Error::at(&last, e))?;
-    }
-    fs::rename(&part, &last).map_err(|e| Error::at(&last, e))?;
+    settle(&part, &cases.join(&name))?;
     Ok(name)
 }
 
@@ -163,15 +173,15 @@ pub(crate) fn seal(directory: &Path) -> Result<(), Error> {
     whole(&seals_path(directory), &text)
 }
 
-/// Opens a key; it has to be the one that was sealed.
-pub(crate) fn open(directory: &Path, name: &str) -> Result<Key, Error> {
+/// Opens a key, with its seal; it has to be the one that was sealed.
+pub(crate) fn open(directory: &Path, name: &str) -> Result<(Key, String), Error> {
     let path = directory.join("keys").join(format!("{name}.toml"));
     let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
     let seals = seals_path(directory);
     let sealed = fs::read_to_string(&seals).map_err(|e| Error::at(&seals, e))?;
-    let line = format!("{name},{}", hash(text.as_bytes()));
-    if !sealed.lines().any(|l| l == line) {
+    let seal = hash(text.as_bytes());
+    if !sealed.lines().any(|l| l == format!("{name},{seal}")) {
         return Err(Error::Broken { path });
     }
-    toml::from_str(&text).map_err(|e| Error::at(&path, e))
+    Ok((toml::from_str(&text).map_err(|e| Error::at(&path, e))?, seal))
 }

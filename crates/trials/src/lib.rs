@@ -4,27 +4,31 @@
 //! integrator and laws of its own. Whoever diagnoses sees `cases/`; only [`score`](fn@score) opens `keys/`.
 
 mod arm;
-mod card;
+mod cache;
 mod case;
 mod draw;
 mod error;
 mod files;
 mod joint;
+mod judge;
 mod motion;
-mod run;
-mod said;
-mod score;
 mod sense;
 mod slip;
 mod tune;
 
 use std::path::Path;
 
-pub use card::{markdown, write_card};
+pub use cache::GENERATOR;
 pub use case::{Key, Plant, Split};
 pub use error::Error;
-pub use run::{Ran, run};
-pub use score::{Aim, Card, Line, Share, score};
+pub use judge::card::{markdown, write_card};
+pub use judge::compare::{Comparison, Counts, compare};
+pub use judge::corpus::{Entry, fill as fill_corpus, read as read_corpus, write as write_corpus};
+pub use judge::run::{Failure, Ran, Run, Took, run};
+pub use judge::score::{Aim, Card, Line, Share, score};
+pub use judge::table::{Answers, Row};
+
+use cache::Cache;
 
 /// What to generate.
 #[derive(Clone, Copy, Debug)]
@@ -41,22 +45,78 @@ pub struct Order {
     pub shard: (usize, usize),
 }
 
-/// Generates cases below `directory`; one that is there already stays. `said` hears the name of each.
+/// Where cases go.
+#[derive(Clone, Copy, Debug)]
+pub struct Folders<'a> {
+    /// For cases, keys and seals.
+    pub directory: &'a Path,
+    /// Keeps cases for the next time.
+    pub cache: Option<&'a Path>,
+}
+
+/// Generates cases; one that is there already stays. `said` hears the name of each.
 ///
 /// # Errors
 /// A file that cannot be written; a case that no draw makes visible.
-pub fn generate(directory: &Path, order: &Order, mut said: impl FnMut(usize, &str)) -> Result<(), Error> {
+pub fn generate(to: Folders<'_>, order: &Order, mut said: impl FnMut(usize, &str)) -> Result<(), Error> {
     let (i, n) = order.shard;
     for index in (0..order.count).filter(|k| k % n == i - 1) {
-        let known = files::name_of(order.plant, order.split, order.seed, index);
-        if !directory.join("cases").join(&known).is_dir() {
-            let case = match order.plant {
-                Plant::Joint => joint::generate(order.split, order.seed, index)?,
-                Plant::Manipulator => arm::generate(order.split, order.seed, index)?,
-            };
-            files::write(directory, case)?;
-        }
-        said(index, &known);
+        let name = to.make(order.plant, order.split, order.seed, index)?;
+        said(index, &name);
     }
-    files::seal(directory)
+    files::seal(to.directory)
+}
+
+/// Generates the cases of a corpus, as [`generate`] does; `shard`: (i, n), every n-th case from the i-th (1-based) on.
+///
+/// # Errors
+/// As [`generate`]; a case that this generator makes otherwise than when it entered the corpus.
+pub fn generate_corpus(
+    to: Folders<'_>,
+    file: &Path,
+    shard: (usize, usize),
+    mut said: impl FnMut(usize, &str),
+) -> Result<(), Error> {
+    let all = read_corpus(file)?;
+    let (i, n) = shard;
+    files::folder(to.directory)?;
+    judge::corpus::mark(to.directory, file)?;
+    for (at, entry) in all.iter().enumerate().filter(|(k, _)| k % n == i - 1) {
+        let name = to.make(entry.plant, entry.split, entry.seed, entry.index)?;
+        let key = to.directory.join("keys").join(format!("{name}.toml"));
+        let text = std::fs::read(&key).map_err(|e| Error::at(&key, e))?;
+        if name != entry.case || files::hash(&text) != entry.seal {
+            let why = format!(
+                "{} is not the case that entered: the generator makes another one of seed {}, number {}; \
+                 fill a corpus anew from results of this program",
+                entry.case, entry.seed, entry.index
+            );
+            return Err(Error::at(file, why));
+        }
+        said(at, &name);
+    }
+    files::seal(to.directory)
+}
+
+impl Folders<'_> {
+    /// Makes a case, or takes one that was made before; gives its name.
+    fn make(self, plant: Plant, split: Split, seed: u64, index: usize) -> Result<String, Error> {
+        let name = files::name_of(plant, split, seed, index);
+        if self.directory.join("cases").join(&name).is_dir() {
+            return Ok(name);
+        }
+        let cache = self.cache.map(Cache);
+        if let Some(cache) = cache
+            && cache.take(self.directory, &name)?
+        {
+            return Ok(name);
+        }
+        let case = match plant {
+            Plant::Joint => joint::generate(split, seed, index)?,
+            Plant::Manipulator => arm::generate(split, seed, index)?,
+        };
+        files::write(self.directory, case)?;
+        cache.map_or(Ok(()), |cache| cache.keep(self.directory, &name))?;
+        Ok(name)
+    }
 }

@@ -5,10 +5,17 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use trueup_trials::{Key, Order, Plant, Ran, Split, generate, markdown, run, score};
+use trueup_trials::{
+    Answers, Failure, Folders, Key, Order, Plant, Ran, Run, Split, Took, compare, generate, markdown, run,
+    score,
+};
 
 fn order(plant: Plant, split: Split, count: usize) -> Order {
     Order { plant, split, count, seed: 11, shard: (1, 1) }
+}
+
+fn to(directory: &Path) -> Folders<'_> {
+    Folders { directory, cache: None }
 }
 
 fn files(path: &Path) -> Vec<PathBuf> {
@@ -30,10 +37,10 @@ fn a_case_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
     for plant in [Plant::Joint, Plant::Manipulator] {
         let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
         let all = order(plant, Split::Single, 2);
-        generate(a.path(), &all, |_, _| {}).unwrap();
+        generate(to(a.path()), &all, |_, _| {}).unwrap();
         // In two shards, the second one first.
         for i in [2, 1] {
-            generate(b.path(), &Order { shard: (i, 2), ..all }, |_, _| {}).unwrap();
+            generate(to(b.path()), &Order { shard: (i, 2), ..all }, |_, _| {}).unwrap();
         }
         let (first, second) = (contents(a.path()), contents(b.path()));
         assert_eq!(first.len(), second.len());
@@ -96,7 +103,7 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
     put("h", "unidentifiable", &["gravity-torque"], "ambiguous");
     fs::write(dir.path().join("seals.csv"), &seals).unwrap();
 
-    let answer = |case: &Path, out: &Path| -> Result<(), String> {
+    let answer = |case: &Path, out: &Path| -> Result<Took, Failure> {
         match case.file_name().unwrap().to_str().unwrap() {
             "a" => says(out, "effects", &["backlash"], "[]", 0.9),
             // The wrong id, but of a class with the right one.
@@ -108,18 +115,20 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
                 0.8,
             ),
             "c" => says(out, "ambiguous", &["presliding-friction", "stribeck-friction"], "[]", 0.7),
-            "d" => return Err("no".into()),
+            "d" => return Err(Failure::Said("no".into())),
             "e" => says(out, "no-gap", &[], "[]", 0.0),
             "f" => says(out, "effects", &["backlash"], "[]", 0.0),
             "g" => says(out, "effects", &["actuator-lag", "backlash"], "[]", 0.9),
             _ => says(out, "ambiguous", &["cable-stiffness", "gravity-torque"], "[]", 0.9),
         }
-        Ok(())
+        Ok(Took::default())
     };
-    run(dir.path(), (1, 1), answer, |_, _| {}).unwrap();
+    let results = dir.path().join("results");
+    let all = Run { trials: dir.path(), results: &results, shard: (1, 1), limit: None };
+    run(&all, answer, |_, _| {}).unwrap();
     // Again: only what failed is tried.
     let mut tried = Vec::new();
-    run(dir.path(), (1, 1), answer, |name, ran| {
+    run(&all, answer, |name, ran| {
         if *ran != Ran::Kept {
             tried.push(name.to_owned());
         }
@@ -127,7 +136,8 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
     .unwrap();
     assert_eq!(tried, ["d"]);
 
-    let cards = score(dir.path()).unwrap();
+    let answers = Answers::find(dir.path()).unwrap();
+    let cards = score(&answers).unwrap();
     let share = |what: &str| {
         let line = cards[0].lines.iter().find(|l| l.what.starts_with(what)).unwrap();
         line.share.map(|s| (s.hits, s.of)).unwrap()
@@ -152,5 +162,5 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
     assert!(markdown(&cards, Some("abc")).contains("| false alarm where there is no gap | 50.0 % (1/2;"));
 
     fs::write(keys.join("a.toml"), "case = \"a\"\n").unwrap();
-    assert!(score(dir.path()).unwrap_err().to_string().contains("not the one that was sealed"));
+    assert!(score(&answers).unwrap_err().to_string().contains("not the one that was sealed"));
 }

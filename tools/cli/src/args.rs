@@ -83,12 +83,15 @@ pub(crate) struct Statics {
 pub(crate) struct Diagnose {
     /// A folder of recordings with a case.toml, or that file
     pub(crate) case: PathBuf,
-    /// Folder for diagnosis.json, report.html, the augmented FMUs and where their free runs began; made if it is not there
+    /// Folder for diagnosis.json, decision.json, report.html, the augmented FMUs and where their free runs began; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// Also print what diagnosis.json says
     #[arg(long)]
     pub(crate) json: bool,
+    /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
+    #[arg(long)]
+    pub(crate) verdict_only: bool,
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
@@ -204,10 +207,16 @@ pub(crate) struct Simulate {
 pub(crate) enum Trial {
     /// Generate cases and their sealed keys; those that are there stay
     Generate(TrialGenerate),
-    /// Diagnose the cases that have no result yet
+    /// Diagnose the cases that have no result yet, then open their keys and write one table of all: table.csv
     Run(TrialRun),
     /// Open the keys and write the scorecard
     Score(TrialScore),
+    /// The same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
+    Compare(TrialCompare),
+    /// Decide again from what results keep (decision.json), without a fit or a simulation, and compare
+    Decide(TrialDecide),
+    /// Let cases into a corpus: all that are wrong, and right ones up to a number, spread over effects, drives and strengths
+    Corpus(TrialCorpus),
 }
 
 #[derive(Debug, clap::Args)]
@@ -216,17 +225,23 @@ pub(crate) struct TrialGenerate {
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
     /// joint or manipulator
-    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"])]
-    pub(crate) plant: String,
+    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"], required_unless_present = "corpus")]
+    pub(crate) plant: Option<String>,
     /// What the cases are about
-    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable"])]
-    pub(crate) split: String,
+    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable"], required_unless_present = "corpus")]
+    pub(crate) split: Option<String>,
     /// How many, in all shards together
     #[arg(long, value_name = "N", default_value_t = 10)]
     pub(crate) count: usize,
     /// The same seed gives the same cases
     #[arg(long, value_name = "S", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// Instead: the cases of a corpus that `trial corpus` wrote
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["plant", "split", "count", "seed"])]
+    pub(crate) corpus: Option<PathBuf>,
+    /// Folder that keeps cases for the next time, by generator, plant, split, seed and number
+    #[arg(long, value_name = "DIR", env = "TRUEUP_TRIAL_CACHE")]
+    pub(crate) cache: Option<PathBuf>,
     /// Only every n-th case, from the i-th on
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
     pub(crate) shard: (usize, usize),
@@ -236,6 +251,18 @@ pub(crate) struct TrialGenerate {
 pub(crate) struct TrialRun {
     /// Folder that `trial generate` made
     pub(crate) directory: PathBuf,
+    /// Folder for results, inside that one for `trial compare` to find the keys [default: DIRECTORY/results]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) results: Option<PathBuf>,
+    /// Another build of this program that diagnoses in its place
+    #[arg(long, value_name = "FILE")]
+    pub(crate) program: Option<PathBuf>,
+    /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
+    #[arg(long)]
+    pub(crate) verdict_only: bool,
+    /// Processor time after which a case is stopped and counts as a miss, s
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
+    pub(crate) limit: f64,
     /// Only every n-th case, from the i-th on
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
     pub(crate) shard: (usize, usize),
@@ -243,7 +270,7 @@ pub(crate) struct TrialRun {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct TrialScore {
-    /// Folder that `trial generate` made and `trial run` has run
+    /// Folder that `trial generate` made and `trial run` has run, or a folder of results in it
     pub(crate) directory: PathBuf,
     /// The scorecard, Markdown
     #[arg(short, long, value_name = "FILE.md")]
@@ -251,6 +278,49 @@ pub(crate) struct TrialScore {
     /// What the diagnosis was built from, to be told in the scorecard
     #[arg(long, value_name = "HASH")]
     pub(crate) commit: Option<String>,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialCompare {
+    /// Folder that `trial run` has run, or a folder of results in it
+    pub(crate) a: PathBuf,
+    /// Another one with the same cases
+    pub(crate) b: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialDecide {
+    /// Folder that `trial run` has run, or a folder of results in it
+    pub(crate) directory: PathBuf,
+    /// Folder for what is decided now, inside the folder of trials; made if it is not there
+    #[arg(long, value_name = "DIR")]
+    pub(crate) results: PathBuf,
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct TrialCorpus {
+    /// The corpus; made if it is not there
+    #[arg(value_name = "FILE.csv")]
+    pub(crate) file: PathBuf,
+    /// Folders that `trial run` has run
+    #[arg(long, value_name = "DIR", required = true, num_args = 1..)]
+    pub(crate) from: Vec<PathBuf>,
+    /// Right cases of each plant up to which it is filled
+    #[arg(long, value_name = "N", default_value_t = 40)]
+    pub(crate) right: usize,
+    /// Of one plant alone
+    #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"])]
+    pub(crate) plant: Option<String>,
+    /// What the diagnosis was built from
+    #[arg(long, value_name = "HASH", default_value = "")]
+    pub(crate) commit: String,
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|s| *s >= 1.0 && s.is_finite())
+        .ok_or_else(|| "write seconds, 1 or more, as in 120".to_owned())
 }
 
 fn shard(text: &str) -> Result<(usize, usize), String> {

@@ -27,5 +27,8 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Trial(Trial::Generate(a)) => trial::generate(&a),
         Command::Trial(Trial::Run(a)) => trial::run(&a),
         Command::Trial(Trial::Score(a)) => trial::score(&a),
+        Command::Trial(Trial::Compare(a)) => trial::compare(&a),
+        Command::Trial(Trial::Decide(a)) => trial::decide(&a),
+        Command::Trial(Trial::Corpus(a)) => trial::corpus(&a),
     }
 }

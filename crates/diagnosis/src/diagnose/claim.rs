@@ -30,6 +30,9 @@ impl Fitted {
         let information: DMatrix<f64> = self.jacobian.tr_mul(&self.jacobian);
         let inflation = (1.0 + self.excess()).max(1.0);
         let n = information.nrows();
+        if n == 0 {
+            return Vec::new();
+        }
         let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
         (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
     }

@@ -5,9 +5,12 @@ mod judge;
 mod odds;
 mod thresholds;
 
+use serde::{Deserialize, Serialize};
+
 use super::hypothesis::Hypothesis;
 use super::search::Fitted;
 use super::select::{Found, above};
+use crate::json::number;
 use crate::outcome::Verdict;
 use account::Account;
 use judge::Judge;
@@ -15,19 +18,25 @@ pub use odds::Balances;
 pub use thresholds::{OfBalances, OfFreeRuns, OfGap, OfOdds, Thresholds};
 
 /// Gap of free-running simulations on recordings that were not fitted.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Free {
     /// Of the nominal model.
+    #[serde(deserialize_with = "number")]
     pub before: f64,
     /// With its own parameters fitted.
+    #[serde(deserialize_with = "number")]
     pub tuned: f64,
     /// With the causes.
+    #[serde(deserialize_with = "number")]
     pub after: f64,
     /// What noise alone leaves.
+    #[serde(deserialize_with = "number")]
     pub floor: f64,
     /// What it leaves once in two hundred cases: noise of the inputs adds up along a run, and few runs are not many.
+    #[serde(deserialize_with = "number")]
     pub chance: f64,
     /// The same where the sensors' noise is taken at its word: what lies between the two is a gap only where a cause takes it.
+    #[serde(deserialize_with = "number")]
     pub noticed: f64,
     /// Chance does not leave so much on the recordings for fitting, though it may on those held out.
     pub trained: bool,

@@ -5,6 +5,7 @@ mod pose;
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
 use trueup_identification::run::Run;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
@@ -27,7 +28,8 @@ pub enum Claim {
 }
 
 /// How often a push comes; whatever is none acts all along.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Times {
     /// Once, at the same time in all recordings.
     Once,

@@ -34,17 +34,7 @@ pub(crate) fn causes(labels: &str) -> Vec<Hypothesis> {
 
 /// A set in numbers, without unknowns.
 pub(crate) fn stated(set: Vec<Hypothesis>) -> Stated {
-    Stated {
-        model: Model::Joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()),
-        nominal: Vec::new(),
-        ties: Vec::new(),
-        unknowns: Vec::new(),
-        begin: vec![0; set.len()],
-        posed: Vec::new(),
-        free: None,
-        belief: None,
-        set,
-    }
+    Stated::of_causes(set, Model::Joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()))
 }
 
 /// A set that leaves `power`, in units of the floor's, in each of two octaves of so many readings.

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 use trueup_identification::lsq::{Options, Problem, solve};
 use trueup_identification::predict::PredictError;
 use trueup_models::{effect, joint};
@@ -14,6 +15,7 @@ use super::problem::{Belief, Comparison, Target, Unknown};
 use super::recordings::Prepared;
 use super::sizes::Sizes;
 use super::subject::Model;
+use crate::json::number;
 
 /// A set of causes put into numbers.
 #[derive(Clone, Debug)]
@@ -47,11 +49,13 @@ impl Stated {
 }
 
 /// What residuals come to in one octave.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 pub struct Octave {
     /// Sum of squares.
+    #[serde(deserialize_with = "number")]
     pub squares: f64,
     /// The same of a perfect model.
+    #[serde(deserialize_with = "number")]
     pub expected: f64,
     /// How many there are.
     pub count: f64,
@@ -62,6 +66,23 @@ pub struct Octave {
 pub fn excess(octaves: &[Octave]) -> f64 {
     let beyond = octaves.iter().map(|o| (o.squares - o.expected) / o.count.max(1.0));
     beyond.sum::<f64>() / octaves.len().max(1) as f64
+}
+
+impl Stated {
+    /// Causes without unknowns, which nothing can be fitted or simulated with: what a decision looks at.
+    pub(crate) fn of_causes(set: Vec<Hypothesis>, model: Model) -> Self {
+        Self {
+            model,
+            nominal: Vec::new(),
+            ties: Vec::new(),
+            unknowns: Vec::new(),
+            begin: vec![0; set.len()],
+            posed: Vec::new(),
+            free: None,
+            belief: None,
+            set,
+        }
+    }
 }
 
 /// A set of causes fitted to the recordings.

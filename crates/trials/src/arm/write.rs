@@ -116,6 +116,7 @@ pub(super) fn write(
             components: choices.iter().map(|c| c.component.clone()).collect(),
             joints: choices.iter().map(|c| if c.of_joint { c.joint + 1 } else { 0 }).collect(),
             class: class.unwrap_or_default().iter().map(|c| (*c).to_owned()).collect(),
+            drive: if s.values.flexible[0] { "flexible joint" } else { "rigid joints" }.into(),
             ratio: left,
             seed,
             index,

@@ -155,6 +155,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let nominal = believe(split, &scene, &values, &runs, &floor, &mut ratio, d)?;
     let mut case = write(&scene, &effects, &runs, &nominal, &believed, current_noise, rests, d);
     case.key = key(split, seed, index, &choices, &effects, ratio, truth, &values, mimic.map(|m| m.0), &s);
+    case.key.drive = if scene.drive.small { "harmonic drive" } else { "geared motor" }.into();
     Some(case)
 }
 

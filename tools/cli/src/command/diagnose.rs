@@ -6,11 +6,11 @@ use std::path::Path;
 use std::time::Instant;
 
 use indicatif::{ProgressBar, ProgressStyle};
-use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose};
+use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
-use trueup_diagnosis::picture::isolability;
+use trueup_diagnosis::picture::{Picture, isolability};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
@@ -38,9 +38,9 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let begun = Instant::now();
     let loaded = load(&args.case)?;
     // What would be in the way of writing is said before the work, not after it.
-    let library = pack::library(args.library.as_deref())?;
+    let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
     can_be_made(&args.output)?;
-    let options = Options { seed: args.seed, ..Options::default() };
+    let options = Options { seed: args.seed, verdict_only: args.verdict_only, ..Options::default() };
     sensors(&loaded);
     let bar = std::io::stderr().is_terminal().then(bar);
     let mut tell = |part: f64, what: &str| match &bar {
@@ -57,25 +57,24 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    if let Some(augmented) = &found.augmented {
-        match fmus(&library, &loaded, augmented) {
-            Ok(ready) => {
-                found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
-                files = ready;
-            }
-            Err(e) => return Err(e),
-        }
+    if let (Some(augmented), Some(library)) = (&found.augmented, &library) {
+        let ready = fmus(library, &loaded, augmented)?;
+        found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
+        files = ready;
     }
-    if !found.began.is_empty() {
+    if !found.began.is_empty() && !args.verdict_only {
         let csv = began::csv(&found.began).map_err(|e| Error::at(Path::new(began::FILE), e))?;
         files.push((began::FILE.into(), csv));
     }
-    let page = page(&loaded, &found, args.seed);
     if let Some(next) = &found.next {
         let csv = experiment::csv(&next.inputs).map_err(|e| Error::at(Path::new(experiment::FILE), e))?;
         files.push((experiment::FILE.into(), csv));
     }
-    files.push(("report.html".into(), page.into_bytes()));
+    if let Some(picture) = &found.picture {
+        files.push(("report.html".into(), page(&loaded, &found, picture, args.seed).into_bytes()));
+    }
+    let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
+    files.push((record::FILE.into(), record));
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
     folder(&args.output)?;
     for (name, bytes) in files {
@@ -134,7 +133,7 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
 }
 
 /// The page with what it was made from.
-fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
+fn page(loaded: &Loaded, found: &Diagnosed, picture: &Picture, seed: u64) -> String {
     let case = loaded.case.folder.file_name().unwrap_or_default().to_string_lossy();
     let channels = loaded.recordings.values().flat_map(|r| &r.channels);
     let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
@@ -150,7 +149,7 @@ fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
         after: &t.after,
         floor: t.floor,
     });
-    let floors = found.picture.floors.iter().map(|f| {
+    let floors = picture.floors.iter().map(|f| {
         [
             f.channel.clone(),
             format!("{} {}", number(f.deviation), unit(&f.channel)),
@@ -164,7 +163,7 @@ fn page(loaded: &Loaded, found: &Diagnosed, seed: u64) -> String {
         traces: traces.collect(),
         floors: floors.collect(),
         next: next.collect(),
-        maps: Map::of(&found.picture),
+        maps: Map::of(picture),
         settings: vec![["seed".into(), seed.to_string()]],
         versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
     };

@@ -1,73 +1,131 @@
 //! `trueup trial`: blind trials.
 
+mod child;
+mod decide;
+
 use std::path::Path;
-use std::process::{Command, Stdio};
 
-use trueup_trials::{Order, Plant, Ran, Split, write_card};
+use trueup_trials::{Answers, Failure, Folders, Order, Plant, Ran, Row, Run, Split, write_card};
 
-use crate::args::{TrialGenerate, TrialRun, TrialScore};
+use crate::args::{TrialCompare, TrialCorpus, TrialGenerate, TrialRun, TrialScore};
 use crate::error::Error;
-use crate::output::folder;
+use crate::output::{folder, say};
+
+pub(crate) use decide::decide;
 
 fn failed(e: impl std::fmt::Display) -> Error {
     Error::Failed(e.to_string())
 }
 
 pub(crate) fn generate(a: &TrialGenerate) -> Result<(), Error> {
-    let (Some(plant), Some(split)) = (Plant::parse(&a.plant), Split::parse(&a.split)) else {
+    folder(&a.output)?;
+    let to = Folders { directory: &a.output, cache: a.cache.as_deref() };
+    if let Some(file) = &a.corpus {
+        if !file.is_file() {
+            return Err(Error::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
+        }
+        return trueup_trials::generate_corpus(to, file, a.shard, |i, name| eprintln!("{} {name}", i + 1))
+            .map_err(failed);
+    }
+    let plant = a.plant.as_deref().and_then(Plant::parse);
+    let split = a.split.as_deref().and_then(Split::parse);
+    let (Some(plant), Some(split)) = (plant, split) else {
         return Err(Error::Usage("--plant and --split: see `trueup trial generate --help`".into()));
     };
-    folder(&a.output)?;
     let order = Order { plant, split, count: a.count, seed: a.seed, shard: a.shard };
-    trueup_trials::generate(&a.output, &order, |i, name| eprintln!("{}/{} {name}", i + 1, a.count))
-        .map_err(failed)
-}
-
-/// Every diagnosis is a process of its own: it sees the case's folder and nothing else of the trial.
-fn diagnose(program: &Path, case: &Path, out: &Path) -> Result<(), String> {
-    let done = Command::new(program)
-        .arg("diagnose")
-        .arg(case)
-        .arg("-o")
-        .arg(out)
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::piped())
-        .output()
-        .map_err(|e| format!("{}: {e}", program.display()))?;
-    if done.status.success() {
-        return Ok(());
-    }
-    let said = String::from_utf8_lossy(&done.stderr);
-    Err(said.lines().last().unwrap_or("it ended without a word").to_owned())
+    trueup_trials::generate(to, &order, |i, name| eprintln!("{}/{} {name}", i + 1, a.count)).map_err(failed)
 }
 
 pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
-    let program = std::env::current_exe().map_err(failed)?;
+    let program = a.program.clone().map_or_else(std::env::current_exe, Ok).map_err(failed)?;
+    let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
+    let child = child::Child::new(&program, a.verdict_only, a.limit)?;
     let mut failures = 0;
     let each = |name: &str, ran: &Ran| match ran {
-        Ran::Done(seconds) => eprintln!("{name}: {seconds:.1} s"),
+        Ran::Done(took) => {
+            let processor =
+                took.processor_seconds.map_or(String::new(), |s| format!(", {s:.1} s of processor time"));
+            eprintln!("{name}: {:.1} s{processor}", took.seconds);
+        }
         Ran::Kept => {}
-        Ran::Failed(why) => {
+        Ran::Failed(Failure::Stopped(at)) => {
+            eprintln!("{name}: stopped after {at:.0} s of processor time, a miss (--limit)");
+        }
+        Ran::Failed(Failure::Said(why)) => {
             failures += 1;
             eprintln!("{name}: {why}");
         }
     };
-    trueup_trials::run(&a.directory, a.shard, |case, out| diagnose(&program, case, out), each)
-        .map_err(failed)?;
+    let run = Run { trials: &a.directory, results: &results, shard: a.shard, limit: Some(a.limit) };
+    trueup_trials::run(&run, |case, out| child.diagnose(case, out), each).map_err(failed)?;
+    // Keys are opened once every diagnosis has spoken; a folder of cases alone has none.
+    if a.directory.join("keys").is_dir() {
+        let answers = Answers { trials: a.directory.clone(), results };
+        say(&summary(&answers.tabulate().map_err(failed)?, &answers.results))?;
+    }
     if failures > 0 {
         return Err(Error::Failed(format!(
-            "{failures} diagnoses failed (results/*.error says why); run it again to try them again"
+            "{failures} diagnoses failed (*.error beside the results says why); run it again to try them again"
         )));
     }
     Ok(())
 }
 
+/// Cases, right ones and processor time, plant by plant.
+fn summary(rows: &[Row], results: &Path) -> String {
+    let mut text = String::new();
+    for plant in Plant::ALL {
+        let mine: Vec<&Row> = rows.iter().filter(|r| r.plant == plant).collect();
+        if mine.is_empty() {
+            continue;
+        }
+        let right = mine.iter().filter(|r| r.right).count();
+        let mut seconds: Vec<f64> = mine.iter().filter_map(|r| r.processor_seconds).collect();
+        seconds.sort_by(f64::total_cmp);
+        let time = seconds.get(seconds.len() / 2).map_or(String::new(), |middle| {
+            format!("; processor time {:.0} s, median {middle:.1} s", seconds.iter().sum::<f64>())
+        });
+        text += &format!("{}: {right} of {} cases right{time}\n", plant.name(), mine.len());
+    }
+    text + &format!("{}\n", results.join("table.csv").display())
+}
+
 pub(crate) fn score(a: &TrialScore) -> Result<(), Error> {
-    let cards = trueup_trials::score(&a.directory).map_err(failed)?;
+    let cards = trueup_trials::score(&Answers::find(&a.directory).map_err(failed)?).map_err(failed)?;
     if cards.is_empty() {
         let why = "no case has a result yet; run `trueup trial run` first";
         return Err(Error::at(&a.directory, why));
     }
     write_card(&a.output, &cards, a.commit.as_deref()).map_err(failed)
+}
+
+pub(crate) fn compare(a: &TrialCompare) -> Result<(), Error> {
+    let [a, b] = [&a.a, &a.b].map(|folder| Answers::find(folder).map_err(failed));
+    let (a, b) = (a?, b?);
+    let found = trueup_trials::compare(&a, &b).map_err(failed)?;
+    if found.pairs.is_empty() {
+        return Err(Error::at(&b.results, format!("it has no case in common with {}", a.results.display())));
+    }
+    say(&found.text())
+}
+
+pub(crate) fn corpus(a: &TrialCorpus) -> Result<(), Error> {
+    let mut corpus = trueup_trials::read_corpus(&a.file).map_err(failed)?;
+    let before = corpus.len();
+    let plant = a.plant.as_deref().and_then(Plant::parse);
+    for folder in &a.from {
+        let mut rows = Answers::find(folder).and_then(|answers| answers.rows()).map_err(failed)?;
+        rows.retain(|r| plant.is_none_or(|plant| r.plant == plant));
+        trueup_trials::fill_corpus(&mut corpus, &rows, a.right, &a.commit);
+    }
+    trueup_trials::write_corpus(&a.file, &corpus).map_err(failed)?;
+    let mut text = String::new();
+    for plant in Plant::ALL {
+        let [right, wrong] =
+            [true, false].map(|right| corpus.iter().filter(|e| e.plant == plant && e.right == right).count());
+        if right + wrong > 0 {
+            text += &format!("{}: {right} right, {wrong} wrong when they entered\n", plant.name());
+        }
+    }
+    say(&format!("{text}{} entered\n{}\n", corpus.len() - before, a.file.display()))
 }

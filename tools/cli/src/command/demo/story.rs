@@ -4,7 +4,7 @@ use std::path::Path;
 
 use trueup_identification::identify::Method;
 use trueup_report::{Page, escape, sentence};
-use trueup_trials::{Key, Order, Plant, Split, generate};
+use trueup_trials::{Folders, Key, Order, Plant, Split, generate};
 
 use crate::args::{Diagnose, Identify};
 use crate::command::{diagnose, identify};
@@ -24,7 +24,8 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let (shard, count) = ((INDEX + 1, INDEX + 1), INDEX + 1);
     let order = Order { plant: Plant::Joint, split: Split::Single, count, seed: SEED, shard };
     let mut name = String::new();
-    generate(&trial, &order, |_, made| name = made.to_owned()).map_err(failed)?;
+    generate(Folders { directory: &trial, cache: None }, &order, |_, made| name = made.to_owned())
+        .map_err(failed)?;
     let case = trial.join("cases").join(&name);
 
     eprintln!("[3/8] trueup identify: the parameters that the model has, fitted to the recordings");
@@ -34,7 +35,14 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
     eprintln!("[4/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
-    let found = diagnose::write(&Diagnose { case, output, json: false, seed: 1, library: None })?;
+    let found = diagnose::write(&Diagnose {
+        case,
+        output,
+        json: false,
+        verdict_only: false,
+        seed: 1,
+        library: None,
+    })?;
     crate::output::say(&diagnose::text(&found))?;
 
     // Only now.

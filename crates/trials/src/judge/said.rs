@@ -6,6 +6,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::run::{Took, stopped};
 use crate::error::Error;
 
 /// diagnosis.json, as far as a scorer needs it.
@@ -22,9 +23,9 @@ pub(crate) struct Said {
     pub(crate) candidates: Vec<Claim>,
     #[serde(default)]
     pub(crate) indistinguishable: Vec<Vec<String>>,
-    /// Wall time of the diagnosis in s, where it is known.
+    /// What it took, where it is known.
     #[serde(skip)]
-    pub(crate) seconds: Option<f64>,
+    pub(crate) took: Took,
     /// It failed: no verdict at all.
     #[serde(skip)]
     pub(crate) failed: bool,
@@ -33,11 +34,15 @@ pub(crate) struct Said {
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct Gap {
     #[serde(default)]
-    pub(crate) overall: Overall,
+    pub(crate) overall: Option<Overall>,
 }
 
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct Overall {
+    pub(crate) before: Option<f64>,
+    pub(crate) tuned: Option<f64>,
+    pub(crate) after: Option<f64>,
+    pub(crate) floor: Option<f64>,
     pub(crate) closed: Option<f64>,
 }
 
@@ -71,23 +76,25 @@ pub(crate) struct Amplitude {
     pub(crate) ci95: Option<[Option<f64>; 2]>,
 }
 
-#[derive(Deserialize)]
-struct Trial {
-    seconds: f64,
-}
-
 /// The result of case `name`; nothing where it was not run.
-pub(crate) fn read(directory: &Path, name: &str) -> Result<Option<Said>, Error> {
-    let results = directory.join("results");
+pub(crate) fn read(results: &Path, name: &str) -> Result<Option<Said>, Error> {
     let path = results.join(name).join("diagnosis.json");
     if !path.is_file() {
         let failed = results.join(format!("{name}.error")).is_file();
-        return Ok(failed.then(|| Said { verdict: "failed".into(), failed: true, ..Said::default() }));
+        let missed = |verdict: &str, processor_seconds| {
+            let took = Took { seconds: 0.0, processor_seconds };
+            Some(Said { verdict: verdict.into(), failed: true, took, ..Said::default() })
+        };
+        return Ok(match stopped(results, name) {
+            Some(at) => missed("stopped", Some(at)),
+            None if failed => missed("failed", None),
+            None => None,
+        });
     }
     let text = fs::read_to_string(&path).map_err(|e| Error::at(&path, e))?;
     let mut said: Said = serde_json::from_str(&text).map_err(|e| Error::at(&path, e))?;
-    let trial = fs::read_to_string(results.join(name).join("trial.toml")).ok();
-    said.seconds = trial.and_then(|t| toml::from_str::<Trial>(&t).ok()).map(|t| t.seconds);
+    let took = fs::read_to_string(results.join(name).join("trial.toml")).ok();
+    said.took = took.and_then(|t| toml::from_str(&t).ok()).unwrap_or_default();
     Ok(Some(said))
 }
 

@@ -1,11 +1,10 @@
 //! Opens the keys and counts.
 
-use std::path::Path;
-
+use super::said::{self, Said};
+use super::table::Answers;
 use crate::case::{Key, Plant, Split};
 use crate::error::Error;
 use crate::files;
-use crate::said::{self, Said};
 
 /// A share with its 95 % Wilson interval.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -89,9 +88,10 @@ pub struct Card {
     pub seconds: Vec<f64>,
 }
 
-struct Scored {
-    key: Key,
-    said: Said,
+/// A case with what was said of it.
+pub(crate) struct Scored {
+    pub(crate) key: Key,
+    pub(crate) said: Said,
 }
 
 impl Scored {
@@ -132,6 +132,19 @@ impl Scored {
             || first.and_then(|e| e.joint).is_none_or(|j| j == joint);
         place.is_some_and(|p| base(&p) == base(component)) && right
     }
+    /// Both effects of a pair, and no other.
+    fn both(&self) -> bool {
+        self.key.effects.iter().all(|id| self.claims(id))
+    }
+    /// The answer is right, as the scorecard counts it.
+    pub(crate) fn right(&self) -> bool {
+        match self.key.split {
+            Split::Single => self.by_class(),
+            Split::Pairs => self.both() && self.said.effects.len() == 2,
+            Split::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
+            Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
+        }
+    }
     fn gap_seen(&self) -> bool {
         matches!(self.said.verdict.as_str(), "effects" | "ambiguous" | "unknown")
     }
@@ -156,21 +169,21 @@ pub(crate) fn calibration(claims: &[(f64, bool)]) -> Option<f64> {
     Some(bins.iter().map(|(p, hits, _)| (p - hits).abs()).sum::<f64>() / claims.len() as f64)
 }
 
-/// Opens the keys of the cases in `directory` that have a result, and counts, per plant.
+/// Opens the keys of the cases that have a result, and counts, per plant.
 ///
 /// # Errors
 /// A key that is not the sealed one, a file that cannot be read.
-pub fn score(directory: &Path) -> Result<Vec<Card>, Error> {
+pub fn score(answers: &Answers) -> Result<Vec<Card>, Error> {
     let (mut all, mut waiting) = (Vec::new(), Vec::new());
-    for name in files::cases(directory)? {
-        let key = files::open(directory, &name)?;
-        match said::read(directory, &name)? {
+    for name in files::cases(&answers.trials)? {
+        let (key, _) = files::open(&answers.trials, &name)?;
+        match said::read(&answers.results, &name)? {
             Some(said) => all.push(Scored { key, said }),
             None => waiting.push(key),
         }
     }
     let mut cards = Vec::new();
-    for plant in [Plant::Joint, Plant::Manipulator] {
+    for plant in Plant::ALL {
         let (mine, rest): (Vec<_>, Vec<_>) = all.into_iter().partition(|s| s.key.plant == plant);
         all = rest;
         if !mine.is_empty() {
@@ -211,7 +224,6 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
     let ranked = |s: &Scored| s.said.ranked().iter().take(3).any(|id| *id == s.truth());
     let in_library =
         || all.iter().filter(|s| matches!(s.key.split, Split::Single | Split::Pairs) && s.key.ratio >= 3.0);
-    let both = |s: &Scored| s.key.effects.iter().all(|id| s.claims(id));
     let lines = vec![
         share(
             "effect named first, by class of at most 3",
@@ -242,15 +254,19 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
             Aim::Most(0.02, 0.005),
         ),
         share("parameters against effects", Share::of(separated), Aim::Least(0.95, 0.99)),
-        share("two effects: both found", Share::of(of(Split::Pairs).map(both)), Aim::Least(0.80, 0.95)),
+        share(
+            "two effects: both found",
+            Share::of(of(Split::Pairs).map(Scored::both)),
+            Aim::Least(0.80, 0.95),
+        ),
         share(
             "two effects: exactly these two",
-            Share::of(of(Split::Pairs).map(|s| both(s) && s.said.effects.len() == 2)),
+            Share::of(of(Split::Pairs).map(Scored::right)),
             Aim::Least(0.65, 0.85),
         ),
         share(
             "outside the library: unknown",
-            Share::of(of(Split::Outside).map(|s| s.said.verdict == "unknown")),
+            Share::of(of(Split::Outside).map(Scored::right)),
             Aim::Least(0.85, 0.95),
         ),
         share(
@@ -260,7 +276,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         ),
         share(
             "not identifiable: ambiguous, the truth in the set",
-            Share::of(of(Split::Unidentifiable).map(|s| s.ambiguous_with_truth(usize::MAX))),
+            Share::of(of(Split::Unidentifiable).map(Scored::right)),
             Aim::Least(0.95, 0.98),
         ),
         share("component (and joint) of single effects", Share::of(clear().map(Scored::located)), Aim::Told),
@@ -272,7 +288,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         figure("expected calibration error", calibration(&claims), Aim::Most(0.05, 0.03)),
         figure(
             "median share of the gap that is closed, single effects",
-            median(clear().filter_map(|s| s.said.gap.overall.closed).collect()),
+            median(clear().filter_map(|s| s.said.gap.overall.as_ref()?.closed).collect()),
             Aim::Least(0.85, 0.95),
         ),
         share("diagnoses that failed", Share::of(all.iter().map(|s| s.said.failed)), Aim::Most(0.0, 0.0)),
@@ -304,7 +320,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
     }
     confusion.sort();
     by_effect.sort_by(|a, b| a.0.cmp(&b.0));
-    let mut seconds: Vec<f64> = all.iter().filter_map(|s| s.said.seconds).collect();
+    let mut seconds: Vec<f64> = all.iter().map(|s| s.said.took.seconds).filter(|s| *s > 0.0).collect();
     seconds.sort_by(f64::total_cmp);
     let counts = Split::ALL
         .into_iter()

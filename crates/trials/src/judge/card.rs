@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
+use super::score::{Aim, Card, Line};
 use crate::error::Error;
 use crate::files;
-use crate::score::{Aim, Card, Line};
 
 fn figure(line: &Line) -> String {
     let Some(value) = line.value else { return "-".into() };
