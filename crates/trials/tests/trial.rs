@@ -6,8 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use trueup_trials::{
-    Answers, Failure, Folders, Key, Order, Plant, Ran, Run, Split, Took, compare, generate, markdown, run,
-    score,
+    Answers, Counts, Failure, Folders, Key, Order, Plant, Ran, Run, Split, Took, compare, fill_corpus,
+    generate, generate_corpus, markdown, run, score, write_corpus,
 };
 
 fn order(plant: Plant, split: Split, count: usize) -> Order {
@@ -72,15 +72,13 @@ fn says(out: &Path, verdict: &str, ids: &[&str], sets: &str, closed: f64) {
     fs::write(out.join("diagnosis.json"), text).unwrap();
 }
 
-#[test]
-fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
-    let dir = tempfile::tempdir().unwrap();
-    let keys = dir.path().join("keys");
-    // Keys and cases by hand: four single effects, two without a gap, one pair, one not identifiable.
+/// Cases and keys by hand: name, split, effects, verdict.
+fn by_hand(dir: &Path, all: &[(&str, &str, &[&str], &str)]) {
+    let keys = dir.join("keys");
+    fs::create_dir_all(&keys).unwrap();
     let mut seals = String::from("case,key_sha256\n");
-    let mut put = |name: &str, split: &str, effects: &[&str], verdict: &str| {
-        fs::create_dir_all(dir.path().join("cases").join(name)).unwrap();
-        fs::create_dir_all(&keys).unwrap();
+    for (name, split, effects, verdict) in all {
+        fs::create_dir_all(dir.join("cases").join(name)).unwrap();
         let text = format!(
             "case = \"{name}\"\nplant = \"joint\"\nsplit = \"{split}\"\nverdict = \"{verdict}\"\neffects = {effects:?}\n\
              components = [\"x\"]\nratio = 5.0\nseed = 1\nindex = 0\n"
@@ -91,17 +89,29 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
             .map(|b| format!("{b:02x}"))
             .collect();
         seals.push_str(&format!("{name},{hash}\n"));
-    };
-    for (name, id) in
-        [("a", "backlash"), ("b", "backlash"), ("c", "stribeck-friction"), ("d", "sensor-delay")]
-    {
-        put(name, "single", &[id], "effects");
     }
-    put("e", "none", &[], "no-gap");
-    put("f", "none", &[], "no-gap");
-    put("g", "pairs", &["backlash", "actuator-lag"], "effects");
-    put("h", "unidentifiable", &["gravity-torque"], "ambiguous");
-    fs::write(dir.path().join("seals.csv"), &seals).unwrap();
+    fs::write(dir.join("seals.csv"), &seals).unwrap();
+}
+
+#[test]
+fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
+    let dir = tempfile::tempdir().unwrap();
+    let keys = dir.path().join("keys");
+    // Four single effects, two without a gap, one pair, one not identifiable.
+    let single = |name, id| (name, "single", id, "effects");
+    by_hand(
+        dir.path(),
+        &[
+            single("a", &["backlash"][..]),
+            single("b", &["backlash"]),
+            single("c", &["stribeck-friction"]),
+            single("d", &["sensor-delay"]),
+            ("e", "none", &[], "no-gap"),
+            ("f", "none", &[], "no-gap"),
+            ("g", "pairs", &["backlash", "actuator-lag"], "effects"),
+            ("h", "unidentifiable", &["gravity-torque"], "ambiguous"),
+        ],
+    );
 
     let answer = |case: &Path, out: &Path| -> Result<Took, Failure> {
         match case.file_name().unwrap().to_str().unwrap() {
@@ -163,4 +173,141 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
 
     fs::write(keys.join("a.toml"), "case = \"a\"\n").unwrap();
     assert!(score(&answers).unwrap_err().to_string().contains("not the one that was sealed"));
+}
+
+#[test]
+fn a_case_that_is_kept_is_not_made_again() {
+    let [cache, a, b] = [(); 3].map(|()| tempfile::tempdir().unwrap());
+    let one = order(Plant::Joint, Split::None, 1);
+    let into = |directory| Folders { directory, cache: Some(cache.path()) };
+    generate(into(a.path()), &one, |_, _| {}).unwrap();
+    generate(into(b.path()), &one, |_, _| {}).unwrap();
+    assert_eq!(contents(a.path()), contents(b.path()));
+    // What is kept is taken: a line more there is a line more here. The links to it are those of the first two.
+    let kept = files(cache.path()).into_iter().find(|f| f.ends_with("case.toml")).unwrap();
+    let text = fs::read_to_string(&kept).unwrap();
+    fs::remove_file(&kept).unwrap();
+    fs::write(&kept, text + "# kept\n").unwrap();
+    let c = tempfile::tempdir().unwrap();
+    generate(into(c.path()), &one, |_, _| {}).unwrap();
+    let taken = files(c.path()).into_iter().find(|f| f.ends_with("case.toml")).unwrap();
+    assert!(fs::read_to_string(taken).unwrap().ends_with("# kept\n"));
+}
+
+#[test]
+fn a_case_that_was_stopped_is_a_miss_until_it_gets_more_time() {
+    let dir = tempfile::tempdir().unwrap();
+    by_hand(dir.path(), &[("a", "none", &[], "no-gap"), ("b", "none", &[], "no-gap")]);
+    let results = dir.path().join("results");
+    let with = |limit: f64| {
+        let mut tried = Vec::new();
+        let all = Run { trials: dir.path(), results: &results, shard: (1, 1), limit: Some(limit) };
+        let answer = |case: &Path, out: &Path| {
+            if case.ends_with("a") && limit < 8.0 {
+                return Err(Failure::Stopped(limit));
+            }
+            says(out, "no-gap", &[], "[]", 0.0);
+            Ok(Took { seconds: 0.0, processor_seconds: Some(2.0) })
+        };
+        run(&all, answer, |name, ran| {
+            if *ran != Ran::Kept {
+                tried.push(name.to_owned());
+            }
+        })
+        .unwrap();
+        let rows = Answers::find(dir.path()).unwrap().tabulate().unwrap();
+        let told: Vec<_> = rows.into_iter().map(|r| (r.verdict, r.right, r.processor_seconds)).collect();
+        (tried, told)
+    };
+    let [stopped, done] = [("stopped".to_owned(), false, Some(5.0)), ("no-gap".to_owned(), true, Some(2.0))];
+    let names = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+    assert_eq!(with(5.0), (names(&["a", "b"]), vec![stopped.clone(), done.clone()]));
+    assert_eq!(with(5.0), (names(&[]), vec![stopped, done.clone()]));
+    assert_eq!(with(10.0), (names(&["a"]), vec![done.clone(), done]));
+    let table = fs::read_to_string(results.join("table.csv")).unwrap();
+    assert!(table.starts_with("case,plant,split,") && table.lines().count() == 3, "{table}");
+}
+
+#[test]
+fn two_programs_are_compared_on_the_same_cases_alone() {
+    let dir = tempfile::tempdir().unwrap();
+    let gap = |name| (name, "single", &["backlash"][..], "effects");
+    by_hand(dir.path(), &[gap("a"), gap("b"), gap("c"), gap("d"), ("e", "none", &[], "no-gap")]);
+    let [a, b] = ["results", "other"].map(|name| dir.path().join(name));
+    // Who is right of whom: the last but one is answered by the first alone.
+    for (results, right) in [(&a, "abde"), (&b, "ac")] {
+        let all = Run { trials: dir.path(), results, shard: (1, 1), limit: None };
+        let answer = |case: &Path, out: &Path| {
+            let name = case.file_name().unwrap().to_str().unwrap();
+            match (name, right.contains(name)) {
+                ("d", false) => return Err(Failure::Said("no".into())),
+                ("e", true) => says(out, "no-gap", &[], "[]", 0.0),
+                (_, true) => says(out, "effects", &["backlash"], "[]", 0.9),
+                (_, false) => says(out, "unknown", &[], "[]", 0.0),
+            }
+            let processor_seconds = Some(if right == "ac" { 1.0 } else { 4.0 });
+            Ok(Took { seconds: 0.0, processor_seconds })
+        };
+        run(&all, answer, |_, _| {}).unwrap();
+    }
+    fs::remove_file(b.join("d.error")).unwrap();
+    let [of_a, of_b] = [dir.path(), b.as_path()].map(|folder| Answers::find(folder).unwrap());
+    let found = compare(&of_a, &of_b).unwrap();
+    assert_eq!(found.counts(Plant::Joint), Counts { both: 1, only_a: 2, only_b: 1, neither: 0 });
+    assert_eq!(found.only, [vec!["d".to_owned()], vec![]]);
+    let text = found.text();
+    for words in [
+        "joint: 4 cases by both",
+        "3 discordant cases: p = 1.000",
+        "B/A median 0.25",
+        "  b single backlash, , ratio 5.0: A effects backlash@x; B unknown",
+        "  c single",
+        "1 cases have an answer of A alone",
+    ] {
+        assert!(text.contains(words), "{words:?} is missing in {text}");
+    }
+    // Cases that were chosen by how they came out rank no program.
+    fs::write(dir.path().join("corpus.csv"), "").unwrap();
+    let text = compare(&of_a, &of_b).unwrap().text();
+    assert!(text.contains("chosen by how they came out") && !text.contains("p = "), "{text}");
+    // The same names of another generator.
+    let other = tempfile::tempdir().unwrap();
+    by_hand(other.path(), &[("a", "single", &["gravity-torque"], "effects")]);
+    let results = other.path().join("results");
+    let all = Run { trials: other.path(), results: &results, shard: (1, 1), limit: None };
+    let answer = |_: &Path, out: &Path| {
+        says(out, "unknown", &[], "[]", 0.0);
+        Ok(Took::default())
+    };
+    run(&all, answer, |_, _| {}).unwrap();
+    let of_c = Answers::find(other.path()).unwrap();
+    assert!(compare(&of_a, &of_c).unwrap_err().to_string().contains("another generator"));
+    assert!(Answers::find(&other.path().join("cases")).unwrap_err().to_string().contains("trial run"));
+}
+
+#[test]
+fn a_corpus_is_made_again_case_by_case_or_not_at_all() {
+    let [first, again] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    generate(to(first.path()), &order(Plant::Joint, Split::None, 2), |_, _| {}).unwrap();
+    let results = first.path().join("results");
+    let all = Run { trials: first.path(), results: &results, shard: (1, 1), limit: None };
+    let answer = |_: &Path, out: &Path| {
+        says(out, "unknown", &[], "[]", 0.0);
+        Ok(Took::default())
+    };
+    run(&all, answer, |_, _| {}).unwrap();
+    let mut corpus = Vec::new();
+    fill_corpus(&mut corpus, &Answers::find(first.path()).unwrap().rows().unwrap(), 40, "abc");
+    assert!(corpus.len() == 2 && corpus.iter().all(|e| !e.right && e.said == "unknown"));
+    let file = first.path().join("watched.csv");
+    write_corpus(&file, &corpus).unwrap();
+    generate_corpus(to(again.path()), &file, (1, 1), |_, _| {}).unwrap();
+    for folder in ["cases", "keys"] {
+        assert_eq!(contents(&first.path().join(folder)), contents(&again.path().join(folder)));
+    }
+    assert!(again.path().join("corpus.csv").is_file());
+    corpus[1].seal = "0".repeat(64);
+    write_corpus(&file, &corpus).unwrap();
+    let wrong = generate_corpus(to(again.path()), &file, (1, 1), |_, _| {}).unwrap_err().to_string();
+    assert!(wrong.contains(&corpus[1].case) && wrong.contains("seed 11"), "{wrong}");
 }

@@ -110,12 +110,11 @@ impl Answers {
     /// It is neither.
     pub fn find(folder: &Path) -> Result<Self, Error> {
         let above = folder.canonicalize().ok().and_then(|f| f.parent().map(Path::to_owned));
-        let candidates =
-            [Some((folder.to_owned(), folder.join("results"))), above.map(|a| (a, folder.to_owned()))];
-        let found = candidates
-            .into_iter()
-            .flatten()
-            .find(|(trials, results)| trials.join("keys").is_dir() && results.is_dir());
+        let no_results = folder.ends_with("cases") || folder.ends_with("keys");
+        let inside = above.filter(|_| !no_results).map(|above| (above, folder.to_owned()));
+        let candidates = [Some((folder.to_owned(), folder.join("results"))), inside];
+        let mut candidates = candidates.into_iter().flatten();
+        let found = candidates.find(|(trials, results)| trials.join("keys").is_dir() && results.is_dir());
         let why =
             "neither a folder of trials that `trueup trial run` has run nor one of its folders of results";
         found.map(|(trials, results)| Self { trials, results }).ok_or_else(|| Error::at(folder, why))

@@ -18,12 +18,12 @@ fn failed(e: impl std::fmt::Display) -> Error {
 }
 
 pub(crate) fn generate(a: &TrialGenerate) -> Result<(), Error> {
+    if let Some(file) = a.corpus.as_ref().filter(|file| !file.is_file()) {
+        return Err(Error::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
+    }
     folder(&a.output)?;
     let to = Folders { directory: &a.output, cache: a.cache.as_deref() };
     if let Some(file) = &a.corpus {
-        if !file.is_file() {
-            return Err(Error::at(file, "there is no such corpus; `trueup trial corpus` writes one"));
-        }
         return trueup_trials::generate_corpus(to, file, a.shard, |i, name| eprintln!("{} {name}", i + 1))
             .map_err(failed);
     }
