@@ -16,7 +16,6 @@
 //! ```
 
 #![allow(unsafe_code)] // the C boundary
-
 #![allow(non_camel_case_types, non_snake_case, non_upper_case_globals)]
 
 pub mod fmi2;
