@@ -3,12 +3,49 @@
 import ctypes
 import os
 import subprocess
+import time
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--full", action="store_true", help="also tests marked `full`, which take long")
+
+
+def pytest_collection_modifyitems(config, items):
+    if config.getoption("--full"):
+        return
+    left_out = [item for item in items if item.get_closest_marker("full")]
+    items[:] = [item for item in items if not item.get_closest_marker("full")]
+    config.hook.pytest_deselected(items=left_out)
+    config.stash[LEFT_OUT] = len(left_out)
+
+
+LEFT_OUT = pytest.StashKey[int]()
+
+
+def pytest_sessionfinish(session):
+    # A worker of pytest-xdist tells its controller, which collects nothing itself.
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["left_out"] = session.config.stash.get(LEFT_OUT, 0)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node, error):
+    node.config.stash[LEFT_OUT] = getattr(node, "workeroutput", {}).get("left_out", 0)
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    left_out = config.stash.get(LEFT_OUT, 0)
+    if left_out:
+        terminalreporter.write_line(f"{left_out} long tests left out: ./test --full runs them")
+    began = os.environ.get("TRUEUP_TEST_BEGAN")
+    if began:
+        terminalreporter.write_line(f"{time.time() - float(began):.0f} s since ./test began")
 
 
 def from_environment(variable):
@@ -45,6 +82,27 @@ def trueup():
 
     def run(*arguments, **options):
         return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **options)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def full(request):
+    """Whether long tests run."""
+    return request.config.getoption("--full")
+
+
+@pytest.fixture(scope="session")
+def example():
+    """example(name, text) runs an example program, which cargo built beside the program, and returns what it prints."""
+    folder = from_environment("TRUEUP_BIN").parent / "examples"
+
+    def run(name, text=None):
+        program = folder / name
+        assert program.is_file(), f"{program} is missing: ./test builds it, or cargo build --release --workspace --example {name}"
+        done = subprocess.run([program], input=text, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
 
     return run
 

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
@@ -21,12 +20,10 @@ def headers():
 
 
 @pytest.fixture(scope="module")
-def abi():
+def abi(example):
     """What Rust says of its types: {kind: [fields, ...]}."""
-    command = ["cargo", "run", "--quiet", "-p", "trueup-fmi", "--example", "abi"]
-    lines = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True).stdout.splitlines()
     table = {}
-    for line in lines:
+    for line in example("abi").splitlines():
         kind, rest = line.split(" ", 1)
         fields = rest.split(" ", 1) if kind in ("function", "type") else rest.split()
         table.setdefault(kind, []).append(fields)

@@ -4,13 +4,9 @@ The manipulator is a tree there: two prismatic joints and a revolute one carry t
 carry the links; a motor is a mass-less disc on a revolute joint of its own.
 """
 
-import subprocess
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-ROOT = Path(__file__).resolve().parents[2]
 STATES = 250
 FLEXIBILITY = [[0], [0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0, 1, 0], [1, 0, 1, 1, 0, 1]]
 
@@ -18,7 +14,7 @@ FLEXIBILITY = [[0], [0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0, 1, 0], [1, 0, 1, 
 class Arm:
     """Random parameters, random states, and what Rust says of them."""
 
-    def __init__(self, flexible):
+    def __init__(self, flexible, example):
         random = np.random.default_rng(len(flexible) * 10 + sum(flexible))
         self.flexible = flexible
         self.n = n = len(flexible)
@@ -37,9 +33,7 @@ class Arm:
         self.v = random.uniform(-2, 2, (STATES, self.dofs))
         lines = [flexible, parameters, *np.hstack([self.q, self.v])]
         text = "\n".join(" ".join(repr(float(x)) for x in row) for row in lines)
-        command = ["cargo", "run", "--quiet", "-p", "trueup-models", "--example", "arm_referee"]
-        out = subprocess.run(command, cwd=ROOT, input=text, check=True, capture_output=True, text=True).stdout
-        rows = [np.array(row.split(), float) for row in out.splitlines()]
+        rows = [np.array(row.split(), float) for row in example("arm_referee", text).splitlines()]
         assert len(rows) == 3 * STATES
         self.m = [row.reshape(self.dofs, self.dofs) for row in rows[0::3]]
         self.bias = rows[1::3]
@@ -47,8 +41,8 @@ class Arm:
 
 
 @pytest.fixture(scope="module", params=FLEXIBILITY, ids=lambda f: "".join("F" if x else "R" for x in f))
-def arm(request):
-    return Arm(request.param)
+def arm(request, example):
+    return Arm(request.param, example)
 
 
 def report(what, errors, limit):
@@ -62,6 +56,7 @@ def error(ours, theirs):
     return np.max(np.abs(ours - theirs)) / np.max(np.abs(theirs))
 
 
+@pytest.mark.full
 def test_pinocchio(arm):
     pin = pytest.importorskip("pinocchio")
     n = arm.n

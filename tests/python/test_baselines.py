@@ -16,7 +16,7 @@ def need(module):
     try:
         return __import__(module)
     except ImportError:
-        pytest.skip(f"{module} is not installed: pip install -r tools/baselines/requirements.txt to run this test")
+        pytest.skip(f"{module} is not installed: ./test --full installs it")
 
 
 def test_smoothing_keeps_parabolas_and_balances():
@@ -124,6 +124,7 @@ def write_case(folder, gravity):
     return folder
 
 
+@pytest.mark.full
 @pytest.mark.parametrize("gravity, verdict", [(0.0, "no-gap"), (2.0, "effects")])
 def test_sparse_regression_names_a_term_that_is_missing(tmp_path, gravity, verdict):
     need("pandas"), need("pysindy")
@@ -140,6 +141,7 @@ def test_sparse_regression_names_a_term_that_is_missing(tmp_path, gravity, verdi
     assert all(np.array_equal(kept[k], problem[k]) for k in ("train", "holdout"))
 
 
+@pytest.mark.full
 def test_forest_says_what_it_was_taught():
     need("sklearn"), need("pandas")
     from cases import Key

@@ -10,9 +10,13 @@ from pathlib import Path
 import fmpy
 import pytest
 
+from test_diagnose_replay import replay_from_first_states_told
+
 VERDICTS = {"no-gap", "parameters", "effects", "ambiguous", "unknown"}
 # Plant, split, how many, seed. Seeds are not those of any scorecard.
 PARTS = [("joint", "none", 3, 100), ("joint", "parameters", 2, 100)]
+# Without --full: one case without a gap.
+SHORT = [("joint", "none", 1, 100)]
 
 
 def program():
@@ -27,9 +31,9 @@ def run(*command, **more):
 
 
 @pytest.fixture(scope="module")
-def trials(tmp_path_factory):
+def trials(full, tmp_path_factory):
     folder = tmp_path_factory.mktemp("trials")
-    for plant, split, count, seed in PARTS:
+    for plant, split, count, seed in PARTS if full else SHORT:
         made = run("trial", "generate", "-o", folder, "--plant", plant, "--split", split, "--count", count, "--seed", seed)
         assert made.returncode == 0, made.stderr
     return folder
@@ -55,25 +59,35 @@ def test_verdicts(found):
     assert not wrong
 
 
+def check_files(folder, diagnosis):
+    assert diagnosis == json.loads((folder / "diagnosis.json").read_text())
+    assert diagnosis["schema"] == "trueup.diagnosis/1" and diagnosis["verdict"] in VERDICTS
+    page = (folder / "report.html").read_text()
+    assert page.startswith("<!") and not re.search(r"""(src|href)\s*=\s*["']?\s*(https?:)?//""", page)
+
+
 def test_files(found):
     for folder, diagnosis, _ in found.values():
-        assert diagnosis == json.loads((folder / "diagnosis.json").read_text())
-        assert diagnosis["schema"] == "trueup.diagnosis/1" and diagnosis["verdict"] in VERDICTS
-        page = (folder / "report.html").read_text()
-        assert page.startswith("<!") and not re.search(r"""(src|href)\s*=\s*["']?\s*(https?:)?//""", page)
+        check_files(folder, diagnosis)
 
 
-def test_a_sealed_effect_is_named_and_shrinks_the_gap(tmp_path):
-    """Play behind a gear that the model holds to be tight."""
-    made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "single", "--count", "8", "--seed", "100")
+@pytest.fixture(scope="module")
+def sealed(tmp_path_factory):
+    """Play behind a gear that the model holds to be tight: folder, key, diagnosis."""
+    folder = tmp_path_factory.mktemp("sealed")
+    # The second of the eight cases, which test_diagnose_replay.py has in all.
+    order = ("--plant", "joint", "--split", "single", "--count", "8", "--seed", "100", "--shard", "2/8")
+    made = run("trial", "generate", "-o", folder, *order)
     assert made.returncode == 0, made.stderr
-    keys = [tomllib.loads(p.read_text()) for p in sorted((tmp_path / "keys").iterdir())]
-    wanted = [k for k in keys if k["effects"][0] in ("backlash", "sensor-delay", "nonlinear-stiffness", "current-saturation")]
-    assert wanted, [k["effects"] for k in keys]
-    key = wanted[0]
-    done = run("diagnose", tmp_path / "cases" / key["case"], "-o", tmp_path / "found", "--json")
+    (key,) = [tomllib.loads(p.read_text()) for p in (folder / "keys").iterdir()]
+    assert key["effects"] == ["backlash"]
+    done = run("diagnose", folder / "cases" / key["case"], "-o", folder / "found", "--json")
     assert done.returncode == 0, done.stderr
-    diagnosis = json.loads(done.stdout)
+    return folder, key, json.loads(done.stdout)
+
+
+def test_a_sealed_effect_is_named_and_shrinks_the_gap(sealed):
+    folder, key, diagnosis = sealed
     overall = diagnosis["gap"]["overall"]
     print(key["case"], key["effects"], overall)
     assert diagnosis["verdict"] == "effects" and diagnosis["effects"][0]["id"] == key["effects"][0]
@@ -82,9 +96,18 @@ def test_a_sealed_effect_is_named_and_shrinks_the_gap(tmp_path):
     assert len(diagnosis["effects"]) == 1
     assert diagnosis["effects"][0]["closed_alone"] == pytest.approx(min(1.0, overall["closed"]), abs=1e-12)
     assert len(diagnosis["augmented"]) == 2
-    assert all((tmp_path / "found" / name).exists() for name in diagnosis["augmented"])
+    assert all((folder / "found" / name).exists() for name in diagnosis["augmented"])
+    check_files(folder / "found", diagnosis)
 
 
+@pytest.mark.parametrize("version", [2, 3])
+def test_fmpy_plays_the_augmented_fmu_with_the_gap_of_the_report(sealed, version):
+    """The short one of test_diagnose_replay.py: first states as told, not estimated anew."""
+    folder, key, diagnosis = sealed
+    replay_from_first_states_told("joint", folder / "cases" / key["case"], folder / "found", diagnosis, version)
+
+
+@pytest.mark.full
 def test_a_cause_that_hides_behind_another(tmp_path):
     """Of a late encoder and a little gravity the equations of motion see the first only; what the free run lacks tells the second."""
     made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "pairs", "--count", "3", "--seed", "100")
@@ -101,6 +124,7 @@ def test_a_cause_that_hides_behind_another(tmp_path):
     assert overall["after"] < 2 * overall["floor"] < overall["before"]
 
 
+@pytest.mark.full
 def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
     """Play in joint 1 of a manipulator: its FMUs have it there and in no other joint."""
     made = run("trial", "generate", "-o", tmp_path, "--plant", "manipulator", "--split", "single", "--count", "3", "--seed", "100")

@@ -44,6 +44,10 @@ def run(*command):
     return done.stdout
 
 
+# Two whole diagnoses and free runs of two plants.
+pytestmark = pytest.mark.full
+
+
 @pytest.fixture(scope="module", params=PLANTS)
 def diagnosed(request, tmp_path_factory):
     """A joint with play that its model does not know, or an arm on a table that its model holds to be level."""
@@ -97,7 +101,10 @@ def pooled(error, measured):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_the_replay_from_the_first_states_told_gives_the_figures(diagnosed, version):
-    plant, case, out, diagnosis = diagnosed
+    replay_from_first_states_told(*diagnosed, version)
+
+
+def replay_from_first_states_told(plant, case, out, diagnosis, version):
     model, *_, states = PLANTS[plant]
     told = tomllib.loads((case / "case.toml").read_text())
     channels = [c for c in told["channels"] if c in states]

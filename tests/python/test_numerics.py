@@ -1,24 +1,19 @@
 """The integrators and the event location against SciPy at its tightest tolerance."""
 
-import subprocess
 from collections import defaultdict
 
 import numpy as np
 import pytest
-from conftest import ROOT
 from scipy.integrate import solve_ivp
 
 RTOL = 1e-12
 
 
 @pytest.fixture(scope="module")
-def ours():
+def ours(example):
     """{(model, solver, tolerance): rows of t and states}; the model "stick-slip event" has times and modes."""
-    command = ["cargo", "run", "--release", "--quiet", "-p", "trueup-numerics", "--example", "referee"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
     rows = defaultdict(list)
-    for line in done.stdout.splitlines():
+    for line in example("numerics_referee").splitlines():
         model, solver, tolerance, *values = line.split(",")
         rows[model, solver, float(tolerance)].append([float(v) for v in values])
     return {key: np.array(table) for key, table in rows.items()}

@@ -1,10 +1,7 @@
 """The signal processing of trueup-signals against SciPy and NumPy."""
 
-import subprocess
-
 import numpy as np
 import pytest
-from conftest import ROOT
 from scipy import signal, stats
 
 RATE = 100.0
@@ -22,12 +19,9 @@ def signals():
 
 
 @pytest.fixture(scope="module")
-def ours(signals):
+def ours(signals, example):
     text = "\n".join(",".join(repr(float(v)) for v in s) for s in signals) + "\n"
-    command = ["cargo", "run", "--release", "--quiet", "-p", "trueup-signals", "--example", "referee"]
-    done = subprocess.run(command, cwd=ROOT, input=text, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    rows = (line.split(",") for line in done.stdout.splitlines())
+    rows = (line.split(",") for line in example("signals_referee", text).splitlines())
     return {name: np.array(values, dtype=float) for name, *values in rows}
 
 

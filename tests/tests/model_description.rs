@@ -43,7 +43,7 @@ fn committed_descriptions_are_what_the_packer_writes() {
     assert!(
         stale.is_empty(),
         "{} differ from what the packer writes. If the change is meant: \
-         TRUEUP_BLESS=1 cargo test -p trueup-acceptance --test model_description",
+         TRUEUP_BLESS=1 cargo test --release --workspace --test integration model_description",
         stale.join(", ")
     );
 }

@@ -94,6 +94,7 @@ fn told(key: &str, name: &str) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn the_example_cases_are_diagnosed_as_their_keys_say() {
     let Some(folder) = data() else { return };
     for name in ["backlash", "gravity-torque", "stribeck-friction", "none"] {
@@ -201,6 +202,7 @@ fn withheld_pulses_of_a_real_drive_are_found_at_its_motor_to_the_millisecond() {
 
 /// The same drive by the whole diagnosis: of the second run the first half is for fitting, the rest is held out.
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
     let Some(folder) = data() else { return };
     let own = tempfile::tempdir().unwrap();
@@ -230,6 +232,7 @@ fn a_diagnosis_of_a_real_drive_with_withheld_pulses() {
 
 /// The same drive without pulses: its published model, less the offset, brakes alike in both directions, and it does not.
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn the_offset_and_asymmetry_of_a_real_drive_are_named() {
     let Some(folder) = data() else { return };
     let own = tempfile::tempdir().unwrap();

@@ -65,6 +65,7 @@ fn a_free_run_asks_for_two_pushes_where_they_are() {
 }
 
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn two_pushes_in_every_recording_are_one_cause() {
     let found = diagnose(&pushed(), &Options::default(), &mut |_, _| ()).unwrap().diagnosis;
     let named: Vec<(&str, &str)> =

@@ -8,6 +8,7 @@ use crate::made::Joint;
 const BRISTLES: f64 = 0.8;
 
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn presliding_that_balances_bridge_is_named_by_free_runs() {
     let j = Joint {
         motor_inertia: 1e-4,

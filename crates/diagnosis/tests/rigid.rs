@@ -23,6 +23,7 @@ fn diagnosed(rigid: bool) -> Diagnosis {
 }
 
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn a_rigid_simulation_of_a_flexible_joint_lacks_its_flexibility() {
     let found = diagnosed(false);
     let named: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();
@@ -34,6 +35,7 @@ fn a_rigid_simulation_of_a_flexible_joint_lacks_its_flexibility() {
 }
 
 #[test]
+#[ignore = "whole diagnosis: ./test --full"]
 fn a_rigid_joint_lacks_nothing() {
     let found = diagnosed(true);
     let named: Vec<&str> = found.effects.iter().map(|e| e.id.as_str()).collect();

@@ -149,12 +149,13 @@ fn severity_separates_what_is_forbidden_from_what_surprises() {
     assert!(check::description(&d).iter().all(|f| f.severity == Severity::Warning));
 }
 
-/// Writes the breaks for a comparison with other tools' verdicts: folder per break, `expected.txt` with FMPy's.
+/// Writes the breaks for a comparison with other tools' verdicts into the folder that TRUEUP_DUMP names: folder per
+/// break, `expected.txt` with FMPy's.
 #[test]
-#[ignore = "writes files for a look with other tools"]
 fn dump() {
+    let Some(folder) = std::env::var_os("TRUEUP_DUMP").map(std::path::PathBuf::from) else { return };
     for (i, b) in BREAKS.iter().enumerate() {
-        let dir = std::env::temp_dir().join(format!("trueup-breaks/{i:02}"));
+        let dir = folder.join(format!("breaks/{i:02}"));
         std::fs::create_dir_all(&dir).unwrap();
         std::fs::write(dir.join("modelDescription.xml"), broken(b)).unwrap();
         std::fs::write(dir.join("expected.txt"), format!("{}\n{}", b.fmpy, b.said)).unwrap();

@@ -109,13 +109,13 @@ fn a_defect_of_the_table_is_named() {
     assert!(matches!(terminals::terminals_and_icons(&table), Err(WriteError::Name { .. })));
 }
 
-/// For a look with other tools: `cargo test -p trueup-fmi-description -- --ignored`, files in the temporary folder.
+/// For a look with other tools: files in the folder that TRUEUP_DUMP names.
 #[test]
-#[ignore = "writes files for a look with other tools"]
 fn dump() {
+    let Some(folder) = std::env::var_os("TRUEUP_DUMP").map(std::path::PathBuf::from) else { return };
     for version in Version::ALL {
         let (xml, _) = with_token(&common::table(), &Configuration::of("Sample"), version).unwrap();
-        let dir = std::env::temp_dir().join(format!("trueup-description-{}", version.major()));
+        let dir = folder.join(format!("description-{}", version.major()));
         std::fs::create_dir_all(&dir).unwrap();
         std::fs::write(dir.join("modelDescription.xml"), xml).unwrap();
         let icons = dir.join("terminalsAndIcons");

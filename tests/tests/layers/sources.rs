@@ -3,16 +3,16 @@
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
 
-/// Folders and files of the libraries in which `unsafe` may stand.
+/// Files, and folders with all that is below, that may allow `unsafe_code`, which the workspace's lints deny.
 const UNSAFE: &[&str] = &[
     "crates/fmi/src/abi/",
     "crates/fmi-export/src/abi/",
     "crates/fmi-export/src/export.rs",
     "crates/fmi-import/src/core.rs",
-    "crates/fmi-import/src/fmi2",
-    "crates/fmi-import/src/fmi3",
-    "crates/fmi-import/src/library",
-    "crates/fmi-import/src/log",
+    "crates/fmi-import/src/fmi2.rs",
+    "crates/fmi-import/src/fmi3.rs",
+    "crates/fmi-import/src/library.rs",
+    "crates/fmi-import/src/log.rs",
     "crates/fmi-import/src/program.rs",
 ];
 const LONGEST: usize = 800;
@@ -35,15 +35,28 @@ fn unsafety(file: &File) -> Complaints {
     if is_test_file(&file.path) || UNSAFE.iter().any(|allowed| file.path.starts_with(allowed)) {
         return Vec::new();
     }
-    let mut source = Source::of(file);
-    // The type of a C function does nothing yet; calling it does. (The literal "C" is blank here.)
-    source.code = source.code.replace("unsafe extern     fn(", "extern fn(");
-    let lines = source.lines_with("unsafe");
-    let mend = "move it to the C boundary (crates/fmi-export/src/abi, crates/fmi-import/src/library.rs)";
+    let source = Source::of(file);
+    let mend =
+        "move what is unsafe to the C boundary (crates/fmi-export/src/abi, crates/fmi-import/src/library.rs)";
+    // `allow`, `expect` and `warn` all lift the denial; so the lint may not be named at all.
+    let lines = source.lines_with("unsafe_code");
     lines
         .into_iter()
-        .map(|line| format!("{}:{line}: unsafe away from the C boundary; {mend}", file.path))
+        .map(|line| format!("{}:{line}: unsafe_code is allowed away from the C boundary; {mend}", file.path))
         .collect()
+}
+
+/// Every crate takes the workspace's lints, and these deny unsafe code.
+fn lints(manifest: &File) -> Complaints {
+    let said = |line: &str| manifest.text.lines().any(|l| l.trim() == line);
+    let (held, mend) = match manifest.path.as_str() {
+        "Cargo.toml" => (said("unsafe_code = \"deny\""), "deny unsafe_code under [workspace.lints.rust]"),
+        _ => (
+            manifest.text.contains("[lints]\nworkspace = true"),
+            "write [lints] workspace = true, which denies unsafe_code",
+        ),
+    };
+    (!held).then(|| format!("{}: its code may be unsafe; {mend}", manifest.path)).into_iter().collect()
 }
 
 fn length(file: &File) -> Complaints {
@@ -79,6 +92,25 @@ fn machine_paths(file: &File) -> Complaints {
     complaints
 }
 
+/// Files beside a `tests/main.rs`, and folders with a `mod.rs` there, that nothing names: their tests would never run.
+/// `targets` are the paths of test binaries of their own, as the crate's manifest gives them.
+fn unnamed_modules(main: &File, others: &[File], manifest: &File) -> Complaints {
+    let folder = main.path.strip_suffix("main.rs").unwrap_or_default();
+    let code = Source::of(main).code;
+    let named =
+        |name: &str| code.lines().any(|l| l.trim().trim_start_matches("pub ") == format!("mod {name};"));
+    let own = |name: &str| manifest.text.contains(&format!("path = \"tests/{name}.rs\""));
+    let module = |f: &File| {
+        let rest = f.path.strip_prefix(folder)?;
+        let name = rest.strip_suffix("/mod.rs").or_else(|| rest.strip_suffix(".rs"))?;
+        (!name.contains('/') && name != "main").then(|| name.to_owned())
+    };
+    let missing = others.iter().filter_map(module).filter(|name| !named(name) && !own(name));
+    missing
+        .map(|name| format!("{folder}{name}: its tests never run; write `mod {name};` into {}", main.path))
+        .collect()
+}
+
 fn check(endings: &[&str], rule: impl Fn(&File) -> Complaints) {
     none(files(endings).iter().flat_map(rule).collect());
 }
@@ -91,6 +123,23 @@ fn only_the_program_prints() {
 #[test]
 fn unsafe_stays_at_the_c_boundary() {
     check(&[".rs"], unsafety);
+    check(&["Cargo.toml"], lints);
+}
+
+#[test]
+fn every_file_of_tests_is_run() {
+    let (sources, manifests) = (files(&[".rs"]), files(&["Cargo.toml"]));
+    let mains: Vec<_> = sources.iter().filter(|f| f.path.ends_with("tests/main.rs")).collect();
+    assert!(mains.len() > 10, "{} tests/main.rs", mains.len());
+    let mut complaints = Vec::new();
+    for main in mains {
+        let path = main.path.replace("tests/main.rs", "Cargo.toml");
+        // A folder `tests` below `src` or another one has no manifest beside it.
+        if let Some(manifest) = manifests.iter().find(|m| m.path == path) {
+            complaints.extend(unnamed_modules(main, &sources, manifest));
+        }
+    }
+    none(complaints);
 }
 
 #[test]
@@ -116,12 +165,28 @@ fn broken_rules_are_found() {
     assert!(printing(&file("tools/cli/src/main.rs", "println!(\"x\");")).is_empty());
     assert!(printing(&file(library, "/// println!(\"x\")\n")).is_empty());
 
-    says(&unsafety(&file(library, "let x = unsafe { *p };\n")), &["joint.rs:1", "boundary"]);
-    says(&unsafety(&file("crates/fmi-export/src/core.rs", "#[unsafe(no_mangle)]")), &["core.rs:1"]);
-    says(&unsafety(&file(library, "unsafe extern \"C\" fn f() {}")), &["joint.rs:1"]);
-    assert!(unsafety(&file(library, "type F = unsafe extern \"C\" fn(i32);")).is_empty());
-    assert!(unsafety(&file("crates/fmi-export/src/abi/fmi3.rs", "unsafe {}")).is_empty());
-    assert!(unsafety(&file(library, "#![deny(unsafe_op_in_unsafe_fn)] // unsafe\n")).is_empty());
+    let allowed = "//! Text.\n#![allow(unsafe_code)] // for speed\n";
+    says(&unsafety(&file(library, allowed)), &["joint.rs:2", "boundary", "move"]);
+    says(&unsafety(&file(library, "#[expect(unused, unsafe_code)]\nfn f() {}\n")), &["joint.rs:1"]);
+    says(&unsafety(&file("crates/fmi-export/src/core.rs", "#![warn(unsafe_code)]")), &["core.rs:1"]);
+    says(&unsafety(&file("crates/fmi-import/src/fmi3x.rs", allowed)), &["fmi3x.rs:2"]);
+    assert!(unsafety(&file("crates/fmi-export/src/abi/fmi3.rs", allowed)).is_empty());
+    assert!(unsafety(&file("crates/numerics/tests/allocation.rs", allowed)).is_empty());
+    assert!(unsafety(&file(library, "#![deny(unsafe_op_in_unsafe_fn)] // unsafe_code\n")).is_empty());
+
+    says(&lints(&file("Cargo.toml", "unsafe_code = \"warn\"\n")), &["Cargo.toml", "deny unsafe_code"]);
+    says(&lints(&file("crates/new/Cargo.toml", "[package]\n")), &["crates/new/Cargo.toml", "[lints]"]);
+    assert!(lints(&file("crates/new/Cargo.toml", "[package]\n\n[lints]\nworkspace = true\n")).is_empty());
+
+    let main = file("crates/a/tests/main.rs", "//! mod c;\nmod b;\n");
+    let manifest = file("crates/a/Cargo.toml", "[[test]]\nname = \"d\"\npath = \"tests/d.rs\"\n");
+    let unnamed = |path: &str| unnamed_modules(&main, &[file(path, "")], &manifest);
+    says(&unnamed("crates/a/tests/c.rs"), &["crates/a/tests/c", "never run", "mod c;", "tests/main.rs"]);
+    says(&unnamed("crates/a/tests/c/mod.rs"), &["crates/a/tests/c", "mod c;"]);
+    for named in ["b.rs", "b/mod.rs", "d.rs", "b/c.rs", "main.rs", "made.c"] {
+        assert!(unnamed(&format!("crates/a/tests/{named}")).is_empty(), "{named}");
+    }
+    assert!(unnamed("crates/b/tests/c.rs").is_empty());
 
     says(&length(&file(library, &"\n".repeat(801))), &["801 lines", "split"]);
     assert!(length(&file(library, &"\n".repeat(800))).is_empty());
