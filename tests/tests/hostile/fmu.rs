@@ -1,5 +1,5 @@
 //! FMUs as this test sees them: unpacked, described, and their C functions as raw pointers.
-#![allow(dead_code)] // shared with the benchmarks
+#![allow(dead_code, unsafe_code)] // shared with the benchmarks; calls of C functions
 
 use libloading::Library as Shared;
 use std::ffi::CString;
