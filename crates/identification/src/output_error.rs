@@ -265,13 +265,11 @@ impl<'a, M: Predictor> OutputError<'a, M> {
         let acting = self.acting(run);
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         // Duals of fixed lengths; a longer list goes in pieces.
-        for piece in acting.chunks(24) {
+        for piece in acting.chunks(16) {
             let (r, columns) = match piece.len() {
                 0..=4 => self.derivatives::<4>(run, theta, piece)?,
                 5..=8 => self.derivatives::<8>(run, theta, piece)?,
-                9..=12 => self.derivatives::<12>(run, theta, piece)?,
-                13..=16 => self.derivatives::<16>(run, theta, piece)?,
-                _ => self.derivatives::<24>(run, theta, piece)?,
+                _ => self.derivatives::<16>(run, theta, piece)?,
             };
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use trueup_trials::{
     Answers, Counts, Failure, Folders, Key, Order, Plant, Ran, Run, Split, Took, compare, fill_corpus,
-    generate, generate_corpus, markdown, run, score, write_corpus,
+    generate, generate_corpus, markdown, read_corpus, run, score, write_corpus,
 };
 
 fn order(plant: Plant, split: Split, count: usize) -> Order {
@@ -319,4 +319,28 @@ fn a_corpus_is_made_again_case_by_case_or_not_at_all() {
     write_corpus(&file, &corpus).unwrap();
     let wrong = generate_corpus(to(again.path()), &file, (1, 1), |_, _| {}).unwrap_err().to_string();
     assert!(wrong.contains(&corpus[1].case) && wrong.contains("seed 11"), "{wrong}");
+}
+
+/// The corpora of this project are cases of this generator: the first of joints here, all of them with --full.
+fn made_again(plant: &str, most: usize) {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/corpus/{plant}.csv"));
+    let mut corpus = read_corpus(&file).unwrap();
+    assert!(!corpus.is_empty(), "{}", file.display());
+    corpus.truncate(most);
+    let folder = tempfile::tempdir().unwrap();
+    let part = folder.path().join("part.csv");
+    write_corpus(&part, &corpus).unwrap();
+    generate_corpus(to(folder.path()), &part, (1, 1), |_, _| {}).unwrap();
+}
+
+#[test]
+fn the_corpus_of_joints_is_of_this_generator() {
+    made_again("joint", 1);
+}
+
+#[test]
+#[ignore = "generates all cases of both corpora: ./test --full"]
+fn both_corpora_are_of_this_generator() {
+    made_again("joint", usize::MAX);
+    made_again("manipulator", usize::MAX);
 }

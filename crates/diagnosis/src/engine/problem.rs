@@ -376,13 +376,11 @@ impl Comparison<'_> {
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
-        for piece in smooth.chunks(24) {
+        for piece in smooth.chunks(16) {
             let (r, columns) = match piece.len() {
                 0..=4 => self.columns::<4>(run, theta, piece)?,
                 5..=8 => self.columns::<8>(run, theta, piece)?,
-                9..=12 => self.columns::<12>(run, theta, piece)?,
-                13..=16 => self.columns::<16>(run, theta, piece)?,
-                _ => self.columns::<24>(run, theta, piece)?,
+                _ => self.columns::<16>(run, theta, piece)?,
             };
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));
