@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use trueup_cosim::system::{Algorithm, Start, System};
 use trueup_cosim::{Master, Memory, check};
 
-use crate::closed_loops::monolith;
+use super::monolith;
 
 /// A closed loop of two FMUs.
 pub(crate) struct Case {
