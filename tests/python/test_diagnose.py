@@ -13,10 +13,10 @@ import pytest
 from test_diagnose_replay import replay_from_first_states_told
 
 VERDICTS = {"no-gap", "parameters", "effects", "ambiguous", "unknown"}
-# Plant, split, how many, seed. Seeds are not those of any scorecard.
-PARTS = [("joint", "none", 3, 100), ("joint", "parameters", 2, 100)]
+# Plant, split, how many, seed, which of them. Seeds are not those of any scorecard.
+PARTS = [("joint", "none", 3, 100, "1/1"), ("joint", "parameters", 2, 100, "1/1")]
 # Without --full: one case without a gap.
-SHORT = [("joint", "none", 1, 100)]
+SHORT = [("joint", "none", 2, 100, "2/2")]
 
 
 def program():
@@ -33,8 +33,9 @@ def run(*command, **more):
 @pytest.fixture(scope="module")
 def trials(full, tmp_path_factory):
     folder = tmp_path_factory.mktemp("trials")
-    for plant, split, count, seed in PARTS if full else SHORT:
-        made = run("trial", "generate", "-o", folder, "--plant", plant, "--split", split, "--count", count, "--seed", seed)
+    for plant, split, count, seed, shard in PARTS if full else SHORT:
+        order = ("--plant", plant, "--split", split, "--count", count, "--seed", seed, "--shard", shard)
+        made = run("trial", "generate", "-o", folder, *order)
         assert made.returncode == 0, made.stderr
     return folder
 
