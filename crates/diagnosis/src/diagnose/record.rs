@@ -300,7 +300,10 @@ mod tests {
     /// Sets with what they leave, in floors, and the gap of their free run.
     type Made<'a> = [(&'a str, f64, Option<f64>)];
 
-    fn decided_twice(sets: &Made<'_>, chosen: Option<usize>) -> [(Verdict, Vec<(String, f64)>, f64); 2] {
+    /// Verdict, claims with their probability, gap.
+    type Decided = (Verdict, Vec<(String, f64)>, f64);
+
+    fn decided_twice(sets: &Made<'_>, chosen: Option<usize>) -> [Decided; 2] {
         let fits = sets.iter().map(|s| fitted(s.0, s.1, 40.0)).collect();
         let mut found = found(fits, chosen, 40.0);
         let ran = Shown { gaps: sets.iter().map(|s| s.2).collect(), apart: Some(0.3), one_sensor: false };
