@@ -107,7 +107,9 @@ pub fn next_mode(
     match mode {
         _ if !dry => (SMOOTH, false),
         STUCK | SMOOTH => (moving_mode(omega, dry).unwrap_or_else(|| from_rest(applied, levels)), false),
-        d if omega * f64::from(d) + TURNED > 0.0 => (d, false),
+        d if omega * f64::from(d) > TURNED => (d, false),
+        // It has just broken away or is about to stop: another input may hold it already, and what holds does not slide.
+        d if omega * f64::from(d) + TURNED > 0.0 && !holds(d, applied, levels) => (d, false),
         _ if omega.abs() > oversteps => (along(omega), false),
         _ => (from_rest(applied, levels), true),
     }
@@ -131,6 +133,12 @@ pub fn from_rest(applied: f64, levels: &[Levels<f64>; 2]) -> i32 {
     } else {
         STUCK
     }
+}
+
+/// A motor at rest in this direction of sliding would neither slide on nor break away again.
+fn holds(d: i32, applied: f64, levels: &[Levels<f64>; 2]) -> bool {
+    let level = &levels[usize::from(d < 0)];
+    applied * f64::from(d) < level.braking().min(level.breakaway)
 }
 
 /// The mode of this velocity.
@@ -157,6 +165,12 @@ mod tests {
         assert_eq!(next(1, -0.5 * OVERSTEP * 5.0, 2.0), (STUCK, true));
         assert_eq!(next(1, -7.0, 2.0), (-1, false));
         assert_eq!(next(STUCK, 4.0, 0.0), (1, false));
+        // Just broken away: slides on above the sliding level (1), is held below it, whichever way.
+        assert_eq!(next(1, 0.0, 1.5), (1, false));
+        assert_eq!(next(1, 0.0, 0.9), (STUCK, true));
+        assert_eq!(next(-1, 0.5 * TURNED, -1.5), (-1, false));
+        assert_eq!(next(-1, 0.5 * TURNED, -0.9), (STUCK, true));
+        assert_eq!(next(1, 2.0 * TURNED, 0.9), (1, false));
         let first = [-3.0, 0.0, 2.0].map(|omega| moving_mode(omega, true));
         assert_eq!(first, [Some(-1), None, Some(1)]);
         assert_eq!(moving_mode(0.0, false), Some(SMOOTH));

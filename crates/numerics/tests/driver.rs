@@ -87,6 +87,29 @@ fn ball_at_rest_is_an_error_not_an_endless_loop() {
 }
 
 #[test]
+fn events_at_one_time_are_one_for_whoever_handles_them() {
+    let model = Ball(Direction::Both);
+    let o = Options { stop_at_event: true, ..options(Solver::Explicit, 1e-8) };
+    let mut driver = Driver::new(model.sizes(), &[], o);
+    let mut ball = Owner::new(&model, &[0.5]);
+    driver.initialise(&model, &mut ball.lend()).unwrap();
+    let mut told = vec![0.0];
+    let error = loop {
+        match driver.advance_to(&model, &mut ball.lend(), 3.0, Inputs::Hold, &mut go_on) {
+            Ok(reached) => {
+                assert_eq!(reached.pending, Some(Cause::Indicator(0)), "{reached:?}");
+                told.push(reached.t);
+                driver.handle_event(&model, &mut ball.lend()).unwrap();
+            }
+            Err(error) => break error,
+        }
+    };
+    assert!(matches!(error, DriveError::Chattering { .. }), "{error}");
+    let shortest = told.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min);
+    assert!(told.len() > 20 && shortest > 1e-9 && shortest < 1e-8, "{shortest:e} s between {told:?}");
+}
+
+#[test]
 fn stick_slip_has_the_period_of_the_closed_form() {
     let (stick, slip, onset) = Block::exact(&Block::P);
     for (solver, tolerance, limit) in [(Solver::Explicit, 1e-12, 1e-10), (Solver::Stiff, 1e-10, 1e-7)] {

@@ -20,7 +20,8 @@ impl Driver {
     /// * State events are located and handled, time events hit exactly. A time event at `t_end` itself is left
     ///   for the start of the next call, so that it sees the inputs that are valid from then on.
     /// * With `stop_at_event` the call returns at an event, state and time just behind it, before handling it;
-    ///   a time event at `t_end` is then reported too.
+    ///   a time event at `t_end` is then reported too. A state event that follows another within 1e-9 of the time (1e-9 s
+    ///   below 1 s) is handled here: for whoever handles them it is the same one.
     /// * `observer` is called after every accepted step and every event handled.
     ///
     /// # Errors
@@ -52,8 +53,8 @@ impl Driver {
         loop {
             if !matches!(due, Due::Nothing) {
                 let event = if let Due::Event(cause) = due {
-                    self.guard(s, cause)?;
-                    if self.options.stop_at_event {
+                    let same = self.guard(s, cause)? && matches!(cause, Cause::Indicator(_));
+                    if self.options.stop_at_event && !same {
                         done.pending = Some(cause);
                         break;
                     }
@@ -139,8 +140,8 @@ impl Driver {
         *s.t
     }
 
-    /// Counts events that follow each other within a nanosecond (at times around 1 s).
-    fn guard(&self, s: &mut State, cause: Cause) -> Result<(), DriveError> {
+    /// Counts events that follow each other within a nanosecond (at times around 1 s). Is this one such?
+    fn guard(&self, s: &mut State, cause: Cause) -> Result<bool, DriveError> {
         let (t, m) = (*s.t, &mut *s.memory);
         let stands = t - m.event_time <= 1e-9 * t.abs().max(1.0);
         m.chatter = if stands { m.chatter.saturating_add(1) } else { 0 };
@@ -148,7 +149,7 @@ impl Driver {
         if m.chatter > self.options.max_chatter {
             return Err(DriveError::Chattering { t, cause });
         }
-        Ok(())
+        Ok(stands)
     }
 
     /// Forgets what belongs to the states, modes and inputs before an event.
