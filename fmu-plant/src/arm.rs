@@ -1,6 +1,7 @@
 //! The variable table of `PlanarManipulator`.
 
 use crate::builder::Builder;
+use crate::experiment::TOLERANCE;
 use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable};
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::effect::Plant;
@@ -8,7 +9,7 @@ use trueup_numerics::hybrid::Hybrid;
 
 /// The table of a manipulator of that structure with those start values (in the model's order).
 pub(crate) fn table(model: &PlanarManipulator, start: &[f64]) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: 1e-9, step_size: 1e-2 };
+    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
     let mut b = Builder::new(
         "PlanarManipulator",
         "Planar free-floating manipulator with flexible joints (CBK PAN test-bed, eq. 1-23)",

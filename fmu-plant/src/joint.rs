@@ -1,6 +1,7 @@
 //! The variable table of `TwoMassJoint`.
 
 use crate::builder::Builder;
+use crate::experiment::TOLERANCE;
 use trueup_fmi::table::{Depends, Experiment, Kind, ModelTable};
 use trueup_models::effect::Plant;
 use trueup_models::joint::{TwoMassJoint, parameter as p};
@@ -11,7 +12,7 @@ use trueup_numerics::hybrid::Hybrid;
 /// it is another, for the nominal values.
 pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable {
     let delian = presets::delian(1).unwrap_or_default();
-    let experiment = Experiment { stop_time: 2.0, tolerance: 1e-9, step_size: 1e-3 };
+    let experiment = Experiment { stop_time: 2.0, tolerance: TOLERANCE, step_size: 1e-3 };
     let mut b = Builder::new(
         "TwoMassJoint",
         "Two-mass flexible joint with stick-slip friction (Comi et al., DELIAN, section 3.2)",

@@ -1,0 +1,77 @@
+"""FMPy with nothing set but the input: sampled sines, which Model Exchange holds within a step of CVode."""
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
+T = np.arange(0, 5.0001, 0.01)
+
+
+def columns(model, amplitude, w):
+    """Inputs by name; those of arms as one row per joint."""
+
+    def wave(a, harmonic=1, late=0.0, slope=False):
+        phase = harmonic * w * (T - late)
+        return a * amplitude * (harmonic * w * np.cos(phase) if slope else np.sin(phase))
+
+    if model == "TwoMassJoint":
+        return {"motorCurrent": wave(0.3)}
+    if model == "PlanarManipulator":
+        return {"jointTorque": [wave(0.3), wave(-0.2, 2), wave(0.1, 3)]}
+    n = 44340 if model == "JointController" else 1
+    signals = {
+        "positionReference": (1, 0, False),
+        "velocityFeedforward": (1, 0, True),
+        "motorAngle": (n, 0.01, False),
+        "motorVelocity": (n, 0.01, True),
+        "loadAngle" if n > 1 else "jointAngle": (1, 0.01, False),
+        "loadVelocity" if n > 1 else "jointVelocity": (1, 0.01, True),
+    }
+    made = {name: wave(0.1 * a, 1, late, slope) for name, (a, late, slope) in signals.items()}
+    return made if n > 1 else {name: [row, 0.5 * row, 0.2 * row] for name, row in made.items()}
+
+
+def table(model, version, amplitude, w):
+    kinds, data = [("time", float)], {"time": T}
+    for name, value in columns(model, amplitude, w).items():
+        if isinstance(value, list) and version == 2:
+            for i, row in enumerate(value):
+                kinds.append((f"{name}[{i + 1}]", float))
+                data[f"{name}[{i + 1}]"] = row
+        elif isinstance(value, list):
+            kinds.append((name, float, (3,)))
+            data[name] = np.stack(value, axis=1)
+        else:
+            kinds.append((name, float))
+            data[name] = value
+    out = np.zeros(len(T), dtype=kinds)
+    for name, values in data.items():
+        out[name] = values
+    return out
+
+
+@pytest.mark.parametrize("version", (2, 3))
+@pytest.mark.parametrize("model", MODELS)
+def test_sampled_sines(fmu, model, version):
+    shown = {"TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "JointController": "motorCurrent"}
+    name = shown.get(model, "jointTorque") + ("[1]" if version == 2 and "Manipulator" in model else "")
+    # Amplitude as a factor, and frequency in Hz: from slow to what one period of 100 ms makes of 10 samples.
+    for amplitude, hz in ((1, 0.16), (0.3, 2), (3, 0.5), (10, 2), (3, 10)):
+        inputs = table(model, version, amplitude, 2 * np.pi * hz)
+        runs = []
+        for kind in ("ModelExchange", "CoSimulation"):
+            result = simulate_fmu(
+                fmu(model, version), fmi_type=kind, stop_time=5, output_interval=0.01, input=inputs, output=[name]
+            )
+            assert abs(result["time"][-1] - 5) < 1e-9, (kind, amplitude, hz)
+            value = np.asarray(result[name], dtype=float)
+            value = value[:, 0] if value.ndim > 1 else value
+            runs.append((np.asarray(result["time"], dtype=float), value))
+        # Both hold the inputs within a step, each from another point: the same where they are slow against it.
+        if hz == 0.16:
+            (t, exchanged), (s, simulated) = runs
+            last = np.searchsorted(t, s, side="right") - 1
+            off = np.abs(exchanged[last] - simulated).max() / np.ptp(simulated)
+            print(f"{model}: {off:.1e} of the range")
+            assert off < 0.1, (amplitude, hz, off)
