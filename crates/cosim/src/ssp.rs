@@ -2,9 +2,11 @@
 
 mod annotation;
 mod emit;
+mod files;
 mod flatten;
 mod parameters;
 mod read;
+mod size;
 mod write;
 mod xml;
 
@@ -22,7 +24,7 @@ pub use write::write;
 pub(crate) fn read(file: &Path) -> Result<System, Error> {
     let package = file.is_dir() || file.extension().is_some_and(|e| e.eq_ignore_ascii_case("ssp"));
     let description = if package { file.join("SystemStructure.ssd") } else { file.to_owned() };
-    let mut reader = read::Reader::new();
+    let mut reader = files::Reader::new();
     let root = reader.description(&description, 0, &Place { file: file.into(), line: 0 });
     let (mut mistakes, mut system) = (std::mem::take(&mut reader.mistakes), System::default());
     if let Some(root) = root {

@@ -102,6 +102,19 @@ pub(crate) fn element(d: &Description, variable: usize, element: usize) -> Strin
     }
 }
 
+/// As [`element`], of a variable that was asked for by its name, an alias of it, or an element of either: by the name
+/// that was asked for.
+pub(crate) fn asked(d: &Description, name: &str, variable: usize, at: usize) -> String {
+    let own = element(d, variable, at);
+    let Some(v) = d.variables.get(variable) else { return own };
+    let array = name.rsplit_once('[').map_or(name, |(array, _)| array);
+    let is_alias = |n: &&str| **n != v.name && d.position(n) == Some(variable);
+    match [name, array].iter().find(|n| is_alias(n)) {
+        Some(alias) => format!("{alias}{}", own.strip_prefix(&v.name).unwrap_or_default()),
+        None => own,
+    }
+}
+
 /// `3`, `2 x 3`, `1` for a scalar.
 pub(crate) fn size(shape: &[usize]) -> String {
     match shape {

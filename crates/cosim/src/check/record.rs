@@ -83,7 +83,7 @@ pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> V
                 );
                 break;
             }
-            let name = names::element(d, variable, element);
+            let name = names::asked(d, &port.variable, variable, element);
             // A new name stands for the whole; elements keep their indices.
             let column = match column {
                 Some(new) => format!(

@@ -139,10 +139,10 @@ impl<'a> Flat<'a> {
                     None => ends.push((
                         (owner, connector.as_str()),
                         true,
-                        self.owners[owner].connectors.get(stem(connector)),
+                        find(self.owners[owner].connectors, connector),
                     )),
                     Some((_, Some((at, e)))) => {
-                        ends.push(((*at, connector.as_str()), false, e.connectors.get(stem(connector))))
+                        ends.push(((*at, connector.as_str()), false, find(&e.connectors, connector)))
                     }
                     Some((unknown, None)) if inner.failed.contains(unknown) => {}
                     Some((unknown, None)) => {
@@ -265,7 +265,7 @@ impl<'a> Flat<'a> {
 
     fn unit(&self, node: Node) -> Option<Unit> {
         // A unit that the file does not define says nothing: that of the FMU holds.
-        let unit = self.owners[node.0].connectors.get(stem(node.1))?.unit.clone()?;
+        let unit = find(self.owners[node.0].connectors, node.1)?.unit.clone()?;
         unit.base.is_some().then_some(unit)
     }
 
@@ -328,7 +328,7 @@ impl<'a> Flat<'a> {
             return true;
         }
         let mut matched = false;
-        if element.connectors.contains_key(stem(name)) {
+        if find(&element.connectors, name).is_some() {
             matched = true;
             self.hand_down((owner, name), start, 0);
         }
@@ -366,6 +366,11 @@ fn gives(own: bool, connector: Option<&Connector>) -> Option<bool> {
     };
     // What comes into a system is given to what is inside.
     Some(outward != own)
+}
+
+/// By its name, or of an array by that of an element: some tools declare a connector `x[1]`, others `x` and give indices.
+fn find<'a>(connectors: &'a HashMap<String, Connector>, name: &str) -> Option<&'a Connector> {
+    connectors.get(name).or_else(|| connectors.get(stem(name)))
 }
 
 /// The name without its indices.

@@ -47,6 +47,52 @@ fn archives_never_lead_out_of_their_folder() {
     }
 }
 
+/// A system of ten references to one of ten references to one ..., on so many levels.
+fn laughing(levels: usize) -> String {
+    let references = |to: usize| {
+        let one = |k| format!("<a:Component name=\"c{k}\" source=\"#s{to}\"/>");
+        (0..10).map(one).collect::<String>()
+    };
+    let inner = "<a:System name=\"s0\" id=\"s0\"><a:Elements><a:Component name=\"p\" source=\"all.fmu\"/></a:Elements></a:System>";
+    let level = |k: usize| {
+        format!(
+            "<a:System name=\"s{k}\" id=\"s{k}\"><a:Elements>{}</a:Elements></a:System>",
+            references(k - 1)
+        )
+    };
+    let systems: String = (1..=levels).map(level).collect();
+    format!("<a:System name=\"r\"><a:Elements>{inner}{systems}</a:Elements></a:System>")
+}
+
+/// The most memory that this process has used, in bytes.
+fn peak() -> usize {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:")).unwrap();
+    1024 * line.trim().trim_end_matches(" kB").parse::<usize>().unwrap()
+}
+
+#[test]
+fn too_many_elements_are_refused_before_they_are_built() {
+    let desk = Desk::new();
+    let before = peak();
+    let mistakes = says(&desk, "s.ssd", ssd(&laughing(12), "").as_bytes());
+    assert_eq!(mistakes.len(), 1, "{mistakes:#?}");
+    assert!(mistakes[0].contains("use fewer references"), "{mistakes:#?}");
+    // In files instead of in one: the same.
+    for level in 1..=12 {
+        let inner = if level == 1 { "all.fmu".to_owned() } else { format!("l{}.ssd", level - 1) };
+        let one = |k| format!("<a:Component name=\"c{k}\" source=\"{inner}\"/>");
+        let ten: String = (0..10).map(one).collect();
+        let system = format!("<a:System name=\"r\"><a:Elements>{ten}</a:Elements></a:System>");
+        desk.write(&format!("l{level}.ssd"), ssd(&system, ""));
+    }
+    let text = std::fs::read(desk.path().join("l12.ssd")).unwrap();
+    let mistakes = says(&desk, "l12.ssd", &text);
+    assert!(mistakes.iter().any(|m| m.contains("use fewer references")), "{mistakes:#?}");
+    // Built, 200000 elements take 700 MB.
+    assert!(peak() - before < 300 << 20, "{} MiB more", (peak() - before) >> 20);
+}
+
 #[test]
 fn nesting_ends() {
     let desk = Desk::new();
@@ -61,6 +107,7 @@ fn nesting_ends() {
         (deep("<a:x>", "</a:x>", 200_000), "nested too deeply"),
         ("<a>".repeat(500_000), "nested too deeply"),
         (ssd(itself, ""), "nested more than 32 deep; does one contain itself?"),
+        (ssd(&laughing(12), ""), "there are more than 200000 elements, nested ones counted as often"),
         (laughs.into(), "not well-formed XML"),
     ] {
         let mistakes = says(&desk, "s.ssd", text.as_bytes());

@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 
 mod document;
+mod elements;
 mod hostile;
 mod mistakes;
 mod plans;

@@ -22,18 +22,18 @@ pub(crate) fn ssd(system: &str, rest: &str) -> String {
 }
 
 /// A connector.
-fn con(name: &str, kind: &str, unit: &str) -> String {
+pub(crate) fn con(name: &str, kind: &str, unit: &str) -> String {
     let unit = if unit.is_empty() { String::new() } else { format!(" unit=\"{unit}\"") };
     format!(r#"<a:Connector name="{name}" kind="{kind}"><b:Real{unit}/></a:Connector>"#)
 }
 
 /// A component of `all.fmu`.
-fn all(name: &str, more: &str) -> String {
+pub(crate) fn all(name: &str, more: &str) -> String {
     format!(r#"<a:Component name="{name}" source="all.fmu">{more}</a:Component>"#)
 }
 
 /// A connection; an element `""` is the system itself.
-fn wire(from: (&str, &str), to: (&str, &str), more: &str) -> String {
+pub(crate) fn wire(from: (&str, &str), to: (&str, &str), more: &str) -> String {
     let element = |name: &str, value: &str| {
         if value.is_empty() { String::new() } else { format!(" {name}=\"{value}\"") }
     };
@@ -47,7 +47,7 @@ fn wire(from: (&str, &str), to: (&str, &str), more: &str) -> String {
     )
 }
 
-fn system(elements: &str, connections: &str) -> String {
+pub(crate) fn system(elements: &str, connections: &str) -> String {
     format!(
         "<a:System name=\"root\"><a:Elements>{elements}</a:Elements>\n<a:Connections>{connections}</a:Connections></a:System>"
     )
@@ -65,7 +65,7 @@ fn values(list: &[(&str, &str)], attributes: &str, mapping: &str) -> String {
     )
 }
 
-fn plan(desk: &Desk, text: &str) -> Plan {
+pub(crate) fn plan(desk: &Desk, text: &str) -> Plan {
     let system = System::read(&desk.write("s.ssd", text)).map_err(|e| e.to_string()).unwrap();
     check(&system).map_err(|e| e.to_string()).unwrap()
 }
@@ -99,7 +99,7 @@ pub(crate) fn archive(entries: &[(&str, Vec<u8>)]) -> Vec<u8> {
 }
 
 /// The link to an input, by names.
-fn link(plan: &Plan, to: &str) -> (String, f64, f64) {
+pub(crate) fn link(plan: &Plan, to: &str) -> (String, f64, f64) {
     let name = |e: trueup_cosim::plan::Element| {
         let c = &plan.components[e.component];
         format!("{}.{}", c.name, c.description().variables[e.variable].name)
