@@ -4,6 +4,7 @@ an exact solution, SciPy, or FMPy running another copy of the FMU."""
 import json
 import os
 import re
+import resource
 import shutil
 from pathlib import Path
 from zipfile import ZipFile
@@ -185,6 +186,23 @@ def test_co_simulation_alone(trueup, fmu, recorded_joint, tmp_path):
             less.writestr(name, data)
     done = trueup("identify", recorded_joint, "--fmu", tmp_path / "cs.fmu")
     assert done.returncode == 1 and "offers CoSimulation, not Model Exchange" in done.stderr, done.stderr
+
+
+def test_an_array_that_no_memory_holds(trueup, fmu, recorded_joint, tmp_path):
+    with ZipFile(fmu("PlanarManipulator", 3)) as whole, ZipFile(tmp_path / "huge.fmu", "w") as huge:
+        for name in whole.namelist():
+            data = whole.read(name)
+            if name == "modelDescription.xml":
+                data, count = re.subn(rb'<Dimension start="3"', b'<Dimension start="1000000000000"', data)
+                assert count > 1
+            huge.writestr(name, data)
+    done = trueup("identify", recorded_joint, "--fmu", tmp_path / "huge.fmu", preexec_fn=at_most_4_gib)
+    assert done.returncode == 1, done.stderr
+    assert "huge.fmu: `" in done.stderr and "has 1000000000000 elements" in done.stderr, done.stderr
+
+
+def at_most_4_gib():
+    resource.setrlimit(resource.RLIMIT_AS, (4 << 30, 4 << 30))
 
 
 def test_no_fmu_there(trueup, recorded_joint, tmp_path):

@@ -115,7 +115,7 @@ pub fn estimate<M: Predictor>(
         first_iterations: settings.first_iterations,
         ..FitOptions::default()
     };
-    let (found, best, start_costs) = search(problem, &options)?;
+    let (found, origins) = search(problem, &options)?;
     let mut e = match refine(problem, &found, settings.loss) {
         Some((slack, finer)) => {
             let mut problem = problem.clone();
@@ -124,7 +124,7 @@ pub fn estimate<M: Predictor>(
         }
         None => assess(problem, &found, settings),
     };
-    (e.start, e.start_costs) = (best, start_costs);
+    (e.start, e.start_costs) = (origins.start, origins.costs);
     Ok(e)
 }
 
@@ -243,11 +243,10 @@ fn why_not<M: Predictor>(
     None
 }
 
-/// The problem with one unknown held.
-struct Held<'a, P> {
-    problem: &'a P,
-    k: usize,
-    at: f64,
+/// The problem with some unknowns held: index and coordinate.
+pub(crate) struct Held<'a, P> {
+    pub(crate) problem: &'a P,
+    pub(crate) at: &'a [(usize, f64)],
 }
 
 impl<P: Problem> Problem for Held<'_, P> {
@@ -255,13 +254,13 @@ impl<P: Problem> Problem for Held<'_, P> {
     fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, P::Error> {
         let mut e = self.problem.evaluate(x, jacobian)?;
         if let Some(j) = &mut e.jacobian {
-            j.column_mut(self.k).fill(0.0);
+            self.at.iter().for_each(|(k, _)| j.column_mut(*k).fill(0.0));
         }
         Ok(e)
     }
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
         let (mut lower, mut upper) = self.problem.bounds();
-        (lower[self.k], upper[self.k]) = (self.at, self.at);
+        self.at.iter().for_each(|(k, at)| (lower[*k], upper[*k]) = (*at, *at));
         (lower, upper)
     }
 }
@@ -289,7 +288,7 @@ fn profile<M: Predictor>(
     // Signed root of the rise of the cost: nearly linear.
     let rise = |distance: f64| {
         let start: Vec<f64> = (0..found.x.len()).map(|i| found.x[i] + sign * distance * valley[i]).collect();
-        let held = Held { problem, k, at: found.x[k] + sign * distance };
+        let held = Held { problem, at: &[(k, found.x[k] + sign * distance)] };
         let cost = solve(&held, &start, options).map_or(f64::INFINITY, |s| s.cost);
         (2.0 * (cost - found.cost).max(0.0)).sqrt()
     };

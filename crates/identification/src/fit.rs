@@ -83,10 +83,8 @@ pub struct Fit {
     pub jacobian: DMatrix<f64>,
     /// (J^T J)^+ in theta, its rank and condition.
     pub information: Information,
-    /// Which start led there.
-    pub start: usize,
-    /// Cost after the first stage of each start; infinite where the model could not be simulated. Empty for one start.
-    pub start_costs: Vec<f64>,
+    /// Which starts were tried, and what each led to.
+    pub origins: Origins,
     /// Iterations of the last stage.
     pub iterations: usize,
     /// How it ended.
@@ -95,15 +93,26 @@ pub struct Fit {
     pub solution: Solution,
 }
 
-/// The solution from the best of several starts: its index, and the cost that each led to in the first stage, where a
-/// loss forgives what is far off.
+/// Starts of a search and what the first stage, whose loss forgives what is far off, made of them. Of one start alone
+/// there was no first stage.
+#[derive(Clone, Debug, Default)]
+pub struct Origins {
+    /// The one that led to the solution.
+    pub start: usize,
+    /// Cost that each led to; infinite where the model could not be simulated.
+    pub costs: Vec<f64>,
+    /// Coordinates where each ended; empty where the model could not be simulated.
+    pub ends: Vec<Vec<f64>>,
+}
+
+/// The solution from the best of several starts.
 ///
 /// # Errors
 /// If the model can be simulated from none of them.
 pub fn search<M: Predictor>(
     problem: &OutputError<M>,
     options: &FitOptions,
-) -> Result<(Solution, usize, Vec<f64>), PredictError> {
+) -> Result<(Solution, Origins), PredictError> {
     let first = Options {
         max_iterations: options.first_iterations,
         cost_tolerance: 1e-3,
@@ -117,12 +126,13 @@ pub fn search<M: Predictor>(
     };
     let costs: Vec<f64> = tried.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |s| s.cost)).collect();
     let best = (0..tried.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
+    let ends = tried.iter().map(|r| r.as_ref().map_or_else(|_| Vec::new(), |s| s.x.clone())).collect();
     let begin = match tried.into_iter().nth(best) {
         Some(found) => found?.x,
         None => options.starts.first().cloned().unwrap_or_else(|| problem.start()),
     };
     let last = Options { loss: options.loss, max_iterations: options.iterations, ..Options::default() };
-    Ok((solve(problem, &begin, last)?, best, costs))
+    Ok((solve(problem, &begin, last)?, Origins { start: best, costs, ends }))
 }
 
 /// Fits a problem.
@@ -130,8 +140,8 @@ pub fn search<M: Predictor>(
 /// # Errors
 /// If the model can be simulated from none of the starts.
 pub fn fit<M: Predictor>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
-    let (solution, start, start_costs) = search(problem, options)?;
-    of_solution(problem, solution, options.loss, start, start_costs)
+    let (solution, origins) = search(problem, options)?;
+    of_solution(problem, solution, options.loss, origins)
 }
 
 /// All that there is to say of a solution.
@@ -139,8 +149,7 @@ pub(crate) fn of_solution<M: Predictor>(
     problem: &OutputError<M>,
     solution: Solution,
     loss: Loss,
-    start: usize,
-    start_costs: Vec<f64>,
+    origins: Origins,
 ) -> Result<Fit, PredictError> {
     let theta = solution.x.clone();
     Ok(Fit {
@@ -150,8 +159,7 @@ pub(crate) fn of_solution<M: Predictor>(
         comparisons: compare(problem, &theta)?,
         jacobian: solution.jacobian.clone(),
         information: Information::weighed(&solution.residuals, &solution.jacobian, loss),
-        start,
-        start_costs,
+        origins,
         iterations: solution.iterations,
         stop: solution.stop,
         theta,
@@ -191,7 +199,7 @@ pub fn fit_carried<M: Plant>(
     }
     problem.carry_noise(&middle.theta)?;
     let last = fit(problem, &FitOptions { starts: vec![middle.theta], ..options.clone() })?;
-    Ok(Fit { start: first.start, start_costs: first.start_costs, ..last })
+    Ok(Fit { origins: first.origins, ..last })
 }
 
 /// From a solution with normal errors on to one that takes the readings of counting sensors as intervals

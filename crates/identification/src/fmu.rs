@@ -49,6 +49,18 @@ pub enum FmuError {
         /// What it has.
         offers: String,
     },
+    /// Its variables have more elements than anything that is fitted.
+    #[error(
+        "{file}: `{variable}` has {elements} elements; at most {MAX_ELEMENTS} of all variables can be taken: export the FMU with shorter arrays"
+    )]
+    TooLarge {
+        /// Its file.
+        file: String,
+        /// The variable that is too much.
+        variable: String,
+        /// Its elements, by the start values of its dimensions.
+        elements: usize,
+    },
 }
 
 /// A variable that is set or read, with its place among the elements of its kind.
@@ -102,6 +114,8 @@ impl std::fmt::Debug for FmuModel {
 
 /// Relative tolerance of the local error. Differences over whole simulations see what it leaves.
 const TOLERANCE: f64 = 1e-10;
+/// Elements of all variables together: each is kept by name.
+const MAX_ELEMENTS: usize = 1 << 20;
 /// What is known of derivatives along the way.
 const UNKNOWN: u8 = 0;
 const TRUSTED: u8 = 1;
@@ -158,6 +172,15 @@ impl FmuModel {
                 offers: offers.join(" and "),
             });
         }
+        let mut left = MAX_ELEMENTS;
+        for v in d.variables.iter().filter(|v| v.kind == Type::Float64) {
+            let elements = d.elements(v).unwrap_or(0);
+            left = left.checked_sub(elements).ok_or_else(|| FmuError::TooLarge {
+                file: fmu.file().display().to_string(),
+                variable: v.name.clone(),
+                elements,
+            })?;
+        }
         let mut m = Self {
             fmu: Arc::clone(&fmu),
             name: d.model_name.clone(),
@@ -201,7 +224,7 @@ impl FmuModel {
             }
             return;
         }
-        let Some(lengths) = lengths(d, v) else { return };
+        let (Some(lengths), Some(_)) = (lengths(d, v), d.elements(v)) else { return };
         let a = d.attributes(v);
         // As long as the program: a few words per FMU that is opened.
         let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));

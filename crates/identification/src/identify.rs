@@ -1,7 +1,9 @@
 //! A case from its recordings to its parameters: what `trueup identify` does.
 
 mod breakaway;
+mod kept;
 mod leverage;
+mod minima;
 mod simulation;
 mod starts;
 mod unknowns;

@@ -130,6 +130,66 @@ fn a_joint_from_poor_recordings() {
     }
 }
 
+/// A joint without friction that swings freely for 4 s, read ten times a second.
+fn swinging(folder: &Path, hz: f64, more: &str) {
+    let (motor, load, n): (f64, f64, f64) = (1.7e-5, 0.8, 160.0);
+    let stiffness = (2.0 * std::f64::consts::PI * hz).powi(2) / (1.0 / motor + n * n / load);
+    let case = format!(
+        "model = \"TwoMassJoint\"\ntrain = [\"a.csv\"]\n[parameters]\nmotorInertia = {motor}\nloadInertia = {load}\ngearRatio = {n}\ntorqueConstant = 0.04\nstiffness = {}\ndamping = 1e-10\ncoulombFriction = 0\nstaticFriction = 0\nviscousFriction = 0\n[channels.motorAngle]\nnoise = 1e-3\n[channels.loadAngle]\nnoise = 1e-5\n{more}",
+        1.02 * stiffness
+    );
+    std::fs::write(folder.join("case.toml"), &case).unwrap();
+    let (loaded, _) = Case::read(folder, &[]).unwrap();
+    let model = Model::of_case(&loaded, &[]).unwrap();
+    let mut q = model.set(&model.defaults(), &loaded.parameters).unwrap();
+    let mut set = |name: &str, v: f64| q[model.parameter(name).unwrap()] = v;
+    set("stiffness", stiffness);
+    set("initialMotorAngle", 1.0);
+    set("initialMotorVelocity", 10.0);
+    let times: Vec<f64> = (0..=40).map(|k| f64::from(k) * 0.1).collect();
+    let options = Options { tolerance: 1e-10, ..Options::default() };
+    let shown = simulate(&model, &q, &[1.0, 100.0, 0.1, 1.0], options, &|_, _| (), &times).unwrap();
+    let mut rng = StdRng::seed_from_u64(11);
+    let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
+    for (k, t) in times.iter().enumerate() {
+        let mut shows = |name: &str, sd: f64| {
+            shown.y[k][model.output(name).unwrap()] + Normal::new(0.0, sd).unwrap().sample(&mut rng)
+        };
+        let (motor, load) = (shows("motorAngle", 1e-3), shows("loadAngle", 1e-5));
+        let _ = writeln!(text, "{t:.4},0,{motor:.9},{load:.9}");
+    }
+    std::fs::write(folder.join("a.csv"), text).unwrap();
+}
+
+/// Read ten times a second, 3.66 Hz and 6.34 Hz are the same: springs of which one is three times the other.
+#[test]
+fn another_minimum_within_chance_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    swinging(folder.path(), 3.66, "[fit]\nparameters = [\"stiffness\"]\n");
+    let r = identified(folder.path(), Method::OutputError);
+    let note =
+        r.notes.iter().find(|n| n.contains("other values fit as well")).unwrap_or_else(|| panic!("{r:#?}"));
+    let (there, here) = note.split_once("stiffness = ").unwrap().1.split_once(" instead of ").unwrap();
+    let here = here.split_once(". The").unwrap().0;
+    let [there, here]: [f64; 2] = [there, here].map(|v| v.parse().unwrap());
+    assert!((here / of(&r, "stiffness").estimate.value - 1.0).abs() < 1e-3, "{note}");
+    let ratio = there.max(here) / there.min(here);
+    assert!((ratio - (6.34_f64 / 3.66).powi(2)).abs() < 0.02, "{note}");
+}
+
+/// So little damping that noise is all there is to fit it to.
+#[test]
+fn what_nothing_determines_keeps_the_value_of_the_case() {
+    let folder = tempfile::tempdir().unwrap();
+    swinging(folder.path(), 2.0, "[fit]\nparameters = [\"stiffness\", \"damping\"]\n");
+    let r = identified(folder.path(), Method::OutputError);
+    let e = &of(&r, "damping").estimate;
+    assert!(e.standard_error.is_none() && (e.value / 1e-10 - 1.0).abs() < 1e-9, "{e:?}");
+    assert!(e.reason.as_ref().unwrap().ends_with("the case's value is kept"), "{e:?}");
+    assert!((r.values[trueup_models::joint::parameter::DAMPING] / 1e-10 - 1.0).abs() < 1e-9);
+    right(&r, "stiffness", of(&r, "stiffness").nominal / 1.02, 1e-2);
+}
+
 /// An arm that moves by smooth torques; `torque` tells whether they are recorded.
 fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
     let mut case = "model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\nmotorInertia = [4.0, 0.0, 0.0]\njointStiffness = [8.0, 0.0, 0.0]\njointDamping = [0.8, 0.0, 0.0]\n".to_owned();

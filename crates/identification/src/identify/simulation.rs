@@ -4,7 +4,10 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use super::{Found, Identified, IdentifyError, Method, Settings, Start, found, leverage, starts, unknowns};
+use super::{
+    Found, Identified, IdentifyError, Method, Settings, Start, found, kept, leverage, minima, starts,
+    unknowns,
+};
 use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
 use crate::fmu::FmuModel;
@@ -162,7 +165,7 @@ pub(super) fn by_simulation<M: Searched>(
             let options = FitOptions { starts: again, loss, ..FitOptions::default() };
             let lifted = fit(&problem, &options)?;
             if lifted.cost < rough.cost {
-                rough = Fit { start: rough.start, start_costs: rough.start_costs, ..lifted };
+                rough = Fit { origins: rough.origins, ..lifted };
             }
         }
         // Where the model is as wrong as that, what stands out is not the readings.
@@ -211,7 +214,7 @@ pub(super) fn by_simulation<M: Searched>(
         let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
         let fit = M::last(&mut problem, &options)?;
         let iterations = fit.iterations + rough.iterations;
-        (Fit { start: rough.start, start_costs: rough.start_costs, ..fit }, iterations)
+        (Fit { origins: rough.origins, ..fit }, iterations)
     };
     let refined = if wrong.is_some() || settings.method == Method::NelderMead {
         None
@@ -224,14 +227,18 @@ pub(super) fn by_simulation<M: Searched>(
             notes.push(format!(
                 "readings of coarse sensors are taken for the counts that they are, with an error of {slack} counts before counting"
             ));
-            of_solution(&problem, finer, loss, fit.start, fit.start_costs)?
+            of_solution(&problem, finer, loss, fit.origins)?
         }
         None => fit,
     };
+    let searched = wrong.is_none() && settings.method != Method::NelderMead;
+    let fit = if searched { minima::lowest(&problem, fit, shared.len(), loss, &mut notes)? } else { fit };
+    let (fit, kept) = kept::of(&problem, fit, nominal, &shared, loss)?;
     (settings.progress)("uncertainty");
     let profile = if settings.profile && model.profiles() { (0..shared.len()).collect() } else { Vec::new() };
     let how = EstimateSettings { starts: Vec::new(), loss, profile, first_iterations: 0 };
-    let e = assess(&problem, &fit.solution, &how);
+    let mut e = assess(&problem, &fit.solution, &how);
+    kept.iter().for_each(|k| k.said(&mut e.unknowns[k.unknown]));
     let noisy = problem.runs().iter().flat_map(|r| &r.drives).any(|d| d.sigma > 0.0);
     let uncarried = noisy && settings.method == Method::NelderMead && wrong.is_none();
     if uncarried {

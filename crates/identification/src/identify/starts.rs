@@ -224,11 +224,11 @@ pub(super) fn above_coulomb(model: &Model, unknowns: &[Unknown], fit: &Fit) -> V
 /// What became of each, the chosen one first.
 pub(super) fn outcome(mut starts: Vec<Start>, fit: &Fit) -> Vec<Start> {
     for (k, start) in starts.iter_mut().enumerate() {
-        start.cost = fit.start_costs.get(k).copied().filter(|c| c.is_finite());
-        start.chosen = k == fit.start;
+        start.cost = fit.origins.costs.get(k).copied().filter(|c| c.is_finite());
+        start.chosen = k == fit.origins.start;
     }
-    if fit.start < starts.len() {
-        let chosen = starts.remove(fit.start);
+    if fit.origins.start < starts.len() {
+        let chosen = starts.remove(fit.origins.start);
         starts.insert(0, chosen);
     }
     starts
