@@ -3,6 +3,7 @@
 import json
 import os
 import re
+import resource
 import subprocess
 import tomllib
 from pathlib import Path
@@ -155,3 +156,29 @@ def test_an_output_that_cannot_be_made_is_said_before_the_work(tmp_path, trials)
     wrong = run("diagnose", case, "-o", tmp_path / "out")
     assert wrong.returncode == 1 and "it is a file; name another one with --output" in wrong.stderr
     assert "comparing" not in wrong.stderr
+
+
+def at_most_a_kilobyte():
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, 1024))
+
+
+def test_a_folder_that_takes_no_file_is_said_before_the_work(tmp_path, trials):
+    case = next((trials / "cases").iterdir())
+    # A process that ignores the signal is told that the file is too large, as by a full disk.
+    wrong = run("diagnose", case, "-o", tmp_path / "out", preexec_fn=at_most_a_kilobyte, restore_signals=False)
+    assert wrong.returncode == 1 and "nothing can be written there: File too large" in wrong.stderr, wrong.stderr
+    assert "name another folder with --output" in wrong.stderr
+    assert "comparing" not in wrong.stderr and not (tmp_path / "out").exists()
+
+
+def test_the_verdict_is_said_even_if_it_cannot_be_written(tmp_path, trials):
+    case, out = next((trials / "cases").iterdir()), tmp_path / "out"
+    command = [program(), "diagnose", str(case), "-o", str(out)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        for line in running.stderr:
+            if "%" in line:
+                break
+        out.write_text("in the way")
+        said, wrong = running.communicate()
+    assert running.returncode == 1 and "it is a file" in wrong, wrong
+    assert said.startswith("no gap"), said

@@ -25,15 +25,31 @@ pub(crate) fn folder(path: &Path) -> Result<(), Error> {
     })
 }
 
-/// Whether [`folder`] will be able to make it, without leaving an empty one behind for work that may be interrupted.
+/// What a small file takes on a disk: none left is found out before the work.
+const PROBE: [u8; 1 << 16] = [0; 1 << 16];
+
+/// Whether [`folder`] will be able to make it and files can be written there, without leaving an empty one behind for work
+/// that may be interrupted.
 pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
     let there = path.exists();
     folder(path)?;
+    let probe = tempfile::Builder::new().prefix(".trueup-").tempfile_in(path);
+    let probe = probe.and_then(|mut file| file.write_all(&PROBE).and_then(|()| file.flush()));
     if !there {
         // Only an empty one goes; what stands above it may stay.
         let _ = std::fs::remove_dir(path);
     }
-    Ok(())
+    probe.map_err(|e| {
+        Error::at(
+            path,
+            format!("nothing can be written there: {}; name another folder with --output", cause(&e)),
+        )
+    })
+}
+
+/// What the system says, without the path, which is said already.
+fn cause(e: &std::io::Error) -> String {
+    e.raw_os_error().map_or_else(|| e.to_string(), |code| std::io::Error::from_raw_os_error(code).to_string())
 }
 
 /// Writes a file under another name first, so that it is there whole or not at all.

@@ -25,8 +25,10 @@ use crate::error::Error;
 use crate::output::{can_be_made, folder, say};
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
-    let found = write(args)?;
-    say(&if args.json { json(&found)? } else { text(&found) })
+    let (found, written) = found(args)?;
+    // What was found is said even where it could not be written.
+    say(&if args.json { json(&found)? } else { text(&found) })?;
+    written
 }
 
 fn json(d: &Diagnosis) -> Result<String, Error> {
@@ -35,6 +37,12 @@ fn json(d: &Diagnosis) -> Result<String, Error> {
 
 /// Diagnoses and writes all files.
 pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
+    let (found, written) = found(args)?;
+    written.map(|()| found)
+}
+
+/// Diagnoses; what became of writing the files.
+fn found(args: &Diagnose) -> Result<(Diagnosis, Result<(), Error>), Error> {
     let begun = Instant::now();
     let loaded = load(&args.case)?;
     // What would be in the way of writing is said before the work, not after it.
@@ -76,12 +84,23 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
     files.push((record::FILE.into(), record));
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
-    folder(&args.output)?;
-    for (name, bytes) in files {
-        write_file(&args.output.join(name), &bytes).map_err(|e| Error::Failed(e.to_string()))?;
+    let written = store(&args.output, &files);
+    if written.is_ok() {
+        eprintln!(
+            "{} in {:.1} s",
+            args.output.join("diagnosis.json").display(),
+            begun.elapsed().as_secs_f64()
+        );
     }
-    eprintln!("{} in {:.1} s", args.output.join("diagnosis.json").display(), begun.elapsed().as_secs_f64());
-    Ok(found.diagnosis)
+    Ok((found.diagnosis, written))
+}
+
+fn store(output: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
+    folder(output)?;
+    for (name, bytes) in files {
+        write_file(&output.join(name), bytes).map_err(|e| Error::Failed(e.to_string()))?;
+    }
+    Ok(())
 }
 
 /// What these sensors can tell at all, said before anything is compared.
