@@ -12,3 +12,4 @@ mod arm_stick;
 mod controller;
 mod effects;
 mod joint_golden;
+mod space;

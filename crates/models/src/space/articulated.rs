@@ -1,0 +1,208 @@
+//! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
+//! given accelerations as in section 9.2; rotors as in SFF-12).
+
+use super::spatial::{Articulated, Motion, Wrench};
+use super::tree::{All, Body, Placed, Tree, subspace};
+use super::vector::{cross, dot, scale, sub, zero};
+use super::{MAX_BODIES, spatial::Frame};
+use trueup_numerics::Scalar;
+use trueup_numerics::linear::{ldl_factor, ldl_solve};
+
+/// How the rotor of a joint's motor moves.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Rotor<T> {
+    /// With the joint: no spring between.
+    #[default]
+    Geared,
+    /// By itself, driven by this torque, N.m.
+    Driven(T),
+    /// By itself, with this acceleration, rad/s2, whatever torque that takes.
+    Led(T),
+}
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug)]
+pub enum Moves<T> {
+    /// Driven by this torque (force), N.m (N).
+    Driven(T),
+    /// With this acceleration, rad/s2 (m/s2), whatever torque that takes.
+    Led(T),
+}
+
+/// One joint with its motor at one instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Drive<T> {
+    /// How the joint moves.
+    pub moves: Moves<T>,
+    /// How its rotor moves.
+    pub rotor: Rotor<T>,
+    /// Inertia of the rotor, joint side of the gear (gear ratio squared included), kg.m2.
+    pub inertia: T,
+    /// Share of the carrier's rate that the rotor's equation sees, sigma.
+    pub share: T,
+    /// Rate of the rotor, joint side, rad/s.
+    pub rate: T,
+}
+
+/// What [`accelerations`] found.
+#[derive(Clone, Copy, Debug)]
+pub struct Accelerations<T> {
+    /// Of the base, own axes: spatial, so that the centre of mass accelerates by linear + angular velocity x velocity.
+    pub base: Motion<T>,
+    /// Of the joints, rad/s2 (m/s2).
+    pub joint: [T; MAX_BODIES],
+    /// Of the rotors, joint side, rad/s2.
+    pub rotor: [T; MAX_BODIES],
+}
+
+/// What is kept of a body on the way from the tips.
+#[derive(Clone, Copy)]
+struct Kept<T> {
+    /// Articulated inertia times the joint's axis.
+    axis: Wrench<T>,
+    /// 1 / (what the joint's own acceleration meets).
+    inverse: T,
+    /// The torque that is left for it.
+    rest: T,
+}
+
+/// Accelerations of all coordinates (SFF-11). `applied` acts on the bodies, own axes and origins. `held`: the base does not
+/// accelerate but by this much (own axes; a field of gravity g is a base that accelerates by -g).
+#[inline(never)]
+pub fn accelerations<T: Scalar>(
+    tree: &Tree,
+    base: &Articulated<T>,
+    bodies: &All<Body<T>>,
+    placed: &All<Placed<T>>,
+    applied: &All<Wrench<T>>,
+    drives: &[Drive<T>],
+    held: Option<Motion<T>>,
+) -> Accelerations<T> {
+    let n = tree.bodies();
+    let mut inertia = [*base; MAX_BODIES + 1];
+    let mut bias = [Wrench::zero(); MAX_BODIES + 1];
+    bias[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).minus(applied[0]);
+    for i in 1..=n {
+        let (rigid, velocity) = (&bodies[i].rigid, placed[i].velocity);
+        inertia[i] = Articulated::rigid(rigid);
+        bias[i] = velocity.cross_wrench(rigid.times(velocity)).minus(applied[i]);
+    }
+    let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
+    let mut kept = [nothing; MAX_BODIES];
+    for i in (1..=n).rev() {
+        let (parent, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
+        let s = subspace(tree.joint[i - 1], bodies[i].axis);
+        let mine = inertia[i];
+        let mut force = bias[i].plus(mine.times(at.bias));
+        // The rotor turns in the carrier: sigma (ds/dt k + s omega x k), s = I (sigma k . omega + rate) (SFF-12).
+        let (k, sigma) = (at.axis, drive.share);
+        let reach = sigma * drive.inertia;
+        let omega = placed[parent].velocity.angular;
+        let spin = reach * (sigma * dot(k, omega) + drive.rate); // (SFF-12)
+        let mut rotor = scale(spin, cross(omega, k));
+        let mut stiff = T::zero();
+        match drive.rotor {
+            Rotor::Driven(torque) => rotor = axpy(sigma * torque, k, rotor),
+            Rotor::Led(acceleration) => {
+                rotor = axpy(reach * acceleration, k, rotor);
+                stiff = sigma * reach;
+            }
+            Rotor::Geared => stiff = sigma * reach,
+        }
+        let geared = drive.rotor == Rotor::Geared;
+        let mut hung = mine.outwards(&at.frame);
+        let mut on_parent;
+        match drive.moves {
+            Moves::Led(acceleration) => {
+                force = force.plus(mine.times(s.times(acceleration)));
+                on_parent = at.frame.outwards(force);
+                if geared {
+                    rotor = axpy(reach * acceleration, k, rotor);
+                }
+            }
+            Moves::Driven(torque) => {
+                let axis = mine.times(s);
+                let mut met = s.power(axis);
+                let mut out = at.frame.outwards(axis);
+                if geared {
+                    met += drive.inertia;
+                    out.torque = axpy(reach, k, out.torque);
+                }
+                let (inverse, rest) = (T::one() / met, torque - s.power(force));
+                kept[i - 1] = Kept { axis: out, inverse, rest };
+                hung.take(&out, met); // (SFF-11)
+                on_parent = at.frame.outwards(force).plus(out.times(rest * inverse));
+            }
+        }
+        on_parent.torque = axpy(T::one(), rotor, on_parent.torque);
+        if stiff.value() != 0.0 {
+            for a in 0..3 {
+                for b in 0..3 {
+                    hung.angular[a][b] += stiff * k[a] * k[b];
+                }
+            }
+        }
+        inertia[parent].add(&hung);
+        bias[parent] = bias[parent].plus(on_parent);
+    }
+    let root = held.unwrap_or_else(|| solve(&inertia[0], bias[0]));
+    let mut found =
+        Accelerations { base: root, joint: [T::zero(); MAX_BODIES], rotor: [T::zero(); MAX_BODIES] };
+    let mut all = [root; MAX_BODIES + 1];
+    for i in 1..=n {
+        let (parent, drive, at) = (all[tree.parent[i - 1]], &drives[i - 1], &placed[i]);
+        let k = &kept[i - 1];
+        let joint = match drive.moves {
+            Moves::Led(acceleration) => acceleration,
+            // `axis` is as the carrier sees it, its rotor included.
+            Moves::Driven(_) => (k.rest - parent.power(k.axis)) * k.inverse,
+        };
+        found.joint[i - 1] = joint;
+        found.rotor[i - 1] = match drive.rotor {
+            Rotor::Geared => joint,
+            Rotor::Led(acceleration) => acceleration,
+            Rotor::Driven(torque) => torque / drive.inertia - drive.share * dot(at.axis, parent.angular),
+        };
+        let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint);
+        all[i] = at.frame.inwards(parent).plus(at.bias).plus(own);
+    }
+    found
+}
+
+/// s a + b.
+#[inline]
+fn axpy<T: Scalar>(s: T, a: [T; 3], b: [T; 3]) -> [T; 3] {
+    [s * a[0] + b[0], s * a[1] + b[1], s * a[2] + b[2]]
+}
+
+/// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which whoever
+/// steps the model refuses.
+fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
+    let mut m = [T::zero(); 36];
+    for i in 0..3 {
+        for j in 0..3 {
+            m[6 * i + j] = inertia.angular[i][j];
+            m[6 * (i + 3) + j] = inertia.mixed[j][i];
+            m[6 * (i + 3) + j + 3] = inertia.linear[i][j];
+        }
+    }
+    let (t, f) = (bias.torque, bias.force);
+    let mut a = [-t[0], -t[1], -t[2], -f[0], -f[1], -f[2]];
+    if ldl_factor(&mut m, 6).is_ok() {
+        ldl_solve(&m, 6, &mut a);
+    } else {
+        a = [T::constant(f64::NAN); 6];
+    }
+    Motion { angular: [a[0], a[1], a[2]], linear: [a[3], a[4], a[5]] }
+}
+
+/// A wrench in inertial axes at a point (inertial) as it acts on a body at its frame, own axes and origin.
+pub fn applied_at<T: Scalar>(frame: &Frame<T>, force: [T; 3], torque: [T; 3], point: [T; 3]) -> Wrench<T> {
+    let about = cross(sub(point, frame.origin), force);
+    let turned = |v: [T; 3]| super::vector::transposed_times(&frame.rotation, v);
+    let mut all = zero();
+    for i in 0..3 {
+        all[i] = torque[i] + about[i];
+    }
+    Wrench { torque: turned(all), force: turned(force) }
+}

@@ -1,0 +1,87 @@
+//! Attitude by quaternions (w, x, y, z), from body axes to those of the parent or the inertial frame.
+
+use super::vector::{Matrix, Vector, dot};
+use trueup_numerics::Scalar;
+
+/// A quaternion, w first.
+pub type Quaternion<T> = [T; 4];
+
+/// How fast a quaternion's length comes back to 1, 1/s. The length that matters is held by this; the rotation itself takes
+/// the quaternion as if normalised.
+const KAPPA: f64 = 1.0;
+
+/// |Q|^2.
+#[inline]
+pub fn square<T: Scalar>(q: Quaternion<T>) -> T {
+    q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]
+}
+
+/// The rotation matrix of Q / |Q|: body axes to the parent's.
+pub fn rotation<T: Scalar>(q: Quaternion<T>) -> Matrix<T> {
+    let s = T::constant(2.0) / square(q);
+    let [w, x, y, z] = q;
+    let (xs, ys, zs) = (x * s, y * s, z * s);
+    let (wx, wy, wz) = (w * xs, w * ys, w * zs);
+    let (xx, xy, xz) = (x * xs, x * ys, x * zs);
+    let (yy, yz, zz) = (y * ys, y * zs, z * zs);
+    let one = T::one();
+    [[one - yy - zz, xy - wz, xz + wy], [xy + wz, one - xx - zz, yz - wx], [xz - wy, yz + wx, one - xx - yy]]
+}
+
+/// d(Q)/dt for the rate omega in body axes: 1/2 Q (0, omega), and back to length 1 (SFF-1).
+pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector<T>) -> Quaternion<T> {
+    let [w, x, y, z] = q;
+    let [a, b, c] = omega;
+    let back = (square(q) - 1.0) * (-0.5 * KAPPA); // (SFF-1)
+    [
+        (-(x * a + y * b + z * c)) * 0.5 + back * w,
+        (w * a + y * c - z * b) * 0.5 + back * x,
+        (w * b + z * a - x * c) * 0.5 + back * y,
+        (w * c + x * b - y * a) * 0.5 + back * z,
+    ]
+}
+
+/// The quaternion of a rotation matrix, w >= 0.
+pub fn quaternion<T: Scalar>(r: &Matrix<T>) -> Quaternion<T> {
+    let trace = r[0][0] + r[1][1] + r[2][2];
+    // The largest component first: nothing is divided by what is small.
+    let diagonal = [trace, r[0][0], r[1][1], r[2][2]];
+    let largest = (1..4).fold(0, |k, i| if diagonal[i].value() > diagonal[k].value() { i } else { k });
+    let mut q = [T::zero(); 4];
+    if largest == 0 {
+        let s = (trace + 1.0).sqrt();
+        let f = T::constant(0.5) / s;
+        q = [s * 0.5, (r[2][1] - r[1][2]) * f, (r[0][2] - r[2][0]) * f, (r[1][0] - r[0][1]) * f];
+    } else {
+        let i = largest - 1;
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        let s = (r[i][i] - r[j][j] - r[k][k] + 1.0).sqrt();
+        let f = T::constant(0.5) / s;
+        q[1 + i] = s * 0.5;
+        q[1 + j] = (r[i][j] + r[j][i]) * f;
+        q[1 + k] = (r[i][k] + r[k][i]) * f;
+        q[0] = (r[k][j] - r[j][k]) * f;
+    }
+    if q[0].value() < 0.0 { q.map(|v| -v) } else { q }
+}
+
+/// The rotation about a unit axis by an angle: turned axes to the axes before (Rodrigues).
+pub fn about<T: Scalar>(axis: Vector<T>, angle: T) -> Matrix<T> {
+    let (sin, cos) = angle.sin_cos();
+    let v = -cos + 1.0;
+    let [x, y, z] = axis;
+    let (xv, yv, zv) = (x * v, y * v, z * v);
+    let (xs, ys, zs) = (x * sin, y * sin, z * sin);
+    let (xy, xz, yz) = (x * yv, x * zv, y * zv);
+    [[x * xv + cos, xy - zs, xz + ys], [xy + zs, y * yv + cos, yz - xs], [xz - ys, yz + xs, z * zv + cos]]
+}
+
+/// a / |a|; 0 stays 0.
+pub fn unit<T: Scalar>(a: Vector<T>) -> Vector<T> {
+    let square = dot(a, a);
+    if square.value() == 1.0 || square.value() == 0.0 {
+        return a;
+    }
+    let length = square.sqrt();
+    [a[0] / length, a[1] / length, a[2] / length]
+}

@@ -1,0 +1,181 @@
+//! Mass matrix by composite bodies, forces by a sweep out and one back (Featherstone 2008, chapters 5, 6, 9), momenta and
+//! energy: the other way to what [`super::articulated`] finds, for outputs, analysis and tests.
+//!
+//! Coordinates: velocity of the base's centre of mass and its rate (3 + 3, **base axes**), the joints, the rotors that
+//! move by themselves.
+
+use super::articulated::{Drive, Rotor};
+use super::spatial::{Motion, Rigid, Wrench};
+use super::tree::{All, Body, Placed, Tree, subspace};
+use super::vector::{add, cross, dot, scale, times};
+use trueup_numerics::Scalar;
+
+/// Coordinates of the base.
+pub const BASE: usize = 6;
+
+/// Row of each rotor that moves by itself, and the number of coordinates.
+pub fn rotor_rows<T: Scalar>(
+    tree: &Tree,
+    drives: &[Drive<T>],
+) -> ([Option<usize>; super::MAX_BODIES], usize) {
+    let mut rows = [None; super::MAX_BODIES];
+    let mut next = BASE + tree.bodies();
+    for (row, drive) in rows.iter_mut().zip(drives).take(tree.bodies()) {
+        if drive.rotor != Rotor::Geared {
+            *row = Some(next);
+            next += 1;
+        }
+    }
+    (rows, next)
+}
+
+/// M (SFF-8), row by row, into `m` (as many rows as [`rotor_rows`] says).
+pub fn mass_matrix<T: Scalar>(
+    tree: &Tree,
+    base: &Rigid<T>,
+    bodies: &All<Body<T>>,
+    placed: &All<Placed<T>>,
+    drives: &[Drive<T>],
+    m: &mut [T],
+) {
+    let n = tree.bodies();
+    let (rotors, size) = rotor_rows(tree, drives);
+    m[..size * size].fill(T::zero());
+    let mut put = |i: usize, j: usize, value: T| {
+        m[i * size + j] += value;
+        if i != j {
+            m[j * size + i] += value;
+        }
+    };
+    let mut composite = [*base; super::MAX_BODIES + 1];
+    (1..=n).for_each(|i| composite[i] = bodies[i].rigid);
+    for i in (1..=n).rev() {
+        let parent = tree.parent[i - 1];
+        composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
+    }
+    for k in 0..BASE {
+        let f = composite[0].times(unit(k));
+        for j in k..BASE {
+            put(k, j, component(f, j));
+        }
+    }
+    for i in 1..=n {
+        let s = subspace(tree.joint[i - 1], bodies[i].axis);
+        let mut f = composite[i].times(s); // (SFF-8)
+        put(BASE + i - 1, BASE + i - 1, s.power(f));
+        let mut at = i;
+        while at > 0 {
+            f = placed[at].frame.outwards(f);
+            at = tree.parent[at - 1];
+            if at > 0 {
+                let s = subspace(tree.joint[at - 1], bodies[at].axis);
+                put(BASE + i - 1, BASE + at - 1, s.power(f));
+            }
+        }
+        (0..BASE).for_each(|k| put(BASE + i - 1, k, component(f, k)));
+    }
+    // The rotors: I g g^T, g being what their rate sees of every coordinate.
+    for i in 1..=n {
+        let mut g = [T::zero(); super::MAX_DOFS];
+        let drive = &drives[i - 1];
+        g[rotors[i - 1].unwrap_or(BASE + i - 1)] = T::one();
+        let mut k = scale(drive.share, placed[i].axis);
+        let mut at = tree.parent[i - 1];
+        while at > 0 {
+            g[BASE + at - 1] += dot(k, subspace(tree.joint[at - 1], bodies[at].axis).angular);
+            k = times(&placed[at].frame.rotation, k);
+            at = tree.parent[at - 1];
+        }
+        g[3..6].copy_from_slice(&k);
+        for a in 0..size {
+            for b in a..size {
+                put(a, b, drive.inertia * g[a] * g[b]);
+            }
+        }
+    }
+}
+
+/// The motion of one unit of a base coordinate.
+fn unit<T: Scalar>(k: usize) -> Motion<T> {
+    let mut m = Motion::zero();
+    if k < 3 {
+        m.linear[k] = T::one()
+    } else {
+        m.angular[k - 3] = T::one()
+    }
+    m
+}
+/// The part of a wrench that works on a base coordinate.
+fn component<T: Scalar>(w: Wrench<T>, k: usize) -> T {
+    if k < 3 { w.force[k] } else { w.torque[k - 3] }
+}
+
+/// Wrench and torques that accelerations take: of the base (own axes, spatial acceleration), the joints and the rotors
+/// that move by themselves; in the order of the coordinates (SFF-2, SFF-11). With all 0 this is C v.
+pub fn forces<T: Scalar>(
+    tree: &Tree,
+    base: &Rigid<T>,
+    bodies: &All<Body<T>>,
+    placed: &All<Placed<T>>,
+    drives: &[Drive<T>],
+    acceleration: (Motion<T>, &[T], &[T]),
+    out: &mut [T],
+) {
+    let n = tree.bodies();
+    let (rotors, _) = rotor_rows(tree, drives);
+    let mut a = [acceleration.0; super::MAX_BODIES + 1];
+    let mut f = [Wrench::zero(); super::MAX_BODIES + 1];
+    f[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).plus(base.times(a[0]));
+    for i in 1..=n {
+        let own = subspace(tree.joint[i - 1], bodies[i].axis).times(acceleration.1[i - 1]);
+        a[i] = placed[i].frame.inwards(a[tree.parent[i - 1]]).plus(placed[i].bias).plus(own);
+        let (rigid, v) = (&bodies[i].rigid, placed[i].velocity);
+        f[i] = v.cross_wrench(rigid.times(v)).plus(rigid.times(a[i]));
+    }
+    for i in (1..=n).rev() {
+        let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
+        let omega = placed[parent].velocity.angular;
+        let spin = drive.inertia * (drive.share * dot(k, omega) + drive.rate);
+        let mine = if rotors[i - 1].is_some() { acceleration.2[i - 1] } else { acceleration.1[i - 1] };
+        let faster = drive.inertia * (drive.share * dot(k, a[parent].angular) + mine);
+        let torque = subspace(tree.joint[i - 1], bodies[i].axis).power(f[i]);
+        match rotors[i - 1] {
+            Some(row) => {
+                out[BASE + i - 1] = torque;
+                out[row] = faster;
+            }
+            None => out[BASE + i - 1] = torque + faster,
+        }
+        f[parent] = f[parent].plus(placed[i].frame.outwards(f[i]));
+        let rotor = add(scale(faster, k), scale(spin, cross(omega, k)));
+        f[parent].torque = add(f[parent].torque, scale(drive.share, rotor));
+    }
+    for k in 0..BASE {
+        out[k] = component(f[0], k);
+    }
+}
+
+/// Momentum of all bodies and rotors about the base's centre of mass, base axes (SFF-9), and the kinetic energy, J.
+pub fn momentum<T: Scalar>(
+    tree: &Tree,
+    base: &Rigid<T>,
+    bodies: &All<Body<T>>,
+    placed: &All<Placed<T>>,
+    drives: &[Drive<T>],
+) -> (Wrench<T>, T) {
+    let n = tree.bodies();
+    let mut h = [base.times(placed[0].velocity); super::MAX_BODIES + 1];
+    let mut twice = placed[0].velocity.power(h[0]);
+    for i in 1..=n {
+        h[i] = bodies[i].rigid.times(placed[i].velocity);
+        twice += placed[i].velocity.power(h[i]);
+    }
+    for i in (1..=n).rev() {
+        let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
+        let rate = drive.share * dot(k, placed[parent].velocity.angular) + drive.rate;
+        twice += drive.inertia * rate * rate;
+        h[parent] = h[parent].plus(placed[i].frame.outwards(h[i])); // (SFF-9)
+        h[parent].torque = add(h[parent].torque, scale(drive.share * drive.inertia * rate, k));
+    }
+    (h[0], twice * 0.5)
+}

@@ -1,0 +1,259 @@
+//! What a robot is made of, as a file or a preset says it: numbers with names, checked, before they become a [`Robot`].
+
+use super::analysis::Robot;
+use super::attitude::{rotation, unit};
+use super::spatial::{Frame, Rigid};
+use super::tree::{Body, Joint, Tree};
+use super::vector::{Matrix, Vector, dot};
+use super::{MAX_BODIES, attitude::Quaternion};
+
+/// A moving body and the joint that it hangs on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Link {
+    /// Its name.
+    pub name: String,
+    /// The body that carries it: 0 the base, 1 .. those before.
+    pub parent: usize,
+    /// What the joint leaves free.
+    pub joint: Joint,
+    /// kg.
+    pub mass: f64,
+    /// Centre of mass, own axes, m.
+    pub center_of_mass: Vector<f64>,
+    /// About the centre of mass, own axes, kg.m2.
+    pub inertia: Matrix<f64>,
+    /// The joint in the carrier's axes, m.
+    pub position: Vector<f64>,
+    /// Own axes at angle 0 to the carrier's: w, x, y, z.
+    pub orientation: Quaternion<f64>,
+    /// The joint's axis, own axes.
+    pub axis: Vector<f64>,
+}
+
+/// The hand of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tip {
+    /// Its name.
+    pub name: String,
+    /// The body that it is fixed to.
+    pub body: usize,
+    /// Where, own axes, m.
+    pub offset: Vector<f64>,
+    /// The point of the base that the arm's pull is told about, base axes, m.
+    pub mount: Vector<f64>,
+}
+
+/// A robot: a base, whose axes lie in its centre of mass, bodies on joints, hands.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Design {
+    /// Its name.
+    pub name: String,
+    /// kg.
+    pub base_mass: f64,
+    /// About the centre of mass, kg.m2.
+    pub base_inertia: Matrix<f64>,
+    /// Bodies, each after its carrier.
+    pub links: Vec<Link>,
+    /// Hands.
+    pub tips: Vec<Tip>,
+}
+
+/// A design that cannot be: which body and value, and the mend.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DesignError {
+    /// Name of the body (or hand) at fault; the base is `base`.
+    pub body: String,
+    /// What is wrong, with the mend.
+    pub message: String,
+}
+
+impl std::fmt::Display for DesignError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "`{}`: {}", self.body, self.message)
+    }
+}
+impl std::error::Error for DesignError {}
+
+/// How far rounding in a file may take an inertia off symmetry and off the triangle inequality, relative.
+const ROUNDING: f64 = 1e-6;
+/// |Q| may be off 1 by this much.
+const NOT_UNIT: f64 = 1e-3;
+
+/// What keeps a matrix from being a body's inertia about its centre of mass.
+fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
+    let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
+    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
+        if (i[a][b] - i[b][a]).abs() > ROUNDING * size {
+            return Some(format!(
+                "inertia[{},{}] = {} but inertia[{},{}] = {}: an inertia is symmetric; give both the same value",
+                a + 1,
+                b + 1,
+                i[a][b],
+                b + 1,
+                a + 1,
+                i[b][a]
+            ));
+        }
+    }
+    let moments = principal(i);
+    if moments[0] <= 0.0 {
+        return Some(format!(
+            "its principal moments of inertia are {:.4e}, {:.4e}, {:.4e}: all must be above 0; see the signs of the products (the off-diagonal elements are minus the integrals of x y)",
+            moments[0], moments[1], moments[2]
+        ));
+    }
+    if moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING) {
+        return Some(format!(
+            "its principal moments of inertia are {:.4e}, {:.4e}, {:.4e}: no body has one larger than the sum of the other two; is the inertia about another point than the centre of mass, or a unit wrong?",
+            moments[0], moments[1], moments[2]
+        ));
+    }
+    None
+}
+
+/// Eigenvalues of a symmetric matrix, ascending (Smith 1961).
+fn principal(m: &Matrix<f64>) -> [f64; 3] {
+    let off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
+    let mean = (m[0][0] + m[1][1] + m[2][2]) / 3.0;
+    let spread = (0..3).map(|k| (m[k][k] - mean).powi(2)).sum::<f64>() + 2.0 * off;
+    let p = (spread / 6.0).sqrt();
+    if p == 0.0 {
+        return [mean; 3];
+    }
+    let b: Matrix<f64> =
+        [0, 1, 2].map(|i| [0, 1, 2].map(|j| (m[i][j] - if i == j { mean } else { 0.0 }) / p));
+    let det = dot(b[0], super::vector::cross(b[1], b[2]));
+    let angle = (0.5 * det).clamp(-1.0, 1.0).acos() / 3.0;
+    let third = 2.0 * std::f64::consts::PI / 3.0;
+    let largest = mean + 2.0 * p * angle.cos();
+    let smallest = mean + 2.0 * p * (angle + third).cos();
+    [smallest, 3.0 * mean - largest - smallest, largest]
+}
+
+impl Design {
+    /// Whether this can be a robot.
+    ///
+    /// # Errors
+    /// The first body or hand that cannot be.
+    pub fn check(&self) -> Result<(), DesignError> {
+        let fault = |body: &str, message: String| Err(DesignError { body: body.into(), message });
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        if self.links.len() > MAX_BODIES {
+            let message =
+                format!("there are {} moving bodies, at most {MAX_BODIES} can be had", self.links.len());
+            return fault(&self.name, message);
+        }
+        if !(self.base_mass > 0.0 && self.base_mass.is_finite()) {
+            return fault("base", format!("mass = {}: give it a mass above 0", self.base_mass));
+        }
+        if let Some(why) = inertia_fault(&self.base_inertia) {
+            return fault("base", why);
+        }
+        for (k, link) in self.links.iter().enumerate() {
+            if link.parent > k {
+                let message = format!(
+                    "its parent is body {}, which does not come before it (it is body {}); write bodies from the base outwards",
+                    link.parent,
+                    k + 1
+                );
+                return fault(&link.name, message);
+            }
+            if !(link.mass > 0.0 && link.mass.is_finite()) {
+                return fault(&link.name, format!("mass = {}: give it a mass above 0", link.mass));
+            }
+            if let Some(why) = inertia_fault(&link.inertia) {
+                return fault(&link.name, why);
+            }
+            let length = dot(link.axis, link.axis).sqrt();
+            if !(length > 0.0 && length.is_finite()) {
+                let [x, y, z] = link.axis;
+                return fault(&link.name, format!("axis = [{x}, {y}, {z}]: an axis has a length above 0"));
+            }
+            let square = link.orientation.iter().map(|v| v * v).sum::<f64>();
+            if !((square.sqrt() - 1.0).abs() <= NOT_UNIT) {
+                let [w, x, y, z] = link.orientation;
+                let message = format!(
+                    "orientation = [{w}, {x}, {y}, {z}] has length {:.4}: give a unit quaternion, w first",
+                    square.sqrt()
+                );
+                return fault(&link.name, message);
+            }
+            if !finite(&link.position) || !finite(&link.center_of_mass) {
+                return fault(&link.name, "position and center-of-mass must be finite numbers".into());
+            }
+        }
+        for tip in &self.tips {
+            if tip.body > self.links.len() {
+                let message = format!("it is fixed to body {}; there are {}", tip.body, self.links.len());
+                return fault(&tip.name, message);
+            }
+            if !finite(&tip.offset) || !finite(&tip.mount) {
+                return fault(&tip.name, "offset and mount must be finite numbers".into());
+            }
+        }
+        Ok(())
+    }
+
+    /// The robot with these values.
+    pub fn robot(&self) -> Robot<f64> {
+        let body = |l: &Link| Body {
+            rigid: Rigid::new(l.mass, l.center_of_mass, &l.inertia),
+            mount: Frame { rotation: rotation(l.orientation), origin: l.position },
+            axis: unit(l.axis),
+        };
+        let nothing = Body {
+            rigid: Rigid { mass: 0.0, first: [0.0; 3], inertia: [[0.0; 3]; 3] },
+            mount: Frame { rotation: super::vector::identity(), origin: [0.0; 3] },
+            axis: [0.0, 0.0, 1.0],
+        };
+        let mut bodies = [nothing; MAX_BODIES + 1];
+        self.links.iter().zip(&mut bodies[1..]).for_each(|(l, b)| *b = body(l));
+        Robot {
+            tree: Tree {
+                parent: self.links.iter().map(|l| l.parent).collect(),
+                joint: self.links.iter().map(|l| l.joint).collect(),
+            },
+            base: Rigid::new(self.base_mass, [0.0; 3], &self.base_inertia),
+            bodies,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::space::presets;
+
+    #[test]
+    fn principal_moments_are_those_of_the_invariants() {
+        let m = [[4.0, 1.0, -2.0], [1.0, 3.0, 0.5], [-2.0, 0.5, 5.0]];
+        let e = principal(&m);
+        let det = dot(m[0], super::super::vector::cross(m[1], m[2]));
+        assert!((e.iter().sum::<f64>() - 12.0).abs() < 1e-13 && e[0] < e[1] && e[1] < e[2]);
+        assert!((e.iter().product::<f64>() - det).abs() < 1e-12, "{e:?} {det}");
+        assert_eq!(principal(&[[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]), [2.0; 3]);
+    }
+
+    #[test]
+    fn what_no_body_can_be_is_refused_with_its_name_and_value() {
+        type Change = fn(&mut Design);
+        let wrong: [(Change, &str, &str); 9] = [
+            (|d| d.links[1].inertia[2][2] = 99.0, "link 2", "no body has one larger than the sum"),
+            (|d| d.links[0].inertia[0][1] = 0.3, "link 1", "inertia[1,2] = 0.3 but inertia[2,1] = 0"),
+            (|d| d.links[2].inertia[0][0] = -1.0, "link 3", "all must be above 0"),
+            (|d| d.links[1].parent = 3, "link 2", "its parent is body 3, which does not come before it"),
+            (|d| d.links[1].axis = [0.0; 3], "link 2", "an axis has a length above 0"),
+            (|d| d.links[1].orientation = [0.0; 4], "link 2", "has length 0.0000: give a unit quaternion"),
+            (|d| d.links[0].mass = f64::NAN, "link 1", "mass = NaN: give it a mass above 0"),
+            (|d| d.base_mass = 0.0, "base", "mass = 0: give it a mass above 0"),
+            (|d| d.tips[0].body = 9, "tool", "it is fixed to body 9; there are 6"),
+        ];
+        for (change, body, message) in wrong {
+            let mut design = presets::chaser();
+            assert_eq!(design.check(), Ok(()));
+            change(&mut design);
+            let e = design.check().unwrap_err();
+            assert!(e.body == body && e.message.contains(message), "{e}");
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
+
+use super::design::{Design, Link, Tip};
+use super::tree::Joint;
+use super::vector::{Matrix, Vector};
+
+/// A rotationally symmetric or other diagonal inertia.
+fn diagonal(d: Vector<f64>) -> Matrix<f64> {
+    [[d[0], 0.0, 0.0], [0.0, d[1], 0.0], [0.0, 0.0, d[2]]]
+}
+
+/// Mass, centre of mass, principal inertias, position of the joint, its axis; each on the one before.
+type Row = (f64, Vector<f64>, Vector<f64>, Vector<f64>, Vector<f64>);
+
+fn chain(rows: &[Row]) -> Vec<Link> {
+    let link = |(k, (mass, center, inertia, position, axis)): (usize, &Row)| Link {
+        name: format!("link {}", k + 1),
+        parent: k,
+        joint: Joint::Revolute,
+        mass: *mass,
+        center_of_mass: *center,
+        inertia: diagonal(*inertia),
+        position: *position,
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        axis: *axis,
+    };
+    rows.iter().enumerate().map(link).collect()
+}
+
+fn tool(body: usize, offset: Vector<f64>, mount: Vector<f64>) -> Vec<Tip> {
+    vec![Tip { name: "tool".into(), body, offset, mount }]
+}
+
+/// S1 table 1: yaw, pitch, pitch; the post that carries the first joint stands in the origin. The base is assumed.
+pub fn table_1() -> Design {
+    Design {
+        name: "table-1".into(),
+        base_mass: 120.0,
+        base_inertia: diagonal([12.0, 14.0, 10.0]),
+        links: chain(&[
+            (1.0, [0.0, 0.0, 0.075], [0.015, 0.015, 0.007], [0.0, 0.0, 0.15], [0.0, 0.0, 1.0]),
+            (5.0, [0.75, 0.0, 0.0], [0.002, 0.011, 0.011], [0.0, 0.0, 0.15], [0.0, -1.0, 0.0]),
+            (3.0, [0.4, 0.0, 0.0], [0.001, 0.008, 0.008], [1.5, 0.0, 0.0], [0.0, -1.0, 0.0]),
+        ]),
+        tips: tool(3, [0.8, 0.0, 0.0], [0.0; 3]),
+    }
+}
+
+/// S2 tables 2 and 7: 1500 kg and 762 kg.m2, an arm of 58.7 kg and 4.2 m with six joints. All other values are assumed.
+pub fn chaser() -> Design {
+    let (yaw, pitch, roll) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
+    let slender = |along: f64, across: f64| [along, across, across];
+    Design {
+        name: "chaser".into(),
+        base_mass: 1500.0,
+        base_inertia: [[650.0, -12.0, 8.0], [-12.0, 700.0, 5.0], [8.0, 5.0, 762.0]],
+        links: chain(&[
+            (8.0, [0.0, 0.0, 0.1], [0.033866666666667, 0.033866666666667, 0.0144], [0.9, 0.0, 0.6], yaw),
+            (18.0, [0.95, -0.01, 0.0], slender(0.0324, 5.4312), [0.0, 0.0, 0.2], pitch),
+            (14.7, [0.8, 0.01, 0.0], slender(0.02646, 3.14923), [1.9, 0.0, 0.0], pitch),
+            (7.0, [0.1, -0.01, 0.0], slender(0.0126, 0.029633333333333), [1.6, 0.0, 0.0], roll),
+            (6.0, [0.075, 0.01, 0.0], slender(0.0108, 0.01665), [0.2, 0.0, 0.0], pitch),
+            (5.0, [0.075, -0.01, 0.0], slender(0.009, 0.013875), [0.15, 0.0, 0.0], roll),
+        ]),
+        tips: tool(6, [0.15, 0.0, 0.0], [0.9, 0.0, 0.6]),
+    }
+}

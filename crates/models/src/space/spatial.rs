@@ -1,0 +1,256 @@
+//! Motions, wrenches and inertias in six dimensions (Featherstone, Rigid Body Dynamics Algorithms, 2008, chapter 2): the
+//! angular part first, both parts at the origin of the axes in which they are written.
+
+use super::vector::{
+    Matrix, Vector, add, cross, cross_columns, dot, plus, product, product_transposed, scale, sub, times,
+    transposed, transposed_times, zero,
+};
+use trueup_numerics::Scalar;
+
+/// Angular and linear velocity (rad/s, m/s), or acceleration.
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<T> {
+    /// Of the axes.
+    pub angular: Vector<T>,
+    /// Of the body's point at the origin.
+    pub linear: Vector<T>,
+}
+
+/// Torque about the origin, N.m, and force, N; or angular and linear momentum.
+#[derive(Clone, Copy, Debug)]
+pub struct Wrench<T> {
+    /// About the origin.
+    pub torque: Vector<T>,
+    /// Through it.
+    pub force: Vector<T>,
+}
+
+impl<T: Scalar> Motion<T> {
+    /// At rest.
+    pub fn zero() -> Self {
+        Self { angular: zero(), linear: zero() }
+    }
+    /// Sum.
+    #[inline]
+    pub fn plus(self, o: Self) -> Self {
+        Self { angular: add(self.angular, o.angular), linear: add(self.linear, o.linear) }
+    }
+    /// Times a number.
+    #[inline]
+    pub fn times(self, s: T) -> Self {
+        Self { angular: scale(s, self.angular), linear: scale(s, self.linear) }
+    }
+    /// self x o: the rate of a motion `o` that is at rest in axes that move so.
+    #[inline]
+    pub fn cross(self, o: Self) -> Self {
+        Self {
+            angular: cross(self.angular, o.angular),
+            linear: add(cross(self.angular, o.linear), cross(self.linear, o.angular)),
+        }
+    }
+    /// self x* w: the rate of a wrench `w` that is at rest in axes that move so.
+    #[inline]
+    pub fn cross_wrench(self, w: Wrench<T>) -> Wrench<T> {
+        Wrench {
+            torque: add(cross(self.angular, w.torque), cross(self.linear, w.force)),
+            force: cross(self.angular, w.force),
+        }
+    }
+    /// Power of a wrench at this motion, W.
+    #[inline]
+    pub fn power(self, w: Wrench<T>) -> T {
+        dot(self.angular, w.torque) + dot(self.linear, w.force)
+    }
+}
+
+impl<T: Scalar> Wrench<T> {
+    /// None.
+    pub fn zero() -> Self {
+        Self { torque: zero(), force: zero() }
+    }
+    /// Sum.
+    #[inline]
+    pub fn plus(self, o: Self) -> Self {
+        Self { torque: add(self.torque, o.torque), force: add(self.force, o.force) }
+    }
+    /// Difference.
+    #[inline]
+    pub fn minus(self, o: Self) -> Self {
+        Self { torque: sub(self.torque, o.torque), force: sub(self.force, o.force) }
+    }
+    /// Times a number.
+    #[inline]
+    pub fn times(self, s: T) -> Self {
+        Self { torque: scale(s, self.torque), force: scale(s, self.force) }
+    }
+}
+
+/// Axes in those of the parent: where they lie and how they are turned.
+#[derive(Clone, Copy, Debug)]
+pub struct Frame<T> {
+    /// These axes to the parent's.
+    pub rotation: Matrix<T>,
+    /// Their origin, parent's axes, m.
+    pub origin: Vector<T>,
+}
+
+impl<T: Scalar> Frame<T> {
+    /// A parent's motion as it is seen here.
+    #[inline]
+    pub fn inwards(&self, m: Motion<T>) -> Motion<T> {
+        Motion {
+            angular: transposed_times(&self.rotation, m.angular),
+            linear: transposed_times(&self.rotation, add(m.linear, cross(m.angular, self.origin))),
+        }
+    }
+    /// A motion here as the parent sees it.
+    #[inline]
+    pub fn motion_outwards(&self, m: Motion<T>) -> Motion<T> {
+        let angular = times(&self.rotation, m.angular);
+        Motion { angular, linear: sub(times(&self.rotation, m.linear), cross(angular, self.origin)) }
+    }
+    /// A wrench here as it acts on the parent.
+    #[inline]
+    pub fn outwards(&self, w: Wrench<T>) -> Wrench<T> {
+        let force = times(&self.rotation, w.force);
+        Wrench { torque: add(times(&self.rotation, w.torque), cross(self.origin, force)), force }
+    }
+    /// A frame in these axes as the parent sees it.
+    pub fn then(&self, inner: &Self) -> Self {
+        Self {
+            rotation: product(&self.rotation, &inner.rotation),
+            origin: add(self.origin, times(&self.rotation, inner.origin)),
+        }
+    }
+}
+
+/// A rigid body's inertia about the origin of its axes.
+#[derive(Clone, Copy, Debug)]
+pub struct Rigid<T> {
+    /// kg.
+    pub mass: T,
+    /// Mass times the centre of mass, kg.m.
+    pub first: Vector<T>,
+    /// kg.m2.
+    pub inertia: Matrix<T>,
+}
+
+impl<T: Scalar> Rigid<T> {
+    /// Of a body with this mass, centre of mass and inertia about that centre.
+    pub fn new(mass: T, center: Vector<T>, central: &Matrix<T>) -> Self {
+        let first = scale(mass, center);
+        let square = dot(center, first);
+        let mut inertia = *central;
+        for (i, row) in inertia.iter_mut().enumerate() {
+            for (j, e) in row.iter_mut().enumerate() {
+                *e -= first[i] * center[j];
+            }
+            row[i] += square;
+        }
+        Self { mass, first, inertia }
+    }
+    /// Momentum at this velocity; force at this acceleration.
+    #[inline]
+    pub fn times(&self, v: Motion<T>) -> Wrench<T> {
+        Wrench {
+            torque: add(times(&self.inertia, v.angular), cross(self.first, v.linear)),
+            force: sub(scale(self.mass, v.linear), cross(self.first, v.angular)),
+        }
+    }
+    /// As the parent sees it.
+    pub fn outwards(&self, f: &Frame<T>) -> Self {
+        let turned = times(&f.rotation, self.first);
+        // About the new origin: I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
+        let p = f.origin;
+        let first = add(turned, scale(self.mass, p));
+        let mut inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
+        let square = dot(p, add(first, turned));
+        for i in 0..3 {
+            for j in 0..3 {
+                inertia[i][j] -= p[i] * first[j] + turned[i] * p[j];
+            }
+            inertia[i][i] += square;
+        }
+        Self { mass: self.mass, first, inertia }
+    }
+    /// Of both together.
+    pub fn plus(&self, o: &Self) -> Self {
+        Self {
+            mass: self.mass + o.mass,
+            first: add(self.first, o.first),
+            inertia: plus(&self.inertia, &o.inertia),
+        }
+    }
+}
+
+/// An articulated inertia: wrench = this times acceleration, where what hangs on the body may give way.
+/// [`Self::angular`] and [`Self::linear`] are symmetric.
+#[derive(Clone, Copy, Debug)]
+pub struct Articulated<T> {
+    /// Torque by angular acceleration.
+    pub angular: Matrix<T>,
+    /// Torque by linear acceleration; force by angular acceleration is its transpose.
+    pub mixed: Matrix<T>,
+    /// Force by linear acceleration.
+    pub linear: Matrix<T>,
+}
+
+impl<T: Scalar> Articulated<T> {
+    /// Of a rigid body.
+    pub fn rigid(r: &Rigid<T>) -> Self {
+        let (o, [x, y, z], m) = (T::zero(), r.first, r.mass);
+        Self {
+            angular: r.inertia,
+            mixed: [[o, -z, y], [z, o, -x], [-y, x, o]],
+            linear: [[m, o, o], [o, m, o], [o, o, m]],
+        }
+    }
+    /// Wrench at an acceleration.
+    #[inline]
+    pub fn times(&self, a: Motion<T>) -> Wrench<T> {
+        Wrench {
+            torque: add(times(&self.angular, a.angular), times(&self.mixed, a.linear)),
+            force: add(transposed_times(&self.mixed, a.angular), times(&self.linear, a.linear)),
+        }
+    }
+    /// Adds another one, in the same axes.
+    #[inline]
+    pub fn add(&mut self, o: &Self) {
+        self.angular = plus(&self.angular, &o.angular);
+        self.mixed = plus(&self.mixed, &o.mixed);
+        self.linear = plus(&self.linear, &o.linear);
+    }
+    /// Takes w w^T / d away.
+    #[inline]
+    pub fn take(&mut self, w: &Wrench<T>, d: T) {
+        let (a, b) = (w.torque, w.force);
+        for i in 0..3 {
+            let (ai, bi) = (a[i] / d, b[i] / d);
+            for j in 0..3 {
+                self.angular[i][j] -= ai * a[j];
+                self.mixed[i][j] -= ai * b[j];
+                self.linear[i][j] -= bi * b[j];
+            }
+        }
+    }
+    /// As the parent sees it: with P = \[p x\], M = R M R^T, B = R B R^T + P M, A = R A R^T - (B' P) - (B' P)^T - P M P.
+    #[inline]
+    pub fn outwards(&self, f: &Frame<T>) -> Self {
+        let r = &f.rotation;
+        let turn = |m: &Matrix<T>| product_transposed(&product(r, m), r);
+        let (a, b, linear) = (turn(&self.angular), turn(&self.mixed), turn(&self.linear));
+        let p = f.origin;
+        // M P = (P^T M)^T = -(P M)^T, and so for B': columns crossed with p, transposed.
+        let pm = cross_columns(p, &linear);
+        let mixed = plus(&b, &pm);
+        let pbt = cross_columns(p, &transposed(&b));
+        let pmp = cross_columns(p, &transposed(&pm));
+        let mut angular = a;
+        for i in 0..3 {
+            for j in 0..3 {
+                angular[i][j] += pbt[i][j] + pbt[j][i] + pmp[i][j];
+            }
+        }
+        Self { angular, mixed, linear }
+    }
+}
