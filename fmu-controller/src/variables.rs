@@ -280,6 +280,7 @@ impl Builder {
         ];
         let mut table = ModelTable {
             name: String::new(),
+            title: None,
             description: String::new(),
             variables,
             enumerations: vec![Enumeration {

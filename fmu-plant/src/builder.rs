@@ -31,6 +31,7 @@ impl Builder {
         );
         let table = ModelTable {
             name: name.to_owned(),
+            title: None,
             description: description.to_owned(),
             variables: vec![time],
             enumerations: Vec::new(),

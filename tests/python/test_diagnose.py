@@ -100,6 +100,9 @@ def test_a_sealed_effect_is_named_and_shrinks_the_gap(sealed):
     assert len(diagnosis["augmented"]) == 2
     assert all((folder / "found" / name).exists() for name in diagnosis["augmented"])
     check_files(folder / "found", diagnosis)
+    described = fmpy.read_model_description(str(folder / "found" / diagnosis["augmented"][0]))
+    assert described.modelName == "TwoMassJoint.augmented"
+    assert key["case"] in described.description and "backlash" in described.description
 
 
 @pytest.mark.parametrize("version", [2, 3])

@@ -3,11 +3,13 @@
 pub mod began;
 mod claim;
 mod contest;
+mod drift;
 mod field;
 mod ground;
 mod held_out;
 mod hints;
 mod place;
+mod progress;
 pub mod record;
 
 use trueup_identification::predict::PredictError;
@@ -31,6 +33,9 @@ use ground::Ground;
 use held_out::{closed_alone, held_out};
 use place::{look, where_it_lies};
 use record::Record;
+
+/// A component with this share of an excess that nothing explains stands out.
+const STANDS_OUT: f64 = 0.5;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -130,7 +135,7 @@ pub fn diagnose(
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
     let case = Prepared::new(loaded)?;
-    tell(0.01, "what a perfect model would leave");
+    tell(0.01, "finding what a perfect model would leave");
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
@@ -138,11 +143,11 @@ pub fn diagnose(
     let mut done = 0.05;
     let mut found = search
         .select(effort, |what| {
-            done = (done + 0.8) * 0.5;
-            tell(done, what);
+            done = (done + 0.7) * 0.5;
+            tell(done, &progress::words(what));
         })
         .map_err(DiagnoseError::Nominal)?;
-    tell(0.7, "free-running simulations");
+    tell(0.7, "fitting and running freely the models that lead");
     let before =
         Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
     let led = tuned_start(&search, &found, effort);
@@ -176,17 +181,6 @@ pub fn diagnose(
     let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
-    for c in &contenders {
-        tell(
-            0.8,
-            &format!(
-                "free-running {:?}: {:.4} ({:.0})",
-                found.sets[c.at].labels(),
-                c.after,
-                found.sets[c.at].evidence(1.0) - found.plain.evidence(1.0)
-            ),
-        );
-    }
     let ran = Contest { ground: &ground, contenders: &contenders };
     // What happens in the recordings for fitting alone is a gap as well.
     let plain = found.above(found.plain.excess()) > options.limits.gap.bare;
@@ -196,16 +190,7 @@ pub fn diagnose(
         && has_gap_in_training(&search, &before, options);
     let record = Record::new(case.subject.plant, &found, raw, free, &ran);
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
-    tell(
-        0.85,
-        &format!(
-            "{:?} explained {:.3} closed {:?} left {:.3}",
-            decision.verdict,
-            decision.explained,
-            decision.closed,
-            found.best.excess()
-        ),
-    );
+    tell(0.85, "running freely what was decided, and how far noise goes");
     let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
     let no_gap = decision.verdict == Verdict::NoGap;
     let tuned = if no_gap { before.clone() } else { tuned };
@@ -233,14 +218,17 @@ pub fn diagnose(
     let (picture, location, next) = if options.verdict_only {
         (None, Where::default(), None)
     } else {
-        tell(0.95, "where it lies");
+        tell(0.95, "finding where the gap lies");
         let picture = look(loaded, &search, &found, &decision);
-        let location = where_it_lies(&search, &found, &decision, &picture, &traces, options.seed);
-        tell(0.97, "what to record next");
+        let location = where_it_lies(loaded, &search, &found, &decision, &picture, &traces, options.seed);
+        tell(0.97, "choosing what to record next");
         let next = experiment::propose(&search, &found, &decision, &options.limits);
         (Some(picture), location, next)
     };
     let best = Estimated::new(&found.best, &found, &free_fits);
+    let unknown = decision.verdict == Verdict::Unknown;
+    let most = location.components.first().filter(|c| unknown && c.share >= STANDS_OUT);
+    let place = most.map(|c| c.id.clone());
     let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
@@ -252,20 +240,20 @@ pub fn diagnose(
         candidates: candidates(case.subject.plant, &found, &decision),
         parameters: parameters(&best, &decision),
         indistinguishable: indistinguishable(&found, &decision),
-        unknown: Unknown { present: decision.verdict == Verdict::Unknown, probability: decision.unknown },
+        unknown: Unknown { present: unknown, probability: decision.unknown, place },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
         augmented: None,
-        notes: if case.holdout.is_empty() {
-            vec!["the case has no hold-out: the figures are of the recordings for fitting".into()]
-        } else {
-            Vec::new()
-        },
+        capped: false,
+        findings: Vec::new(),
+        inputs: None,
+        notes: if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() },
     };
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
     held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
     if let Some(overall) = &diagnosis.gap.overall {
         closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
     }
+    drift::told(&mut diagnosis);
     diagnosis.notes.extend(claim::elsewhere(case.subject.plant, &found, &decision));
     if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
         diagnosis.notes.push(experiment::NOTHING.into());

@@ -4,7 +4,8 @@
 //! - [`experiment`]: what to record next where causes were not told apart;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
-//! - [`picture`]: all that a case shows before any effect is named.
+//! - [`picture`]: all that a case shows before any effect is named;
+//! - [`words`]: effects in words.
 
 pub mod diagnose;
 pub mod engine;
@@ -14,3 +15,4 @@ mod json;
 pub mod locate;
 pub mod outcome;
 pub mod picture;
+pub mod words;

@@ -89,6 +89,9 @@ pub struct RegimeShare {
     pub low: Option<f64>,
     /// To; open: `null`.
     pub high: Option<f64>,
+    /// Unit of both; empty where it is not known.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub unit: String,
     /// Share of the excess.
     pub share: f64,
 }
@@ -139,6 +142,33 @@ pub struct Amount {
     pub unit: String,
     /// 95 % interval; an open end is `null`.
     pub ci95: [Option<f64>; 2],
+    /// Why it has no interval: [`AT_BOUND`] or [`NOT_DETERMINED`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+}
+
+/// An estimate that stands where the search ends.
+pub const AT_BOUND: &str = "at the bound of the search";
+/// An estimate that the recordings say nothing of.
+pub const NOT_DETERMINED: &str = "not determined by these recordings";
+
+impl Amount {
+    /// A value with the interval `ci95` that an estimate has within the bounds of its search. An end on a bound is open, for
+    /// there the search ends, not the doubt; an interval without width is none.
+    pub fn within([lower, upper]: [f64; 2], value: f64, unit: String, ci95: [f64; 2]) -> Self {
+        let on = |x: f64, bound: f64| (x - bound).abs() <= 1e-6 * bound.abs().max(f64::MIN_POSITIVE);
+        let open = |x: f64| !x.is_finite() || x <= lower || x >= upper || on(x, lower) || on(x, upper);
+        let [low, high] = ci95;
+        let reason = if on(value, lower) || on(value, upper) || value < lower || value > upper {
+            Some(AT_BOUND)
+        } else if open(low) && open(high) || high - low <= 1e-12 * value.abs() {
+            Some(NOT_DETERMINED)
+        } else {
+            None
+        };
+        let end = |x: f64| (reason.is_none() && !open(x)).then_some(x);
+        Self { value, unit, ci95: [end(low), end(high)], reason: reason.map(Into::into) }
+    }
 }
 
 /// A claimed effect.
@@ -182,6 +212,9 @@ pub struct Unknown {
     pub present: bool,
     /// How surely.
     pub probability: f64,
+    /// The component in which most of it shows, where one stands out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<String>,
 }
 
 /// The experiment that would tell.
@@ -196,6 +229,45 @@ pub struct NextExperiment {
     /// Predicted probability that it will.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probability: Option<f64>,
+}
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Good to know.
+    Note,
+    /// Figures may be wrong.
+    Warning,
+    /// It caps the verdict at `unknown`.
+    Grave,
+}
+
+/// Something that was noticed of a recording, the case or the figures.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Noticed {
+    /// How bad.
+    pub severity: Severity,
+    /// What kind, by a name that stays.
+    pub kind: String,
+    /// File, as the case names it.
+    pub file: String,
+    /// Its line, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// Channel or column.
+    pub channel: Option<String>,
+    /// What, and what to do.
+    pub text: String,
+}
+
+/// What was read, so that a diagnosis can be tied to its data.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Inputs {
+    /// SHA-256 of the list of files below, one a line: hash, two blanks, name (what `sha256sum` prints).
+    pub sha256: String,
+    /// By name in the case's folder: SHA-256 of the file.
+    pub files: BTreeMap<String, String>,
 }
 
 /// All of it.
@@ -229,10 +301,43 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// Files of the augmented model.
     pub augmented: Option<Vec<String>>,
+    /// The verdict is `unknown` because of a grave finding, whatever else speaks for another one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub capped: bool,
+    /// What was noticed, the worst first.
+    #[serde(default)]
+    pub findings: Vec<Noticed>,
+    /// What was read.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub inputs: Option<Inputs>,
     /// What should be said beside it.
     #[serde(default)]
     pub notes: Vec<String>,
 }
 
+/// The note of a case without a hold-out.
+pub const NO_HOLDOUT: &str = "the case has no hold-out: the figures are of the recordings for fitting";
+
 /// The schema's name.
 pub const SCHEMA: &str = "trueup.diagnosis/1";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_interval_stands_on_a_bound_or_has_no_width() {
+        let told = |value, ci95| {
+            let a = Amount::within([0.0, 10.0], value, "N.m".into(), ci95);
+            (a.ci95, a.reason)
+        };
+        assert_eq!(told(3.0, [2.0, 4.0]), ([Some(2.0), Some(4.0)], None));
+        assert_eq!(told(3.0, [0.0, 4.0]), ([None, Some(4.0)], None));
+        assert_eq!(told(3.0, [2.0, f64::INFINITY]), ([Some(2.0), None], None));
+        assert_eq!(told(10.0, [9.0, 10.0]), ([None, None], Some(AT_BOUND.into())));
+        assert_eq!(told(0.0, [0.0, 0.0]), ([None, None], Some(AT_BOUND.into())));
+        assert_eq!(told(3.0, [3.0, 3.0]), ([None, None], Some(NOT_DETERMINED.into())));
+        assert_eq!(told(3.0, [0.0, 10.0]), ([None, None], Some(NOT_DETERMINED.into())));
+        assert_eq!(told(3.0, [f64::NAN, f64::NAN]), ([None, None], Some(NOT_DETERMINED.into())));
+    }
+}

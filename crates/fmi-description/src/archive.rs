@@ -24,6 +24,12 @@ pub enum ArchiveError {
         /// Why.
         source: std::io::Error,
     },
+    /// Nothing is there.
+    #[error("{path}: there is no such file; look at the path, or pack it with `trueup fmu pack`")]
+    Nothing {
+        /// File.
+        path: String,
+    },
     /// Not a zip archive, or a broken one.
     #[error("{path} is no FMU or not all of one (zip archive: {reason}); fetch or pack it again")]
     Zip {
@@ -93,7 +99,10 @@ impl Archive {
             walk(path, "", &mut entries).map_err(io)?;
             return Ok(Self { path: path.to_owned(), zip: None, entries });
         }
-        let file = File::open(path).map_err(io)?;
+        let file = File::open(path).map_err(|e| match e.kind() {
+            std::io::ErrorKind::NotFound => ArchiveError::Nothing { path: path.display().to_string() },
+            _ => io(e),
+        })?;
         let broken = |e: zip::result::ZipError| ArchiveError::Zip {
             path: path.display().to_string(),
             reason: e.to_string(),

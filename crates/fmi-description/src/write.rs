@@ -202,7 +202,7 @@ fn root(table: &ModelTable, version: Version, token: &str) -> Vec<(&'static str,
     let id = if version == Version::V2 { "guid" } else { "instantiationToken" };
     vec![
         ("fmiVersion", version.as_str().to_owned()),
-        ("modelName", table.name.clone()),
+        ("modelName", table.title().to_owned()),
         (id, token.to_owned()),
         ("description", table.description.clone()),
         ("version", env!("CARGO_PKG_VERSION").to_owned()),

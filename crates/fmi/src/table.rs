@@ -310,8 +310,10 @@ pub struct Experiment {
 /// Everything that a model tells of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTable {
-    /// Model name, also the model identifier.
+    /// Model name and model identifier.
     pub name: String,
+    /// What the FMU is called, if not by that: `TwoMassJoint+backlash`.
+    pub title: Option<String>,
     /// One line.
     pub description: String,
     /// Variables; the first one is the time.
@@ -334,6 +336,10 @@ pub const LOG_CATEGORIES: &[(&str, &str)] = &[
 ];
 
 impl ModelTable {
+    /// What the FMU is called.
+    pub fn title(&self) -> &str {
+        self.title.as_deref().unwrap_or(&self.name)
+    }
     /// Assigns the value references: consecutive over all elements, the time being 0.
     pub fn number(&mut self) {
         let mut next = 0u32;

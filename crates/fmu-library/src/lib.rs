@@ -55,6 +55,13 @@ pub fn table(c: &Configuration) -> Result<ModelTable, String> {
     let mut table = model.table();
     table.apply(&c.start)?;
     model.check(&table.parameter_starts()).map_err(|(_, message)| message)?;
+    // An FMU with effects is not the model that it is made from, and bears a name of its own.
+    if !c.effects.is_empty() {
+        let ids = c.effects.iter().map(|id| format!("+{}", id.replace(':', "-")));
+        let title = format!("{}{}", table.name, ids.collect::<String>());
+        table.description = format!("{title}: {}", table.description);
+        table.title = Some(title);
+    }
     Ok(table)
 }
 

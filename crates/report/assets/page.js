@@ -30,10 +30,10 @@
       font: "12px system-ui, sans-serif", labelFont: "13px system-ui, sans-serif",
       values: (u, at) => at.map((v) => (v == null ? "" : short(v))),
     });
-    const series = chart.series.map((s, k) => ({
-      label: s.name, stroke: () => shade("--c" + (k % 8)), width: s.style === "points" ? 0 : 1.8, spanGaps: true,
+    const series = chart.series.map((s) => ({
+      label: s.name, stroke: () => shade("--" + s.colour), width: s.style === "points" ? 0 : s.colour === "ink" ? 1 : 1.8, spanGaps: true,
       paths: s.style === "points" ? () => null : s.style === "step" ? uPlot.paths.stepped({ align: 1 }) : undefined,
-      points: { show: s.style === "points" || s.style === "both", size: 7, fill: () => shade("--c" + (k % 8)) },
+      points: { show: s.style === "points" || s.style === "both", size: 7, fill: () => shade("--" + s.colour) },
     }));
     const options = {
       width: place.clientWidth, height: Math.round(Math.max(220, place.clientWidth * 0.326)), legend: { show: false }, pxAlign: 0,

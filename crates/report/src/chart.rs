@@ -40,6 +40,37 @@ pub(crate) struct Series<'a> {
     pub(crate) x: &'a [f64],
     pub(crate) y: &'a [f64],
     pub(crate) style: Style,
+    pub(crate) colour: Colour,
+}
+
+/// Colours of the series in their order; the first ones again after the last.
+const COLOURS: [&str; 8] =
+    ["#1f6fb4", "#d9541e", "#2e8b57", "#8e4ec6", "#b8860b", "#0f9aa8", "#c2337f", "#6b7280"];
+
+/// What a series is drawn with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Colour {
+    /// One of the palette, the first ones again after the last.
+    Palette(usize),
+    /// The colour of text, in a fine line: what was measured.
+    Ink,
+}
+
+impl Colour {
+    /// Its name in the page's style, without the dashes of a variable.
+    pub(crate) fn name(self) -> String {
+        match self {
+            Self::Palette(k) => format!("c{}", k % COLOURS.len()),
+            Self::Ink => "ink".to_owned(),
+        }
+    }
+    /// In the light.
+    pub(crate) fn hex(self) -> &'static str {
+        match self {
+            Self::Palette(k) => COLOURS[k % COLOURS.len()],
+            Self::Ink => "#1c2025",
+        }
+    }
 }
 
 impl Axis {
@@ -77,9 +108,24 @@ impl<'a> Chart<'a> {
     /// Adds a series. `x` does not fall; the shorter of both slices counts; values that are not finite are
     /// left out.
     /// Several series may have different `x`.
-    pub fn series(mut self, name: &'a str, x: &'a [f64], y: &'a [f64], style: Style) -> Self {
+    pub fn series(self, name: &'a str, x: &'a [f64], y: &'a [f64], style: Style) -> Self {
+        let next = Colour::Palette(self.series.len());
+        self.drawn(name, (x, y), style, next)
+    }
+
+    /// Adds a line with a colour of the palette, the same in every chart that shows the same thing.
+    pub fn coloured(self, name: &'a str, x: &'a [f64], y: &'a [f64], colour: usize) -> Self {
+        self.drawn(name, (x, y), Style::Line, Colour::Palette(colour))
+    }
+
+    /// Adds a fine dark line; drawn last it stays to be seen on top of the others.
+    pub fn ink(self, name: &'a str, x: &'a [f64], y: &'a [f64]) -> Self {
+        self.drawn(name, (x, y), Style::Line, Colour::Ink)
+    }
+
+    fn drawn(mut self, name: &'a str, (x, y): (&'a [f64], &'a [f64]), style: Style, colour: Colour) -> Self {
         let n = x.len().min(y.len());
-        self.series.push(Series { name, x: &x[..n], y: &y[..n], style });
+        self.series.push(Series { name, x: &x[..n], y: &y[..n], style, colour });
         self
     }
 

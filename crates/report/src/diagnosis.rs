@@ -1,8 +1,18 @@
 //! The page of a diagnosis: for a project lead in a minute, for an expert to the bottom.
 
 mod bars;
+mod budget;
+mod far;
 mod heat;
-mod parts;
+mod intake;
+mod maps;
+mod method;
+mod next;
+mod now;
+mod place;
+mod series;
+mod summary;
+mod which;
 mod words;
 
 use trueup_diagnosis::locate::map::{Curve, Surface};
@@ -12,6 +22,7 @@ use trueup_diagnosis::picture::Picture;
 
 use crate::page::Page;
 
+pub use intake::{Intake, Recorded};
 pub use words::{effect_name, sentence};
 
 /// What the page shows besides `diagnosis.json`; whatever is empty is left out.
@@ -27,6 +38,10 @@ pub struct Evidence<'a> {
     pub floors: Vec<[String; 3]>,
     /// Inputs of the next experiment: name, unit, times in s, values.
     pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
+    /// What was read, and what was assumed of it.
+    pub intake: Intake,
+    /// Files that are written beside the page.
+    pub files: Vec<String>,
     /// How it was done: setting and value.
     pub settings: Vec<[String; 2]>,
     /// With what: program or library and version.
@@ -156,22 +171,37 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
         "" => format!("Diagnosis of {}", diagnosis.model),
         case => format!("Diagnosis of {case}"),
     };
-    let mut page = Page::new(&title, "");
-    parts::summary(&mut page, diagnosis);
-    parts::gap(&mut page, diagnosis);
-    parts::location(&mut page, diagnosis);
+    let lead = format!(
+        "What separates the simulation by {} from its recordings, and what to do about it.",
+        diagnosis.model
+    );
+    let mut page = Page::new(&title, &lead);
+    page.contents();
+    summary::summary(&mut page, diagnosis);
+    now::now(&mut page, diagnosis, evidence);
+    far::gap(&mut page, diagnosis);
+    place::location(&mut page, diagnosis);
     // What has no name is to be seen; elsewhere the pictures back the name.
     let nameless = diagnosis.verdict == Verdict::Unknown;
     if nameless {
-        parts::maps(&mut page, diagnosis, evidence);
+        maps::maps(&mut page, diagnosis, evidence);
     }
-    parts::candidates(&mut page, diagnosis);
-    parts::told_apart(&mut page, diagnosis);
-    parts::next(&mut page, diagnosis, evidence);
-    parts::series(&mut page, diagnosis, evidence);
+    which::candidates(&mut page, diagnosis);
+    which::told_apart(&mut page, diagnosis);
+    next::next(&mut page, diagnosis, evidence);
+    series::series(&mut page, diagnosis, evidence);
     if !nameless {
-        parts::maps(&mut page, diagnosis, evidence);
+        maps::maps(&mut page, diagnosis, evidence);
     }
-    parts::method(&mut page, diagnosis, evidence);
+    intake::intake(&mut page, diagnosis, evidence);
+    method::method(&mut page, diagnosis, evidence);
     page.finish()
+}
+
+/// The gaps of a diagnosis and a channel of it, for a page that tells of more than one.
+pub fn diagnosis_pictures(page: &mut Page, diagnosis: &Diagnosis, trace: Option<&Trace<'_>>) {
+    far::overall(page, diagnosis);
+    if let Some(trace) = trace {
+        series::trace(page, diagnosis, trace);
+    }
 }

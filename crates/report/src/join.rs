@@ -60,10 +60,10 @@ fn thin(all: &Joined, points: usize) -> Joined {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::chart::Style;
+    use crate::chart::{Colour, Style};
 
     fn series<'a>(x: &'a [f64], y: &'a [f64]) -> Series<'a> {
-        Series { name: "s", x, y, style: Style::Line }
+        Series { name: "s", x, y, style: Style::Line, colour: Colour::Palette(0) }
     }
 
     #[test]

@@ -23,6 +23,8 @@ mod picture;
 mod svg;
 
 pub use chart::{Axis, Chart, Style};
-pub use diagnosis::{Evidence, Map, Trace, diagnosis_page, effect_name, sentence};
+pub use diagnosis::{
+    Evidence, Intake, Map, Recorded, Trace, diagnosis_page, diagnosis_pictures, effect_name, sentence,
+};
 pub use number::number;
 pub use page::{Page, escape};

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::chart::{Axis, Chart, Style};
 use crate::join::join;
-use crate::svg::{COLOURS, svg};
+use crate::svg::svg;
 
 /// Samples that a chart hands to the script; enough to zoom into, little enough to load at once.
 const POINTS: usize = 12_000;
@@ -20,6 +20,9 @@ pub struct Page {
     html: String,
     charts: usize,
     open: bool,
+    /// Where the table of contents goes, if there is one.
+    contents: Option<usize>,
+    headings: Vec<String>,
 }
 
 impl Page {
@@ -33,14 +36,22 @@ impl Page {
              <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{}</header>\n<main>\n",
             if lead.is_empty() { String::new() } else { format!("<p>{}</p>\n", escape(lead)) }
         );
-        Self { html, charts: 0, open: false }
+        Self { html, charts: 0, open: false, contents: None, headings: Vec::new() }
+    }
+
+    /// Here stands a table of contents with all sections of the page.
+    pub fn contents(&mut self) {
+        self.close();
+        self.contents = Some(self.html.len());
     }
 
     /// Begins a section; the text may be empty.
     pub fn section(&mut self, heading: &str, text: &str) {
         self.close();
         self.open = true;
-        let _ = writeln!(self.html, "<section>\n<h2>{}</h2>", escape(heading));
+        self.headings.push(heading.to_owned());
+        let id = anchor(self.headings.len());
+        let _ = writeln!(self.html, "<section id=\"{id}\">\n<h2>{}</h2>", escape(heading));
         if !text.is_empty() {
             self.text(text);
         }
@@ -67,9 +78,14 @@ impl Page {
         self.html.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {
             self.html.push_str("<tr>");
-            for cell in row {
-                let class = if numeric(cell) { " class=\"number\"" } else { "" };
-                let _ = write!(self.html, "<td{class}>{}</td>", escape(cell));
+            // On a narrow screen each row becomes a list, in which a cell says what it is.
+            for (cell, head) in row.iter().zip(head) {
+                let class = match cell.as_str() {
+                    "" => " class=\"empty\"",
+                    c if numeric(c) => " class=\"number\"",
+                    _ => "",
+                };
+                let _ = write!(self.html, "<td{class} data-label=\"{}\">{}</td>", escape(head), escape(cell));
             }
             self.html.push_str("</tr>\n");
         }
@@ -85,13 +101,9 @@ impl Page {
             "<figure class=\"chart\">\n<figcaption>{}</figcaption>\n<ul class=\"legend\">",
             escape(&chart.title)
         );
-        for (k, s) in chart.series.iter().enumerate() {
-            let _ = write!(
-                html,
-                "<li><i class=\"c{}\"></i>{} <output></output></li>",
-                k % COLOURS.len(),
-                escape(s.name)
-            );
+        for s in &chart.series {
+            let (colour, name) = (s.colour.name(), escape(s.name));
+            let _ = write!(html, "<li><i class=\"{colour}\"></i>{name} <output></output></li>");
         }
         let _ = write!(
             html,
@@ -104,6 +116,12 @@ impl Page {
     /// The whole page.
     pub fn finish(mut self) -> String {
         self.close();
+        if let Some(at) = self.contents {
+            let item =
+                |(k, h): (usize, &String)| format!("<a href=\"#{}\">{}</a>\n", anchor(k + 1), escape(h));
+            let items: String = self.headings.iter().enumerate().map(item).collect();
+            self.html.insert_str(at, &format!("<nav aria-label=\"Contents\">\n{items}</nav>\n"));
+        }
         self.html.push_str("</main>\n");
         if self.charts > 0 {
             let _ = write!(
@@ -123,6 +141,11 @@ impl Page {
     }
 }
 
+/// Of the k-th section.
+fn anchor(k: usize) -> String {
+    format!("section-{k}")
+}
+
 /// What the script needs of a chart.
 fn data(chart: &Chart<'_>) -> String {
     let joined = join(&chart.series, POINTS);
@@ -134,10 +157,10 @@ fn data(chart: &Chart<'_>) -> String {
         Style::LineAndPoints => "both",
     };
     let axis = |a: &Axis| format!("{{\"text\":{},\"log\":{}}}", quote(&a.text()), a.logarithmic);
-    let series = chart
-        .series
-        .iter()
-        .map(|s| format!("{{\"name\":{},\"style\":\"{}\"}}", quote(s.name), style(s.style)));
+    let series = chart.series.iter().map(|s| {
+        let (name, style, colour) = (quote(s.name), style(s.style), s.colour.name());
+        format!("{{\"name\":{name},\"style\":\"{style}\",\"colour\":\"{colour}\"}}")
+    });
     let bands = chart.bands.iter().map(|(a, b)| format!("[{a:?},{b:?}]"));
     format!(
         "{{\"x\":{},\"y\":{},\"series\":[{}],\"bands\":[{}],\"data\":[{}]}}",

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use crate::chart::Chart;
 use crate::page::escape;
-use crate::svg::{COLOURS, SCALE, SIZE, svg};
+use crate::svg::{SCALE, SIZE, svg};
 
 /// Of the title and the legend.
 const MARGIN: u32 = 12 * SCALE;
@@ -18,7 +18,8 @@ impl Chart<'_> {
         }
         // The legend, as many lines as it needs.
         let (mut legend, mut x, mut y) = (String::new(), MARGIN, 42 * SCALE);
-        for (s, colour) in self.series.iter().zip(COLOURS.iter().cycle()) {
+        for s in &self.series {
+            let colour = s.colour.hex();
             let width = (30 + 8 * s.name.chars().count() as u32) * SCALE;
             if x > MARGIN && x + width > SIZE.0 {
                 (x, y) = (MARGIN, y + 22 * SCALE);

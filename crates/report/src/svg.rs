@@ -5,13 +5,10 @@ use std::error::Error;
 use plotters::coord::ranged1d::{AsRangedCoord, Ranged, ValueFormatter};
 use plotters::prelude::*;
 
-use crate::chart::{Axis, Chart, Style};
+use crate::chart::{Axis, Chart, Colour, Style};
 use crate::join::join;
 use crate::number::number;
 
-/// Colours of the series in their order; the first ones again after the last.
-pub(crate) const COLOURS: [&str; 8] =
-    ["#1f6fb4", "#d9541e", "#2e8b57", "#8e4ec6", "#b8860b", "#0f9aa8", "#c2337f", "#6b7280"];
 const GRID: &str = "#e3e6ea";
 const INK: &str = "#4a5058";
 const BAND: &str = "#f3e6c8";
@@ -99,8 +96,10 @@ where
     area.draw_series(bands.map(|(from, to)| {
         Rectangle::new([(from.max(left), low), (to.min(right), high)], colour(BAND).filled())
     }))?;
-    for ((points, s), name) in series.iter().zip(&chart.series).zip(COLOURS.iter().cycle()) {
-        let line = colour(name).stroke_width(9 * SCALE / 5);
+    for (points, s) in series.iter().zip(&chart.series) {
+        let name = s.colour.hex();
+        let width = if s.colour == Colour::Ink { SCALE } else { 9 * SCALE / 5 };
+        let line = colour(name).stroke_width(width);
         let corners = s.style == Style::Step;
         if s.style != Style::Points {
             let path = if corners { steps(points) } else { points.clone() };

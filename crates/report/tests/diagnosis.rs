@@ -9,10 +9,10 @@ use std::process::Command;
 use trueup_diagnosis::locate::map::{curve, surface};
 use trueup_diagnosis::locate::{Order, Residual, bands};
 use trueup_diagnosis::outcome::*;
-use trueup_report::{Evidence, Map, Trace, diagnosis_page, sentence};
+use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, sentence};
 
 fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> Amount {
-    Amount { value, unit: unit.into(), ci95 }
+    Amount { value, unit: unit.into(), ci95, reason: None }
 }
 
 fn gap() -> Gap {
@@ -80,6 +80,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
                 variable: "motorVelocity".into(),
                 low: Some(-0.4),
                 high: Some(0.4),
+                unit: "rad/s".into(),
                 share: 0.7,
             }],
             bands: vec![BandShare { low_hz: 0.0, high_hz: 2.0, share: 0.9 }],
@@ -96,7 +97,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             amount(3.07e-5, "N.m/rad", [Some(3.0e-5), None]),
         )]),
         indistinguishable: vec![vec!["stribeck-friction".into(), "presliding-friction".into()]],
-        unknown: Unknown { present: verdict == Verdict::Unknown, probability: 0.02 },
+        unknown: Unknown { present: verdict == Verdict::Unknown, probability: 0.02, place: None },
         next_experiment: Some(NextExperiment {
             why: "Slow reversals of small amplitude show the spring before sliding.".into(),
             separates: vec!["stribeck-friction".into(), "presliding-friction".into()],
@@ -104,6 +105,19 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             probability: Some(0.93),
         }),
         augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
+        capped: false,
+        findings: vec![Noticed {
+            severity: Severity::Warning,
+            kind: "stuck".into(),
+            file: "train-1.csv".into(),
+            line: Some(7),
+            channel: Some("loadAngle".into()),
+            text: "it sticks".into(),
+        }],
+        inputs: Some(Inputs {
+            sha256: "abc".into(),
+            files: [("train-1.csv".to_owned(), "0123456789abcdef".to_owned())].into(),
+        }),
         notes: vec!["No repeats were given: <declared> noise is the floor.".into()],
     }
 }
@@ -175,17 +189,31 @@ fn page(verdict: Verdict) -> String {
         ],
         floors: vec![["motorAngle".into(), "0.0023 rad".into(), "declared noise and resolution".into()]],
         next: vec![("motorCurrent", "A", &t, &speed)],
+        intake: Intake {
+            recordings: vec![Recorded {
+                name: "train-1.csv".into(),
+                role: "fitting".into(),
+                duration: "20 s".into(),
+                rate: "4000 at 200 Hz".into(),
+                channels: 3,
+            }],
+            channels: vec![["loadAngle", "rad", "output: is compared", "noise 1e-5 rad"].map(Into::into)],
+            assumptions: vec!["Straight lines between samples of motorCurrent.".into()],
+            command: "trueup diagnose 'a <case>'".into(),
+        },
+        files: vec![],
         settings: vec![["seed".into(), "1".into()]],
         versions: vec![["trueup".into(), "0.1.0".into()]],
     };
     diagnosis_page(&diagnosis(verdict), &evidence)
 }
 
+const CHARTS: usize = 11;
 const VERDICTS: [(Verdict, &str); 5] = [
     (Verdict::NoGap, "agrees with the recordings"),
     (Verdict::Parameters, "parameters are off"),
     (Verdict::Effects, "lacks is break-away (Stribeck) friction"),
-    (Verdict::Ambiguous, "cannot say which"),
+    (Verdict::Ambiguous, "which these recordings cannot tell apart"),
     (Verdict::Unknown, "no known effect explains"),
 ];
 
@@ -197,7 +225,7 @@ fn the_first_sentence_says_the_verdict_and_the_figures() {
         assert!(text.contains(words), "{text}");
         let html = page(verdict);
         let at = html.find(words).unwrap();
-        assert!(at < html.find("How far").unwrap(), "the verdict comes first");
+        assert!(at < html.find("<h2>What to do now").unwrap(), "the verdict comes first");
     }
     let text = sentence(&diagnosis(Verdict::Effects)).replace('\u{a0}', " ");
     assert!(text.contains("from 21.0 % to 1.30 %") && text.contains("alone leaves 1.10 %"), "{text}");
@@ -206,16 +234,19 @@ fn the_first_sentence_says_the_verdict_and_the_figures() {
 #[test]
 fn it_is_one_file_with_everything_in_it_and_text_is_text() {
     let html = page(Verdict::Effects).replace('\u{a0}', " ");
-    for elsewhere in [" src=", "href=", "@import", "url("] {
+    for elsewhere in [" src=", "@import", "url("] {
         assert!(!html.contains(elsewhere), "{elsewhere}");
     }
+    // Links lead to sections of the page and to files beside it.
+    let links: Vec<&str> = html.split("href=").skip(1).collect();
+    assert!(links.len() > 10 && links.iter().all(|l| l.starts_with("\"#section-") || l.starts_with("\"./")));
     for part in [
         "a &lt;case&gt;",
         "&lt;declared&gt; noise",
         "motor-friction",
-        "motorVelocity from -0.4 to 0.4",
+        "motorVelocity from -0.4 to 0.4 rad/s",
         "holdout-1.csv: 2.1 s to 3.4 s",
-        "at most 25",
+        "at most 25 rad/s",
         "not worth a fit",
         "99.0 % (98.0 % to 100 %)",
         "Predicted to tell with probability 93.0 %",
@@ -227,12 +258,23 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "0.1.0",
         "TwoMassJoint.augmented.fmi3.fmu",
         "first-states.csv",
+        "href=\"./TwoMassJoint.augmented.fmi3.fmu\"",
+        "trueup simulate TwoMassJoint.augmented.fmi3.fmu",
+        "Raise the current slowly until the motor breaks loose",
+        "SHA-256 <code>abc</code>",
+        "trueup diagnose 'a &lt;case&gt;'",
+        "4000 at 200 Hz",
+        "0123456789ab<",
+        "warning: train-1.csv:7: loadAngle: it sticks",
+        "left unexplained",
     ] {
         assert!(html.contains(part), "{part} is missing");
     }
-    // Two channels with two charts each, four maps with axes, one input; and the surface.
-    assert_eq!(html.matches("<figure class=\"chart\">").count(), 9);
-    assert_eq!(html.matches("<svg ").count(), 10);
+    // A share of 4 % is not worth a line.
+    assert!(!html.contains(">load<"));
+    // Two channels with three charts each (signal, both residuals), four maps with axes, one input; and the surface.
+    assert_eq!(html.matches("<figure class=\"chart\">").count(), CHARTS);
+    assert_eq!(html.matches("<svg ").count(), CHARTS + 1);
     assert!(html.len() < 3_000_000, "{} bytes", html.len());
 }
 
@@ -282,6 +324,93 @@ fn browse(browser: &Path, folder: &Path, file: &str, arguments: &[&str]) -> (Str
 }
 
 #[test]
+fn a_set_is_worded_as_a_set_and_its_parts_add_up() {
+    let text = sentence(&diagnosis(Verdict::Ambiguous)).replace('\u{a0}', " ");
+    let set = "lacks is either break-away (Stribeck) friction (motor-friction) or spring-like friction before sliding";
+    assert!(text.contains(set) && text.contains("(together probability 95.0 %)"), "{text}");
+    let html = page(Verdict::Ambiguous).replace('\u{a0}', " ");
+    assert!(
+        html.contains("One of its members is there with probability 95.0 %"),
+        "the set stands in the summary"
+    );
+}
+
+#[test]
+fn what_is_unknown_says_why_and_what_drifts_away_has_no_share() {
+    let mut d = diagnosis(Verdict::Unknown);
+    d.unknown.place = Some("transmission".into());
+    let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
+    for part in [
+        "Beyond noise: the nominal model misses 21.0 %, refitted 12.0 %; noise alone leaves 1.10 %, 11 times it.",
+        "of 3 effects looked at the best, break-away (Stribeck) friction (motor-friction), leaves 1.30 %, still 1.2 times",
+        "In one place: most of it shows at transmission.",
+        "none of these: a cause that no known effect explains",
+        "What acts at <b>transmission</b>",
+    ] {
+        assert!(html.contains(part) || part.starts_with("none of these"), "{part} is missing");
+    }
+    let mut d = diagnosis(Verdict::Effects);
+    let away = Gap { before: 77.3, closed: None, ci95: None, ..gap() };
+    d.gap.overall = Some(away);
+    let html = diagnosis_page(&d, &Evidence::default()).replace('\u{a0}', " ");
+    assert!(html.contains("falls from 77 times the signal to 1.30 %"));
+    assert!(html.contains("no figure: the nominal run drifts away") && !html.contains("7730"));
+}
+
+/// What a browser finds too wide at a width: of the page, of texts in their boxes, of pictures' texts.
+const MEASURE: &str = r##"<script>
+addEventListener("load", () => setTimeout(() => {
+  document.querySelectorAll("details").forEach((d) => { d.open = true; });
+  const found = [], width = innerWidth, name = (e) => e.tagName + " " + e.textContent.trim().slice(0, 40);
+  if (document.scrollingElement.scrollWidth > width) found.push("the page: " + document.scrollingElement.scrollWidth);
+  for (const e of document.querySelectorAll("body *")) {
+    const own = [...e.childNodes].some((n) => n.nodeType === 3 && n.textContent.trim());
+    if (!own || !e.getClientRects().length || e.closest("script, style")) continue;
+    const box = e.getBoundingClientRect(), svg = e.closest("svg");
+    if (svg) {
+      const frame = svg.getBoundingClientRect();
+      if (box.left < frame.left - 1 || box.right > frame.right + 1 || box.bottom > frame.bottom + 1) found.push("cut: " + name(e));
+      continue;
+    }
+    if (box.right > width + 1 || box.left < -1) found.push("outside: " + name(e));
+    if (e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1) found.push("overflows: " + name(e));
+  }
+  const said = parent.document.createElement("pre");
+  said.textContent = "MEASURED " + width + ": " + (found.join("; ") || "all fits") + " END";
+  parent.document.body.append(said);
+}, 300));
+</script></body>"##;
+
+#[test]
+fn nothing_is_cut_on_a_telephone_or_a_desk() {
+    let Some(browser) = chromium() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    for (verdict, scripts) in
+        [(Verdict::Effects, true), (Verdict::Unknown, true), (Verdict::Ambiguous, false)]
+    {
+        let mut html = page(verdict);
+        if !scripts {
+            // The pictures as they are before any script.
+            html = html.replace("document.querySelectorAll(\"figure.chart\").forEach(build);", "");
+        }
+        let at = html.rfind("</body>").unwrap();
+        std::fs::write(folder.path().join("frame.html"), format!("{}{MEASURE}</html>", &html[..at])).unwrap();
+        for width in [390, 1280] {
+            // In a frame, for a window has a least width.
+            let frame = format!(
+                "<body style=\"margin:0\"><iframe src=\"frame.html\" style=\"border:0;width:{width}px;height:900px\"></iframe></body>"
+            );
+            std::fs::write(folder.path().join("outer.html"), frame).unwrap();
+            let size = format!("--window-size={},1000", width + 100);
+            let arguments = ["--dump-dom", "--allow-file-access-from-files", &size];
+            let (dom, log) = browse(&browser, folder.path(), "outer.html", &arguments);
+            let said = dom.split("MEASURED ").nth(1).and_then(|s| s.split(" END").next());
+            assert_eq!(said, Some(format!("{width}: all fits").as_str()), "{verdict:?}: {log}");
+        }
+    }
+}
+
+#[test]
 fn a_browser_shows_it_with_and_without_script() {
     let Some(browser) = chromium() else { return };
     let folder = tempfile::tempdir().unwrap();
@@ -290,13 +419,13 @@ fn a_browser_shows_it_with_and_without_script() {
     let complaints: Vec<&str> = log.lines().filter(|l| l.contains("CONSOLE")).collect();
     assert!(complaints.is_empty(), "{complaints:?}");
     // Every chart became one that can be zoomed; the surface stays a picture.
-    assert_eq!((dom.matches("<canvas").count(), dom.matches("chart live").count()), (9, 9));
+    assert_eq!((dom.matches("<canvas").count(), dom.matches("chart live").count()), (CHARTS, CHARTS));
     // With script forbidden nothing runs, the pictures stay.
     let forbidden = "<head><meta http-equiv=\"Content-Security-Policy\" content=\"script-src 'none'\">";
     let still = page(Verdict::Ambiguous).replacen("<head>", forbidden, 1);
     std::fs::write(folder.path().join("still.html"), still).unwrap();
     let (dom, _) = browse(&browser, folder.path(), "still.html", &["--dump-dom"]);
-    assert_eq!((dom.matches("<canvas").count(), dom.matches("<svg ").count()), (0, 10));
+    assert_eq!((dom.matches("<canvas").count(), dom.matches("<svg ").count()), (0, CHARTS + 1));
     // What it looks like: on a desk, with script forbidden, on a telephone.
     for (width, file) in [(1100, "report.html"), (1000, "still.html"), (390, "still.html")] {
         let name = folder.path().join(format!("{width}.png"));

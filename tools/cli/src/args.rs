@@ -6,9 +6,9 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
 use trueup_identification::identify::Method;
 
-/// Digital twins of flexible manipulators as FMUs, and what separates them from the real ones.
+/// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]
-#[command(name = "trueup", version, about)]
+#[command(name = "trueup", version)]
 pub(crate) struct Args {
     #[command(subcommand)]
     pub(crate) command: Command,
@@ -19,15 +19,15 @@ pub(crate) enum Command {
     /// Pack, show and check FMUs
     #[command(subcommand)]
     Fmu(Fmu),
-    /// Run an FMU in Co-Simulation and write its outputs as CSV or Parquet
+    /// Run an FMU, or a system of FMUs, and write its outputs as CSV or Parquet
     Simulate(Simulate),
-    /// Parameters from recordings, with their uncertainty
+    /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// What static tests say: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
     /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
     Diagnose(Diagnose),
-    /// Pack the FMUs, run one of each, draw what they did
+    /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
     Demo(Demo),
     /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
@@ -72,7 +72,7 @@ pub(crate) struct Statics {
     /// A case.toml of an arm, or a TOML file with [[deflection]] tables
     pub(crate) file: PathBuf,
     /// By how much each spring alone is stiffened, as a share of it
-    #[arg(long, value_name = "SHARE", default_value_t = 0.2)]
+    #[arg(long, value_name = "SHARE", default_value_t = 0.2, allow_negative_numbers = true)]
     pub(crate) stiffen: f64,
     /// Machine-readable
     #[arg(long)]
@@ -125,7 +125,7 @@ pub(crate) struct Pack {
     pub(crate) preset: Option<String>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
-    #[arg(long, value_name = "NAME=VALUE")]
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub(crate) set: Vec<String>,
     /// Structure of an arm: which of its joints are flexible; as many entries as the arm has joints (1 to 8)
     #[arg(long, value_name = "true|false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
@@ -158,21 +158,21 @@ pub(crate) struct Simulate {
     #[arg(short, long, value_name = "FILE.csv|.parquet", default_value = "results.csv")]
     pub(crate) output: PathBuf,
     /// Start time in s; else that of the system or of the default experiment, else 0
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
     pub(crate) start: Option<f64>,
     /// Stop time in s; else that of the system or of the default experiments, else the end of the inputs
-    #[arg(long, value_name = "S", allow_negative_numbers = true)]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = number)]
     pub(crate) stop: Option<f64>,
     /// Communication step in s; else that of the system, else the smallest of the default experiments, else a
     /// 500th of the run
-    #[arg(long, value_name = "S")]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = above_zero)]
     pub(crate) step: Option<f64>,
     /// Relative tolerance of the coupling and of integrators
-    #[arg(long, value_name = "X")]
+    #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`); in a system with the component (`arm.linkMass[1]=4`)
-    #[arg(long, value_name = "NAME=VALUE")]
+    #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub(crate) set: Vec<String>,
     /// Inputs over time: a CSV with the columns `time` (s) and names of inputs
     #[arg(long, value_name = "FILE.csv")]
@@ -261,7 +261,7 @@ pub(crate) struct TrialRun {
     #[arg(long)]
     pub(crate) verdict_only: bool,
     /// Processor time after which a case is stopped and counts as a miss, s
-    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) limit: f64,
     /// Only every n-th case, from the i-th on
     #[arg(long, value_name = "I/N", default_value = "1/1", value_parser = shard)]
@@ -314,6 +314,25 @@ pub(crate) struct TrialCorpus {
     /// What the diagnosis was built from
     #[arg(long, value_name = "HASH", default_value = "")]
     pub(crate) commit: String,
+}
+
+fn number(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|x| x.is_finite()).ok_or_else(|| "write seconds as a number, as in 0, -1 or 2.5".to_owned())
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|x| *x > 0.0 && x.is_finite())
+        .ok_or_else(|| "write seconds above 0, as in 0.001".to_owned())
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number
+        .filter(|x| *x > 0.0 && *x < 1.0)
+        .ok_or_else(|| "write a number between 0 and 1, as in 1e-6".to_owned())
 }
 
 fn seconds(text: &str) -> Result<f64, String> {

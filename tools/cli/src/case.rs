@@ -65,5 +65,5 @@ fn relations(model: &Model, case: &Case) -> Vec<Relation> {
 }
 
 fn tell(all: &[Finding]) {
-    findings::lines(all).iter().for_each(|line| eprintln!("{line}"));
+    findings::lines(all).iter().for_each(|line| crate::voice::line(line));
 }

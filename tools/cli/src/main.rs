@@ -8,20 +8,26 @@ mod case;
 mod catalog;
 mod command;
 mod error;
+mod help;
+mod near;
 mod output;
 mod plot;
 mod progress;
+mod stages;
+mod voice;
 
 use std::process::ExitCode;
 
-use clap::Parser;
+use clap::{CommandFactory, FromArgMatches};
 
 fn main() -> ExitCode {
-    match command::run(args::Args::parse().command) {
+    let matches = help::dressed(args::Args::command()).get_matches();
+    let parsed = args::Args::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
+    match command::run(parsed.command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             if let Some(message) = e.message() {
-                eprintln!("trueup: {message}");
+                voice::error(message);
             }
             e.exit_code()
         }

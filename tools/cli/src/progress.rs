@@ -9,7 +9,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use trueup_cosim::{Column, Error, Row, Sink};
 
 /// Divisions of the bar.
-const PARTS: f64 = 1000.0;
+pub(crate) const PARTS: f64 = 1000.0;
 
 /// A sink that shows how far the run is, and ends it when the user does: what was computed is then kept as incomplete.
 pub(crate) struct Progress {
@@ -77,7 +77,8 @@ fn message(time: f64, part: f64, spent: Duration) -> String {
 /// A short run shows nothing.
 const FIRST: Duration = Duration::from_millis(500);
 
-fn bar() -> ProgressBar {
+/// An empty bar.
+pub(crate) fn bar() -> ProgressBar {
     let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}");
     ProgressBar::new(PARTS as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }

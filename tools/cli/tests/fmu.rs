@@ -101,6 +101,48 @@ fn one_message_and_the_right_exit_code() {
     }
 }
 
+#[test]
+fn a_wrong_name_is_answered_by_the_one_that_was_meant() {
+    for (arguments, said) in [
+        (&["info", "/nowhere.fmu"][..], "error: /nowhere.fmu: there is no such file; look at the path"),
+        (&["pack", "TwoMasJoint"], "error: there is no model `TwoMasJoint`; did you mean `TwoMassJoint`?"),
+        (&["pack", "--effect", "backlsh"], "there is no effect `backlsh`; did you mean `backlash`?"),
+        (&["pack", "--effect", "cable-stifness:base"], "did you mean `cable-stiffness`?"),
+        (&["pack", "TwoMassJoint", "--set", "loadInerti=-1"], "did you mean `loadInertia`?"),
+        (&["pack", "--preset", "xyz"], "there is no preset `xyz`; `trueup fmu list` shows them"),
+    ] {
+        let out = trueup(&[&["fmu"], arguments].concat());
+        let error = text(&out.stderr);
+        assert!(error.contains(said) && !error.contains('\u{1b}'), "{arguments:?}: {error}");
+    }
+}
+
+#[test]
+fn an_fmu_with_effects_bears_a_name_of_its_own() {
+    let dir = tempfile::tempdir().unwrap();
+    let pack = |effects: &[&str]| {
+        let effects = effects.iter().flat_map(|e| ["--effect", e]);
+        let arguments: Vec<&str> = ["fmu", "pack", "TwoMassJoint", "--fmi", "2", "-o", path(dir.path())]
+            .into_iter()
+            .chain(effects)
+            .collect();
+        let out = trueup(&arguments);
+        assert_eq!(out.status.code(), Some(0), "{}", text(&out.stderr));
+        let file = text(&out.stdout).trim().to_owned();
+        let mut archive = Archive::open(Path::new(&file)).unwrap();
+        let d = trueup_fmi_description::read::read(&archive.description().unwrap()).unwrap();
+        let name = Path::new(&file).file_name().unwrap().to_string_lossy().into_owned();
+        (name, d.model_name.clone(), d.description.clone())
+    };
+    let (file, name, description) = pack(&["sensor-delay:loadAngle", "backlash"]);
+    assert_eq!(name, "TwoMassJoint+backlash+sensor-delay-loadAngle");
+    assert_eq!(file, format!("{name}.fmi2.fmu"));
+    assert!(description.starts_with(&format!("{name}: ")), "{description}");
+    let (file, name, description) = pack(&[]);
+    assert_eq!((file.as_str(), name.as_str()), ("TwoMassJoint.fmi2.fmu", "TwoMassJoint"));
+    assert!(!description.contains('+'), "{description}");
+}
+
 /// The program does not mind a reader that has gone.
 #[cfg(unix)]
 #[test]

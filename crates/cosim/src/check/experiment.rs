@@ -46,6 +46,12 @@ pub(super) fn grid(
     });
     let step = run.step.unwrap_or_else(|| step(system, parts, start, stop, report));
     let mut every = vec![1; parts.list.len()];
+    if let Some(tolerance) = run.tolerance.filter(|t| !(*t > 0.0 && *t < 1.0)) {
+        report.wrong(
+            place,
+            format!("the tolerance {tolerance:?} is none; write a number between 0 and 1, as in 1e-6"),
+        );
+    }
     let Some(grid) = Grid::new(start, stop, step).filter(|_| stop > start || run.stop == Some(start)) else {
         report.wrong(place, format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step"));
         return (None, every);

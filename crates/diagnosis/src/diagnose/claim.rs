@@ -9,11 +9,12 @@ use super::Augmented;
 use super::began::Began;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
+use crate::engine::problem::Unknown;
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
 use crate::engine::subject::Model;
-use crate::outcome::*;
+use crate::outcome::{Amount, Candidate, Claimed, Verdict};
 
 /// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
 pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
@@ -72,10 +73,9 @@ impl<'a> Estimated<'a> {
         let apart = other.map_or(0.0, |o| (at(o.0) - value) * best.1 / o.1.max(f64::MIN_POSITIVE));
         let end = |sign: f64| {
             let chance = at(best.0 + sign * 1.96 * best.1) - value;
-            let v = value + sign * chance.hypot(apart).hypot(1.96 * form * value);
-            v.is_finite().then(|| v.clamp(u.lower, u.upper))
+            value + sign * chance.hypot(apart).hypot(1.96 * form * value)
         };
-        Amount { value, unit: u.unit.clone(), ci95: [end(-1.0), end(1.0)] }
+        Amount::within([u.lower, u.upper], value, u.unit.clone(), [end(-1.0), end(1.0)])
     }
     /// One of its causes, as it is told.
     fn claimed(&self, h: &Hypothesis, probability: f64, plant: effect::Plant, found: &Found) -> Claimed {
@@ -97,6 +97,23 @@ impl<'a> Estimated<'a> {
     }
 }
 
+/// Probabilities of the `i`-th cause that is claimed and of what may stand in its place: one of them it is, or none, so that
+/// together they are no more than what is left beside `unknown`.
+fn probabilities(found: &Found, decision: &Decision, i: usize) -> impl Fn(f64) -> f64 {
+    let own = decision.probability[i];
+    let mut seen: Vec<&Hypothesis> = found.best.stated.set.iter().collect();
+    let mut sum = own;
+    for (at, odds) in decision.rivals.get(i).into_iter().flatten() {
+        let other = found.best.replaced_in(&found.sets[*at]).filter(|h| h.is_effect());
+        if let Some(h) = other.filter(|h| !seen.iter().any(|s| s.same_place(h))) {
+            seen.push(h);
+            sum += own * odds.exp();
+        }
+    }
+    let share = ((1.0 - decision.unknown.clamp(0.0, 1.0)) / sum.max(f64::MIN_POSITIVE)).min(1.0);
+    move |odds| own * odds.exp() * share
+}
+
 /// Rivals of a claimed effect that are told beside it.
 const RIVALS: usize = 2;
 
@@ -114,13 +131,14 @@ pub(super) fn effects(
     };
     let mut all: Vec<Claimed> = Vec::new();
     for (i, h) in found.best.stated.set.iter().enumerate().filter(|(_, h)| h.is_effect()) {
-        all.push(best.claimed(h, decision.probability[i], plant, found));
+        let probability = probabilities(found, decision, i);
+        all.push(best.claimed(h, probability(0.0), plant, found));
         let others = decision.close(found, i).filter(|r| r.cause.id != h.id).take(rivals);
         for r in others.filter(|r| r.cause.is_effect()) {
             let known = |c: &Claimed| c.id == r.cause.id && c.component == r.cause.component;
             if !all.iter().any(known) {
-                let probability = decision.probability[i] * r.odds.exp();
-                all.push(Estimated::new(r.set, found, free).claimed(r.cause, probability, plant, found));
+                let claim = Estimated::new(r.set, found, free);
+                all.push(claim.claimed(r.cause, probability(r.odds), plant, found));
             }
         }
     }
@@ -149,13 +167,14 @@ pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decisio
         let mut chosen: Vec<(usize, &Hypothesis)> = found.best.stated.set.iter().enumerate().collect();
         chosen.sort_by(|a, b| decision.probability[b.0].total_cmp(&decision.probability[a.0]));
         for (i, h) in &chosen {
-            add(h, decision.probability[*i], found.best.evidence(1.0) - base);
+            add(h, probabilities(found, decision, *i)(0.0), found.best.evidence(1.0) - base);
         }
         for (i, _) in &chosen {
+            let probability = probabilities(found, decision, *i);
             for (at, odds) in &decision.rivals[*i] {
                 let f = &found.sets[*at];
                 if let Some(other) = found.best.replaced_in(f) {
-                    add(other, decision.probability[*i] * odds.exp(), f.evidence(1.0) - base);
+                    add(other, probability(*odds), f.evidence(1.0) - base);
                 }
             }
         }
@@ -172,7 +191,8 @@ pub(super) fn parameters(best: &Estimated<'_>, decision: &Decision) -> BTreeMap<
     }
     let stated = &best.led.stated;
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
-    let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| u.run.is_none());
+    let fitted = |u: &Unknown| u.run.is_none() && u.lower < u.upper;
+    let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| fitted(u));
     shared.map(|(k, u)| (u.name.clone(), best.amount(k, 0.0))).collect()
 }
 
@@ -287,6 +307,20 @@ mod tests {
         // The same effect elsewhere is no other.
         let (found, decision) = ambiguous(&["backlash[1]", "backlash[2]"]);
         assert!(indistinguishable(&found, &decision).is_empty());
+    }
+
+    #[test]
+    fn one_of_a_set_or_none_is_certain() {
+        let (found, mut decision) = ambiguous(&["backlash[1]", "motor-friction[1]", "cable-stiffness[1]"]);
+        (decision.probability, decision.unknown) = (vec![0.9], 0.1);
+        let all = candidates(effect::Plant::Joint, &found, &decision);
+        let sum: f64 = all.iter().map(|c| c.probability).sum();
+        assert!((sum - 0.9).abs() < 1e-12, "{sum}: 0.9 exp(-0.1 k) were 2.45");
+        assert!(all[0].probability > all[1].probability && all[1].probability > all[2].probability);
+        // Of rivals that hardly count nothing is taken.
+        decision.rivals = vec![vec![(1, -9.0)]];
+        decision.probability = vec![0.5];
+        assert_eq!(candidates(effect::Plant::Joint, &found, &decision)[0].probability, 0.5);
     }
 
     #[test]

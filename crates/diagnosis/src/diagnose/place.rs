@@ -118,6 +118,7 @@ fn of_claims<'a>(found: &'a Found, decision: &Decision) -> Vec<(&'a Hypothesis, 
 
 /// Where the gap sits: components, channels, times, bands, regimes.
 pub(super) fn where_it_lies(
+    loaded: &Loaded,
     search: &Search<'_>,
     found: &Found,
     decision: &Decision,
@@ -158,16 +159,16 @@ pub(super) fn where_it_lies(
         .zip(locate::shares(&pairs))
         .map(|(name, share)| ChannelShare { name: (*name).to_owned(), share })
         .collect();
-    missing_by_place(search, found, picture, components, channels, seed)
+    missing_by_place(loaded, search, found, picture, (components, channels), seed)
 }
 
 /// Times, bands and regimes of what the plain model misses: there a cause shows while it acts.
 fn missing_by_place(
+    loaded: &Loaded,
     search: &Search<'_>,
     found: &Found,
     picture: &Picture,
-    components: Vec<ComponentShare>,
-    mut channels: Vec<ChannelShare>,
+    (components, mut channels): (Vec<ComponentShare>, Vec<ChannelShare>),
     seed: u64,
 ) -> Where {
     let case = search.case;
@@ -216,7 +217,7 @@ fn missing_by_place(
             .map(|b| BandShare { low_hz: b.low, high_hz: b.high, share: b.share.clamp(0.0, 1.0) })
             .collect()
     });
-    let regimes = regimes(case, &residuals, seed);
+    let regimes = regimes(case, &residuals, &|variable| unit(loaded, variable), seed);
     channels.sort_by(|a, b| b.share.total_cmp(&a.share));
     let cause = match picture.cause {
         Some(locate::Cause::Internal) => Some("internal".to_owned()),
@@ -226,7 +227,12 @@ fn missing_by_place(
     Where { components, channels, intervals, regimes, bands, cause }
 }
 
-fn regimes(case: &Prepared, residuals: &[locate::Residual<'_>], seed: u64) -> Vec<RegimeShare> {
+fn regimes(
+    case: &Prepared,
+    residuals: &[locate::Residual<'_>],
+    units: &dyn Fn(&str) -> String,
+    seed: u64,
+) -> Vec<RegimeShare> {
     let mut features: BTreeMap<String, Vec<f64>> = BTreeMap::new();
     let mut whitened = Vec::new();
     for (run, residual) in case.train.iter().zip(residuals) {
@@ -269,9 +275,23 @@ fn regimes(case: &Prepared, residuals: &[locate::Residual<'_>], seed: u64) -> Ve
         .take(6)
         .filter_map(|r| {
             let (variable, low, high) = r.main()?;
-            Some(RegimeShare { variable, low, high, share: r.share.clamp(0.0, 1.0) })
+            let unit = units(&variable);
+            Some(RegimeShare { variable, low, high, unit, share: r.share.clamp(0.0, 1.0) })
         })
         .collect()
+}
+
+/// The unit of a variable that regimes are told of, by those of the channels.
+fn unit(loaded: &Loaded, variable: &str) -> String {
+    let of = |name: &str| {
+        let mut all = loaded.recordings.values().flat_map(|r| &r.channels);
+        all.find(|c| c.name == name).map(|c| c.unit.clone())
+    };
+    let name = variable.trim_matches('|');
+    let integrals = [("Velocity", "Angle"), ("Rate", "Attitude"), ("Velocity", "Position")]
+        .map(|(a, b)| name.replace(a, b));
+    let rate = integrals.iter().filter(|i| *i != name).find_map(|i| of(i).filter(|u| !u.is_empty()));
+    of(name).or_else(|| rate.map(|u| format!("{u}/s"))).unwrap_or_default()
 }
 
 fn at_times(t: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
@@ -291,6 +311,20 @@ fn at_times(t: &[f64], y: &[f64], times: &[f64]) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::engine::made::{fitted, found};
+
+    #[test]
+    fn a_regime_has_the_unit_of_its_channel() {
+        use trueup_signals::{Channel, Recording};
+        let channel = |name: &str, unit: &str| Channel::new(name, unit, vec![0.0], vec![0.0]);
+        let channels = vec![channel("motorAngle[1]", "rad"), channel("motorCurrent", "A")];
+        let recordings = [("a.csv".to_owned(), Recording { channels, ..Recording::default() })].into();
+        let loaded = Loaded { recordings, ..Loaded::default() };
+        for (variable, expected) in
+            [("|motorVelocity[1]|", "rad/s"), ("motorAngle[1]", "rad"), ("motorCurrent", "A"), ("twist", "")]
+        {
+            assert_eq!(unit(&loaded, variable), expected, "{variable}");
+        }
+    }
 
     #[test]
     fn a_claim_has_what_goes_with_it_alone_or_comes_back_without_it() {

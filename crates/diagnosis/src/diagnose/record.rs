@@ -194,7 +194,7 @@ impl Record {
             effects: effects(plant, &found, &none, &best, &decision),
             candidates: candidates(plant, &found, &decision),
             indistinguishable: indistinguishable(&found, &decision),
-            unknown: Unknown { present, probability: decision.unknown },
+            unknown: Unknown { present, probability: decision.unknown, place: None },
             after: free.after,
         })
     }

@@ -11,6 +11,7 @@ pub fn table() -> ModelTable {
     let v = Variable::new;
     let mut table = ModelTable {
         name: "Sample".to_owned(),
+        title: None,
         description: "Two masses & a <spring>".to_owned(),
         variables: vec![
             v("time", Independent, Continuous, S::Time, "s", "time"),

@@ -153,6 +153,7 @@ impl FmuModel for Probe {
         };
         ModelTable {
             name: "Probe".into(),
+            title: None,
             description: "for tests".into(),
             variables,
             enumerations: vec![law],

@@ -44,6 +44,8 @@ impl Effect for ActuatorLag {
         id: "actuator-lag",
         component: "actuator",
         summary: "current or torque follows its command with a lag or a dead time",
+        noun: "a lag of the actuator behind its command",
+        check: "Command a step of current or torque and measure what is delivered: how late does it come, how fast does it rise?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

@@ -37,6 +37,8 @@ impl Effect for AppendageMode {
         id: "appendage-mode",
         component: "base",
         summary: "a flexible appendage (solar panel, sloshing)",
+        noun: "a flexible appendage on the base",
+        check: "Tap the base, or stop it short, with the arm at rest: does it go on swinging at one frequency?",
         scope: Scope::Once,
         plants: &[Plant::Arm],
         passive: true,

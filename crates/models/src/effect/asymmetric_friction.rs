@@ -13,6 +13,8 @@ impl Effect for AsymmetricFriction {
         id: "asymmetric-friction",
         component: "motor-friction",
         summary: "friction that differs between the two directions",
+        noun: "friction that differs between the two directions",
+        check: "Run at one slow speed forwards and backwards: does it take a different current?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

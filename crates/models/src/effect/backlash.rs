@@ -26,6 +26,8 @@ impl Effect for Backlash {
         id: "backlash",
         component: "transmission",
         summary: "play: no torque within a gap",
+        noun: "backlash in the transmission",
+        check: "Hold the load and turn the motor back and forth by hand or with little current: through which angle does it turn freely?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[ParameterSpec {

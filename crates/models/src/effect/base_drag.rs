@@ -13,6 +13,8 @@ impl Effect for BaseDrag {
         id: "base-drag",
         component: "base",
         summary: "air bearings that drag: a force against the base's velocity, a torque against its rate",
+        noun: "drag of the base's air bearings",
+        check: "Push the base and let it glide: does it slow down? Check air pressure, pads and the hoses.",
         scope: Scope::Once,
         plants: &[Plant::Arm],
         parameters: &[

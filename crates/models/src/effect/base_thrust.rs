@@ -30,6 +30,8 @@ impl Effect for BaseThrust {
         id: "base-thrust",
         component: "base",
         summary: "a steady force or torque on the base (leak, air jet, umbilical)",
+        noun: "a steady force or torque on the base",
+        check: "Leave the base floating at rest: does it start to move by itself? Look for leaks, air jets and a pulling umbilical.",
         scope: Scope::Once,
         plants: &[Plant::Arm],
         parameters: &[

@@ -32,6 +32,8 @@ impl Effect for CableStiffness {
         id: "cable-stiffness",
         component: "load",
         summary: "a cable, harness or umbilical that pulls back",
+        noun: "a cable that pulls back",
+        check: "Move slowly to several angles and let go: does it creep back? Loosen or re-route cables and hoses and record again.",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         passive: true,

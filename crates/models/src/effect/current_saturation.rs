@@ -14,6 +14,8 @@ impl Effect for CurrentSaturation {
         id: "current-saturation",
         component: "actuator",
         summary: "the amplifier delivers less than commanded above a limit",
+        noun: "saturation of the amplifier",
+        check: "Command more and more current and measure the current itself: where does it stop to follow? Check limits in the drive's settings.",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

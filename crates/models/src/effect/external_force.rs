@@ -153,6 +153,8 @@ impl Effect for ExternalForce {
         id: "external-force",
         component: "load",
         summary: "a push that comes and goes (contact, collision, thruster firing, an input that was not logged)",
+        noun: "an unrecorded push from outside",
+        check: "Look at video or notes of the times that stand out: contact, a collision, a thruster, a hand, an input that was not logged?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         modes: 2 * PUSHES,

@@ -24,6 +24,8 @@ impl Effect for FlexibleLink {
         id: "flexible-link",
         component: "load",
         summary: "a vibration mode of the link: a tip inertia on a spring",
+        noun: "flexibility of the link",
+        check: "Lock the joint and tap the end of the link: at which frequency does it ring, and how long?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

@@ -15,6 +15,8 @@ impl Effect for FrictionDrift {
         id: "friction-drift",
         component: "motor-friction",
         summary: "friction that changes over the run (warming up)",
+        noun: "friction that changes over the run",
+        check: "Repeat one run cold and after an hour of work: does the current at the same speed change?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

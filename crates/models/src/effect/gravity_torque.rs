@@ -11,6 +11,8 @@ impl Effect for GravityTorque {
         id: "gravity-torque",
         component: "load",
         summary: "an unbalanced load, or a joint axis that is not vertical",
+        noun: "a gravity torque on the load",
+        check: "Hold the load still at several angles: does the holding current change with the angle? Check the balance and that the axis is upright.",
         scope: Scope::Joint,
         plants: &[Plant::Joint],
         parameters: &[

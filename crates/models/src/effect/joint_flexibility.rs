@@ -14,6 +14,8 @@ impl Effect for JointFlexibility {
         id: "joint-flexibility",
         component: "transmission",
         summary: "a joint held to be rigid that is not",
+        noun: "flexibility of a joint held to be rigid",
+        check: "Block the motor and push the link: does the link give way, and spring back?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         passive: true,

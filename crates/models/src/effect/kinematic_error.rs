@@ -15,6 +15,8 @@ impl Effect for KinematicError {
         id: "kinematic-error",
         component: "transmission",
         summary: "a gear error that repeats with the angle of the wave generator",
+        noun: "a kinematic error of the gear",
+        check: "Turn slowly through whole turns of the motor and plot load angle minus motor angle over the ratio: does it repeat once or twice a turn?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         compliant: true,

@@ -14,6 +14,8 @@ impl Effect for LoadDependentFriction {
         id: "load-dependent-friction",
         component: "motor-friction",
         summary: "friction that grows with the torque carried",
+        noun: "friction that grows with the load",
+        check: "Run at one slow speed with and without an extra load: does the friction current grow?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

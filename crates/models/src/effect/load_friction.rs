@@ -15,6 +15,8 @@ impl Effect for LoadFriction {
         id: "load-friction",
         component: "load",
         summary: "friction on the load side",
+        noun: "friction on the load side",
+        check: "Release the load from the gear, or turn it by hand: does its bearing or seal drag?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         passive: true,

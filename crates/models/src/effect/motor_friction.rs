@@ -14,6 +14,8 @@ impl Effect for MotorFriction {
         id: "motor-friction",
         component: "motor-friction",
         summary: "Coulomb and viscous friction at the motor, with a static level",
+        noun: "Coulomb and viscous friction at the motor",
+        check: "Raise the current slowly from 0: at which one does the motor start, and which one keeps it at a slow steady speed?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

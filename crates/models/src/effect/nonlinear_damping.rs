@@ -14,6 +14,8 @@ impl Effect for NonlinearDamping {
         id: "nonlinear-damping",
         component: "transmission",
         summary: "damping that is not proportional to the deformation rate",
+        noun: "damping that is not proportional to the deformation rate",
+        check: "Let the joint ring down from a large and from a small amplitude: does the decrement differ?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         compliant: true,

@@ -25,6 +25,8 @@ impl Effect for NonlinearStiffness {
         id: "nonlinear-stiffness",
         component: "transmission",
         summary: "a spring that hardens (positive) or softens (negative) with the cube of its deflection, or from a knee on",
+        noun: "a spring that hardens or softens",
+        check: "Block the load and raise the motor torque in steps both ways: does the twist stay proportional?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

@@ -14,6 +14,8 @@ impl Effect for NonlinearViscousFriction {
         id: "nonlinear-viscous-friction",
         component: "motor-friction",
         summary: "speed-dependent friction that is not proportional to speed",
+        noun: "friction that is not proportional to speed",
+        check: "Run at several steady speeds and plot current over speed: is it a straight line?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

@@ -18,6 +18,8 @@ impl Effect for PreslidingFriction {
         id: "presliding-friction",
         component: "motor-friction",
         summary: "hysteretic, spring-like friction before sliding",
+        noun: "spring-like friction before sliding",
+        check: "Apply a torque well below break-away and take it away: does the motor move a little and spring back?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

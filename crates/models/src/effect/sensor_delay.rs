@@ -31,6 +31,8 @@ impl Effect for SensorDelay {
         id: "sensor-delay",
         component: "sensor:motorAngle",
         summary: "one channel late against the others",
+        noun: "a late reading",
+        check: "Compare the time stamps of this sensor with those of the others on one sharp event; check filters and the bus.",
         scope: Scope::Channel,
         plants: &[Plant::Joint, Plant::Arm],
         places: channel::ALL,

@@ -14,6 +14,8 @@ impl Effect for SensorDrift {
         id: "sensor-drift",
         component: "sensor:motorAngle",
         summary: "an offset that moves",
+        noun: "a drifting reading",
+        check: "Leave the rig at rest for the length of a run: does this reading move?",
         scope: Scope::Channel,
         plants: &[Plant::Joint, Plant::Arm],
         places: channel::ALL,

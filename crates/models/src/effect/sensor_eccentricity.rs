@@ -13,6 +13,8 @@ impl Effect for SensorEccentricity {
         id: "sensor-eccentricity",
         component: "sensor:motorAngle",
         summary: "a reading error that repeats with the angle",
+        noun: "an eccentric encoder",
+        check: "Turn slowly through whole turns and compare with a second sensor: does the difference repeat once a turn? Check how the disc is mounted.",
         scope: Scope::Channel,
         plants: &[Plant::Joint, Plant::Arm],
         places: channel::ENCODERS,

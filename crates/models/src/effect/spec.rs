@@ -268,6 +268,10 @@ pub struct Spec {
     pub component: &'static str,
     /// One line.
     pub summary: &'static str,
+    /// What it is called in a sentence, without a full stop: stands after "the model lacks".
+    pub noun: &'static str,
+    /// How it is looked for on the rig, a sentence or two to the one who stands before it.
+    pub check: &'static str,
     /// Once per joint, or once.
     pub scope: Scope,
     /// The plants that it can act in.
@@ -305,6 +309,8 @@ impl Spec {
         id: "",
         component: "",
         summary: "",
+        noun: "",
+        check: "",
         scope: Scope::Joint,
         plants: &[],
         places: &[],

@@ -15,6 +15,8 @@ impl Effect for StribeckFriction {
         id: "stribeck-friction",
         component: "motor-friction",
         summary: "sliding friction falls from the break-away level to the Coulomb level with speed",
+        noun: "break-away (Stribeck) friction",
+        check: "Raise the current slowly until the motor breaks loose, then lower it until it stops: are the two currents different?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         friction: true,

@@ -11,6 +11,8 @@ impl Effect for TableTilt {
         id: "table-tilt",
         component: "base",
         summary: "a table that is not level: a uniform pull on all bodies",
+        noun: "a tilted table",
+        check: "Leave the base floating at rest at several places: does it slide the same way? Check with a level.",
         scope: Scope::Once,
         plants: &[Plant::Arm],
         parameters: &[

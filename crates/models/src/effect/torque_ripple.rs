@@ -15,6 +15,8 @@ impl Effect for TorqueRipple {
         id: "torque-ripple",
         component: "actuator",
         summary: "torque that repeats with motor position (cogging, commutation)",
+        noun: "a torque ripple of the motor",
+        check: "Run slowly at constant speed and plot current over motor angle: does it repeat with the poles or slots?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

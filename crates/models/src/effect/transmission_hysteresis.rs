@@ -14,6 +14,8 @@ impl Effect for TransmissionHysteresis {
         id: "transmission-hysteresis",
         component: "transmission",
         summary: "friction inside the compliant element: its torque depends on its history",
+        noun: "hysteresis of the transmission",
+        check: "Block the load, raise and lower the motor torque slowly: does the twist come back by another way?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         parameters: &[

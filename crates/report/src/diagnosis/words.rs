@@ -1,44 +1,16 @@
 //! A diagnosis in words.
 
-use trueup_diagnosis::outcome::{Claimed, Diagnosis, Verdict};
+use trueup_diagnosis::outcome::{AT_BOUND, Amount, Claimed, Diagnosis, Gap, NO_HOLDOUT, Verdict};
+use trueup_diagnosis::words::noun;
 
 use crate::number::number;
 
-/// Effects by id, as one would say them.
-const EFFECTS: &[(&str, &str)] = &[
-    ("current-saturation", "the amplifier saturates"),
-    ("actuator-lag", "the actuator lags behind its command"),
-    ("torque-ripple", "motor torque ripples with position"),
-    ("stribeck-friction", "break-away (Stribeck) friction"),
-    ("asymmetric-friction", "friction that differs between directions"),
-    ("load-dependent-friction", "friction that grows with the load"),
-    ("nonlinear-viscous-friction", "friction not proportional to speed"),
-    ("friction-drift", "friction that changes over the run"),
-    ("presliding-friction", "spring-like friction before sliding"),
-    ("motor-friction", "motor friction"),
-    ("backlash", "backlash"),
-    ("nonlinear-stiffness", "a spring that hardens or softens"),
-    ("transmission-hysteresis", "hysteresis of the transmission"),
-    ("nonlinear-damping", "damping not proportional to rate"),
-    ("kinematic-error", "kinematic error of the gear"),
-    ("joint-flexibility", "flexibility of a joint held to be rigid"),
-    ("load-friction", "friction on the load side"),
-    ("gravity-torque", "an unbalanced load or tilted axis"),
-    ("flexible-link", "a flexible link"),
-    ("cable-stiffness", "a cable that pulls back"),
-    ("external-force", "an unrecorded push from outside"),
-    ("base-drag", "drag of the base"),
-    ("table-tilt", "a tilted table"),
-    ("base-thrust", "a steady force on the base"),
-    ("appendage-mode", "a flexible appendage"),
-    ("sensor-delay", "a late sensor"),
-    ("sensor-eccentricity", "an eccentric encoder"),
-    ("sensor-drift", "a drifting sensor"),
-];
+/// Shares below this are not worth a line.
+pub(super) const LEAST_SHARE: f64 = 0.05;
 
-/// An effect's id in words; an id that is not known as it is.
+/// An effect's id as a noun phrase; an id that is not known as it is.
 pub fn effect_name(id: &str) -> &str {
-    EFFECTS.iter().find(|(known, _)| *known == id).map_or(id, |(_, name)| name)
+    noun(id)
 }
 
 /// A share as a percentage, which no line end tears apart.
@@ -54,6 +26,73 @@ pub(super) fn percent(x: f64) -> String {
     }
 }
 
+/// A gap: a percentage of the signal, or how many times the signal.
+pub(super) fn size(gap: f64) -> String {
+    match gap {
+        g if g.is_finite() && g >= 1.0 => format!("{}\u{a0}times the signal", times(g)),
+        g => percent(g),
+    }
+}
+
+/// A ratio with two or three digits.
+pub(super) fn times(x: f64) -> String {
+    match x.abs() {
+        a if a >= 100.0 => {
+            number((x / 10f64.powf(a.log10().floor() - 1.0)).round() * 10f64.powf(a.log10().floor() - 1.0))
+        }
+        a if a >= 10.0 => format!("{x:.0}"),
+        _ => format!("{x:.1}"),
+    }
+}
+
+/// How much of a gap is closed.
+pub(super) fn closed(g: &Gap) -> String {
+    let Some(closed) = g.closed else {
+        return match g.before > 1.0 {
+            true => "no figure: the nominal run drifts away".to_owned(),
+            false => "–".to_owned(),
+        };
+    };
+    let part = |x: f64| percent(x.clamp(0.0, 1.0));
+    match g.ci95 {
+        _ if closed < 0.0 => "nothing: it grew".to_owned(),
+        Some([a, b]) if part(a) != part(b) => format!("{} ({} to {})", part(closed), part(a), part(b)),
+        _ => part(closed),
+    }
+}
+
+/// A value with its unit.
+pub(super) fn amount(a: &Amount) -> String {
+    with_unit(number(a.value), &a.unit)
+}
+
+pub(super) fn with_unit(value: String, unit: &str) -> String {
+    match unit {
+        "" | "1" => value,
+        unit => format!("{value}\u{a0}{unit}"),
+    }
+}
+
+/// Its interval with the unit; open ends as words, and why there is none.
+pub(super) fn interval(a: &Amount) -> String {
+    let end = |x: f64| with_unit(number(x), &a.unit);
+    match (&a.reason, a.ci95) {
+        (Some(reason), _) => reason.clone(),
+        (None, [Some(low), Some(high)]) if number(low) == number(high) => {
+            with_unit(format!("within rounding of {}", number(low)), &a.unit)
+        }
+        (None, [Some(low), Some(high)]) => format!("{} to {}", number(low), end(high)),
+        (None, [Some(low), None]) => format!("at least {}", end(low)),
+        (None, [None, Some(high)]) => format!("at most {}", end(high)),
+        (None, [None, None]) => "not bounded by these recordings".to_owned(),
+    }
+}
+
+/// Whether a value stands where the search ends.
+pub(super) fn at_bound(a: &Amount) -> bool {
+    a.reason.as_deref() == Some(AT_BOUND)
+}
+
 /// `transmission, joint 2`
 pub(super) fn place(component: &str, joint: Option<usize>) -> String {
     match joint {
@@ -62,12 +101,13 @@ pub(super) fn place(component: &str, joint: Option<usize>) -> String {
     }
 }
 
-fn named(c: &Claimed, arm: bool) -> String {
-    let at = place(&c.component, c.joint.filter(|_| arm));
-    format!("{} ({at}, probability {})", effect_name(&c.id), percent(c.probability))
+/// Where, with the joint where there are several.
+pub(super) fn at(d: &Diagnosis, component: &str, joint: Option<usize>) -> String {
+    place(component, joint.filter(|_| d.model != "TwoMassJoint"))
 }
 
-fn list(items: &[String], last: &str) -> String {
+/// `a, b and c`
+pub(super) fn list(items: &[String], last: &str) -> String {
     match items {
         [] => String::new(),
         [one] => one.clone(),
@@ -75,29 +115,81 @@ fn list(items: &[String], last: &str) -> String {
     }
 }
 
+/// What the figures are of.
+pub(super) fn judged_on(d: &Diagnosis) -> &'static str {
+    match d.notes.iter().any(|n| n == NO_HOLDOUT) {
+        true => "the recordings that were fitted (none was held out)",
+        false => "recordings never used for fitting",
+    }
+}
+
+/// What is claimed, each as the set of those that cannot be told apart; a cause that is told has a set of its own.
+pub(super) fn sets(d: &Diagnosis) -> Vec<Vec<&Claimed>> {
+    if d.verdict != Verdict::Ambiguous {
+        return d.effects.iter().map(|e| vec![e]).collect();
+    }
+    let mut all: Vec<(Option<usize>, Vec<&Claimed>)> = Vec::new();
+    for e in &d.effects {
+        let set = d.indistinguishable.iter().position(|set| set.contains(&e.id));
+        match all.iter_mut().find(|(s, _)| set.is_some() && *s == set) {
+            Some((_, members)) => members.push(e),
+            None => all.push((set, vec![e])),
+        }
+    }
+    // Where no set is told, all that is claimed is one.
+    if d.indistinguishable.is_empty() && !d.effects.is_empty() {
+        return vec![d.effects.iter().collect()];
+    }
+    all.into_iter().map(|(_, members)| members).collect()
+}
+
+/// That one of them is there.
+pub(super) fn together(set: &[&Claimed]) -> f64 {
+    set.iter().map(|e| e.probability).sum::<f64>().min(1.0)
+}
+
+fn named(d: &Diagnosis, set: &[&Claimed]) -> String {
+    let of = |c: &&Claimed| format!("{} ({})", effect_name(&c.id), at(d, &c.component, c.joint));
+    match set {
+        [one] => {
+            let place = at(d, &one.component, one.joint);
+            format!("{} ({place}, probability {})", effect_name(&one.id), percent(one.probability))
+        }
+        set => {
+            let members = list(&set.iter().map(of).collect::<Vec<_>>(), "or");
+            let all = if set.len() > 2 { "one of" } else { "either" };
+            let sure = percent(together(set));
+            format!("{all} {members}, which these recordings cannot tell apart (together probability {sure})")
+        }
+    }
+}
+
 /// The verdict in one sentence.
 pub fn sentence(d: &Diagnosis) -> String {
-    let arm = d.model != "TwoMassJoint";
-    let effects: Vec<String> = d.effects.iter().map(|c| named(c, arm)).collect();
     let overall = d.gap.overall.as_ref();
     let figures = |after: f64, with: &str| {
         overall.map_or_else(String::new, |g| {
             format!(
-                " {with} the gap on recordings never used for fitting falls from {} to {}; the sensors' noise alone leaves {}.",
-                percent(g.before),
-                percent(after),
-                percent(g.floor)
+                " {with} the gap on {} falls from {} to {}; the sensors' noise alone leaves {}.",
+                judged_on(d),
+                size(g.before),
+                size(after),
+                size(g.floor)
             )
         })
     };
     let after = overall.map_or(f64::NAN, |g| g.after);
+    if d.capped {
+        return "The recordings are not what they seem (see below): nothing is concluded from them until that is mended."
+            .to_owned();
+    }
     match d.verdict {
         Verdict::NoGap => {
-            let size = overall.map_or_else(String::new, |g| {
-                format!(" (gap {}, noise alone leaves {})", percent(g.before), percent(g.floor))
+            let figures = overall.map_or_else(String::new, |g| {
+                format!(" (gap {}, noise alone leaves {})", size(g.before), size(g.floor))
             });
             format!(
-                "The simulation agrees with the recordings: nothing is left beyond the sensors' noise{size}."
+                "The simulation agrees with the recordings: nothing is left beyond the sensors' noise{figures}."
             )
         }
         Verdict::Parameters => {
@@ -105,23 +197,37 @@ pub fn sentence(d: &Diagnosis) -> String {
             format!("{text}{}", figures(overall.map_or(f64::NAN, |g| g.tuned), "With them refitted"))
         }
         Verdict::Effects => {
-            let what = list(&effects, "and");
-            format!("What the simulation lacks is {what}.{}", figures(after, "With it"))
+            let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
+            let with = if what.len() > 1 { "With them" } else { "With it" };
+            format!("What the simulation lacks is {}.{}", list(&what, "and"), figures(after, with))
         }
         Verdict::Ambiguous => {
-            let what = list(&effects, "or");
+            let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
             format!(
-                "One of these is missing, and these recordings cannot say which: {what}.{}",
-                figures(after, "With any of them")
+                "What the simulation lacks is {}.{}",
+                list(&what, "and, besides,"),
+                figures(after, "With the likeliest")
             )
         }
         Verdict::Unknown => {
-            let at = d.location.components.first();
-            let at = at.map_or_else(String::new, |c| {
-                format!(" It acts at: {} ({} of the excess).", place(&c.id, c.joint), percent(c.share))
+            let most = d.location.components.first().filter(|c| c.share >= LEAST_SHARE);
+            let most = most.map_or_else(String::new, |c| {
+                format!(
+                    " Most of it shows at: {} ({} of the excess).",
+                    place(&c.id, c.joint),
+                    percent(c.share)
+                )
+            });
+            let left = overall.filter(|g| g.floor > 0.0 && g.tuned > g.floor).map_or_else(String::new, |g| {
+                format!(
+                    " With its own parameters refitted the model still misses {} on {}, {} times what noise alone leaves.",
+                    size(g.tuned),
+                    judged_on(d),
+                    times(g.tuned / g.floor)
+                )
             });
             format!(
-                "Something is missing that no known effect explains (probability {}).{at}",
+                "Something is missing that no known effect explains (probability {}).{left}{most}",
                 percent(d.unknown.probability)
             )
         }
@@ -136,5 +242,45 @@ pub(super) fn badge(v: Verdict) -> &'static str {
         Verdict::Effects => "effects",
         Verdict::Ambiguous => "ambiguous",
         Verdict::Unknown => "unknown",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn beyond_the_signal_a_gap_is_so_many_times_the_signal() {
+        let plain = |x| size(x).replace('\u{a0}', " ");
+        assert_eq!(plain(0.9996), "100 %");
+        assert_eq!(plain(0.0123), "1.23 %");
+        assert_eq!(plain(1.04), "1.0 times the signal");
+        assert_eq!(plain(77.3), "77 times the signal");
+        assert_eq!(plain(7730.0), "7700 times the signal");
+    }
+
+    #[test]
+    fn an_interval_has_a_unit_or_a_reason() {
+        let told = |value, ci| {
+            interval(&Amount::within([0.0, 10.0], value, "N.m".into(), ci)).replace('\u{a0}', " ")
+        };
+        assert_eq!(told(3.0, [2.0, 4.0]), "2 to 4 N.m");
+        assert_eq!(told(3.0, [0.0, 4.0]), "at most 4 N.m");
+        assert_eq!(told(10.0, [9.0, 11.0]), "at the bound of the search");
+        assert_eq!(told(3.0, [3.0, 3.0]), "not determined by these recordings");
+        assert_eq!(told(3.0, [2.99999, 3.00001]), "within rounding of 3 N.m");
+    }
+
+    #[test]
+    fn what_is_closed_is_never_more_than_all_or_less_than_nothing() {
+        let told = |before, closed: Option<f64>, ci95| {
+            let g = Gap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95 };
+            super::closed(&g).replace('\u{a0}', " ")
+        };
+        assert_eq!(told(0.5, Some(0.9), Some([0.8, 1.1])), "90.0 % (80.0 % to 100 %)");
+        assert_eq!(told(0.5, Some(1.02), Some([1.01, 1.05])), "100 %");
+        assert_eq!(told(0.5, Some(-0.3), None), "nothing: it grew");
+        assert_eq!(told(3.8, None, None), "no figure: the nominal run drifts away");
+        assert_eq!(told(0.5, None, None), "–");
     }
 }

@@ -1,20 +1,20 @@
 //! `trueup diagnose`
 
-use std::collections::BTreeMap;
-use std::io::IsTerminal;
+mod inputs;
+mod page;
+
 use std::path::Path;
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
-use trueup_diagnosis::outcome::{Diagnosis, Verdict};
-use trueup_diagnosis::picture::{Picture, isolability};
+use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
+use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
-use trueup_report::{Evidence, Map, Trace, diagnosis_page, number};
+use trueup_report::number;
 use trueup_signals::Loaded;
 
 use crate::args::Diagnose;
@@ -23,11 +23,12 @@ use crate::catalog;
 use crate::command::pack;
 use crate::error::Error;
 use crate::output::{can_be_made, folder, say};
+use crate::stages::Stages;
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     let (found, written) = found(args)?;
     // What was found is said even where it could not be written.
-    say(&if args.json { json(&found)? } else { text(&found) })?;
+    say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
 }
 
@@ -36,13 +37,13 @@ fn json(d: &Diagnosis) -> Result<String, Error> {
 }
 
 /// Diagnoses and writes all files.
-pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
+pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, Error> {
     let (found, written) = found(args)?;
     written.map(|()| found)
 }
 
 /// Diagnoses; what became of writing the files.
-fn found(args: &Diagnose) -> Result<(Diagnosis, Result<(), Error>), Error> {
+fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
     let loaded = load(&args.case)?;
     // What would be in the way of writing is said before the work, not after it.
@@ -50,19 +51,11 @@ fn found(args: &Diagnose) -> Result<(Diagnosis, Result<(), Error>), Error> {
     can_be_made(&args.output)?;
     let options = Options { seed: args.seed, verdict_only: args.verdict_only, ..Options::default() };
     sensors(&loaded);
-    let bar = std::io::stderr().is_terminal().then(bar);
-    let mut tell = |part: f64, what: &str| match &bar {
-        Some(bar) => {
-            bar.set_position((1000.0 * part) as u64);
-            bar.set_message(what.to_owned());
-        }
-        None => eprintln!("{:3.0} %  {what}", 100.0 * part),
-    };
-    let found = diagnose(&loaded, &options, &mut tell);
-    if let Some(bar) = &bar {
-        bar.finish_and_clear();
-    }
+    let mut stages = Stages::new();
+    let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
+    drop(stages);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    found.diagnosis.inputs = Some(inputs::read(&loaded.case)?);
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(library)) = (&found.augmented, &library) {
@@ -79,7 +72,12 @@ fn found(args: &Diagnose) -> Result<(Diagnosis, Result<(), Error>), Error> {
         files.push((experiment::FILE.into(), csv));
     }
     if let Some(picture) = &found.picture {
-        files.push(("report.html".into(), page(&loaded, &found, picture, args.seed).into_bytes()));
+        let beside = files.iter().map(|f| f.0.clone());
+        let beside = ["diagnosis.json", record::FILE].map(str::to_owned).into_iter().chain(beside).collect();
+        files.push((
+            "report.html".into(),
+            page::html(&loaded, &found, picture, beside, args.seed).into_bytes(),
+        ));
     }
     let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
     files.push((record::FILE.into(), record));
@@ -92,7 +90,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosis, Result<(), Error>), Error> {
             begun.elapsed().as_secs_f64()
         );
     }
-    Ok((found.diagnosis, written))
+    Ok((found, written))
 }
 
 fn store(output: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
@@ -121,11 +119,6 @@ fn sensors(loaded: &Loaded) {
     list("... and in no balance at all", &told.hidden);
 }
 
-fn bar() -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {msg}");
-    ProgressBar::new(1000).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
-}
-
 /// The model with what was claimed, for both versions of FMI.
 fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let name = loaded.case.model.as_str();
@@ -144,49 +137,14 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
     };
     configuration.start =
         augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
-    let packed = pack::pack(model, &configuration, &Version::ALL, &library)?;
-    let named = |(version, (_, bytes)): (&Version, (String, Vec<u8>))| {
-        (format!("{name}.augmented.fmi{}.fmu", version.major()), bytes)
+    let case = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
+    let case = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let with = configuration.effects.join(", ");
+    let titled = pack::Titled {
+        title: format!("{name}.augmented"),
+        description: format!("with {with} and fitted values, as the diagnosis of the case {case} found them"),
     };
-    Ok(Version::ALL.iter().zip(packed).map(named).collect())
-}
-
-/// The page with what it was made from.
-fn page(loaded: &Loaded, found: &Diagnosed, picture: &Picture, seed: u64) -> String {
-    let case = loaded.case.folder.file_name().unwrap_or_default().to_string_lossy();
-    let channels = loaded.recordings.values().flat_map(|r| &r.channels);
-    let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
-    let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
-    let traces = found.traces.iter().map(|t| Trace {
-        recording: &t.recording,
-        channel: &t.channel,
-        unit: unit(&t.channel),
-        time: &t.time,
-        measured: &t.measured,
-        before: &t.before,
-        tuned: &t.tuned,
-        after: &t.after,
-        floor: t.floor,
-    });
-    let floors = picture.floors.iter().map(|f| {
-        [
-            f.channel.clone(),
-            format!("{} {}", number(f.deviation), unit(&f.channel)),
-            f.source.text().to_owned(),
-        ]
-    });
-    let next = found.next.iter().flat_map(|n| &n.inputs);
-    let next = next.map(|i| (i.name.as_str(), unit(&i.name), i.time.as_slice(), i.value.as_slice()));
-    let evidence = Evidence {
-        case: &case,
-        traces: traces.collect(),
-        floors: floors.collect(),
-        next: next.collect(),
-        maps: Map::of(picture),
-        settings: vec![["seed".into(), seed.to_string()]],
-        versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
-    };
-    diagnosis_page(&found.diagnosis, &evidence)
+    pack::pack(model, &configuration, Some(&titled), &Version::ALL, &library)
 }
 
 /// The verdict for people.
@@ -203,21 +161,31 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             e.joint.filter(|_| d.model != "TwoMassJoint").map_or(String::new(), |j| format!(", joint {j}"));
         out += &format!("  {} ({}{joint}), probability {:.2}\n", e.id, e.component, e.probability);
         for (name, a) in &e.parameters {
-            let end = |v: Option<f64>| v.map_or("open".to_owned(), |v| format!("{v:.4e}"));
-            out += &format!(
-                "    {name} = {:.4e} {} [{}, {}]\n",
-                a.value,
-                a.unit,
-                end(a.ci95[0]),
-                end(a.ci95[1])
-            );
+            let end = |v: Option<f64>| v.map_or("open".to_owned(), number);
+            let interval = match &a.reason {
+                Some(reason) => format!("({reason})"),
+                None => format!("[{}, {}]", end(a.ci95[0]), end(a.ci95[1])),
+            };
+            out += &format!("    {name} = {} {} {interval}\n", number(a.value), a.unit);
         }
     }
     if let Some(g) = &d.gap.overall {
-        let closed = g.closed.map_or("-".to_owned(), |c| format!("{:.0} %", 100.0 * c));
+        let closed = match g.closed {
+            Some(c) => format!("closed {:.0} %", 100.0 * c.clamp(0.0, 1.0)),
+            None if g.before > 1.0 => "what is closed is no figure, the nominal run drifts away".to_owned(),
+            None => "nothing to close".to_owned(),
+        };
         out += &format!(
-            "gap on held-out recordings: {:.4} before, {:.4} tuned, {:.4} after, floor {:.4}; closed {closed}\n",
-            g.before, g.tuned, g.after, g.floor
+            "gap on {}: {:.4} before, {:.4} tuned, {:.4} after, floor {:.4}; {closed}\n",
+            if d.notes.iter().any(|n| n == NO_HOLDOUT) {
+                "the recordings that were fitted"
+            } else {
+                "held-out recordings"
+            },
+            g.before,
+            g.tuned,
+            g.after,
+            g.floor
         );
     }
     if let Some(n) = &d.next_experiment {
@@ -233,6 +201,11 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             .map(|c| format!("{} {:.0} %", c.id, 100.0 * c.share))
             .collect();
         out += &format!("where it may lie: {}\n", places.join(", "));
+    }
+    for f in &d.findings {
+        let severity = if f.severity == Severity::Note { "note" } else { "warning" };
+        let channel = f.channel.as_ref().map_or_else(String::new, |c| format!(" {c}:"));
+        out += &format!("{severity}: {}:{channel} {}\n", f.file, f.text);
     }
     for note in &d.notes {
         out += &format!("note: {note}\n");

@@ -12,18 +12,25 @@ use crate::args::Pack;
 use crate::assets;
 use crate::catalog::{self, Model};
 use crate::error::Error;
+use crate::near::suggestion;
 use crate::output::{folder, say};
+
+/// Where names are to be found.
+const LIST: &str = "`trueup fmu list` shows them";
 
 pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     for e in &args.effect {
-        if !catalog::effects().any(|known| Some(known.id) == e.split(':').next()) {
-            return Err(Error::Usage(format!("there is no effect `{e}`: `trueup fmu list` shows them")));
+        let id = e.split(':').next().unwrap_or_default();
+        if !catalog::effects().any(|known| known.id == id) {
+            let mend = suggestion(id, catalog::effects().map(|e| e.id), LIST);
+            return Err(Error::Usage(format!("there is no effect `{e}`; {mend}")));
         }
     }
     if let Some(p) = &args.preset
         && !catalog::models().any(|m| has_preset(m, p))
     {
-        return Err(Error::Usage(format!("there is no preset `{p}`: `trueup fmu list` shows them")));
+        let names = catalog::models().flat_map(|m| catalog::presets(m.name)).map(|p| p.name);
+        return Err(Error::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
     }
     let models = models(args)?;
     let path = library(args.library.as_deref())?;
@@ -34,7 +41,7 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
         let configuration = configuration(model, args)?;
         let wanted = |v: &Version| args.fmi.is_none_or(|wanted| wanted == v.major());
         let versions: Vec<Version> = Version::ALL.into_iter().filter(wanted).collect();
-        ready.extend(pack(model, &configuration, &versions, &library)?);
+        ready.extend(pack(model, &configuration, None, &versions, &library)?);
     }
     folder(&args.output)?;
     for (name, bytes) in ready {
@@ -84,7 +91,8 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
     let named = |name: &String| {
         let model = catalog::models().find(|m| m.name == name).ok_or_else(|| {
             let names: Vec<_> = catalog::models().map(|m| m.name).collect();
-            Error::Usage(format!("there is no model `{name}`; there are {}", names.join(", ")))
+            let all = format!("there are {}", names.join(", "));
+            Error::Usage(format!("there is no model `{name}`; {}", suggestion(name, names, &all)))
         })?;
         misfit(model)
             .map_or(Ok(model), |why| Err(Error::Usage(format!("{why}: `trueup fmu list` shows what fits"))))
@@ -115,30 +123,40 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     Ok(configuration)
 }
 
+/// A name and a description of an FMU that are not those of its model and effects.
+pub(crate) struct Titled {
+    pub(crate) title: String,
+    /// Behind the model's own description.
+    pub(crate) description: String,
+}
+
 /// File names and contents of FMUs, version by version.
 pub(crate) fn pack(
     model: Model,
     configuration: &Configuration,
+    titled: Option<&Titled>,
     versions: &[Version],
     library: &[u8],
 ) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
-    let table = fmu_library::table(configuration).map_err(failed)?;
+    let mut table = fmu_library::table(configuration).map_err(failed)?;
+    if let Some(titled) = titled {
+        table.title = Some(titled.title.clone());
+        table.description = format!("{}: {}; {}", titled.title, model.description, titled.description);
+    }
     // Values that are meant for other inputs need not survive those of the default experiment.
     let reference = fmu_library::reference_result(configuration);
     if let Err(why) = &reference {
         let name = model.name;
-        eprintln!("note: {name} is packed without a reference result: the default experiment fails: {why}");
+        crate::voice::note(&format!(
+            "{name} is packed without a reference result: the default experiment fails: {why}"
+        ));
     }
     let assets = assets::of(model.name).ok_or_else(|| failed("has no documentation".to_owned()))?;
     let mut equations = assets.equations.to_owned();
     if !configuration.effects.is_empty() {
         equations += "<h2>Effects packed in</h2>\n";
         equations.extend(configuration.effects.iter().filter_map(|id| assets::effect(id)));
-    }
-    let mut name = model.name.to_owned();
-    for e in &configuration.effects {
-        name += &format!("+{}", e.replace(':', "-"));
     }
     let one = |version: &Version| {
         let bytes = archive(&Parts {
@@ -153,7 +171,10 @@ pub(crate) fn pack(
             licences: assets::LICENCES,
             reference: reference.as_ref().ok().map(|r| Reference { inputs: &r.inputs, outputs: &r.outputs }),
         });
-        Ok((format!("{name}.fmi{}.fmu", version.major()), bytes.map_err(|e| failed(e.to_string()))?))
+        Ok((
+            format!("{}.fmi{}.fmu", table.title(), version.major()),
+            bytes.map_err(|e| failed(e.to_string()))?,
+        ))
     };
     versions.iter().map(one).collect()
 }

@@ -10,6 +10,7 @@ use crate::args::Simulate;
 use crate::error::Error;
 use crate::output::say;
 use crate::progress::Progress;
+use crate::voice;
 
 pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
     let extension = args.output.extension().unwrap_or_default().to_ascii_lowercase();
@@ -20,7 +21,7 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
     }
     let system = settings::system(args).map_err(mistakes)?;
     let plan = check(&system).map_err(mistakes)?;
-    plan.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    plan.notes.iter().for_each(|note| voice::note(note));
     if args.check {
         return say(&summary::of(&plan));
     }
@@ -65,7 +66,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
             .map_err(|e| Error::Failed(e.to_string()))?;
     }
     for note in log.notes.iter().skip(told) {
-        eprintln!("note: {note}");
+        voice::note(note);
     }
     match done {
         Ok(log) => {

@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
+use trueup_fmi::configuration::Configuration;
 use trueup_identification::identify::Method;
-use trueup_report::{Page, escape, sentence};
+use trueup_report::{Page, Trace, diagnosis_pictures, escape, sentence};
 use trueup_trials::{Folders, Key, Order, Plant, Split, generate};
 
 use crate::args::{Diagnose, Identify};
@@ -35,7 +36,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
     eprintln!("[4/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
-    let found = diagnose::write(&Diagnose {
+    let told = diagnose::write(&Diagnose {
         case,
         output,
         json: false,
@@ -43,6 +44,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         seed: 1,
         library: None,
     })?;
+    let (found, traces) = (told.diagnosis, told.traces);
     crate::output::say(&diagnose::text(&found))?;
 
     // Only now.
@@ -67,6 +69,23 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         ["effect".to_owned(), said, truth],
     ];
     page.table(&["", "said", "sealed"], &rows.map(|r| r.to_vec()));
+    // The channel that shows it most.
+    let most = found.location.channels.first().map(|c| c.name.as_str());
+    let shown = traces.iter().find(|t| Some(t.channel.as_str()) == most).or(traces.first());
+    let table = fmu_library::table(&Configuration::of(&found.model)).map_err(failed)?;
+    let unit = |channel: &str| table.find(channel).map_or("", |v| v.unit);
+    let shown = shown.map(|t| Trace {
+        recording: &t.recording,
+        channel: &t.channel,
+        unit: unit(&t.channel),
+        time: &t.time,
+        measured: &t.measured,
+        before: &t.before,
+        tuned: &t.tuned,
+        after: &t.after,
+        floor: t.floor,
+    });
+    diagnosis_pictures(page, &found, shown.as_ref());
     page.html(
         "<p><a href=\"diagnosis/report.html\">The whole diagnosis</a>; before it, \
          <a href=\"identified.html\">what fitting the model's own parameters gave</a>.</p>",

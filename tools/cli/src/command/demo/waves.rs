@@ -1,5 +1,5 @@
-//! P/PI and the three wave-based laws on DELIAN's joint 2 with a flexible link: what they leave of its vibration, and
-//! what a constant load makes of them.
+//! P/PI and the three wave-based laws on DELIAN's joint 2 with a flexible link, without dry friction and with current
+//! without limit: what they leave of its vibration, and what a constant load makes of them.
 
 use std::path::Path;
 
@@ -19,7 +19,7 @@ connections = [
     "plant.loadAngle -> controller.loadAngle",
     "plant.loadVelocity -> controller.loadVelocity",
 ]
-record = ["plant.tipAngle", "plant.loadAngle", "controller.motorCurrent"]
+record = ["plant.tipAngle", "plant.loadAngle", "plant.motorAngle", "controller.motorCurrent"]
 
 [run]
 start = 0
@@ -62,7 +62,9 @@ const STRATEGIES: [(&str, &str); 4] =
 const MODE: f64 = 2.388_158_46;
 /// Load in N.m, and the angle in rad by which it twists the joint.
 const LOAD: f64 = -30.9;
-const TWIST: f64 = -LOAD / (21750.0 * 21750.0 * 2.2e-5);
+const TWIST: f64 = -LOAD / (RATIO * RATIO * 2.2e-5);
+/// Of the gear, as in [`WAVES`].
+const RATIO: f64 = 21750.0;
 
 /// One run for each law.
 fn runs(folder: &Path, name: &str, toml: &str, set: &[(&str, f64)]) -> Result<Vec<Memory>, Error> {
@@ -83,6 +85,18 @@ fn chart(page: &mut Page, runs: &[Memory], title: &str, unit: &str, name: &str, 
     );
 }
 
+/// Of the joint: motor angle over the gear ratio less load angle.
+fn twist(page: &mut Page, runs: &[Memory]) {
+    let of = |r: &Memory| -> Vec<f64> {
+        let both = column(r, "plant.motorAngle").iter().zip(column(r, "plant.loadAngle"));
+        both.map(|(motor, load)| motor / RATIO - load).collect()
+    };
+    let twists: Vec<Vec<f64>> = runs.iter().map(of).collect();
+    let all = STRATEGIES.iter().zip(runs).zip(&twists);
+    let chart = Chart::over_time("Twist of the joint (motor angle / n - load angle)", "rad");
+    page.chart(&all.fold(chart, |c, (((label, _), r), y)| c.line(label, r.time(), y)));
+}
+
 pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), Error> {
     vibration(folder, page)?;
     load(folder, page)
@@ -90,9 +104,11 @@ pub(super) fn draw(folder: &Path, page: &mut Page) -> Result<(), Error> {
 
 fn vibration(folder: &Path, page: &mut Page) -> Result<(), Error> {
     page.section(
-        "JointController: wave-based control damps what P/PI leaves",
-        "DELIAN's joint 2 with a flexible link, a unit step. Vibration: root mean square of the tip angle about \
-         its moving average over one period of the first mode.",
+        "JointController: what P/PI and wave-based control leave of a vibration",
+        "DELIAN's joint 2 with a flexible link, a unit step. Conditions: no dry friction (coulombFriction and staticFriction are \
+         0) and a current without limit (currentLimit 1e6 A). With dry friction, or where the amplifier saturates, the figures are \
+         others: set these parameters in waves.toml and look. Vibration: root mean square of the tip angle about its moving \
+         average over one period of the first mode.",
     );
     let mut rows = Vec::new();
     for (gain, wave) in [(2.5, 41.648), (2.0, 200.0)] {
@@ -106,6 +122,7 @@ fn vibration(folder: &Path, page: &mut Page) -> Result<(), Error> {
         }));
         if wave < 100.0 {
             chart(page, &all, "Tip angle", "rad", "plant.tipAngle", 1.0);
+            twist(page, &all);
             chart(page, &all, "Motor current", "A", "controller.motorCurrent", 1.0);
         }
     }
@@ -116,7 +133,8 @@ fn vibration(folder: &Path, page: &mut Page) -> Result<(), Error> {
 fn load(folder: &Path, page: &mut Page) -> Result<(), Error> {
     page.section(
         "A constant load: who holds the reference",
-        "The same joint, reference 0, with -30.9 N m on the load. The joint twists by delta; position waves take the \
+        "The same joint under the same conditions (no dry friction, current without limit), reference 0, with -30.9 N m on the \
+         load. The joint twists by delta; position waves take the \
          twist for a motion and drift at -omega_n delta, velocity waves stay off by -omega_n delta / K_p, washed out \
          they do not.",
     );

@@ -1,5 +1,6 @@
 //! `--set NAME=VALUE`
 
+use crate::near::suggestion;
 use trueup_fmi::table::{Causality, Kind, ModelTable, Variability, Variable};
 
 /// Sets the start value of an element; the last one counts.
@@ -15,7 +16,9 @@ pub(super) fn parse(table: &ModelTable, set: &str) -> Result<Vec<(String, f64)>,
     let (name, values) = set.split_once('=').ok_or_else(|| format!("--set {set}: write it as name=value"))?;
     let (name, values) = (name.trim(), values.split(',').map(str::trim));
     let (variable, elements) = find(table, name).ok_or_else(|| {
-        format!("--set {set}: there is no variable `{name}`; pack the model and look with `trueup fmu info`")
+        let names = table.variables.iter().map(|v| v.name.as_str());
+        let mend = suggestion(name, names, "pack the model and look with `trueup fmu info`");
+        format!("--set {set}: there is no variable `{name}`; {mend}")
     })?;
     let settable = matches!(variable.causality, Causality::Parameter | Causality::Input)
         && variable.variability != Variability::Constant;
@@ -77,6 +80,7 @@ mod tests {
         let law = Enumeration { name: "Law", description: "", items: vec![("soft", ""), ("hard", "")] };
         ModelTable {
             name: "M".to_owned(),
+            title: None,
             description: String::new(),
             variables: vec![
                 parameter("mass").array(&[2]).start(&[1.0, 1.0]).above(0.0),
@@ -106,7 +110,7 @@ mod tests {
         let t = table();
         for (set, said) in [
             ("mass", "name=value"),
-            ("mas=1", "no variable `mas`"),
+            ("mas=1", "no variable `mas`; did you mean `mass`?"),
             ("mass[3]=1", "no variable `mass[3]`"),
             ("mass=1", "2 elements and 1 are given"),
             ("mass[1]=0", "above 0 kg"),

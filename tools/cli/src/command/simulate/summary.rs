@@ -1,11 +1,16 @@
 //! In words: what would be run, what was run.
 
+use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::fmt::Write;
 
 use trueup_cosim::RunLog;
+use trueup_cosim::exchange::LoopLog;
 use trueup_cosim::plan::Plan;
 use trueup_fmi_description::description::Causality;
+
+/// Algebraic loops that are told one by one.
+const LOOPS: usize = 3;
 
 /// Before: what would be run.
 pub(super) fn of(plan: &Plan) -> String {
@@ -73,17 +78,28 @@ pub(super) fn log(log: &RunLog) -> String {
             adapted.error, adapted.taken, adapted.jumps
         );
     }
-    for (when, loops) in [("at the start", &log.initial_loops), ("while stepping", &log.loops)] {
-        for found in loops {
-            let (names, residual) = (few(&found.variables), found.residual);
-            let _ = writeln!(
-                out,
-                "algebraic loop {when}: {names}; solved {} times, largest residual {residual:.1e}",
-                found.solved
-            );
-        }
+    for (when, all) in [("at the start", &log.initial_loops), ("while stepping", &log.loops)] {
+        loops(&mut out, when, all);
     }
     out
+}
+
+/// Those that were solved most often stand for all.
+fn loops(out: &mut String, when: &str, all: &[LoopLog]) {
+    let mut all: Vec<&LoopLog> = all.iter().collect();
+    all.sort_by_key(|l| Reverse(l.solved));
+    let (shown, rest) = all.split_at(if all.len() > LOOPS + 1 { LOOPS } else { all.len() });
+    for l in shown {
+        let (names, solved, residual) = (few(&l.variables), l.solved, l.residual);
+        let _ = writeln!(
+            out,
+            "algebraic loop {when}: {names}; solved {solved} times, largest residual {residual:.1e}"
+        );
+    }
+    if !rest.is_empty() {
+        let residual = rest.iter().fold(0.0, |m: f64, l| m.max(l.residual));
+        let _ = writeln!(out, "... and {} more {when}, largest residual {residual:.1e}", rest.len());
+    }
 }
 
 /// The first ones of a long list.
@@ -92,5 +108,25 @@ fn few(names: &[String]) -> String {
     match names.len() {
         n if n > FEW + 1 => format!("{} and {} more", names[..FEW].join(", "), n - FEW),
         _ => names.join(", "),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_hundred_loops_are_four_lines() {
+        let of = |n: u64| -> String {
+            let one =
+                |k| LoopLog { variables: vec![format!("a{k}.u")], solved: k, evaluations: k, residual: 1e-9 };
+            let (all, mut out) = ((0..n).map(one).collect::<Vec<_>>(), String::new());
+            loops(&mut out, "at the start", &all);
+            out
+        };
+        assert_eq!(of(500).lines().count(), 4);
+        assert!(of(500).starts_with("algebraic loop at the start: a499.u; solved 499 times"));
+        assert!(of(500).ends_with("... and 497 more at the start, largest residual 1.0e-9\n"), "{}", of(500));
+        assert_eq!((of(4).lines().count(), of(0).as_str()), (4, ""));
     }
 }

@@ -28,7 +28,10 @@ pub(crate) fn decide(a: &TrialDecide) -> Result<(), Error> {
     }
     after.tabulate().map_err(failed)?;
     if without > 0 {
-        eprintln!("{without} cases have no {} and are left out: run their diagnoses again", record::FILE);
+        let file = record::FILE;
+        crate::voice::note(&format!(
+            "{without} cases have no {file} and are left out: run their diagnoses again"
+        ));
     }
     let found = trueup_trials::compare(&before, &after).map_err(failed)?;
     if found.pairs.is_empty() {

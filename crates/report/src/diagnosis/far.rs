@@ -1,0 +1,58 @@
+//! How far the gap shrinks.
+
+use trueup_diagnosis::outcome::{Diagnosis, Gap};
+
+use super::bars::{Bar, decades};
+use super::budget::budget;
+use super::words::{closed, judged_on, size};
+use crate::page::Page;
+
+/// Gaps of all stages, overall and by channel, and what the gap before is made of.
+pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
+    let Some(overall) = &d.gap.overall else { return };
+    page.section(
+        "How far",
+        &format!(
+            "The gap of a channel is the RMS of simulated minus measured over the RMS of the measured signal about its mean, \
+             in free-running simulations of {}; overall it is the root mean square over the channels. The scale is \
+             logarithmic: each line is ten times the one before.",
+            judged_on(d)
+        ),
+    );
+    let many = d.gap.channels.len() > 1;
+    let channels = d.gap.channels.iter().filter(|_| many).map(|(name, g)| (name.clone(), g));
+    let blocks = [("Overall".to_owned(), overall)].into_iter().chain(channels);
+    decades(page, blocks.map(|(name, g)| (name, stages(d, g))).collect());
+    let row = |name: &str, g: &Gap| {
+        vec![name.to_owned(), size(g.before), size(g.tuned), size(g.after), size(g.floor), closed(g)]
+    };
+    let mut rows = vec![row("overall", overall)];
+    rows.extend(d.gap.channels.iter().map(|(name, g)| row(name, g)));
+    page.html("<details><summary>The figures</summary>");
+    page.table(&["channel", "before", "tuned", "after", "noise alone", "closed (95 % interval)"], &rows);
+    page.html("</details>");
+    if !d.gap.left_out.is_empty() {
+        page.text(&format!("Without variation and left out: {}.", d.gap.left_out.join(", ")));
+    }
+    budget(page, d);
+}
+
+fn stages(d: &Diagnosis, g: &Gap) -> Vec<Bar> {
+    let all = [
+        ("before", g.before, 1),
+        ("own parameters refitted", g.tuned, 4),
+        ("with the effects", g.after, 2),
+        ("noise alone", g.floor, 7),
+    ];
+    let shown = all.into_iter().filter(|s| s.0 != "with the effects" || !d.effects.is_empty());
+    shown
+        .map(|(label, gap, colour)| Bar { label: label.to_owned(), length: gap, figure: size(gap), colour })
+        .collect()
+}
+
+/// The overall gaps alone.
+pub(super) fn overall(page: &mut Page, d: &Diagnosis) {
+    if let Some(g) = &d.gap.overall {
+        decades(page, vec![(format!("Gap on {}", judged_on(d)), stages(d, g))]);
+    }
+}

@@ -1,0 +1,133 @@
+//! The verdict, and what is claimed.
+
+use std::collections::BTreeSet;
+
+use trueup_diagnosis::outcome::{Claimed, Diagnosis, Verdict};
+
+use super::words::{
+    amount, at, at_bound, badge, effect_name, interval, percent, sentence, sets, size, times, together,
+};
+use crate::page::{Page, escape};
+
+/// The verdict, its figures, and what is claimed.
+pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
+    page.section("Verdict", "");
+    page.html(&format!(
+        "<p class=\"verdict\"><b class=\"badge\">{}</b> {}</p>",
+        badge(d.verdict),
+        escape(&sentence(d))
+    ));
+    super::intake::doubts(page, d);
+    if d.verdict == Verdict::Unknown && !d.capped {
+        evidence(page, d);
+    }
+    if !d.effects.is_empty() {
+        page.table(
+            &["effect", "where", "probability", "closes alone", "parameter", "value", "95 % interval"],
+            &d.effects.iter().flat_map(|e| rows(d, e)).collect::<Vec<_>>(),
+        );
+    }
+    for set in sets(d).iter().filter(|set| set.len() > 1) {
+        let names: Vec<&str> = set.iter().map(|e| effect_name(&e.id)).collect();
+        page.text(&format!(
+            "A set: {}. One of its members is there with probability {}; each has its part of that.",
+            names.join(" / "),
+            percent(together(set))
+        ));
+    }
+    for line in d.effects.iter().filter_map(|e| basis(d, &e.component, e.joint)).collect::<BTreeSet<_>>() {
+        page.text(&line);
+    }
+    if !d.parameters.is_empty() {
+        page.html("<details><summary>The plant's own parameters, refitted</summary>");
+        let rows: Vec<Vec<String>> =
+            d.parameters.iter().map(|(name, a)| vec![name.clone(), amount(a), interval(a)]).collect();
+        page.table(&["parameter", "value", "95 % interval"], &rows);
+        page.html("</details>");
+    }
+    let bound = d.effects.iter().flat_map(|e| &e.parameters).chain(&d.parameters).any(|(_, a)| at_bound(a));
+    if bound {
+        page.text(
+            "At the bound of the search: the best value lies where the search ends, so it is no estimate; look whether the \
+             recordings show the parameter at all, or whether something else is missing.",
+        );
+    }
+}
+
+/// Rows of an effect: one for each of its parameters.
+fn rows(d: &Diagnosis, e: &Claimed) -> Vec<Vec<String>> {
+    let alone = e.closed_alone.map_or_else(|| "–".to_owned(), |c| percent(c.clamp(0.0, 1.0)));
+    let head =
+        vec![effect_name(&e.id).to_owned(), at(d, &e.component, e.joint), percent(e.probability), alone];
+    if e.parameters.is_empty() {
+        return vec![[head, vec![String::new(); 3]].concat()];
+    }
+    let row = |(k, (name, a)): (usize, (&String, &trueup_diagnosis::outcome::Amount))| {
+        let lead = if k == 0 { head.clone() } else { vec![String::new(); head.len()] };
+        [lead, vec![name.clone(), amount(a), interval(a)]].concat()
+    };
+    e.parameters.iter().enumerate().map(row).collect()
+}
+
+/// What speaks for something that has no name.
+fn evidence(page: &mut Page, d: &Diagnosis) {
+    let mut items = Vec::new();
+    if let Some(g) = &d.gap.overall {
+        let floors =
+            if g.floor > 0.0 { format!(", {} times it", times(g.tuned / g.floor)) } else { String::new() };
+        items.push(format!(
+            "Beyond noise: the nominal model misses {}, refitted {}; noise alone leaves {}{floors}.",
+            size(g.before),
+            size(g.tuned),
+            size(g.floor)
+        ));
+    }
+    let tried = d.candidates.iter().filter_map(|c| Some((c, c.holdout_gap?)));
+    match tried.min_by(|a, b| a.1.total_cmp(&b.1)) {
+        Some((best, gap)) => {
+            let floor = d.gap.overall.as_ref().map(|g| g.floor).filter(|f| *f > 0.0);
+            let over =
+                floor.map_or_else(String::new, |f| format!(", still {} times the noise", times(gap / f)));
+            items.push(format!(
+                "Beyond what is known: of {} effects looked at the best, {} ({}), leaves {}{over}.",
+                d.candidates.len(),
+                effect_name(&best.id),
+                at(d, &best.component, best.joint),
+                size(gap)
+            ));
+        }
+        None if !d.candidates.is_empty() => {
+            items.push(format!(
+                "Beyond what is known: {} effects were looked at, none was worth a free run.",
+                d.candidates.len()
+            ));
+        }
+        None => {}
+    }
+    if let Some(place) = &d.unknown.place {
+        items.push(format!("In one place: most of it shows at {place}."));
+    }
+    if items.is_empty() {
+        return;
+    }
+    let list: String = items.iter().map(|i| format!("<li>{}</li>", escape(i))).collect();
+    page.html(&format!("<p>What speaks for it:</p><ul>{list}</ul>"));
+}
+
+/// Whether the sensors tell a component from the others by structure, or the form of the effect has to.
+fn basis(d: &Diagnosis, component: &str, joint: Option<usize>) -> Option<String> {
+    let own =
+        |name: &String| *name == component || joint.is_some_and(|j| *name == format!("{component}[{j}]"));
+    let class = d.sensors.classes.iter().find(|c| c.iter().any(own))?;
+    let others: Vec<&str> = class.iter().filter(|name| !own(name)).map(String::as_str).collect();
+    let here = at(d, component, joint);
+    Some(match others.is_empty() {
+        true => format!(
+            "Structural: these sensors tell {here} from every other component by the equations alone."
+        ),
+        false => format!(
+            "Form-based: with these sensors {} would show in the same balances as {here}; the form of the effect tells them apart.",
+            others.join(", ")
+        ),
+    })
+}

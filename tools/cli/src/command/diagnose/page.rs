@@ -1,0 +1,210 @@
+//! The page with what it was made from.
+
+use std::collections::BTreeMap;
+
+use trueup_diagnosis::diagnose::Diagnosed;
+use trueup_diagnosis::picture::Picture;
+use trueup_identification::model::Model;
+use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, number};
+use trueup_signals::{Case, Interpolation, Loaded, Recording, Role, base_name};
+
+/// `beside`: files that are written with it.
+pub(super) fn html(
+    loaded: &Loaded,
+    found: &Diagnosed,
+    picture: &Picture,
+    beside: Vec<String>,
+    seed: u64,
+) -> String {
+    let folder = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
+    let case = folder.file_name().unwrap_or_default().to_string_lossy();
+    let channels = loaded.recordings.values().flat_map(|r| &r.channels);
+    let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
+    let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
+    let traces = found.traces.iter().map(|t| Trace {
+        recording: &t.recording,
+        channel: &t.channel,
+        unit: unit(&t.channel),
+        time: &t.time,
+        measured: &t.measured,
+        before: &t.before,
+        tuned: &t.tuned,
+        after: &t.after,
+        floor: t.floor,
+    });
+    let floors = picture.floors.iter().map(|f| {
+        [
+            f.channel.clone(),
+            format!("{} {}", number(f.deviation), unit(&f.channel)),
+            f.source.text().to_owned(),
+        ]
+    });
+    let next = found.next.iter().flat_map(|n| &n.inputs);
+    let next = next.map(|i| (i.name.as_str(), unit(&i.name), i.time.as_slice(), i.value.as_slice()));
+    let evidence = Evidence {
+        case: &case,
+        traces: traces.collect(),
+        floors: floors.collect(),
+        next: next.collect(),
+        maps: Map::of(picture),
+        intake: intake(loaded),
+        files: beside,
+        settings: vec![["seed".into(), seed.to_string()]],
+        versions: vec![["trueup".into(), env!("CARGO_PKG_VERSION").into()]],
+    };
+    diagnosis_page(&found.diagnosis, &evidence)
+}
+
+fn intake(loaded: &Loaded) -> Intake {
+    let case = &loaded.case;
+    let recorded = |name: &str| Some(card(case, name, loaded.recordings.get(name)?));
+    let recordings = case.recordings().into_iter().filter_map(recorded).collect();
+    let model = Model::of_case(case, &[]).ok();
+    let assumptions = model.as_ref().map_or_else(Vec::new, |m| assumptions(loaded, m));
+    let channels = channels(loaded, model.as_ref());
+    Intake { recordings, channels, assumptions, command: command(std::env::args()) }
+}
+
+fn card(case: &Case, name: &str, r: &Recording) -> Recorded {
+    let holds = |list: &[String]| list.iter().any(|n| n == name);
+    let roles = [
+        (holds(&case.train), "fitting"),
+        (holds(&case.holdout), "the figures (held out)"),
+        (holds(&case.rest), "noise, at rest"),
+        (case.repeats.iter().any(|group| holds(group)), "noise, repeated"),
+    ];
+    let role: Vec<&str> = roles.iter().filter(|r| r.0).map(|r| r.1).collect();
+    let longest = r.channels.iter().max_by_key(|c| c.time.len());
+    let (duration, rate) = longest.map_or_else(Default::default, |c| (length(&c.time), rate(&c.time)));
+    let channels = r.channels.len();
+    Recorded { name: name.to_owned(), role: role.join(", "), duration, rate, channels }
+}
+
+fn length(t: &[f64]) -> String {
+    let (first, last) = (t.first().copied().unwrap_or(0.0), t.last().copied().unwrap_or(0.0));
+    format!("{} s", number(last - first))
+}
+
+/// `4000 at 200 Hz`; of uneven steps what most of them have.
+fn rate(t: &[f64]) -> String {
+    let mut steps: Vec<f64> = t.windows(2).map(|w| w[1] - w[0]).filter(|s| *s > 0.0).collect();
+    steps.sort_by(f64::total_cmp);
+    let (Some(least), Some(most)) = (steps.first(), steps.last()) else { return t.len().to_string() };
+    let middle = steps[steps.len() / 2];
+    let uneven = if most - least > 0.01 * middle { ", uneven" } else { "" };
+    format!("{} at {} Hz{uneven}", t.len(), number(1.0 / middle))
+}
+
+/// Channels of all recordings, each once.
+fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
+    let variables = model.map(Model::variables).unwrap_or_default();
+    let mut all: BTreeMap<&str, [String; 4]> = BTreeMap::new();
+    for c in loaded.recordings.values().flat_map(|r| &r.channels) {
+        let role =
+            variables.iter().find(|v| v.name == c.name || base_name(&v.name) == c.name).map(|v| v.role);
+        let what = match role {
+            Some(Role::Input) => "input: drives the simulation",
+            Some(Role::Output) => "output: is compared",
+            _ => "not used",
+        };
+        let s = &c.sensor;
+        let of = |name: &str, value: Option<f64>, unit: &str| {
+            value.filter(|v| *v != 0.0).map(|v| format!("{name} {} {unit}", number(v)).trim_end().to_owned())
+        };
+        let known = [
+            of("noise", s.noise, &c.unit),
+            of("resolution", s.resolution, &c.unit),
+            of("delay", Some(s.delay), "s"),
+            s.estimate_offset.then(|| "offset estimated".to_owned()),
+        ];
+        let known: Vec<String> = known.into_iter().flatten().collect();
+        let known = if known.is_empty() { "nothing declared".to_owned() } else { known.join(", ") };
+        all.insert(&c.name, [c.name.clone(), c.unit.clone(), what.to_owned(), known]);
+    }
+    all.into_values().collect()
+}
+
+/// What nobody said and what was taken for it.
+fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
+    let case = &loaded.case;
+    let variables = model.variables();
+    let parameters: Vec<&str> = variables
+        .iter()
+        .filter(|v| v.role == Role::Parameter && !v.name.starts_with("initial"))
+        .map(|v| base_name(&v.name))
+        .collect();
+    let given = |name: &str| case.parameters.keys().any(|p| p == name || base_name(p) == name);
+    let mut left_out: Vec<&str> = parameters.iter().copied().filter(|p| !given(p)).collect();
+    left_out.dedup();
+    let mut all = Vec::new();
+    if !left_out.is_empty() {
+        all.push(format!(
+            "Not in [parameters], so as the model has them by default: {}.",
+            left_out.join(", ")
+        ));
+    }
+    let known: Vec<&str> = case
+        .parameters
+        .keys()
+        .map(String::as_str)
+        .filter(|p| case.doubt(p).is_none() && parameters.contains(&base_name(p)))
+        .collect();
+    if !known.is_empty() {
+        all.push(format!(
+            "Without a doubt in [uncertain], so held to be known and refitted against a narrow prior: {}.",
+            known.join(", ")
+        ));
+    }
+    let drives = loaded.recordings.values().flat_map(|r| &r.channels);
+    let mut drives: Vec<_> = drives
+        .filter(|c| variables.iter().any(|v| v.role == Role::Input && v.name == c.name))
+        .map(|c| (c.name.as_str(), c.interpolation))
+        .collect();
+    drives.sort_by_key(|d| d.0);
+    drives.dedup_by_key(|d| d.0);
+    let of = |wanted: Interpolation| {
+        let names = drives.iter().filter(|d| d.1 == wanted).map(|d| d.0);
+        names.collect::<Vec<_>>().join(", ")
+    };
+    for (names, how) in [
+        (of(Interpolation::Linear), "Straight lines between samples of"),
+        (of(Interpolation::Hold), "Held until the next sample:"),
+    ] {
+        if !names.is_empty() {
+            all.push(format!("{how} {names}."));
+        }
+    }
+    all
+}
+
+/// The command line, quoted where a shell asks for it.
+fn command(arguments: impl Iterator<Item = String>) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+,./:@%".contains(c);
+    let quoted = |a: String| match !a.is_empty() && a.chars().all(plain) {
+        true => a,
+        false => format!("'{}'", a.replace('\'', "'\\''")),
+    };
+    std::iter::once("trueup".to_owned()).chain(arguments.skip(1).map(quoted)).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_command_line_can_be_typed_again() {
+        let of = |a: &[&str]| command(a.iter().map(|a| (*a).to_owned()));
+        assert_eq!(
+            of(&["/x/trueup", "diagnose", "my case", "-o", "out"]),
+            "trueup diagnose 'my case' -o out"
+        );
+        assert_eq!(of(&["trueup", "it's"]), "trueup 'it'\\''s'");
+    }
+
+    #[test]
+    fn rates_are_of_most_steps_and_say_where_they_differ() {
+        assert_eq!(rate(&[0.0, 0.5, 1.0]), "3 at 2 Hz");
+        assert_eq!(rate(&[0.0, 0.5, 1.0, 2.0]), "4 at 2 Hz, uneven");
+        assert_eq!(rate(&[0.0]), "1");
+    }
+}

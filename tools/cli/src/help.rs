@@ -1,0 +1,148 @@
+//! What `--help` says beside usage and options: what the command does comes first, then usage, examples, exit status.
+
+use clap::Command;
+
+/// Commands with examples of each.
+const EXAMPLES: &[(&str, &[&str])] = &[
+    (
+        "trueup",
+        &[
+            "trueup demo",
+            "trueup fmu pack -o out",
+            "trueup simulate out/TwoMassJoint.fmi3.fmu -o run.csv",
+            "trueup diagnose recordings -o found",
+        ],
+    ),
+    (
+        "fmu",
+        &[
+            "trueup fmu list",
+            "trueup fmu pack TwoMassJoint -o out",
+            "trueup fmu info out/TwoMassJoint.fmi3.fmu",
+        ],
+    ),
+    (
+        "fmu pack",
+        &[
+            "trueup fmu pack -o out",
+            "trueup fmu pack TwoMassJoint --fmi 3 --effect backlash --set backlashGap=2 -o out",
+            "trueup fmu pack PlanarManipulator --flexible true,false --set linkMass=4,3 -o out",
+        ],
+    ),
+    ("fmu list", &["trueup fmu list"]),
+    (
+        "fmu info",
+        &["trueup fmu info out/TwoMassJoint.fmi3.fmu", "trueup fmu info out/TwoMassJoint.fmi3.fmu --json"],
+    ),
+    ("fmu validate", &["trueup fmu validate out/TwoMassJoint.fmi2.fmu"]),
+    (
+        "simulate",
+        &[
+            "trueup simulate out/TwoMassJoint.fmi3.fmu --set motorCurrent=-0.02 --stop 1 -o run.csv",
+            "trueup simulate out/TwoMassJoint.fmi3.fmu --input inputs.csv --plot run.html",
+            "trueup simulate examples/joint.toml --set controller.strategy=WBC -o joint.csv",
+            "trueup simulate examples/arm.toml --check",
+        ],
+    ),
+    (
+        "identify",
+        &[
+            "trueup identify recordings",
+            "trueup identify recordings --json",
+            "trueup identify recordings --fast --plot fit.html",
+        ],
+    ),
+    ("statics", &["trueup statics deflections.toml"]),
+    (
+        "diagnose",
+        &["trueup diagnose recordings -o found", "trueup diagnose recordings/case.toml -o found --json"],
+    ),
+    ("demo", &["trueup demo", "trueup demo -o somewhere"]),
+    (
+        "trial",
+        &[
+            "trueup trial generate -o trials --plant joint --split single --count 20",
+            "trueup trial run trials",
+            "trueup trial score trials -o card.md",
+        ],
+    ),
+    ("trial generate", &["trueup trial generate -o trials --plant joint --split single --count 20 --seed 7"]),
+    ("trial run", &["trueup trial run trials", "trueup trial run trials --shard 1/2 --limit 120"]),
+    ("trial score", &["trueup trial score trials -o card.md"]),
+    ("trial compare", &["trueup trial compare trials/results trials/other"]),
+    ("trial decide", &["trueup trial decide trials --results trials/again"]),
+    ("trial corpus", &["trueup trial corpus corpus.csv --from trials"]),
+];
+
+const EXIT: &str = "Exit status:\n  0  done (of a diagnosis: whatever the verdict)\n  1  the work could not be done: bad data, an FMU that failed\n  \
+                    2  wrong usage";
+
+const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} {usage}\n\n{before-help}{all-args}{after-help}";
+
+/// The command and all below it, with this help.
+pub(crate) fn dressed(command: Command) -> Command {
+    dress(command, "trueup")
+}
+
+fn dress(command: Command, path: &str) -> Command {
+    let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map_or(&[][..], |(_, examples)| examples);
+    let lines: String = examples.iter().map(|e| format!("  {e}\n")).collect();
+    let below: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let dressed = command.help_template(TEMPLATE).before_help(format!("Examples:\n{lines}")).after_help(EXIT);
+    below.into_iter().filter(|name| name != "help").fold(dressed, |command, name| {
+        let inner = if path == "trueup" { name.clone() } else { format!("{path} {name}") };
+        command.mut_subcommand(name, |c| dress(c, &inner))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::args::Args;
+    use clap::CommandFactory;
+
+    fn paths(command: &Command, path: &str, all: &mut Vec<String>) {
+        all.push(path.to_owned());
+        for c in command.get_subcommands().filter(|c| c.get_name() != "help") {
+            let inner =
+                if path == "trueup" { c.get_name().to_owned() } else { format!("{path} {}", c.get_name()) };
+            paths(c, &inner, all);
+        }
+    }
+
+    #[test]
+    fn every_command_has_examples_and_every_example_is_one() {
+        let mut all = Vec::new();
+        paths(&Args::command(), "trueup", &mut all);
+        let known: Vec<&str> = EXAMPLES.iter().map(|e| e.0).collect();
+        assert_eq!(
+            {
+                let mut k = known.clone();
+                k.sort_unstable();
+                k
+            },
+            {
+                all.sort();
+                all.clone()
+            }
+        );
+        for example in EXAMPLES.iter().flat_map(|e| e.1) {
+            let parsed = Args::command().try_get_matches_from(example.split(' '));
+            assert!(parsed.is_ok(), "{example}: {:?}", parsed.err().map(|e| e.to_string()));
+        }
+    }
+
+    #[test]
+    fn it_says_what_it_does_then_usage_examples_and_exit_status() {
+        for path in EXAMPLES.iter().map(|e| e.0) {
+            let words = path.split(' ').filter(|w| *w != "trueup").chain(["--help"]);
+            let line = std::iter::once("trueup").chain(words);
+            let Err(help) = dressed(Args::command()).try_get_matches_from(line) else { continue };
+            let text = help.to_string();
+            let at = |what: &str| text.find(what).unwrap_or(usize::MAX);
+            let order = [at("Usage:"), at("Examples:\n  trueup"), at("Options:"), at("Exit status:")];
+            assert!(order[0] > 20 && order.is_sorted() && order[3] < usize::MAX, "{path}: {text}");
+            assert!(!text.starts_with("The program"), "{text}");
+        }
+    }
+}

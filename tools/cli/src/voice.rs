@@ -1,0 +1,47 @@
+//! What is said on standard error: `error: ...`, `warning: ...`, `note: ...`, in one voice, coloured where a person reads it.
+
+use std::io::IsTerminal;
+
+/// Words that begin a line, with the codes of their colours (SGR).
+const WORDS: [(&str, &str); 3] = [("error", "1;31"), ("warning", "1;33"), ("note", "1;36")];
+
+pub(crate) fn error(message: &str) {
+    line(&format!("error: {message}"));
+}
+
+pub(crate) fn note(message: &str) {
+    line(&format!("note: {message}"));
+}
+
+/// A line that may begin with one of the words.
+pub(crate) fn line(text: &str) {
+    eprintln!("{}", painted(text, coloured()));
+}
+
+/// Only a terminal, and only where nobody asked for none (<https://no-color.org>).
+fn coloured() -> bool {
+    let said = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty());
+    std::io::stderr().is_terminal() && said("NO_COLOR").is_none() && said("TERM").is_none_or(|t| t != "dumb")
+}
+
+fn painted(text: &str, colour: bool) -> String {
+    let begun = WORDS.iter().filter(|_| colour).find_map(|(word, code)| {
+        let rest = text.strip_prefix(word).filter(|rest| rest.starts_with(':'))?;
+        Some(format!("\u{1b}[{code}m{word}\u{1b}[0m{rest}"))
+    });
+    begun.unwrap_or_else(|| text.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::painted;
+
+    #[test]
+    fn a_word_has_its_colour_and_nothing_else_has() {
+        assert_eq!(painted("error: no", true), "\u{1b}[1;31merror\u{1b}[0m: no");
+        assert_eq!(painted("note: a note: b", true), "\u{1b}[1;36mnote\u{1b}[0m: a note: b");
+        for (text, colour) in [("error: no", false), ("errors: no", true), ("a warning: b", true)] {
+            assert_eq!(painted(text, colour), text);
+        }
+    }
+}
