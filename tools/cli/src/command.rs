@@ -6,6 +6,7 @@ mod identify;
 mod info;
 mod list;
 mod pack;
+mod robot;
 mod simulate;
 mod trial;
 mod validate;
@@ -18,6 +19,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Demo(a) => demo::demo(&a),
         Command::Identify(a) => identify::run(&a),
         Command::Statics(a) => identify::statics::run(&a),
+        Command::Robot(a) => robot::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Simulate(a) => simulate::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),

@@ -54,6 +54,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ),
     ("statics", &["trueup statics deflections.toml"]),
     (
+        "robot",
+        &[
+            "trueup robot chaser --pose 0.3,-0.9,1.4,0.2,-0.6,0.5 --sweep 3=-3..3",
+            "trueup robot arm.toml --json",
+            "trueup robot table-1 --surface 2,3 --torque-joints 1,2 -o surface.csv",
+        ],
+    ),
+    (
         "diagnose",
         &["trueup diagnose recordings -o found", "trueup diagnose recordings/case.toml -o found --json"],
     ),

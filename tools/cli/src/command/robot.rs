@@ -1,0 +1,210 @@
+//! `trueup robot`: what a pose of a robot on a free base shows.
+
+mod file;
+mod singular;
+mod surface;
+
+use std::fmt::Write;
+
+use nalgebra::DMatrix;
+use serde_json::{Value, json};
+use trueup_models::space::analysis::{Column, MomentumForm, Reaction, measure, stacked};
+use trueup_models::space::attitude::rotation;
+use trueup_models::space::design::{Design, Tip};
+use trueup_models::space::presets;
+use trueup_models::space::spatial::Frame;
+
+use crate::args::Robot;
+use crate::error::Error;
+use crate::near::suggestion;
+use crate::output::say;
+
+/// Robots that need no file.
+const PRESETS: [(&str, fn() -> Design); 2] = [("table-1", presets::table_1), ("chaser", presets::chaser)];
+
+pub(crate) fn run(args: &Robot) -> Result<(), Error> {
+    let design = match PRESETS.iter().find(|p| args.file.to_str() == Some(p.0)) {
+        Some((_, preset)) => preset(),
+        None => file::read(&args.file, &PRESETS.map(|p| p.0))?,
+    };
+    let tip = chosen(args, &design)?;
+    let q = pose(args, &design)?;
+    if let Some(j) = args.torque_joints.iter().find(|j| !(1..=q.len()).contains(*j)) {
+        return Err(Error::Usage(format!(
+            "--torque-joints: there is no joint {j}; they are 1 to {}",
+            q.len()
+        )));
+    }
+    if let Some(over) = &args.surface {
+        return surface::write(args, &design, tip, &q, over);
+    }
+    let found = Pose::of(&design, tip, &q, &args.torque_joints);
+    let singular = match &args.sweep {
+        Some(sweep) => Some(singular::along(&design, tip, &q, sweep)?),
+        None => None,
+    };
+    say(&if args.json {
+        let mut all = found.json(&design, tip);
+        if let Some(s) = &singular {
+            all["singular"] = s.json();
+        }
+        format!("{all:#}\n")
+    } else {
+        found.text(&design, tip) + &singular.map_or_else(String::new, |s| s.text(&design))
+    })
+}
+
+fn chosen<'a>(args: &Robot, design: &'a Design) -> Result<&'a Tip, Error> {
+    let names = || design.tips.iter().map(|t| t.name.as_str());
+    match &args.tip {
+        None => design.tips.first().ok_or_else(|| {
+            Error::at(
+                &args.file,
+                "there is no hand to look at; add a [[tip]] with the `body` that it is fixed to",
+            )
+        }),
+        Some(name) => design.tips.iter().find(|t| t.name == *name).ok_or_else(|| {
+            let near = suggestion(name, names(), "name another one");
+            let all = names().collect::<Vec<_>>().join(", ");
+            Error::Usage(format!("--tip {name}: there is no such hand; {near} (there are: {all})"))
+        }),
+    }
+}
+
+/// Angles (ways of prismatic joints) of all joints.
+fn pose(args: &Robot, design: &Design) -> Result<Vec<f64>, Error> {
+    let n = design.links.len();
+    if args.pose.is_empty() {
+        return Ok(vec![0.0; n]);
+    }
+    if args.pose.len() != n || args.pose.iter().any(|v| !v.is_finite()) {
+        return Err(Error::Usage(format!(
+            "--pose has {} numbers, the robot {n} joints; give one finite number each, in rad (m of prismatic joints)",
+            args.pose.len()
+        )));
+    }
+    Ok(args.pose.clone())
+}
+
+/// What [`run`] shows.
+struct Pose {
+    q: Vec<f64>,
+    reaction: Reaction<f64>,
+    /// Of force, torque, both.
+    measures: [f64; 3],
+    form: MomentumForm,
+    j_g: Option<Vec<f64>>,
+}
+
+/// Descending.
+fn singular_values(j: &[f64]) -> Vec<f64> {
+    let n = j.len() / 6;
+    if n == 0 {
+        return Vec::new();
+    }
+    let mut all: Vec<f64> = DMatrix::from_row_slice(6, n, j).singular_values().iter().copied().collect();
+    all.sort_by(|a, b| b.total_cmp(a));
+    all
+}
+
+/// The robot's momentum form with the base at the origin, turned by nothing.
+fn form(design: &Design, tip: &Tip, q: &[f64]) -> MomentumForm {
+    let base = Frame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
+    design.robot().momentum_form(base, q, (tip.body, tip.offset))
+}
+
+/// Measures of force, torque and both of a reaction; of the torque those of these joints (from 1) alone, if any are named:
+/// columns that are parallel by construction make the whole 0.
+fn measures(reaction: &Reaction<f64>, torque_joints: &[usize]) -> [f64; 3] {
+    let [force, mut torque, both] = stacked(&reaction.inertial);
+    if !torque_joints.is_empty() {
+        torque = torque_joints.iter().filter_map(|j| torque.get(j.checked_sub(1)?).cloned()).collect();
+    }
+    [measure(&force), measure(&torque), measure(&both)]
+}
+
+impl Pose {
+    fn of(design: &Design, tip: &Tip, q: &[f64], torque_joints: &[usize]) -> Self {
+        let reaction = design.robot().reaction(q, tip.mount);
+        let form = form(design, tip, q);
+        let j_g = form.generalized_jacobian().ok();
+        Self { q: q.to_vec(), measures: measures(&reaction, torque_joints), reaction, form, j_g }
+    }
+
+    /// Name, what it is, rows.
+    fn matrices(&self) -> Vec<(&'static str, &'static str, Vec<Vec<f64>>)> {
+        let n = self.form.joints;
+        let rows =
+            |m: &[f64], columns: usize| m.chunks(columns.max(1)).map(<[f64]>::to_vec).collect::<Vec<_>>();
+        let of = |columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]| {
+            (0..3).map(|i| columns.iter().map(|c| part(c)[i]).collect()).collect::<Vec<Vec<f64>>>()
+        };
+        let pairs: Vec<Column<f64>> = self.reaction.coriolis.iter().map(|c| c.2).collect();
+        let (b, squares) = (&self.reaction.inertial, &self.reaction.centrifugal);
+        let mut all = vec![
+            ("B_f", "force on the base by accelerations, kg.m", of(b, |c| c.force)),
+            ("B_tau0", "torque about the mount by accelerations, kg.m2", of(b, |c| c.torque)),
+            ("N_Rf", "force by products of rates, joints in pairs, kg.m", of(&pairs, |c| c.force)),
+            ("N_Cf", "force by squares of rates, kg.m", of(squares, |c| c.force)),
+            ("N_Rtau0", "torque by products of rates, kg.m2", of(&pairs, |c| c.torque)),
+            ("N_Ctau0", "torque by squares of rates, kg.m2", of(squares, |c| c.torque)),
+            ("H2", "momentum by the base's twist, about the origin", rows(&self.form.h2, 6)),
+            ("H3", "momentum by the joints' rates, about the origin", rows(&self.form.h3, n)),
+            ("J_s", "the tip's twist by the base's", rows(&self.form.j_s, 6)),
+            ("J_M", "the tip's twist by the joints' rates, base held", rows(&self.form.j_m, n)),
+        ];
+        if let Some(j_g) = &self.j_g {
+            all.push(("J_g", "the tip's twist by the joints' rates, base floating", rows(j_g, n)));
+        }
+        all
+    }
+
+    /// Singular values of J_M and of J_g, descending.
+    fn values(&self) -> [Vec<f64>; 2] {
+        [singular_values(&self.form.j_m), self.j_g.as_deref().map_or_else(Vec::new, singular_values)]
+    }
+
+    fn json(&self, design: &Design, tip: &Tip) -> Value {
+        let matrices: serde_json::Map<String, Value> =
+            self.matrices().into_iter().map(|(name, _, rows)| (name.to_owned(), json!(rows))).collect();
+        let [held, floating] = self.values();
+        json!({
+            "schema": "trueup.robot/1",
+            "robot": design.name,
+            "tip": tip.name,
+            "pose": self.q,
+            "tipPosition": self.form.tip,
+            "matrices": matrices,
+            "pairs": self.reaction.coriolis.iter().map(|c| [c.0 + 1, c.1 + 1]).collect::<Vec<_>>(),
+            "measures": {"force": self.measures[0], "torque": self.measures[1], "combined": self.measures[2]},
+            "singularValues": {"J_M": held, "J_g": floating},
+        })
+    }
+
+    fn text(&self, design: &Design, tip: &Tip) -> String {
+        let list = |v: &[f64]| v.iter().map(|x| format!("{x:.6}")).collect::<Vec<_>>().join(", ");
+        let mut out = format!(
+            "{}: {} joints at ({}), hand `{}` at ({}) m; base at the origin, inertial axes\n",
+            design.name,
+            self.form.joints,
+            list(&self.q),
+            tip.name,
+            list(&self.form.tip)
+        );
+        for (name, what, rows) in self.matrices() {
+            let _ = writeln!(out, "\n{name}: {what}");
+            for row in rows {
+                let _ = writeln!(out, "  {}", row.iter().map(|v| format!("{v:>14.6e}")).collect::<String>());
+            }
+        }
+        let [force, torque, both] = self.measures;
+        let _ = writeln!(
+            out,
+            "\nmeasures det(B^T B): force {force:.6e}, torque {torque:.6e}, combined {both:.6e}"
+        );
+        let [held, floating] = self.values();
+        let _ = writeln!(out, "singular values of J_M: {}", list(&held));
+        let _ = writeln!(out, "singular values of J_g: {}", list(&floating));
+        out
+    }
+}

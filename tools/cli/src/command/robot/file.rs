@@ -1,0 +1,145 @@
+//! A robot as TOML.
+
+use std::path::Path;
+
+use serde::Deserialize;
+use trueup_models::space::design::{Design, Link, Tip};
+use trueup_models::space::tree::Joint;
+
+use crate::error::Error;
+use crate::near::suggestion;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    name: Option<String>,
+    base: Base,
+    #[serde(default)]
+    body: Vec<Body>,
+    #[serde(default)]
+    tip: Vec<Hand>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Base {
+    mass: f64,
+    inertia: [[f64; 3]; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Body {
+    name: Option<String>,
+    /// By name; the one before when left out.
+    parent: Option<String>,
+    #[serde(default)]
+    joint: Kind,
+    mass: f64,
+    center_of_mass: [f64; 3],
+    inertia: [[f64; 3]; 3],
+    position: [f64; 3],
+    #[serde(default = "unturned")]
+    orientation: [f64; 4],
+    #[serde(default = "along_z")]
+    axis: [f64; 3],
+}
+
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum Kind {
+    #[default]
+    Revolute,
+    Prismatic,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Hand {
+    name: Option<String>,
+    /// By name; the last one when left out.
+    body: Option<String>,
+    #[serde(default)]
+    offset: [f64; 3],
+    /// The first joint of its arm when left out.
+    mount: Option<[f64; 3]>,
+}
+
+fn unturned() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
+}
+fn along_z() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
+}
+
+/// Reads and checks a robot.
+pub(super) fn read(path: &Path, presets: &[&str]) -> Result<Design, Error> {
+    let text = std::fs::read_to_string(path).map_err(|e| {
+        let named = path.to_string_lossy();
+        let all = format!("give a TOML file, or one of {}", presets.join(", "));
+        Error::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
+    })?;
+    let file: File = toml::from_str(&text).map_err(|e| {
+        let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
+        Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
+    })?;
+    let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let design = file.design(fallback).map_err(|why| Error::at(path, why))?;
+    design.check().map_err(|why| Error::at(path, why))?;
+    Ok(design)
+}
+
+impl File {
+    fn design(self, fallback: String) -> Result<Design, String> {
+        let names: Vec<String> = (self.body.iter().enumerate())
+            .map(|(k, b)| b.name.clone().unwrap_or_else(|| format!("link {}", k + 1)))
+            .collect();
+        let find = |who: &str, name: &str| -> Result<usize, String> {
+            if name == "base" {
+                return Ok(0);
+            }
+            names.iter().position(|n| n == name).map(|k| k + 1).ok_or_else(|| {
+                let all = names.iter().map(String::as_str).chain(["base"]);
+                let near = suggestion(name, all, "name a body of this file, or `base`");
+                format!("`{who}`: there is no body `{name}`; {near}")
+            })
+        };
+        let mut links = Vec::new();
+        for (k, b) in self.body.into_iter().enumerate() {
+            links.push(Link {
+                parent: b.parent.as_deref().map_or(Ok(k), |name| find(&names[k], name))?,
+                name: names[k].clone(),
+                joint: match b.joint {
+                    Kind::Revolute => Joint::Revolute,
+                    Kind::Prismatic => Joint::Prismatic,
+                },
+                mass: b.mass,
+                center_of_mass: b.center_of_mass,
+                inertia: b.inertia,
+                position: b.position,
+                orientation: b.orientation,
+                axis: b.axis,
+            });
+        }
+        let mut tips = Vec::new();
+        for (k, t) in self.tip.into_iter().enumerate() {
+            let name = t.name.unwrap_or_else(|| format!("tip {}", k + 1));
+            let body = t.body.as_deref().map_or(Ok(links.len()), |body| find(&name, body))?;
+            // Along its arm to the base.
+            let mut first = body;
+            while first > 0 && links[first - 1].parent > 0 && links[first - 1].parent < first {
+                first = links[first - 1].parent;
+            }
+            let mount =
+                t.mount.unwrap_or_else(|| first.checked_sub(1).map_or([0.0; 3], |k| links[k].position));
+            tips.push(Tip { name, body, offset: t.offset, mount });
+        }
+        Ok(Design {
+            name: self.name.unwrap_or(fallback),
+            base_mass: self.base.mass,
+            base_inertia: self.base.inertia,
+            links,
+            tips,
+        })
+    }
+}

@@ -1,0 +1,159 @@
+//! `trueup robot`: numbers of the papers' robots, files, mistakes.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn trueup(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_trueup")).args(arguments).output().unwrap()
+}
+
+fn json(arguments: &[&str]) -> Value {
+    let out = trueup(arguments);
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    serde_json::from_slice(&out.stdout).unwrap()
+}
+
+fn numbers(v: &Value) -> Vec<f64> {
+    match v {
+        Value::Array(list) => list.iter().flat_map(numbers).collect(),
+        other => vec![other.as_f64().unwrap()],
+    }
+}
+
+const CHASER: [&str; 4] = ["robot", "chaser", "--pose", "0.3,-0.9,1.4,0.2,-0.6,0.5"];
+
+/// Golden facts C22, C27, C28: they do not depend on where the base is and how it is turned.
+#[test]
+fn singular_values_and_singularities_of_the_chaser() {
+    let found = json(&[&CHASER[..], &["--json", "--sweep", "3=-2.9..3"]].concat());
+    let smallest = |name: &str| numbers(&found["singularValues"][name]).last().copied().unwrap();
+    assert!((smallest("J_M") - 0.3579366493322762).abs() < 1e-12);
+    assert!((smallest("J_g") - 0.3413581881294047).abs() < 1e-12);
+    for (name, wanted) in
+        [("J_M", [-1.3864937216946767, 0.0]), ("J_g", [-1.198522721615448, -0.012516792310981574])]
+    {
+        let at = numbers(&found["singular"][name]);
+        assert_eq!(at.len(), 2, "{name}: {at:?}");
+        for (at, wanted) in at.iter().zip(wanted) {
+            assert!((at - wanted).abs() < 1e-6, "{name}: {at}, not {wanted}");
+        }
+    }
+}
+
+/// Golden facts B01 and B31.
+#[test]
+fn matrices_and_measures_of_table_1() {
+    let q = [20.0_f64, 40.0, -60.0].map(|d| d.to_radians().to_string()).join(",");
+    let found = json(&["robot", "table-1", "--pose", &q, "--torque-joints", "1,2", "--json"]);
+    let b_f = numbers(&found["matrices"]["B_f"]);
+    assert!(
+        (b_f[0] + 2.547194265204349).abs() < 1e-12 && (b_f[8] - 1.1276311449430902).abs() < 1e-12,
+        "{b_f:?}"
+    );
+    for (name, wanted) in
+        [("force", 4077.109915768643), ("torque", 23034.389689462627), ("combined", 44597.18918885539)]
+    {
+        let measure = found["measures"][name].as_f64().unwrap();
+        assert!((measure / wanted - 1.0).abs() < 1e-12, "{name}: {measure}");
+    }
+}
+
+/// Golden facts B04, B07, B08 and B34 on a grid of 3 degrees: the maxima are close by, and none lies above them.
+#[test]
+fn surfaces_of_table_1_have_their_maxima() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("s.csv");
+    let order = ["robot", "table-1", "--surface", "2,3", "--torque-joints", "1,2", "-o"];
+    let out = trueup(&[&order[..], &[file.to_str().unwrap()]].concat());
+    assert!(out.status.success(), "{}", String::from_utf8_lossy(&out.stderr));
+    let text = std::fs::read_to_string(&file).unwrap();
+    let mut lines = text.lines();
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let rows: Vec<Vec<f64>> = lines.map(|l| l.split(',').map(|v| v.parse().unwrap()).collect()).collect();
+    assert_eq!(rows.len(), 121 * 121);
+    for (name, most) in [
+        ("forceMeasure", 6944.999284832725),
+        ("torqueMeasure", 41854.46595193896),
+        ("combinedMeasure", 59776.56701573762),
+        ("coriolisForce", 19.202343606966313),
+        ("centrifugalForce", 13.418084811179275),
+        ("coriolisTorque", 33.41223017100176),
+        ("centrifugalTorque", 9.163003958085527),
+    ] {
+        let at = names.iter().position(|n| *n == name).unwrap();
+        let largest = rows.iter().map(|r| r[at]).fold(0.0, f64::max);
+        assert!(largest <= most * (1.0 + 1e-9) && largest > 0.995 * most, "{name}: {largest}, not {most}");
+    }
+}
+
+const ARM: &str = r#"name = "bench"
+[base]
+mass = 100.0
+inertia = [[5.0, 0.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 7.0]]
+[[body]]
+name = "shoulder"
+mass = 2.0
+center-of-mass = [0.1, 0.0, 0.0]
+inertia = [[0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.02]]
+position = [0.3, 0.0, 0.0]
+[[body]]
+name = "slide"
+joint = "prismatic"
+axis = [1.0, 0.0, 0.0]
+mass = 1.0
+center-of-mass = [0.0, 0.0, 0.0]
+inertia = [[0.01, 0.0, 0.0], [0.0, 0.02, 0.0], [0.0, 0.0, 0.02]]
+position = [0.2, 0.0, 0.0]
+[[tip]]
+name = "hand"
+offset = [0.4, 0.0, 0.0]
+"#;
+
+#[test]
+fn a_file_is_a_robot() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.toml");
+    std::fs::write(&file, ARM).unwrap();
+    let found = json(&["robot", file.to_str().unwrap(), "--pose", "0,0.5", "--json"]);
+    assert_eq!(numbers(&found["tipPosition"]), [0.3 + 0.2 + 0.5 + 0.4, 0.0, 0.0]);
+    // J_M: the shoulder swings the hand by 1.1 m, the slide moves it along x.
+    let j = numbers(&found["matrices"]["J_M"]);
+    assert!((j[2] - 1.1).abs() < 1e-15 && (j[1] - 1.0).abs() < 1e-15 && j[0] == 0.0, "{j:?}");
+    assert_eq!(found["robot"], "bench");
+}
+
+#[test]
+fn mistakes_name_line_body_and_mend() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.toml");
+    for (change, code, said) in [
+        (("mass = 2.0", "mass = \"2\""), 1, "arm.toml:7: invalid type: string"),
+        (("position = [0.3", "positions = [0.3"), 1, "unknown field `positions`"),
+        (("joint = \"prismatic\"", "joint = \"ball\""), 1, "unknown variant `ball`"),
+        (("0.02]]\nposition = [0.3", "0.9]]\nposition = [0.3"), 1, "`shoulder`: its principal moments"),
+        (("name = \"slide\"", "name = \"slide\"\nparent = \"shoulde\""), 1, "did you mean `shoulder`?"),
+        (("axis = [1.0,", "axis = [0.0,"), 1, "`slide`: axis = [0, 0, 0]"),
+    ] {
+        assert!(ARM.contains(change.0), "{}", change.0);
+        std::fs::write(&file, ARM.replacen(change.0, change.1, 1)).unwrap();
+        let out = trueup(&["robot", file.to_str().unwrap()]);
+        let text = String::from_utf8_lossy(&out.stderr);
+        assert!(
+            out.status.code() == Some(code) && text.contains(said) && text.contains("arm.toml"),
+            "{text}"
+        );
+    }
+    for (arguments, code, said) in [
+        (&["robot", "chasr"][..], 1, "did you mean `chaser`?"),
+        (&["robot", "chaser", "--pose", "1,2"], 2, "--pose has 2 numbers, the robot 6 joints"),
+        (&["robot", "chaser", "--tip", "toll"], 2, "did you mean `tool`?"),
+        (&["robot", "chaser", "--sweep", "9=0..1"], 2, "there is no such joint; it is one of 1 to 6"),
+        (&["robot", "chaser", "--sweep", "3=1..0"], 2, "as in 3=-3..3"),
+        (&["robot", "chaser", "--surface", "2,2"], 2, "give two different joints of 1 to 6"),
+    ] {
+        let out = trueup(arguments);
+        let text = String::from_utf8_lossy(&out.stderr);
+        assert!(out.status.code() == Some(code) && text.contains(said), "{arguments:?}: {text}");
+    }
+}
