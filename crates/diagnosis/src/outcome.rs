@@ -1,8 +1,11 @@
 //! What a diagnosis says: `diagnosis.json`, schema `trueup.diagnosis/1`.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use trueup_signals::Finding;
 
 /// What the gap is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -198,6 +201,67 @@ pub struct NextExperiment {
     pub probability: Option<f64>,
 }
 
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Severity {
+    /// Good to know.
+    Note,
+    /// Figures may be wrong.
+    Warning,
+    /// It caps the verdict at `unknown`.
+    Grave,
+}
+
+impl From<trueup_signals::Severity> for Severity {
+    fn from(severity: trueup_signals::Severity) -> Self {
+        match severity {
+            trueup_signals::Severity::Note => Self::Note,
+            trueup_signals::Severity::Warning => Self::Warning,
+            trueup_signals::Severity::Grave | trueup_signals::Severity::Error => Self::Grave,
+        }
+    }
+}
+
+/// Something that the intake noticed of a recording or the case.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Noticed {
+    /// How bad.
+    pub severity: Severity,
+    /// What kind, by a name that stays.
+    pub kind: String,
+    /// File, as the case names it.
+    pub file: String,
+    /// Its line, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub line: Option<u64>,
+    /// Channel or column.
+    pub channel: Option<String>,
+    /// What, and what to do.
+    pub text: String,
+}
+
+impl Noticed {
+    /// Findings of a case in this folder, the worst first.
+    pub fn of(findings: &[Finding], folder: &Path) -> Vec<Self> {
+        let mut all: Vec<&Finding> = findings.iter().collect();
+        all.sort_by_key(|f| Reverse(f.severity));
+        let one = |f: &Finding| {
+            let at = f.time.map_or(String::new(), |t| format!("at {t} s: "));
+            let mend = if f.mend.is_empty() { String::new() } else { format!("; {}", f.mend) };
+            Self {
+                severity: f.severity.into(),
+                kind: f.kind.id(),
+                file: f.file.strip_prefix(folder).unwrap_or(&f.file).display().to_string(),
+                line: f.line,
+                channel: f.channel.clone(),
+                text: format!("{at}{}{mend}", f.what),
+            }
+        };
+        all.into_iter().map(one).collect()
+    }
+}
+
 /// All of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
@@ -229,6 +293,12 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// Files of the augmented model.
     pub augmented: Option<Vec<String>>,
+    /// The verdict is `unknown` because of a grave finding, whatever else speaks for another one.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub capped: bool,
+    /// What the intake noticed, the worst first.
+    #[serde(default)]
+    pub findings: Vec<Noticed>,
     /// What should be said beside it.
     #[serde(default)]
     pub notes: Vec<String>,

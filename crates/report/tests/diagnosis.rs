@@ -104,6 +104,8 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             probability: Some(0.93),
         }),
         augmented: Some(vec!["TwoMassJoint.augmented.fmi3.fmu".into()]),
+        capped: false,
+        findings: vec![],
         notes: vec!["No repeats were given: <declared> noise is the floor.".into()],
     }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use trueup_diagnosis::diagnose::began;
-use trueup_diagnosis::outcome::{Amount, Candidate, Diagnosis, Gap, Verdict};
+use trueup_diagnosis::outcome::{Amount, Candidate, Diagnosis, Gap, Noticed, Severity, Verdict};
 
 use super::bars::{Bar, bars};
 use super::heat::heat;
@@ -50,6 +50,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
         badge(d.verdict),
         escape(&sentence(d))
     ));
+    noticed(page, d);
     if !d.effects.is_empty() {
         let rows: Vec<Vec<String>> = d
             .effects
@@ -90,6 +91,35 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
             d.parameters.iter().map(|(name, a)| vec![name.clone(), amount(a), interval(&a.ci95)]).collect();
         page.table(&["parameter", "value", "95 % interval"], &rows);
         page.html("</details>");
+    }
+}
+
+/// What the intake noticed: what may make figures wrong is seen at once, the rest on demand.
+fn noticed(page: &mut Page, d: &Diagnosis) {
+    let (bad, notes): (Vec<_>, Vec<_>) = d.findings.iter().partition(|f| f.severity != Severity::Note);
+    let line = |f: &Noticed| {
+        let place = f.line.map_or(f.file.clone(), |line| format!("{}:{line}", f.file));
+        let channel = f.channel.as_ref().map_or(String::new(), |c| format!(" {c}"));
+        let text = escape(&format!("{place}:{channel} {}", f.text));
+        if f.severity == Severity::Grave {
+            format!("<li><b>grave:</b> {text}</li>")
+        } else {
+            format!("<li>{text}</li>")
+        }
+    };
+    let lines = |list: &[&Noticed]| list.iter().map(|f| line(f)).collect::<String>();
+    if !bad.is_empty() {
+        page.html(&format!(
+            "<p>What was noticed of the recordings and the case:</p><ul>{}</ul>",
+            lines(&bad)
+        ));
+    }
+    if !notes.is_empty() {
+        let n = notes.len();
+        page.html(&format!(
+            "<details><summary>Noted of the recordings: {n}</summary><ul>{}</ul></details>",
+            lines(&notes)
+        ));
     }
 }
 

@@ -91,6 +91,10 @@ pub fn sentence(d: &Diagnosis) -> String {
         })
     };
     let after = overall.map_or(f64::NAN, |g| g.after);
+    if d.capped {
+        return "The recordings are not what they seem (see below): nothing is concluded from them until that is mended."
+            .to_owned();
+    }
     match d.verdict {
         Verdict::NoGap => {
             let size = overall.map_or_else(String::new, |g| {

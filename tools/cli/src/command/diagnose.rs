@@ -9,16 +9,17 @@ use indicatif::{ProgressBar, ProgressStyle};
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
-use trueup_diagnosis::outcome::{Diagnosis, Verdict};
+use trueup_diagnosis::finite;
+use trueup_diagnosis::outcome::{Diagnosis, Noticed, Verdict};
 use trueup_diagnosis::picture::{Picture, isolability};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
 use trueup_report::{Evidence, Map, Trace, diagnosis_page, number};
-use trueup_signals::Loaded;
+use trueup_signals::{Finding, Loaded};
 
 use crate::args::Diagnose;
-use crate::case::load;
+use crate::case::{Purpose, load};
 use crate::catalog;
 use crate::command::pack;
 use crate::error::Error;
@@ -36,11 +37,12 @@ fn json(d: &Diagnosis) -> Result<String, Error> {
 /// Diagnoses and writes all files.
 pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     let begun = Instant::now();
-    let loaded = load(&args.case)?;
+    let (loaded, findings) = load(&args.case, Purpose::Diagnose)?;
     // What would be in the way of writing is said before the work, not after it.
     let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
     can_be_made(&args.output)?;
-    let options = Options { seed: args.seed, verdict_only: args.verdict_only, ..Options::default() };
+    let capped = !args.force && findings.iter().any(Finding::is_grave);
+    let options = Options { seed: args.seed, capped, verdict_only: args.verdict_only, ..Options::default() };
     sensors(&loaded);
     let bar = std::io::stderr().is_terminal().then(bar);
     let mut tell = |part: f64, what: &str| match &bar {
@@ -55,6 +57,9 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
         bar.finish_and_clear();
     }
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    found.diagnosis.findings = Noticed::of(&findings, &loaded.case.folder);
+    finite::check(&found.diagnosis)
+        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(library)) = (&found.augmented, &library) {
@@ -71,7 +76,9 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
         files.push((experiment::FILE.into(), csv));
     }
     if let Some(picture) = &found.picture {
-        files.push(("report.html".into(), page(&loaded, &found, picture, args.seed).into_bytes()));
+        let page = page(&loaded, &found, picture, args.seed);
+        finite_words(&page).map_err(|e| not_finite(&args.output, "report.html", &e))?;
+        files.push(("report.html".into(), page.into_bytes()));
     }
     let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
     files.push((record::FILE.into(), record));
@@ -82,6 +89,30 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosis, Error> {
     }
     eprintln!("{} in {:.1} s", args.output.join("diagnosis.json").display(), begun.elapsed().as_secs_f64());
     Ok(found.diagnosis)
+}
+
+/// A figure that must not be written.
+fn not_finite(folder: &Path, name: &str, what: &str) -> Error {
+    Error::at(
+        &folder.join(name),
+        format!(
+            "{what}: nothing is written; look at the findings above and at the sizes of readings and parameters, \
+             and report the case if these are sensible"
+        ),
+    )
+}
+
+/// The first figure of a page's text that is not finite. Samples of its charts are `null` then.
+fn finite_words(page: &str) -> Result<(), String> {
+    // The scripts of the charts come last.
+    let text = page.split("<!-- uPlot").next().unwrap_or(page);
+    let cells = text.split('<').filter_map(|part| part.split_once('>').map(|p| p.1));
+    let words = cells
+        .flat_map(|cell| cell.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/'))));
+    match words.into_iter().find(|w| matches!(*w, "NaN" | "inf" | "-inf")) {
+        Some(word) => Err(format!("a figure is {word}")),
+        None => Ok(()),
+    }
 }
 
 /// What these sensors can tell at all, said before anything is compared.
@@ -173,6 +204,10 @@ fn page(loaded: &Loaded, found: &Diagnosed, picture: &Picture, seed: u64) -> Str
 /// The verdict for people.
 pub(crate) fn text(d: &Diagnosis) -> String {
     let mut out = match d.verdict {
+        Verdict::Unknown if d.capped => {
+            "unknown: a grave finding (above) lets nothing be concluded; mend it, or go on with --force\n"
+                .to_owned()
+        }
         Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
         Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),
         Verdict::Effects => "effects: something is missing from the model\n".to_owned(),
