@@ -46,13 +46,21 @@ pub struct Options {
     pub effort: Effort,
     /// Where the lines between verdicts are.
     pub limits: Thresholds,
+    /// A grave finding of the intake caps the verdict at `unknown`: figures are told, nothing is claimed.
+    pub capped: bool,
     /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
     pub verdict_only: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { seed: 1, effort: Effort::default(), limits: Thresholds::default(), verdict_only: false }
+        Self {
+            seed: 1,
+            effort: Effort::default(),
+            limits: Thresholds::default(),
+            capped: false,
+            verdict_only: false,
+        }
     }
 }
 
@@ -70,6 +78,16 @@ pub enum DiagnoseError {
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"
     )]
     Nominal(String),
+    /// A figure that everything hangs on.
+    #[error(
+        "{what} is {value}: readings or parameters are beyond what can be computed with; look at the sizes of the recordings' values, of their noise and of the parameters of case.toml"
+    )]
+    NotFinite {
+        /// Which.
+        what: &'static str,
+        /// NaN or infinite.
+        value: f64,
+    },
 }
 
 /// Time series of a channel of a recording, for pictures.
@@ -188,8 +206,19 @@ pub fn diagnose(
         && plain
         && free.before <= free.chance
         && has_gap_in_training(&search, &before, options);
+    all_finite([
+        ("what the nominal model misses", raw),
+        ("what the fitted model misses", found.plain.excess()),
+        ("the gap of the nominal model", free.before),
+        ("the gap of the refitted model", free.tuned),
+        ("the noise floor", free.floor),
+        ("what chance may leave", free.chance),
+    ])?;
     let record = Record::new(case.subject.plant, &found, raw, free, &ran);
-    let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    let mut decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    if options.capped {
+        decision.cap();
+    }
     tell(0.85, "running freely what was decided, and how far noise goes");
     let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
     let no_gap = decision.verdict == Verdict::NoGap;
@@ -243,7 +272,7 @@ pub fn diagnose(
         unknown: Unknown { present: unknown, probability: decision.unknown, place },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
         augmented: None,
-        capped: false,
+        capped: options.capped,
         findings: Vec::new(),
         inputs: None,
         notes: if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() },
@@ -272,6 +301,14 @@ pub fn diagnose(
         began,
         record,
     })
+}
+
+/// Nothing is decided by a figure that compares with nothing.
+fn all_finite<const N: usize>(figures: [(&'static str, f64); N]) -> Result<(), DiagnoseError> {
+    match figures.into_iter().find(|f| !f.1.is_finite()) {
+        Some((what, value)) => Err(DiagnoseError::NotFinite { what, value }),
+        None => Ok(()),
+    }
 }
 
 fn raw_excess(search: &Search<'_>) -> Result<f64, DiagnoseError> {

@@ -10,6 +10,7 @@
 pub mod diagnose;
 pub mod engine;
 pub mod experiment;
+pub mod finite;
 pub mod floor;
 mod json;
 pub mod locate;

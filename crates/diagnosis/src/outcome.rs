@@ -1,8 +1,11 @@
 //! What a diagnosis says: `diagnosis.json`, schema `trueup.diagnosis/1`.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use serde::{Deserialize, Serialize};
+use trueup_signals::Finding;
 
 /// What the gap is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -232,7 +235,7 @@ pub struct NextExperiment {
 }
 
 /// How bad a finding is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Severity {
     /// Good to know.
@@ -241,6 +244,16 @@ pub enum Severity {
     Warning,
     /// It caps the verdict at `unknown`.
     Grave,
+}
+
+impl From<trueup_signals::Severity> for Severity {
+    fn from(severity: trueup_signals::Severity) -> Self {
+        match severity {
+            trueup_signals::Severity::Note => Self::Note,
+            trueup_signals::Severity::Warning => Self::Warning,
+            trueup_signals::Severity::Grave | trueup_signals::Severity::Error => Self::Grave,
+        }
+    }
 }
 
 /// Something that was noticed of a recording, the case or the figures.
@@ -259,6 +272,27 @@ pub struct Noticed {
     pub channel: Option<String>,
     /// What, and what to do.
     pub text: String,
+}
+
+impl Noticed {
+    /// Findings of a case in this folder, the worst first.
+    pub fn of(findings: &[Finding], folder: &Path) -> Vec<Self> {
+        let mut all: Vec<&Finding> = findings.iter().collect();
+        all.sort_by_key(|f| Reverse(f.severity));
+        let one = |f: &Finding| {
+            let at = f.time.map_or(String::new(), |t| format!("at {t} s: "));
+            let mend = if f.mend.is_empty() { String::new() } else { format!("; {}", f.mend) };
+            Self {
+                severity: f.severity.into(),
+                kind: f.kind.id(),
+                file: f.file.strip_prefix(folder).unwrap_or(&f.file).display().to_string(),
+                line: f.line,
+                channel: f.channel.clone(),
+                text: format!("{at}{}{mend}", f.what),
+            }
+        };
+        all.into_iter().map(one).collect()
+    }
 }
 
 /// What was read, so that a diagnosis can be tied to its data.

@@ -281,7 +281,10 @@ impl FmuModel {
         all.extend(list(&self.parameters, Role::Parameter));
         let mut choices: Vec<_> = self.choices.keys().collect();
         choices.sort();
-        all.extend(choices.into_iter().map(|n| trueup_signals::Variable::new(n, "", Role::Parameter)));
+        all.extend(choices.into_iter().map(|n| trueup_signals::Variable {
+            takes: trueup_signals::Takes::Anything,
+            ..trueup_signals::Variable::new(n, "", Role::Parameter)
+        }));
         all
     }
 

@@ -8,7 +8,7 @@ use trueup_models::effect::{self, EffectSet, Scope};
 use trueup_models::joint::TwoMassJoint;
 use trueup_models::presets;
 use trueup_numerics::Scalar;
-use trueup_signals::{Case, Role, Value, Variable, base_name, element_name};
+use trueup_signals::{Case, Role, Takes, Value, Variable, base_name, element_name};
 
 use crate::plant::{Plant, Predictor};
 
@@ -471,6 +471,9 @@ impl Model {
             let made = all.iter().map(|q| Variable {
                 min: q.min.is_finite().then_some(q.min),
                 max: q.max.is_finite().then_some(q.max),
+                takes: if q.name == "motorCoupling" { Takes::Item } else { Takes::Number },
+                positive: role == Role::Parameter && self.divides_by(&q.name),
+                drives: matches!(base_name(&q.name), "motorCurrent" | "jointTorque"),
                 ..Variable::new(&q.name, q.unit, role)
             });
             made.collect::<Vec<_>>()
@@ -479,15 +482,33 @@ impl Model {
         all.extend(list(&self.inputs, Role::Input));
         all.extend(list(&self.outputs, Role::Output));
         // Structural choices stand among the parameters of a case.
-        all.push(Variable::new("numberOfLinks", "", Role::Parameter));
+        let choice =
+            |name: &str| Variable { takes: Takes::Boolean, ..Variable::new(name, "", Role::Parameter) };
         match &self.kind {
-            Kind::Joint(_) => all.push(Variable::new("jointFlexible", "", Role::Parameter)),
-            _ => all.extend(
-                (1..=self.structure.flexible.len())
-                    .map(|j| Variable::new(&element_name("jointFlexible", &[j]), "", Role::Parameter)),
-            ),
+            Kind::Joint(_) => all.push(choice("jointFlexible")),
+            _ => {
+                let links = self.structure.flexible.len();
+                all.extend((1..=links).map(|j| choice(&element_name("jointFlexible", &[j]))));
+                let n = Some(links as f64);
+                let links = Variable::new("numberOfLinks", "", Role::Parameter);
+                all.push(Variable { min: n, max: n, ..links });
+            }
         }
         all
+    }
+
+    /// A parameter that has to be above 0 for the equations to have a solution: inertias of what moves by itself, gear ratios.
+    fn divides_by(&self, name: &str) -> bool {
+        match base_name(name) {
+            "gearRatio" | "loadInertia" | "baseMass" | "baseInertia" | "linkMass" | "linkInertia" => true,
+            // The rotor of a rigid joint may be neglected.
+            "motorInertia" => match self.arm() {
+                None => true,
+                Some(arm) => (arm.flexible().iter().enumerate())
+                    .any(|(j, flexible)| *flexible && name == element_name("motorInertia", &[j + 1])),
+            },
+            _ => false,
+        }
     }
 
     /// Start values of all parameters: DELIAN's joint 1 or CBK PAN's test-bed; of effects as they are packed.
@@ -530,6 +551,10 @@ impl Model {
                 })?,
             };
             let q = &self.parameters[i];
+            if p[i] <= 0.0 && self.divides_by(name) {
+                let mend = "give that of the real system, or remove the line to take the preset's";
+                return Err(wrong(format!("it is {} and has to be above 0; {mend}", p[i])));
+            }
             if p[i] < q.min || p[i] > q.max {
                 return Err(wrong(format!(
                     "{} is outside {} .. {}; give a value within",

@@ -72,7 +72,7 @@ pub struct Case {
     pub rest: Vec<String>,
     /// The nominal simulation: what its owner believes, structural choices too.
     pub parameters: BTreeMap<String, Value>,
-    /// Relative 1-sigma doubt of these values; none stands for held to be known.
+    /// Relative 1-sigma doubt of these values; none, or 0, stands for held to be known.
     pub uncertain: BTreeMap<String, f64>,
     /// What is to be estimated (arrays or elements); `None`: the model's default.
     pub fit: Option<Vec<String>>,
@@ -98,9 +98,11 @@ impl Case {
         all.into_iter().map(|(_, value)| value).collect()
     }
 
-    /// Relative 1-sigma doubt of a parameter or element; one given for an array holds for its elements.
+    /// Relative 1-sigma doubt of a parameter or element, above 0; one given for an array holds for its elements. A doubt of 0
+    /// says of a value beside doubted ones that it is known: `None`, as of a value without a doubt.
     pub fn doubt(&self, name: &str) -> Option<f64> {
-        self.uncertain.get(name).or_else(|| self.uncertain.get(base_name(name))).copied()
+        let doubt = self.uncertain.get(name).or_else(|| self.uncertain.get(base_name(name)));
+        doubt.copied().filter(|d| *d > 0.0)
     }
 
     /// Whether `[fit] parameters` names this parameter or element, or its array; `None` if the case has no such list.

@@ -9,7 +9,7 @@ mod relation;
 pub use relation::Relation;
 
 use crate::case::Loaded;
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, Kind, Severity};
 use crate::names::short;
 use crate::recording::{Channel, Recording};
 use crate::variable::{Role, Variable};
@@ -20,6 +20,12 @@ pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) ->
     roles(run, known, &mut findings);
     clock(run, &mut findings);
     for channel in &run.channels {
+        let delay = channel.sensor.delay;
+        if delay != 0.0 && delay.abs() >= run.duration() {
+            let what = format!("its delay is {delay} s, the recording lasts {} s", short(run.duration()));
+            let finding = Finding::error(Kind::BadValue, &run.file, what, "correct `delay`, in s");
+            findings.push(finding.channel(&channel.name));
+        }
         channel::check(run, channel, known, &mut findings);
     }
     for (i, a) in run.channels.iter().enumerate() {
@@ -62,18 +68,25 @@ fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
         let what = "there is no output of the model to compare with";
         findings.push(Finding::error(Kind::NoOutput, &run.file, what, mend));
     }
-    let missing: Vec<_> = known
-        .iter()
-        .filter(|v| v.role == Role::Input && run.channel(&v.name).is_none())
-        .map(|v| format!("`{}`", v.name))
-        .collect();
+    let missing = |which: &dyn Fn(&Variable) -> bool| {
+        let of = known.iter().filter(|v| v.role == Role::Input && which(v) && run.channel(&v.name).is_none());
+        of.map(|v| format!("`{}`", v.name)).collect::<Vec<_>>().join(", ")
+    };
     if names(Role::Input).next().is_some() && !has(Role::Input) {
-        let mend = format!("record {}, or map the column in the sidecar", missing.join(", "));
+        let mend = format!("record {}, or map the column in the sidecar", missing(&|_| true));
         let what = "there is no input of the model: nothing drives the simulation";
         findings.push(Finding::error(Kind::NoInput, &run.file, what, mend));
-    } else if !missing.is_empty() {
-        let what = format!("{} not recorded: the simulation takes 0", missing.join(", "));
-        findings.push(Finding::note(Kind::MissingInput, &run.file, what, "record it if it was not 0"));
+    } else {
+        // What the surroundings do is 0 where nobody recorded it, or an effect that is to be found. A drive is neither: all that
+        // it does would be taken for something else.
+        for (severity, drives) in [(Severity::Grave, true), (Severity::Note, false)] {
+            let missing = missing(&|v| v.drives == drives);
+            if !missing.is_empty() {
+                let what = format!("{missing} not recorded: the simulation takes 0");
+                let finding = Finding::note(Kind::MissingInput, &run.file, what, "record it if it was not 0");
+                findings.push(Finding { severity, ..finding });
+            }
+        }
     }
     // An input goes on with its last value where it ends early.
     for channel in run.channels.iter().filter(|c| role(known, &c.name) == Some(Role::Input)) {
@@ -95,8 +108,11 @@ fn clock(run: &Recording, findings: &mut Vec<Finding>) {
     let rows = run.channels.iter().map(Channel::len).max().unwrap_or(0);
     if rows < 20 {
         let mend = "record at least some hundred samples over the motion of interest";
-        let what = format!("{rows} samples are too few to fit or compare");
-        findings.push(Finding::warning(Kind::TooShort, &run.file, what, mend));
+        let what = format!("{rows} sample{} are too few to fit or compare", if rows == 1 { "" } else { "s" });
+        let finding = Finding::warning(Kind::TooShort, &run.file, what, mend);
+        // A parabola goes through three: nothing is left to compare.
+        let severity = if rows < 3 { Severity::Error } else { Severity::Warning };
+        findings.push(Finding { severity, ..finding });
         return;
     }
     let step = run.duration() / (rows - 1) as f64;
@@ -116,6 +132,7 @@ fn clock(run: &Recording, findings: &mut Vec<Finding>) {
             "if it is in {unit}, write in the sidecar: [columns] time = {{ variable = \"time\", unit = \"{}\" }}",
             unit.split(' ').next().unwrap_or("")
         );
-        findings.push(Finding::warning(Kind::TimeUnit, &run.file, what, mend));
+        let finding = Finding::warning(Kind::TimeUnit, &run.file, what, mend);
+        findings.push(Finding { severity: Severity::Grave, ..finding });
     }
 }

@@ -10,8 +10,23 @@ pub enum Severity {
     Note,
     /// A result may be wrong.
     Warning,
+    /// What a recording says is not what it seems to say: a wrong unit, sign or clock, a drive that nobody recorded. Figures
+    /// are told, no verdict is based on them.
+    Grave,
     /// Nothing is fitted before it is mended.
     Error,
+}
+
+impl Severity {
+    /// A stable name.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Note => "note",
+            Self::Warning => "warning",
+            Self::Grave => "grave",
+            Self::Error => "error",
+        }
+    }
 }
 
 /// Kinds of findings; [`Kind::id`] is what a machine reads.
@@ -31,6 +46,7 @@ pub enum Kind {
     MissingTime,
     ClockBack,
     ClockRepeats,
+    TimeSpan,
     TimeUnit,
     InfiniteValue,
     NoValue,
@@ -139,6 +155,11 @@ impl Finding {
     pub fn time(mut self, time: f64) -> Self {
         self.time = Some(time);
         self
+    }
+
+    /// Whether no verdict is based on what it says.
+    pub fn is_grave(&self) -> bool {
+        self.severity >= Severity::Grave
     }
 
     /// Whether it keeps a fit from starting.

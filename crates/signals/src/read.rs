@@ -1,8 +1,11 @@
 //! Reading: a file becomes a [`Table`], a table and its sidecar a recording.
 
 mod assemble;
+mod clock;
 mod csv;
+mod guard;
 mod mat;
+mod parameters;
 mod parquet;
 mod sidecar;
 pub(crate) mod toml;
@@ -14,8 +17,8 @@ use crate::error::Error;
 use crate::finding::{Finding, Kind, verdict};
 use crate::recording::{Recording, Settings};
 use crate::variable::Variable;
+pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
-pub(crate) use sidecar::{parameter_known, parameters};
 
 /// What stands in a file: columns of one length, `NaN` where nothing was measured.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -87,7 +90,7 @@ fn table(file: &Path, findings: &mut Vec<Finding>) -> Option<Table> {
         "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), findings),
         "parquet" => parquet::read(file, open, findings),
         "mat" => match std::fs::read(file) {
-            Ok(bytes) => mat::read(file, &bytes, findings),
+            Ok(bytes) => mat::read(file, bytes, findings),
             Err(e) => {
                 let mend = "make it a readable file";
                 findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), mend));

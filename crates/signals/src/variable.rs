@@ -11,6 +11,20 @@ pub enum Role {
     Parameter,
 }
 
+/// What a parameter is given as.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum Takes {
+    /// A number.
+    #[default]
+    Number,
+    /// `true` or `false`.
+    Boolean,
+    /// An item's name, in quotes.
+    Item,
+    /// A number, a truth value or a name: what it is the caller does not know.
+    Anything,
+}
+
 /// A scalar variable, or one element of an array (`jointTorque[1]`).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Variable {
@@ -26,11 +40,19 @@ pub struct Variable {
     pub min: Option<f64>,
     /// Largest value that makes sense, in `unit`.
     pub max: Option<f64>,
+    /// How a case gives its value, if it is a parameter.
+    pub takes: Takes,
+    /// It has to be above 0: an inertia, a ratio.
+    pub positive: bool,
+    /// An input that moves the plant by itself, a motor's: without a recording of it nothing can be told.
+    pub drives: bool,
 }
 
 impl Variable {
-    /// Without nominal, min and max.
+    /// A number without nominal, min and max.
     pub fn new(name: &str, unit: &str, role: Role) -> Self {
-        Self { name: name.into(), unit: unit.into(), role, nominal: None, min: None, max: None }
+        let (nominal, min, max) = (None, None, None);
+        let (takes, positive, drives) = (Takes::Number, false, false);
+        Self { name: name.into(), unit: unit.into(), role, nominal, min, max, takes, positive, drives }
     }
 }

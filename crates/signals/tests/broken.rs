@@ -3,33 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr, clippy::type_complexity)]
 
 use std::fmt::Write as _;
-use std::fs;
 
-use crate::common::joint;
-use trueup_signals::check::{self, Relation};
-use trueup_signals::{Case, Error, Finding, Kind, Role, Severity, Variable};
-
-const CASE: &str = "model = \"TwoMassJoint\"\ntrain = [\"run.csv\"]\n";
-const HEALTHY: &str = "time,motorCurrent,motorAngle\n0,0,0\n1,1,1\n2,0.5,3\n";
-
-/// Everything that is found in a case made of these files.
-fn found(files: &[(&str, &[u8])], known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
-    let folder = tempfile::tempdir().unwrap();
-    if !files.iter().any(|(name, _)| *name == "case.toml") {
-        fs::write(folder.path().join("case.toml"), CASE).unwrap();
-    }
-    for (name, bytes) in files {
-        fs::write(folder.path().join(name), bytes).unwrap();
-    }
-    match Case::load(folder.path(), |_| Ok(known.to_vec())) {
-        Ok((loaded, mut findings)) => {
-            findings.extend(check::case(&loaded, known, relations));
-            findings
-        }
-        Err(Error::Wrong(findings)) => findings,
-        Err(other) => panic!("{other}"),
-    }
-}
+use crate::common::{CASE, HEALTHY, found, joint, with_links};
+use trueup_signals::check::Relation;
+use trueup_signals::{Finding, Kind, Role, Severity, Variable};
 
 /// One of the findings is of this kind and severity, and its text has all these parts.
 fn says(label: &str, findings: &[Finding], severity: Severity, kind: Kind, parts: &[&str]) {
@@ -113,7 +90,14 @@ fn other_formats() {
             Unreadable,
             &["run.parquet", "no Parquet file", "pandas"],
         ),
-        ("MAT 7.3", "run.mat", &v73, Unreadable, &["7.3 (HDF5)", "'-v7'", "savemat"]),
+        (
+            "MAT 7.3 cut off",
+            "run.mat",
+            &v73,
+            Unreadable,
+            &["no MAT file of level 5 or 7.3", "'-v7'", "savemat"],
+        ),
+        ("HDF5 that is none", "run.mat", b"\x89HDF\r\n\x1a\nabc", Unreadable, &["HDF5 (MAT 7.3)", "'-v7'"]),
         ("no MAT", "run.mat", b"hello", Unreadable, &["no MAT file of level 5"]),
         ("truncated MAT", "run.mat", &truncated, EmptyFile, &["no numeric array"]),
         (
@@ -283,6 +267,20 @@ fn cases() {
         ),
         ("repeats no lists", with("repeats = \"run.csv\"\n"), Error, BadValue, &["no list of lists"]),
         (
+            "repeats a list",
+            with("repeats = [\"run.csv\", \"other.csv\"]\n"),
+            Error,
+            BadValue,
+            &["case.toml:3", "no list of lists", "repeats = [[\"run.csv\", \"other.csv\"]]"],
+        ),
+        (
+            "fit of an empty list",
+            with("[fit]\nparameters = []\n"),
+            Error,
+            BadValue,
+            &["case.toml:4", "nothing to estimate", "remove the line to fit the usual ones"],
+        ),
+        (
             "other repeat",
             with("repeats = [[\"run.csv\", \"other.csv\"]]\n"),
             Warning,
@@ -319,7 +317,7 @@ fn cases() {
         ),
         (
             "array and element",
-            with("[parameters]\nstiffness = [1]\n\"stiffness[1]\" = 2\n"),
+            with("[parameters]\nlinkMass = [1.0, 2.0]\n\"linkMass[1]\" = 2.0\n"),
             Error,
             DuplicateName,
             &["two values"],
@@ -361,6 +359,13 @@ fn cases() {
         ),
         ("no noise", with(""), Warning, NoNoise, &["motorAngle", "noise", "rest"]),
         (
+            "delay beyond the recording",
+            with("[channels.motorAngle]\ndelay = -1e9\n"),
+            Error,
+            BadValue,
+            &["run.csv", "motorAngle", "its delay is -1000000000 s, the recording lasts 2 s"],
+        ),
+        (
             "hardly a motion",
             with("[channels.motorAngle]\nnoise = 100.0\n"),
             Warning,
@@ -383,7 +388,7 @@ fn cases() {
             ("other.csv", other.as_bytes()),
             ("long.csv", long.as_bytes()),
         ];
-        says(label, &found(&files, &joint(), &[]), *severity, *kind, parts);
+        says(label, &found(&files, &with_links(), &[]), *severity, *kind, parts);
     }
 }
 
@@ -484,7 +489,7 @@ fn sensors() {
                 }
             }),
             Spike,
-            &["loadAngle", "2 spikes", "leave these cells empty"],
+            &["loadAngle", "2 spikes", "left out", "leave these cells empty"],
         ),
         (
             "dropout",
@@ -546,7 +551,10 @@ fn sensors() {
         ),
     ];
     for (label, spoil, kind, parts) in &broken {
-        says(label, &look(spoil), Severity::Warning, *kind, parts);
+        // What a sign or a unit explains is grave: a verdict would be about the recording, not about the plant.
+        let grave = ["degrees", "swapped", "sign", "rpm"].contains(label);
+        let severity = if grave { Severity::Grave } else { Severity::Warning };
+        says(label, &look(spoil), severity, *kind, parts);
     }
 }
 
@@ -562,10 +570,46 @@ fn recordings_as_a_whole() {
             if i == 0 { format!("{line}\n") } else { format!("{},{rest}\n", 10 * i) }
         })
         .collect();
+    // One channel has 50 samples within a millisecond, the other 50 over a thousand seconds.
+    let rows = (0..100).map(|i| match i {
+        0..50 => format!("{},{i},\n", f64::from(i) * 1e-5),
+        _ => format!("{},,{i}\n", f64::from(i - 49) * 20.0),
+    });
+    let burst = format!("time,motorCurrent,motorAngle\n{}", rows.collect::<String>());
     let quantised = swing(|_, x| x[3] = (x[3] / 0.002).round() * 0.002);
     let broken: &[(&str, &str, Severity, Kind, &[&str])] = &[
-        ("time in ms", &in_ms, Warning, TimeUnit, &["a sample every 10 s", "unit = \"ms\""]),
+        ("time in ms", &in_ms, Grave, TimeUnit, &["a sample every 10 s", "unit = \"ms\""]),
         ("three samples", HEALTHY, Warning, TooShort, &["3 samples"]),
+        (
+            "nothing moves",
+            "time,motorCurrent,motorAngle\n0,0,1\n1,1,1\n2,0,1\n",
+            Error,
+            LittleExcitation,
+            &["case.toml", "no output moves", "record a motion"],
+        ),
+        (
+            "two samples",
+            "time,motorCurrent,motorAngle\n0,1,1\n1,2,2\n",
+            Error,
+            TooShort,
+            &["2 samples", "record"],
+        ),
+        ("one sample", "time,motorCurrent,motorAngle\n0,1,1\n", Error, TooShort, &["1 sample are"]),
+        (
+            "a clock that jumps",
+            "time,motorCurrent,motorAngle\n0,0,0\n1,1,1\n2,0,1\n1e9,0,1\n",
+            Error,
+            TimeSpan,
+            &["run.csv:5", "from 2 s to 1000000000 s", "two runs are two recordings"],
+        ),
+        ("a burst", &burst, Error, TimeSpan, &["motorCurrent", "a sample every 1e-5 s", "thin it out"]),
+        (
+            "beyond all quantities",
+            "time,motorCurrent,motorAngle\n0,0,0\n1,1,1e160\n2,0,1\n",
+            Error,
+            BadValue,
+            &["motorAngle at 1 s", "values up to 1e160", "`scale`"],
+        ),
         (
             "unknown column",
             "time,motorCurrent,motorAngel,loadAngle\n0,1,1,1\n",

@@ -4,7 +4,9 @@
 
 mod broken;
 mod common;
+mod mutants;
 mod noise;
+mod parameters;
 mod process;
 mod properties;
 mod reading;

@@ -213,3 +213,23 @@ fn example_cases_are_read() {
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");
     }
 }
+
+/// What SciPy writes at level 5, and what MATLAB writes at level 7.3 (made with h5py: user block, chunks, deflate, shuffle),
+/// read to the same bits; text, structures and MATLAB's own groups are left out.
+#[test]
+fn mat_files_of_all_levels_read_alike() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files");
+    let read = |name: &str| Recording::read(&folder.join(name), &[], &Default::default()).unwrap();
+    let (v5, _) = read("v5.mat");
+    assert_eq!(v5.channels.len(), 4);
+    let squares: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.01).map(|t| t * t).collect();
+    assert_eq!(v5.channel("motorAngle").unwrap().values, squares);
+    let by_name = |run: &Recording| -> BTreeMap<String, Vec<f64>> {
+        run.channels.iter().map(|c| (c.name.clone(), c.values.clone())).collect()
+    };
+    assert_eq!(by_name(&read("v7.mat").0), by_name(&v5));
+    let (v73, findings) = read("v73.mat");
+    assert_eq!((by_name(&v73), v73.channels[0].time.len()), (by_name(&v5), 60));
+    let left: Vec<_> = findings.iter().map(|f| f.what.split('`').nth(1).unwrap()).collect();
+    assert_eq!(left, ["settings", "note"]);
+}

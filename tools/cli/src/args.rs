@@ -150,6 +150,10 @@ pub(crate) struct Diagnose {
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
+    /// recorded. Else the verdict is `unknown` then
+    #[arg(long)]
+    pub(crate) force: bool,
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,

@@ -1,6 +1,7 @@
 //! Loading a case, with all that is wrong with it told on standard error.
 
 mod findings;
+mod preset;
 
 use std::path::Path;
 
@@ -12,8 +13,18 @@ use trueup_signals::{Case, Finding, Kind, Loaded};
 
 use crate::error::Error;
 
-/// A case with its recordings, all that is wrong with them told on standard error.
-pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
+/// What a case is loaded for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    /// Motors without a recorded torque are led along their measured motion.
+    Identify,
+    /// Every drive has to be recorded: what one does would be taken for an effect.
+    Diagnose,
+}
+
+/// A case with its recordings, and what the intake noticed: all of it is told on standard error, as are the parameters that
+/// the case leaves out.
+pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding>), Error> {
     let wrong = |case: &Case, what: String| {
         trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, what, "")])
     };
@@ -22,14 +33,21 @@ pub(crate) fn load(path: &Path) -> Result<Loaded, Error> {
     };
     let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
     let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
+    if let Some(line) = preset::left_out(&model, &loaded.case) {
+        eprintln!("{line}");
+    }
     findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
     // An arm whose motors are led along their measured motion needs no torque.
     let all = [loaded.train(), loaded.holdout()].concat();
     if !led(&model, &all).is_empty() {
-        findings.retain(|f| !matches!(f.kind, Kind::NoInput | Kind::MissingInput));
+        let needless = |f: &Finding| match purpose {
+            Purpose::Identify => matches!(f.kind, Kind::NoInput | Kind::MissingInput),
+            Purpose::Diagnose => f.kind == Kind::NoInput,
+        };
+        findings.retain(|f| !needless(f));
     }
     tell(&findings);
-    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok(loaded) }
+    if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok((loaded, findings)) }
 }
 
 /// The same for an FMU; which channels go with each other is not known there.

@@ -83,6 +83,11 @@ pub struct Rival<'a> {
 }
 
 impl Decision {
+    /// Nothing is claimed: what the recordings say cannot be relied on. As likely as not none of the candidates is right.
+    pub fn cap(&mut self) {
+        self.verdict = Verdict::Unknown;
+        self.unknown = self.unknown.max(0.5);
+    }
     /// What is not told from the `i`-th cause of the chosen set, likeliest first.
     pub fn close<'a>(&'a self, found: &'a Found, i: usize) -> impl Iterator<Item = Rival<'a>> {
         self.rivals[i].iter().filter(|r| -r.1 < self.odds).filter_map(|(at, odds)| {

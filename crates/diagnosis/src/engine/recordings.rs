@@ -48,6 +48,11 @@ pub enum Unfit {
         "{0}: no channel is an output of the model; name the columns as the FMU names its outputs, or map them in the sidecar"
     )]
     NoOutput(String),
+    /// Nothing moves.
+    #[error(
+        "{0}: every output stays at one value: there is nothing to compare; record a motion, or leave the recording out"
+    )]
+    Still(String),
 }
 
 /// A case ready for diagnosis.
@@ -90,9 +95,8 @@ impl Subject {
                 Ok(Self { plant: effect::Plant::Joint, flexible: vec![flexible] })
             }
             "PlanarManipulator" => {
-                let links = case.elements("linkMass").len();
-                let n = if declared.is_empty() { if links > 0 { links } else { 3 } } else { declared.len() };
-                let flexible = if declared.is_empty() { (0..n).map(|j| j == 0).collect() } else { declared };
+                // As the reader of parameters has it.
+                let flexible = if declared.is_empty() { vec![true, false, false] } else { declared };
                 Ok(Self { plant: effect::Plant::Arm, flexible })
             }
             other => Err(Unfit::Model(other.to_owned())),
@@ -228,6 +232,9 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
         }
     }
     if run.channels.is_empty() {
+        if r.channels.iter().any(|c| outputs.contains(&c.name)) {
+            return Err(Unfit::Still(r.name.clone()));
+        }
         return Err(Unfit::NoOutput(r.name.clone()));
     }
     Ok(run)

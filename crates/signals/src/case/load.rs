@@ -6,6 +6,7 @@ use std::path::Path;
 use super::Case;
 use crate::error::Error;
 use crate::finding::{Finding, verdict};
+use crate::outlier;
 use crate::recording::Recording;
 use crate::variable::Variable;
 
@@ -45,7 +46,7 @@ impl Loaded {
 }
 
 impl Case {
-    /// Reads a case and all its recordings. `variables` gives what is known of the model that the case names
+    /// Reads a case and all its recordings; single wild readings are left out, with a finding. `variables` gives what is known of the model that the case names
     /// (none: everything is taken as it is), and may refuse it.
     ///
     /// # Errors
@@ -64,6 +65,7 @@ impl Case {
                 Ok((mut recording, more)) => {
                     recording.name = name.into();
                     findings.extend(more);
+                    outlier::leave_out(&mut recording, &known, &mut findings);
                     recordings.insert(name.to_owned(), recording);
                 }
                 Err(Error::Wrong(more)) => findings.extend(more),

@@ -9,7 +9,7 @@ use crate::error::Error;
 use crate::finding::{Finding, Kind, verdict};
 use crate::names::{base_name, suggestion};
 use crate::read::toml::{Reader, text};
-use crate::read::{parameter_known, parameters};
+use crate::read::{doubts, parameters};
 use crate::variable::{Role, Variable};
 
 impl Case {
@@ -21,6 +21,15 @@ impl Case {
     pub fn read(path: &Path, known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
         let file = if path.is_dir() { path.join("case.toml") } else { path.to_owned() };
         let mut findings = Vec::new();
+        let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
+        if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat") && file.is_file() {
+            let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            let mend = format!(
+                "put it into a folder with a case.toml that says model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
+            );
+            let what = "this is a recording, no case";
+            return Err(Error::Wrong(vec![Finding::error(Kind::Unreadable, &file, what, mend)]));
+        }
         match text(&file, &mut findings) {
             Some(text) => Self::parse(&file, &text, known),
             None => {
@@ -119,11 +128,24 @@ impl Case {
         match root.get("repeats").map(|n| (n, n.get_ref())) {
             None => {}
             Some((_, DeValue::Array(groups))) => {
+                let flat: Vec<String> =
+                    groups.iter().filter_map(|n| Some(format!("{:?}", n.get_ref().as_str()?))).collect();
+                if let (false, Some(first)) = (flat.is_empty(), groups.first()) {
+                    let span = first.span();
+                    let what = "`repeats` is a list of names, no list of lists";
+                    let list =
+                        if flat.len() > 1 { flat.join(", ") } else { format!("{}, \"b.csv\"", flat[0]) };
+                    let mend = format!("write repeats = [[{list}]], each inner list the runs of one command");
+                    return reader.wrong(Kind::BadValue, span, what, mend);
+                }
                 for node in groups.iter() {
                     let group: Vec<_> =
                         reader.texts(node, "repeats").into_iter().map(|(name, _)| name).collect();
-                    if group.len() == 1 {
-                        let what = format!("`repeats` has a group of one, `{}`", group[0]);
+                    if group.len() < 2 && node.get_ref().as_array().is_some() {
+                        let what = match group.first() {
+                            Some(one) => format!("`repeats` has a group of one, `{one}`"),
+                            None => "`repeats` has an empty group".to_owned(),
+                        };
                         let mend = "name at least two runs of the same command";
                         reader.wrong(Kind::BadValue, node.span(), what, mend);
                     }
@@ -139,34 +161,28 @@ impl Case {
     }
 
     fn doubts(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
-        for (key, node) in table.iter() {
+        for (key, _) in table.iter() {
             let name = key.get_ref().as_ref();
-            parameter_known(reader, name, node, known);
             let is = |p: &String| p == name || base_name(p) == name;
             if !self.parameters.keys().any(is) {
                 let mend = suggestion(name, self.parameters.keys().map(String::as_str), "give its value");
                 let what = format!("`{name}` is uncertain, but [parameters] has no value of it");
                 reader.wrong(Kind::UnknownParameter, key.span(), what, mend);
             }
-            for (element, value, span) in reader.values(name, node) {
-                match value.number() {
-                    Some(doubt) if doubt >= 0.0 => {
-                        self.uncertain.insert(element, doubt);
-                    }
-                    _ => {
-                        let what = format!("the doubt of `{element}` is {value}");
-                        let mend = "write a share such as 0.1 for 10 %";
-                        reader.wrong(Kind::BadValue, span, what, mend);
-                    }
-                }
-            }
         }
+        self.uncertain = doubts(reader, table, known);
     }
 
     fn fitted(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
         reader.known(table, "fit", &["parameters"]);
         let Some(node) = table.get("parameters") else { return };
-        let names = reader.texts(node, "fit.parameters");
+        let names = reader.texts(node, "parameters");
+        if node.get_ref().as_array().is_some_and(|list| list.is_empty()) {
+            let mend =
+                "name some, as in parameters = [\"stiffness\"], or remove the line to fit the usual ones";
+            let what = "`[fit] parameters` is empty: there is nothing to estimate";
+            reader.wrong(Kind::BadValue, node.span(), what, mend);
+        }
         for (name, span) in &names {
             let parameters = || known.iter().filter(|v| v.role == Role::Parameter).map(|v| v.name.as_str());
             if !known.is_empty() && !parameters().any(|p| p == name || base_name(p) == name) {

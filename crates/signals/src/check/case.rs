@@ -36,6 +36,7 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
         findings.extend(run.channels.iter().filter_map(|c| moving(run, c)));
     }
     findings.extend(excitation(loaded, known));
+    findings.extend(still(loaded, known));
     let noisy = !case.repeats.is_empty() || !case.rest.is_empty();
     if let (false, Some(run)) = (noisy, loaded.train().first()) {
         for c in &run.channels {
@@ -88,6 +89,20 @@ fn moving(run: &Recording, c: &Channel) -> Option<Finding> {
     (change.abs() > 5.0 * least && change != 0.0).then(|| {
         let what = format!("the mean moves by {} although the recording is declared at rest", short(change));
         Finding::warning(Kind::NotAtRest, &run.file, what, "take it out of `rest`").channel(&c.name)
+    })
+}
+
+/// No output of any recording that is to be fitted leaves its first value.
+fn still(loaded: &Loaded, known: &[Variable]) -> Option<Finding> {
+    let train = loaded.train();
+    let moves = |c: &Channel| c.range().is_some_and(|(low, high)| low < high);
+    let all = train.iter().flat_map(|r| &r.channels);
+    let mut outputs = all.filter(|c| role(known, &c.name) == Some(Role::Output)).peekable();
+    outputs.peek()?;
+    (!outputs.any(moves)).then(|| {
+        let what = "no output moves in any recording of `train`: nothing can be fitted or compared";
+        let mend = "record a motion, with the motors driven, and name it in `train`";
+        Finding::error(Kind::LittleExcitation, &loaded.case.file, what, mend)
     })
 }
 

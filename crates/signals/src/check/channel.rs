@@ -2,6 +2,7 @@
 
 use crate::finding::{Finding, Kind, Severity};
 use crate::names::short;
+use crate::quantum::Quantum;
 use crate::recording::{Channel, Interpolation, Recording};
 use crate::variable::{Role, Variable};
 
@@ -9,10 +10,6 @@ use crate::variable::{Role, Variable};
 const GAP: f64 = 5.0;
 /// Least number of samples of a plateau that may be clipping.
 const PLATEAU: usize = 5;
-/// A spike stands out by so many robust standard deviations.
-const SPIKE: f64 = 8.0;
-/// Half the window of the Hampel identifier.
-const HALF: usize = 5;
 
 pub(super) fn check(run: &Recording, c: &Channel, known: &[Variable], findings: &mut Vec<Finding>) {
     let variable = known.iter().find(|v| v.name == c.name);
@@ -31,13 +28,12 @@ pub(super) fn check(run: &Recording, c: &Channel, known: &[Variable], findings: 
     }
     let driven = variable.is_some_and(|v| v.role == Role::Input) || c.interpolation == Interpolation::Hold;
     let tell = |f: Finding| f.channel(&c.name);
-    let quantum = quantum(c);
+    let quantum = Quantum::of(&c.values);
     findings.extend(size(run, variable, low, high).map(tell));
     findings.extend(gaps(run, c).map(tell));
     findings.extend(clipped(run, c, low, high, quantum.least).map(tell));
     if !driven {
         findings.extend(stuck(run, c, known, high - low).map(tell));
-        findings.extend(spikes(run, c, quantum.least).map(tell));
         findings.extend(resolution(run, c, &quantum).map(tell));
     }
 }
@@ -147,67 +143,6 @@ fn others_move(run: &Recording, c: &Channel, known: &[Variable], [from, to]: [f6
             _ => false,
         }
     })
-}
-
-/// Hampel's identifier: a sample far from the median of its neighbourhood, measured by their median deviation.
-fn spikes(run: &Recording, c: &Channel, quantum: f64) -> Option<Finding> {
-    let x = &c.values;
-    if x.len() < 4 * HALF {
-        return None;
-    }
-    // Noise as second differences show it, motion all but removed.
-    let mut second: Vec<f64> = x.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect();
-    let noise = 1.4826 * median(&mut second) / 6f64.sqrt();
-    let mut window = Vec::with_capacity(2 * HALF + 1);
-    let mut found = Vec::new();
-    for i in HALF..x.len() - HALF {
-        window.clear();
-        window.extend_from_slice(&x[i - HALF..=i + HALF]);
-        let centre = median(&mut window);
-        let off = (x[i] - centre).abs();
-        if off <= (SPIKE * noise).max(4.0 * quantum) {
-            continue;
-        }
-        window.iter_mut().for_each(|y| *y = (*y - centre).abs());
-        if off > SPIKE * 1.4826 * median(&mut window) {
-            found.push(i);
-        }
-    }
-    let worst = *found.iter().max_by(|a, b| {
-        let off = |i: usize| (x[i] - 0.5 * (x[i - 1] + x[i + 1])).abs();
-        off(**a).total_cmp(&off(**b))
-    })?;
-    let (n, s) = (found.len(), if found.len() == 1 { "" } else { "s" });
-    let what = format!("{n} spike{s}, such as {} between {} and {}", x[worst], x[worst - 1], x[worst + 1]);
-    let mend = "leave these cells empty if the sensor was wrong";
-    Some(Finding::warning(Kind::Spike, &run.file, what, mend).time(c.time[worst]))
-}
-
-fn median(values: &mut [f64]) -> f64 {
-    let middle = values.len() / 2;
-    if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
-}
-
-/// Steps of the reading.
-struct Quantum {
-    /// Least difference of two values.
-    least: f64,
-    /// All differences are multiples of it.
-    regular: bool,
-    /// Number of different values.
-    distinct: usize,
-}
-
-fn quantum(c: &Channel) -> Quantum {
-    let mut sorted = c.values.clone();
-    sorted.sort_unstable_by(f64::total_cmp);
-    let tiny = 1e-9 * sorted.iter().fold(0.0_f64, |m, x| m.max(x.abs()));
-    let steps: Vec<f64> = sorted.windows(2).map(|w| w[1] - w[0]).filter(|d| *d > tiny).collect();
-    let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
-    let multiple = |d: &&f64| (*d / least - (*d / least).round()).abs() < 0.05;
-    let regular = steps.iter().filter(multiple).count() * 20 >= steps.len() * 19;
-    let least = if least.is_finite() { least } else { 0.0 };
-    Quantum { least, regular, distinct: steps.len() + 1 }
 }
 
 /// The steps that are seen against those that are declared.

@@ -1,6 +1,6 @@
 //! Channels that must agree.
 
-use crate::finding::{Finding, Kind};
+use crate::finding::{Finding, Kind, Severity};
 use crate::names::short;
 use crate::recording::Recording;
 
@@ -69,10 +69,11 @@ impl Relation {
         let near = |cause: f64| (off / cause - 1.0).abs() < 0.1;
         let swapped =
             matches!(self, Self::Proportional { .. }) && near(1.0 / (factor * factor)) && factor != 1.0;
-        let cause = match CAUSES.iter().find(|(c, _)| near(*c) || near(1.0 / c)) {
-            _ if swapped => "they look swapped".to_owned(),
-            Some((_, cause)) => format!("it looks as if {cause}"),
-            None => "one of them has another unit, sign or meaning".to_owned(),
+        // A factor that a unit or a sign makes is an error of the recording; another one may be a wrong parameter.
+        let (severity, cause) = match CAUSES.iter().find(|(c, _)| near(*c) || near(1.0 / c)) {
+            _ if swapped => (Severity::Grave, "they look swapped".to_owned()),
+            Some((_, cause)) => (Severity::Grave, format!("it looks as if {cause}")),
+            None => (Severity::Warning, "one of them has another unit, sign or meaning".to_owned()),
         };
         let (kind, what) = match self {
             Self::Proportional { .. } => (
@@ -89,7 +90,8 @@ impl Relation {
             ),
         };
         let mend = "say the unit or the right name in the sidecar's [columns]";
-        Some(Finding::warning(kind, &run.file, what, mend).channel(left))
+        let finding = Finding::warning(kind, &run.file, what, mend).channel(left);
+        Some(Finding { severity, ..finding })
     }
 }
 

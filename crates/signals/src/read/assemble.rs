@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::clock;
 use super::sidecar::{Column, Sidecar};
 use super::{TOLD, Table};
 use crate::finding::{Finding, Kind};
@@ -35,7 +36,9 @@ pub(super) fn assemble(
             findings.push(Finding::error(Kind::UnknownColumn, &sidecar.file, what, mend).line(column.line));
         }
     }
-    let Some(time) = clock(file, &mut table, sidecar, findings) else { return recording };
+    let Some(time) = clock::take(file, &mut table, sidecar, !known.is_empty(), findings) else {
+        return recording;
+    };
     (recording.start, recording.end) =
         (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
     for i in 0..table.names.len() {
@@ -50,6 +53,9 @@ pub(super) fn assemble(
                 recording.channels.push(channel);
             }
         }
+    }
+    if !known.is_empty() {
+        findings.extend(clock::bursts(&recording, time.len()));
     }
     declare(&mut recording, sidecar, declared, findings);
     recording
@@ -102,108 +108,6 @@ fn rename_elements(table: &mut Table, known: &[Variable]) {
     }
 }
 
-/// The sidecar's word on a column, by its own name or that of its array.
-fn mapped<'a>(sidecar: &'a Sidecar, name: &str) -> Option<&'a Column> {
-    sidecar.columns.get(name).or_else(|| sidecar.columns.get(base_name(name)))
-}
-
-/// The variable that a column measures: `None` if it is to be left out.
-fn variable(sidecar: &Sidecar, name: &str) -> Option<String> {
-    match mapped(sidecar, name) {
-        None => Some(name.to_owned()),
-        Some(column) => column.variable.as_ref().map(|v| match sidecar.columns.contains_key(name) {
-            true => v.clone(),
-            false => format!("{v}{}", &name[base_name(name).len()..]),
-        }),
-    }
-}
-
-/// Takes the time out of the table, in s.
-fn clock(file: &Path, table: &mut Table, sidecar: &Sidecar, findings: &mut Vec<Finding>) -> Option<Vec<f64>> {
-    let at = table.names.iter().position(|n| variable(sidecar, n).as_deref() == Some("time"));
-    let Some(at) = at else {
-        let likely = ["t", "Time", "TIME", "timestamp", "Timestamp", "time_s", "time [s]", "times", "sec"];
-        let near = table.names.iter().find(|n| likely.contains(&n.as_str()));
-        let first = table.names.first().map_or("", String::as_str);
-        let mend = match near {
-            Some(n) => {
-                format!("rename `{n}` to `time`, or write in the sidecar: [columns] \"{n}\" = \"time\"")
-            }
-            None => format!("the first column is `{first}`: name the one with the time in s `time`"),
-        };
-        findings.push(Finding::error(Kind::NoTime, file, "there is no column `time`", mend));
-        return None;
-    };
-    let name = table.names.remove(at);
-    let mut time = table.columns.remove(at);
-    if let Some(Column { scale, offset, unit, line, .. }) = mapped(sidecar, &name) {
-        let unit = match unit {
-            Some((_, unit)) if unit.exponents == [0, 0, 1, 0, 0, 0, 0] => *unit,
-            Some((text, _)) => {
-                let what = format!("`{text}` is no unit of time");
-                findings
-                    .push(Finding::error(Kind::Unit, &sidecar.file, what, "write s, ms or us").line(*line));
-                return None;
-            }
-            None => Unit::ONE,
-        };
-        for t in &mut time {
-            *t = unit.to_si(scaled(*t, *scale, *offset));
-        }
-    }
-    let before = findings.len();
-    check_clock(file, &time, table, findings);
-    (findings.len() == before).then_some(time)
-}
-
-fn scaled(reading: f64, scale: Option<f64>, offset: f64) -> f64 {
-    let value = scale.map_or(reading, |s| s * reading);
-    if offset == 0.0 { value } else { value + offset }
-}
-
-fn check_clock(file: &Path, time: &[f64], table: &Table, findings: &mut Vec<Finding>) {
-    let mut wrong = 0;
-    let mut last: Option<f64> = None;
-    for (row, &t) in time.iter().enumerate() {
-        let (kind, what, mend) = match last {
-            _ if !t.is_finite() => {
-                let what = format!("the time of row {} is missing or not finite", row + 1);
-                (Kind::MissingTime, what, "remove the row")
-            }
-            Some(before) if t == before => {
-                (Kind::ClockRepeats, format!("the clock repeats {t} s"), "remove one of the rows")
-            }
-            Some(before) if t < before => (
-                Kind::ClockBack,
-                format!("the clock jumps back from {before} s to {t} s"),
-                "sort the rows, or cut the file there: two runs are two recordings",
-            ),
-            _ => {
-                last = Some(t);
-                continue;
-            }
-        };
-        // After a jump the clock goes on from where it landed.
-        if t.is_finite() {
-            last = Some(t);
-        }
-        wrong += 1;
-        if wrong <= TOLD {
-            let line = table.line(row);
-            let finding = Finding::error(kind, file, what, mend).line(line);
-            findings.push(if t.is_finite() { finding.time(t) } else { finding });
-        }
-    }
-    if wrong > TOLD {
-        let what = format!("so it is in {wrong} of {} rows", time.len());
-        findings.push(Finding::error(Kind::MissingTime, file, what, "look at how the time was written"));
-    }
-    if time.is_empty() {
-        let mend = "export the recording again";
-        findings.push(Finding::error(Kind::EmptyFile, file, "there is no row", mend));
-    }
-}
-
 /// One column on its way to a channel.
 struct Source<'a> {
     file: &'a Path,
@@ -221,7 +125,7 @@ impl Source<'_> {
         findings: &mut Vec<Finding>,
     ) -> Option<Channel> {
         let own = &self.table.names[self.index];
-        let name = variable(self.sidecar, own)?;
+        let name = self.sidecar.variable(own)?;
         let found = known.iter().find(|v| v.name == name && v.role != Role::Parameter);
         if found.is_none() && !known.is_empty() {
             findings.push(self.unknown(&name, known));
@@ -273,11 +177,10 @@ impl Source<'_> {
         findings: &mut Vec<Finding>,
     ) -> Option<String> {
         let own = known.map(|v| v.unit.clone());
-        let Some(Column { scale, offset, unit, line, .. }) =
-            mapped(self.sidecar, &self.table.names[self.index])
-        else {
+        let Some(column) = self.sidecar.column(&self.table.names[self.index]) else {
             return Some(own.unwrap_or_default());
         };
+        let Column { scale, unit, line, .. } = column;
         let mut to_si = Unit::ONE;
         if let Some((text, unit)) = unit {
             let wanted = own.as_deref().and_then(Unit::parse);
@@ -299,7 +202,7 @@ impl Source<'_> {
             }
         }
         for x in reading {
-            *x = to_si.to_si(scaled(*x, *scale, *offset));
+            *x = to_si.to_si(column.value(*x));
         }
         Some(own.unwrap_or_else(|| unit.as_ref().map_or_else(String::new, |(_, u)| u.si())))
     }

@@ -1,21 +1,25 @@
 //! Parquet: one flat table, numbers and Booleans.
 
+mod pages;
+
 use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
 use parquet::basic::Type as Physical;
 use parquet::column::reader::ColumnReader;
 use parquet::data_type::DataType;
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 
 use super::Table;
+use super::guard::guarded;
 use crate::finding::{Finding, Kind};
 
 pub(super) fn read(file: &Path, open: File, findings: &mut Vec<Finding>) -> Option<Table> {
     let mend =
         "write a flat table of numbers, uncompressed or with Snappy (pandas: to_parquet(...) as it is)";
-    let table = SerializedFileReader::new(open).and_then(|reader| columns(&reader));
+    let table = guarded(|| all(open).map_err(|e| e.to_string())).and_then(|done| done);
     let wrong = match table {
         Ok(table) => return Some(table),
         Err(e) => {
@@ -24,6 +28,36 @@ pub(super) fn read(file: &Path, open: File, findings: &mut Vec<Finding>) -> Opti
     };
     findings.push(wrong);
     None
+}
+
+/// A row takes a byte at least for so many of them, whatever its encoding.
+const ROWS_PER_BYTE: u64 = 256;
+
+fn all(open: File) -> Result<Table, ParquetError> {
+    let general = |what: String| ParquetError::General(what);
+    let size = open.len();
+    let copy = open.try_clone().map_err(|e| general(e.to_string()))?;
+    let reader = SerializedFileReader::new(open)?;
+    // What is damaged may announce anything: no memory is taken for it before it is seen to be there.
+    let groups = reader.metadata().row_groups();
+    let rows = groups.iter().map(|g| u64::try_from(g.num_rows()).unwrap_or(u64::MAX));
+    if rows.fold(0, u64::saturating_add) > size.saturating_mul(ROWS_PER_BYTE) {
+        return Err(general(format!("more rows than {size} bytes can hold")));
+    }
+    for chunk in groups.iter().flat_map(|g| g.columns()) {
+        let begin = chunk
+            .dictionary_page_offset()
+            .map_or(chunk.data_page_offset(), |d| d.min(chunk.data_page_offset()));
+        let place = u64::try_from(begin).ok().zip(u64::try_from(chunk.compressed_size()).ok());
+        let place = place.filter(|(begin, length)| begin.checked_add(*length).is_some_and(|end| end <= size));
+        let Some((begin, length)) = place else {
+            return Err(general("a column lies beyond the end of the file".into()));
+        };
+        let mut bytes = Vec::new();
+        copy.get_read(begin)?.take(length).read_to_end(&mut bytes).map_err(|e| general(e.to_string()))?;
+        pages::check(&bytes).map_err(general)?;
+    }
+    columns(&reader)
 }
 
 fn columns(reader: &SerializedFileReader<File>) -> Result<Table, ParquetError> {

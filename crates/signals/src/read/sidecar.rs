@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
+use super::parameters::parameters;
 use super::toml::{Node, Reader, text};
 use crate::case::Value;
 use crate::finding::{Finding, Kind};
@@ -35,7 +36,31 @@ pub(crate) struct Column {
     pub(crate) line: u64,
 }
 
+impl Column {
+    /// What a reading says, in `unit`.
+    pub(super) fn value(&self, reading: f64) -> f64 {
+        let value = self.scale.map_or(reading, |s| s * reading);
+        if self.offset == 0.0 { value } else { value + self.offset }
+    }
+}
+
 impl Sidecar {
+    /// Its word on a column, by its own name or that of its array.
+    pub(super) fn column(&self, name: &str) -> Option<&Column> {
+        self.columns.get(name).or_else(|| self.columns.get(base_name(name)))
+    }
+
+    /// The variable that a column measures: `None` if it is to be left out.
+    pub(super) fn variable(&self, name: &str) -> Option<String> {
+        match self.column(name) {
+            None => Some(name.to_owned()),
+            Some(column) => column.variable.as_ref().map(|v| match self.columns.contains_key(name) {
+                true => v.clone(),
+                false => format!("{v}{}", &name[base_name(name).len()..]),
+            }),
+        }
+    }
+
     /// The one that belongs to `run.csv`: `run.toml` or `run.csv.toml`. `None` if there is an error in it.
     pub(crate) fn beside(file: &Path, known: &[Variable], findings: &mut Vec<Finding>) -> Option<Self> {
         let long = PathBuf::from(format!("{}.toml", file.display()));
@@ -89,45 +114,6 @@ impl Sidecar {
         }
         if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
             self.parameters = parameters(reader, table, known);
-        }
-    }
-}
-
-/// A table of parameters, arrays element by element, names checked.
-pub(crate) fn parameters(
-    reader: &mut Reader,
-    table: &DeTable,
-    known: &[Variable],
-) -> BTreeMap<String, Value> {
-    let mut all = BTreeMap::new();
-    for (key, node) in table.iter() {
-        let name = key.get_ref().as_ref();
-        parameter_known(reader, name, node, known);
-        for (element, value, span) in reader.values(name, node) {
-            if all.insert(element.clone(), value).is_some() {
-                let what = format!("`{element}` has two values");
-                reader.wrong(Kind::DuplicateName, span, what, "give the array or its elements, not both");
-            }
-        }
-    }
-    all
-}
-
-/// Says it if no variable has this name, be it an array's or an element's.
-pub(crate) fn parameter_known(reader: &mut Reader, name: &str, node: &Node, known: &[Variable]) {
-    let is = |v: &&Variable| v.name == name || base_name(&v.name) == name;
-    match known.iter().find(is) {
-        _ if known.is_empty() => {}
-        Some(v) if v.role == Role::Parameter => {}
-        Some(_) => {
-            let what = format!("`{name}` is an input or output, no parameter");
-            reader.wrong(Kind::UnknownParameter, node.span(), what, "remove it");
-        }
-        None => {
-            let names = known.iter().filter(|v| v.role == Role::Parameter);
-            let mend = suggestion(name, names.map(|v| v.name.as_str()), "see `trueup fmu info`");
-            let what = format!("the model has no parameter `{name}`");
-            reader.wrong(Kind::UnknownParameter, node.span(), what, mend);
         }
     }
 }

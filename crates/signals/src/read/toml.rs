@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 use crate::case::Value;
 use crate::finding::{Finding, Kind};
 use crate::names::{element_name, suggestion};
+use crate::outlier::LARGEST;
 use crate::recording::{Interpolation, Settings};
 
 /// A value with its place.
@@ -127,7 +128,7 @@ impl<'a> Reader<'a> {
         texts
     }
 
-    /// A finite number.
+    /// A finite number, no larger than any quantity is.
     pub(crate) fn number(&mut self, node: &Node, what: &str) -> Option<f64> {
         let number = scalar(node.get_ref());
         if number.is_none() {
@@ -135,7 +136,12 @@ impl<'a> Reader<'a> {
             let what = format!("`{what}` is a {kind} that is no finite number");
             self.wrong(Kind::BadValue, node.span(), what, "write a number such as 3.07e-5");
         }
-        number
+        let large = number.filter(|x| x.abs() > LARGEST);
+        if let Some(x) = large {
+            let what = format!("`{what}` is {x:e}: no quantity is as large");
+            self.wrong(Kind::BadValue, node.span(), what, "write its value in SI");
+        }
+        number.filter(|_| large.is_none())
     }
 
     /// A number >= 0.
@@ -143,6 +149,12 @@ impl<'a> Reader<'a> {
         let number = self.number(node, what)?;
         if number < 0.0 {
             self.wrong(Kind::BadValue, node.span(), format!("`{what}` is {number}"), "it cannot be below 0");
+            return None;
+        }
+        // Its square is divided by.
+        if number != 0.0 && number < 1.0 / LARGEST {
+            let what = format!("`{what}` is {number:e}: no sensor is as good");
+            self.wrong(Kind::BadValue, node.span(), what, "write it in the channel's unit, or 0");
             return None;
         }
         Some(number)

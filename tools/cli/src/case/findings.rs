@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use trueup_signals::{Finding, Severity};
+use trueup_signals::Finding;
 
 /// Findings that are told one by one; of each kind one is, however many kinds there are.
 const MOST: usize = 20;
@@ -31,11 +31,7 @@ pub(super) fn lines(findings: &[Finding]) -> Vec<String> {
             };
             format!("{} more of this kind ({}) {place}", rest.len(), next.kind.id())
         });
-        let severity = match kind[0].severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-            Severity::Note => "note",
-        };
+        let severity = kind[0].severity.id();
         let lines = shown.iter().map(ToString::to_string).chain(more);
         lines.map(|line| format!("{severity}: {line}")).collect::<Vec<_>>()
     };

@@ -9,16 +9,17 @@ use std::time::Instant;
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
-use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
+use trueup_diagnosis::finite;
+use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Noticed, Severity, Verdict};
 use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
 use trueup_report::number;
-use trueup_signals::Loaded;
+use trueup_signals::{Finding, Loaded};
 
 use crate::args::Diagnose;
-use crate::case::load;
+use crate::case::{Purpose, load};
 use crate::catalog;
 use crate::command::pack;
 use crate::error::Error;
@@ -45,17 +46,23 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, Error> {
 /// Diagnoses; what became of writing the files.
 fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
-    let loaded = load(&args.case)?;
+    let (loaded, findings) = load(&args.case, Purpose::Diagnose)?;
     // What would be in the way of writing is said before the work, not after it.
     let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
     can_be_made(&args.output)?;
-    let options = Options { seed: args.seed, verdict_only: args.verdict_only, ..Options::default() };
+    let capped = !args.force && findings.iter().any(Finding::is_grave);
+    let options = Options { seed: args.seed, capped, verdict_only: args.verdict_only, ..Options::default() };
     sensors(&loaded);
     let mut stages = Stages::new();
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     drop(stages);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     found.diagnosis.inputs = Some(inputs::read(&loaded.case)?);
+    let noticed = Noticed::of(&findings, &loaded.case.folder);
+    found.diagnosis.findings.splice(0..0, noticed);
+    found.diagnosis.findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
+    finite::check(&found.diagnosis)
+        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(library)) = (&found.augmented, &library) {
@@ -74,10 +81,9 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     if let Some(picture) = &found.picture {
         let beside = files.iter().map(|f| f.0.clone());
         let beside = ["diagnosis.json", record::FILE].map(str::to_owned).into_iter().chain(beside).collect();
-        files.push((
-            "report.html".into(),
-            page::html(&loaded, &found, picture, beside, args.seed).into_bytes(),
-        ));
+        let page = page::html(&loaded, &found, picture, beside, args.seed);
+        finite_words(&page).map_err(|e| not_finite(&args.output, "report.html", &e))?;
+        files.push(("report.html".into(), page.into_bytes()));
     }
     let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
     files.push((record::FILE.into(), record));
@@ -99,6 +105,30 @@ fn store(output: &Path, files: &[(String, Vec<u8>)]) -> Result<(), Error> {
         write_file(&output.join(name), bytes).map_err(|e| Error::Failed(e.to_string()))?;
     }
     Ok(())
+}
+
+/// A figure that must not be written.
+fn not_finite(folder: &Path, name: &str, what: &str) -> Error {
+    Error::at(
+        &folder.join(name),
+        format!(
+            "{what}: nothing is written; look at the findings above and at the sizes of readings and parameters, \
+             and report the case if these are sensible"
+        ),
+    )
+}
+
+/// The first figure of a page's text that is not finite. Samples of its charts are `null` then.
+fn finite_words(page: &str) -> Result<(), String> {
+    // The scripts of the charts come last.
+    let text = page.split("<!-- uPlot").next().unwrap_or(page);
+    let cells = text.split('<').filter_map(|part| part.split_once('>').map(|p| p.1));
+    let words = cells
+        .flat_map(|cell| cell.split(|c: char| !(c.is_alphanumeric() || matches!(c, '-' | '_' | '.' | '/'))));
+    match words.into_iter().find(|w| matches!(*w, "NaN" | "inf" | "-inf")) {
+        Some(word) => Err(format!("a figure is {word}")),
+        None => Ok(()),
+    }
 }
 
 /// What these sensors can tell at all, said before anything is compared.
@@ -150,6 +180,10 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
 /// The verdict for people.
 pub(crate) fn text(d: &Diagnosis) -> String {
     let mut out = match d.verdict {
+        Verdict::Unknown if d.capped => {
+            "unknown: a grave finding (above) lets nothing be concluded; mend it, or go on with --force\n"
+                .to_owned()
+        }
         Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
         Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),
         Verdict::Effects => "effects: something is missing from the model\n".to_owned(),

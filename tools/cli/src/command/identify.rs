@@ -9,7 +9,7 @@ use trueup_identification::fmu::FmuModel;
 use trueup_identification::identify::{Settings, identify, identify_fmu};
 
 use crate::args::Identify;
-use crate::case::{load, load_for};
+use crate::case::{Purpose, load, load_for};
 use crate::error::Error;
 use crate::output::say;
 
@@ -24,7 +24,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
             (loaded, found)
         }
         None => {
-            let loaded = load(&args.case)?;
+            let (loaded, _) = load(&args.case, Purpose::Identify)?;
             let found = identify(&loaded, &settings);
             (loaded, found)
         }

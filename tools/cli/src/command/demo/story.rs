@@ -41,6 +41,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         output,
         json: false,
         verdict_only: false,
+        force: false,
         seed: 1,
         library: None,
     })?;

@@ -16,6 +16,12 @@ pub(crate) fn run(args: &Statics) -> Result<(), Error> {
     let file = if args.file.is_dir() { args.file.join("case.toml") } else { args.file.clone() };
     let text = std::fs::read_to_string(&file).map_err(|e| Error::at(&file, e))?;
     let table: toml::Table = text.parse().map_err(|e: toml::de::Error| Error::at(&file, e))?;
+    if table.is_empty() {
+        return Err(Error::at(
+            &file,
+            "the file says nothing; write one [[deflection]] table with load, length, areaMoment and deflection per load, or give the case.toml of an arm",
+        ));
+    }
     let (json, text) = match table.get("deflection") {
         Some(list) => deflections(list).map_err(|what| Error::at(&file, what))?,
         None => mode(&file, args.stiffen)?,

@@ -1,0 +1,193 @@
+//! Values and doubts of parameters: names, shapes, types and ranges against the model's variables.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+use super::toml::{Node, Reader};
+use crate::case::Value;
+use crate::finding::Kind;
+use crate::names::{base_name, suggestion};
+use crate::variable::{Role, Takes, Variable};
+
+/// An element's name, its value and where it stands.
+type Given = (String, Value, Range<usize>);
+
+/// A table of parameters, arrays element by element; what does not fit the model's variables is told and left out.
+pub(crate) fn parameters(
+    reader: &mut Reader,
+    table: &DeTable,
+    known: &[Variable],
+) -> BTreeMap<String, Value> {
+    let mut all = BTreeMap::new();
+    for (key, node) in table.iter() {
+        let name = key.get_ref().as_ref();
+        let Some(family) = family(reader, name, node, known) else { continue };
+        let values = reader.values(name, node);
+        if !known.is_empty() && !fits(reader, name, node, &family, &values) {
+            continue;
+        }
+        for (element, value, span) in values {
+            let variable = family.iter().find(|v| v.name == element);
+            if let Some((what, mend)) = variable.and_then(|v| wrong(v, &value)) {
+                reader.wrong(Kind::BadValue, span, what, mend);
+            } else if all.insert(element.clone(), value).is_some() {
+                let what = format!("`{element}` has two values");
+                reader.wrong(Kind::DuplicateName, span, what, "give the array or its elements, not both");
+            }
+        }
+    }
+    all
+}
+
+/// A table of relative doubts; one number may stand for all elements of an array.
+pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -> BTreeMap<String, f64> {
+    let mut all = BTreeMap::new();
+    for (key, node) in table.iter() {
+        let name = key.get_ref().as_ref();
+        let Some(family) = family(reader, name, node, known) else { continue };
+        let values = reader.values(name, node);
+        let for_all = node.get_ref().as_array().is_none();
+        if !known.is_empty() && !for_all && !fits(reader, name, node, &family, &values) {
+            continue;
+        }
+        for (element, value, span) in values {
+            match value {
+                Value::Number(doubt) if doubt >= 0.0 => {
+                    all.insert(element, doubt);
+                }
+                _ => {
+                    let what = format!("the doubt of `{element}` is {value}");
+                    let mend = "write a share such as 0.1 for 10 %, or 0 for a value that is known";
+                    reader.wrong(Kind::BadValue, span, what, mend);
+                }
+            }
+        }
+    }
+    all
+}
+
+/// The variables of this name, be it a scalar's, an array's or an element's; `None`, and a word, if there is none.
+fn family<'v>(
+    reader: &mut Reader,
+    name: &str,
+    node: &Node,
+    known: &'v [Variable],
+) -> Option<Vec<&'v Variable>> {
+    let is = |v: &&Variable| v.name == name || base_name(&v.name) == name;
+    let family: Vec<_> = known.iter().filter(is).collect();
+    match family.first() {
+        _ if known.is_empty() => Some(family),
+        Some(v) if v.role == Role::Parameter => Some(family),
+        Some(_) => {
+            let what = format!("`{name}` is an input or output, no parameter");
+            reader.wrong(Kind::UnknownParameter, node.span(), what, "remove it");
+            None
+        }
+        None => {
+            let names = known.iter().filter(|v| v.role == Role::Parameter);
+            let mend = suggestion(name, names.map(|v| v.name.as_str()), "see `trueup fmu info`");
+            let what = format!("the model has no parameter `{name}`");
+            reader.wrong(Kind::UnknownParameter, node.span(), what, mend);
+            None
+        }
+    }
+}
+
+/// Whether a value has the shape of its variable: a scalar is no list, a list has all elements.
+fn fits(reader: &mut Reader, name: &str, node: &Node, family: &[&Variable], values: &[Given]) -> bool {
+    let scalar = family.iter().any(|v| v.name == name);
+    let list = matches!(node.get_ref(), DeValue::Array(_));
+    let same = family.len() == values.len() && family.iter().all(|v| values.iter().any(|g| g.0 == v.name));
+    let shown = |value: Option<&Given>, takes: Takes| match (value, takes) {
+        (Some((_, value @ Value::Number(_), _)), _) => value.to_string(),
+        (_, Takes::Boolean) => "true".to_owned(),
+        (_, Takes::Item) => "\"...\"".to_owned(),
+        _ => "1.0".to_owned(),
+    };
+    let first = shown(values.first(), family.first().map_or(Takes::Number, |v| v.takes));
+    let (what, mend) = match (scalar, list) {
+        (true, false) => return true,
+        (true, true) => {
+            (format!("`{name}` is a list, the model has one value of it"), format!("write {name} = {first}"))
+        }
+        (false, true) if same => return true,
+        // The mistakes of its elements are told already.
+        (false, true) if values.is_empty() && !node.get_ref().as_array().is_some_and(|a| a.is_empty()) => {
+            return false;
+        }
+        (false, _) => {
+            let what = if list { "a list of another shape" } else { "one value" };
+            let names = family.iter().map(|v| v.name.as_str());
+            let (least, most) = (names.clone().next().unwrap_or(name), names.last().unwrap_or(name));
+            (
+                format!("`{name}` is {what}, the model has {} elements: {least} to {most}", family.len()),
+                format!(
+                    "write {name} = {}, or single elements as \"{least}\" = {first}",
+                    shape(family, &first)
+                ),
+            )
+        }
+    };
+    reader.wrong(Kind::BadValue, node.span(), what, mend);
+    false
+}
+
+/// How an array is written that has these elements: `[1.0, ..]`, `[[1.0, ..], ..]`.
+fn shape(family: &[&Variable], value: &str) -> String {
+    let last = family.last().map_or("", |v| v.name.as_str());
+    let index = last[base_name(last).len()..].trim_matches(['[', ']']);
+    let lengths: Vec<usize> = index.split(',').filter_map(|i| i.parse().ok()).collect();
+    let row = |n: usize| vec![value; n.min(8)].join(", ");
+    match lengths[..] {
+        [n] => format!("[{}]", row(n)),
+        [n, m] => format!("[{}]", vec![format!("[{}]", row(m)); n.min(8)].join(", ")),
+        _ => format!("[{value}, ..]"),
+    }
+}
+
+/// A value that its variable cannot have, and the mend.
+fn wrong(v: &Variable, value: &Value) -> Option<(String, String)> {
+    let name = &v.name;
+    let is = match value {
+        Value::Number(_) => "a number",
+        Value::Boolean(_) => "a truth value",
+        Value::Text(_) => "a text",
+    };
+    let (wanted, mend) = match (v.takes, value) {
+        (Takes::Number, Value::Number(x)) => return outside(v, *x),
+        (Takes::Boolean, Value::Boolean(_)) | (Takes::Item, Value::Text(_)) | (Takes::Anything, _) => {
+            return None;
+        }
+        (Takes::Number, _) => ("a number", format!("write {name} = 1.0 with its value, without quotes")),
+        (Takes::Boolean, _) => ("true or false", format!("write {name} = true or {name} = false")),
+        (Takes::Item, _) => {
+            ("the name of a choice", format!("write {name} = \"...\", see `trueup fmu info`"))
+        }
+    };
+    Some((format!("`{name}` is {is}, {value}, where {wanted} is wanted"), mend))
+}
+
+fn outside(v: &Variable, x: f64) -> Option<(String, String)> {
+    let Variable { name, unit, .. } = v;
+    let unit = if unit.is_empty() || unit == "1" { String::new() } else { format!(" {unit}") };
+    let told =
+        |what: String| Some((format!("`{name}` is {x}{unit}, {what}"), "give its value in that unit".into()));
+    if v.positive && x <= 0.0 {
+        let mend = format!(
+            "give the {name} of the real system{}, or remove the line to take the preset's",
+            unit_of(&unit)
+        );
+        return Some((format!("`{name}` is {x}: it has to be above 0"), mend));
+    }
+    match (v.min.filter(|m| x < *m), v.max.filter(|m| x > *m)) {
+        (Some(min), _) => told(format!("it cannot be below {min}")),
+        (_, Some(max)) => told(format!("it cannot be above {max}")),
+        _ => None,
+    }
+}
+
+fn unit_of(unit: &str) -> String {
+    if unit.is_empty() { String::new() } else { format!(" in{unit}") }
+}
