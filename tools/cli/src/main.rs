@@ -8,6 +8,7 @@ mod case;
 mod catalog;
 mod command;
 mod error;
+mod isolate;
 mod output;
 mod plot;
 mod progress;
@@ -17,7 +18,13 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    match command::run(args::Args::parse().command) {
+    let command = args::Args::parse().command;
+    if matches!(command, args::Command::FmuHost) {
+        return isolate::serve();
+    }
+    progress::keep_hangup_ignored();
+    let _watch = trueup_fmi_import::exit::watch(|message| eprintln!("trueup: {message}"));
+    match command::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             if let Some(message) = e.message() {
