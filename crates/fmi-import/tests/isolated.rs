@@ -104,3 +104,35 @@ fn large_arrays_go_through() {
     it.get_real(&references, &mut values).unwrap();
     assert!(values.iter().zip(&references).all(|(value, r)| *value == f64::from(*r) / 3.0));
 }
+
+/// What was read after a step comes with the next one: the same values as before, also when something else is asked for.
+#[test]
+fn what_is_read_after_steps_is_right_whatever_is_asked() {
+    let Some((_folder, fmu)) = fmu("it") else { return };
+    let (mut it, _) = misbehaving::started(&fmu, "asked");
+    let mut ask = |it: &mut trueup_fmi_import::fmi2::Instance, references: &[u32]| {
+        let mut values = vec![f64::NAN; references.len()];
+        it.get_real(references, &mut values).unwrap();
+        let expected: Vec<_> = references.iter().map(|r| f64::from(*r) / 3.0).collect();
+        assert_eq!(values, expected);
+    };
+    let asked: [&[&[u32]]; 8] = [
+        &[&[1], &[2, 3]],
+        &[&[1], &[2, 3]],
+        &[&[2, 3], &[1]],
+        &[&[2, 3]],
+        &[],
+        &[&[2, 3], &[4], &[1]],
+        &[&[4]],
+        &[&[1], &[1]],
+    ];
+    for questions in asked {
+        it.do_step(0.0, 1.0, true).unwrap();
+        questions.iter().for_each(|references| ask(&mut it, references));
+        it.set_real(&[1], &[2.0]).unwrap();
+        questions.iter().for_each(|references| ask(&mut it, references));
+        let mut flags = [false];
+        it.get_boolean(&[0], &mut flags).unwrap();
+        assert_eq!(flags, [true]);
+    }
+}

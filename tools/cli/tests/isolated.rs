@@ -4,6 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
+use trueup_fmi_import::{Fmu, Interface};
 use trueup_testkit::{Version, compiler, problems};
 
 fn simulate(folder: &Path, arguments: &[&str]) -> String {
@@ -22,6 +23,93 @@ fn same(folder: &Path, arguments: &[&str]) -> usize {
     let first = within.lines().zip(isolated.lines()).find(|(a, b)| a != b);
     assert!(within == isolated, "{arguments:?}: {first:?}");
     within.lines().count() - 1
+}
+
+const DECAY: &str = r#"<?xml version="1.0"?>
+<fmiModelDescription fmiVersion="2.0" modelName="Decay" guid="{g}" numberOfEventIndicators="0">
+  <ModelExchange modelIdentifier="decay"/>
+  <ModelVariables>
+    <ScalarVariable name="x" valueReference="0" causality="output" variability="continuous" initial="exact"><Real start="1"/></ScalarVariable>
+    <ScalarVariable name="der(x)" valueReference="1" causality="local" variability="continuous"><Real derivative="1"/></ScalarVariable>
+    <ScalarVariable name="k" valueReference="2" causality="parameter" variability="fixed"><Real start="1"/></ScalarVariable>
+  </ModelVariables>
+  <ModelStructure><Outputs><Unknown index="1"/></Outputs><Derivatives><Unknown index="2"/></Derivatives></ModelStructure>
+</fmiModelDescription>"#;
+
+/// A stranger's FMU for Model Exchange in a folder of this name, with a case of its recording.
+fn decay(folder: &Path, name: &str, flags: &[&str]) -> Option<()> {
+    let platform = match std::env::consts::ARCH {
+        "x86_64" => "linux64".into(),
+        other => format!("{other}-linux"),
+    };
+    let binaries = folder.join(name).join("binaries").join(platform);
+    std::fs::create_dir_all(&binaries).unwrap();
+    std::fs::write(folder.join(name).join("modelDescription.xml"), DECAY).unwrap();
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/decay.c");
+    let mut cc = Command::new("cc");
+    cc.args(["-shared", "-fPIC", "-o"]).arg(binaries.join("decay.so")).arg(source).args(flags);
+    if !cc.status().is_ok_and(|status| status.success()) {
+        eprintln!("SKIPPED: no C compiler (cc)");
+        return None;
+    }
+    let row = |i: i32| {
+        let t = f64::from(i) * 0.06;
+        // Not a number of either noise, but as far from the curve.
+        let noise = 1e-3 * (f64::from(i * i % 17) / 8.0 - 1.0);
+        format!("{t:?},{:?}\n", (-0.7 * t).exp() + noise)
+    };
+    let rows: String = (0..30).map(row).collect();
+    std::fs::write(folder.join("a.csv"), format!("time,x\n{rows}")).unwrap();
+    let case = "model = \"Decay\"\ntrain = [\"a.csv\"]\n[parameters]\nk = 1.0\n[fit]\nparameters = [\"k\"]\n[channels.x]\nnoise = 1e-3\n";
+    std::fs::write(folder.join("case.toml"), case).unwrap();
+    Some(())
+}
+
+#[test]
+fn a_stranger_is_identified_in_processes_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(()) = decay(folder.path(), "well", &[]) else { return };
+    let Some(()) = decay(folder.path(), "crashes", &["-DCRASH"]) else { return };
+    let identify = |fmu: &str, more: &[&str]| {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
+        program.args(["identify", ".", "--json", "--fast", "--fmu", fmu]).args(more);
+        program.current_dir(folder.path()).output().unwrap()
+    };
+    let isolated = identify("well", &["--deadline", "60"]);
+    assert!(isolated.status.success(), "{}", String::from_utf8_lossy(&isolated.stderr));
+    let within = identify("well", &["--in-process"]);
+    assert_eq!(String::from_utf8_lossy(&isolated.stdout), String::from_utf8_lossy(&within.stdout));
+    let said = String::from_utf8_lossy(&isolated.stdout);
+    assert!(said.contains("\"k\""), "{said}");
+
+    let out = identify("crashes", &[]);
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert_eq!(out.status.code(), Some(1), "{said}");
+    for word in ["fmi2GetDerivatives", "(crashes)", "crashed: SIGSEGV"] {
+        assert!(said.contains(word), "{word}: {said}");
+    }
+    assert_eq!(identify("crashes", &["--in-process"]).status.code(), None, "it dies with the FMU");
+}
+
+#[test]
+fn ours_is_what_has_our_configuration_with_its_token() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((_packed, files)) = packed() else { return };
+    let ours = |file: &Path| Fmu::open(file).unwrap().is_ours(Interface::ModelExchange);
+    assert!(files.iter().all(|file| ours(file)));
+    let Some(()) = decay(folder.path(), "stranger", &[]) else { return };
+    assert!(!ours(&folder.path().join("stranger")));
+    // Our library behind the description of another FMU.
+    let mut archive = trueup_fmi_description::archive::Archive::open(&files[0]).unwrap();
+    let copy = folder.path().join("copy");
+    std::fs::create_dir(&copy).unwrap();
+    archive.extract(&copy).unwrap();
+    assert!(ours(&copy));
+    let file = copy.join("modelDescription.xml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let token = Fmu::open(&copy).unwrap().description().token.clone();
+    std::fs::write(&file, text.replace(&token, "{another}")).unwrap();
+    assert!(!ours(&copy));
 }
 
 /// Our FMUs, packed here; `None`, said aloud: the library that they are made of is not there.

@@ -15,7 +15,7 @@ use rustix::process::{Signal, getppid, kill_process};
 use trueup_fmi::abi::{fmi2, fmi3};
 
 use super::calls::{three, two};
-use super::frame::{AFTER, Arguments, BEFORE, HEAD, Reader, aligned, note, status_word};
+use super::frame::{Arguments, HEAD, Reader, aligned, note, status_word};
 use super::link::{FREE, INSTANTIATE, said};
 use super::memory::{Memory, Note};
 use crate::library;
@@ -29,7 +29,13 @@ const ERROR: c_int = 3;
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> *mut c_void;
     fn free(memory: *mut c_void);
+    fn signal(number: c_int, handler: usize) -> usize;
 }
+
+/// Signals that Rust's runtime looks at first, and its default.
+const SIGBUS: c_int = 7;
+const SIGSEGV: c_int = 11;
+const DEFAULT: usize = 0;
 
 enum Functions {
     None,
@@ -63,6 +69,12 @@ pub(super) fn serve() -> Result<ExitCode, String> {
         let _ = rustix::stdio::dup2_stdin(&null);
     }
     let memory = Memory::of_host(file).map_err(failed)?;
+    // A crash ends the process where it happens, however it came about.
+    // SAFETY: the C library's, with signals of Linux.
+    unsafe {
+        signal(SIGBUS, DEFAULT);
+        signal(SIGSEGV, DEFAULT);
+    }
     let master = memory.master();
     thread::spawn(move || {
         // However the master ends, and whatever the FMU is doing then.
@@ -165,7 +177,6 @@ unsafe fn run(host: *mut Host, frame: Note) {
             }
             at += length;
         }
-        let _ = (AFTER, BEFORE); // the master's
         (*host).top = outer.0;
         (*host).memory.set_current(outer.1);
         if outer.0 == 0 {
