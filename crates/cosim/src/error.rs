@@ -76,6 +76,19 @@ pub enum Error {
         /// What is wrong, with line or column.
         reason: String,
     },
+    /// An FMU led the process into another folder, which gives names of files another meaning.
+    #[error(
+        "at t = {time:?} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
+         have a process of its own"
+    )]
+    Moved {
+        /// Time in s.
+        time: f64,
+        /// Which instance, or instances one of which it was.
+        who: String,
+        /// Where to.
+        to: PathBuf,
+    },
     /// The user ended the run, through a [sink](crate::Sink) that watches for it.
     #[error("at t = {time:?} s: interrupted")]
     Interrupted {

@@ -16,7 +16,7 @@
 //! # Ok::<(), trueup_cosim::Error>(())
 //! ```
 
-use trueup_fmi_import::Experiment;
+use trueup_fmi_import::{Experiment, Folder};
 
 use crate::adaptive::{self, Adaptive};
 use crate::choose::{choose, order, units};
@@ -42,6 +42,17 @@ const SETTLED: f64 = 0.01;
 /// Halvings of a step whose repetition does not settle.
 const HALVINGS: u32 = 10;
 
+/// The working directory is what it was; else it is that again, and one of these FMUs had changed it.
+fn stays<'a>(folder: &Folder, time: f64, nodes: impl Iterator<Item = &'a Node>) -> Result<(), Error> {
+    let Some(to) = folder.left() else { return Ok(()) };
+    let within = nodes.filter(|node| !node.planned.fmu.is_isolated());
+    let names: Vec<_> = within
+        .map(|node| format!("\"{}\" ({})", node.slave.name(), node.planned.fmu.file().display()))
+        .collect();
+    let one = if names.len() == 1 { "instance" } else { "one of the instances" };
+    Err(Error::Moved { time, who: format!("{one} {}", names.join(", ")), to })
+}
+
 /// Runs a [`Plan`] once.
 pub struct Master {
     /// Without its components, which have become nodes.
@@ -51,6 +62,7 @@ pub struct Master {
     ready: Option<Ready>,
     cuts: Cuts,
     log: RunLog,
+    folder: Folder,
 }
 
 /// Instantiated, not yet initialized.
@@ -74,6 +86,7 @@ impl Master {
         let (mut nodes, mut shared) = (Vec::new(), Vec::new());
         let start = plan.grid.start;
         let mut event_mode = false;
+        let folder = Folder::now();
         for planned in std::mem::take(&mut plan.components) {
             let slave_of = |event_mode: bool| {
                 let co_simulation = planned.interface == Interface::CoSimulation;
@@ -99,6 +112,7 @@ impl Master {
             let at = |source| Error::Call { time: start, source };
             node.slave.configure(&node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
+            stays(&folder, start, std::iter::once(&node))?;
             nodes.push(node);
             shared.push(lines);
         }
@@ -106,7 +120,7 @@ impl Master {
         let cuts = Cuts::new(&nodes, &plan.driven, plan.inputs.as_mut().filter(|_| uniform), &plan.grid);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
         let ready = Some(Ready { nodes, shared, event_mode });
-        Ok(Self { plan, units, order, ready, cuts, log })
+        Ok(Self { plan, units, order, ready, cuts, log, folder })
     }
 
     /// What was chosen and, after a run, what it did; also of a run that failed.
@@ -127,10 +141,12 @@ impl Master {
         let done = self.steps(&mut coupling, &mut recorder, sink);
         self.log.loops = coupling.values().loops().cloned().collect();
         self.log.notes.extend(coupling.notes());
-        done?;
         let time = self.log.time;
+        let stayed = stays(&self.folder, time, coupling.nodes().iter());
+        done.and(stayed)?;
         for node in coupling.nodes() {
             node.slave.terminate().map_err(|source| Error::Call { time, source })?;
+            stays(&self.folder, time, std::iter::once(&*node))?;
         }
         Ok(self.log.clone())
     }
@@ -144,6 +160,7 @@ impl Master {
             let experiment = Experiment { tolerance, start, stop: Some(grid.stop) };
             let entered = node.slave.enter_initialization_mode(experiment);
             entered.map_err(|source| Error::Call { time: start, source })?;
+            stays(&self.folder, start, std::iter::once(&*node))?;
         }
         let mut recorder = Recorder::new(&mut nodes, recorded)?;
         sink.begin(recorder.columns())?;
@@ -156,6 +173,7 @@ impl Master {
         for node in &mut nodes {
             let left = node.slave.exit_initialization_mode();
             left.map_err(|source| Error::Call { time: start, source })?;
+            stays(&self.folder, start, std::iter::once(&*node))?;
         }
         let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
         let (units, step) = (&self.units, grid.step);

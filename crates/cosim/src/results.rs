@@ -24,6 +24,7 @@
 mod csv;
 mod memory;
 mod parquet;
+mod place;
 
 use std::io::{BufWriter, Error as IoError, Write};
 use std::path::{Path, PathBuf};
@@ -33,6 +34,7 @@ use trueup_fmi_description::description::Type;
 
 use crate::error::Error;
 pub use memory::Memory;
+use place::Place;
 
 /// What the values of a column are, which also says where they lie in [`Values`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -226,8 +228,11 @@ impl<A: Sink, B: Sink> Sink for (A, B) {
 /// CSV: one header line, then `time` and one column per element; of a number the shortest digits that read back as the
 /// same bits, Booleans as 0 or 1, an empty cell where a column is not due. Parquet: the same columns in their own types,
 /// nulls where a column is not due, units in the file's metadata under `unit.<column>`.
+///
+/// Until then, a file that had the name is kept as `<name>.previous.csv` or `.previous.parquet`, so that nobody takes it for the new
+/// one, whatever becomes of the run.
 pub struct Results {
-    file: PathBuf,
+    place: Place,
     table: Table,
     rows: u64,
 }
@@ -238,7 +243,7 @@ enum Table {
 }
 
 impl Results {
-    /// Opens a temporary file beside `file`.
+    /// Opens a temporary file beside `file`, and keeps what has its name as previous.
     ///
     /// # Errors
     /// [`Error::Results`]: the name ends with neither `.csv` nor `.parquet`; the folder cannot be written.
@@ -250,14 +255,15 @@ impl Results {
                 "results are CSV or Parquet; let the name end with .csv or .parquet",
             )));
         }
-        let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let part = tempfile::Builder::new().prefix(".trueup-").suffix(".part").tempfile_in(folder);
-        let part = BufWriter::with_capacity(1 << 16, part.map_err(fail)?);
+        let mut place = Place::of(file).map_err(fail)?;
+        let part = place.part().map_err(fail)?;
+        place.retire().map_err(fail)?;
+        let part = BufWriter::with_capacity(1 << 16, part);
         let table = match extension.to_str() {
             Some("csv") => Table::Csv(Box::new(csv::Writer::new(part))),
             _ => Table::Parquet(Box::new(parquet::Writer::new(part))),
         };
-        Ok(Self { file: file.into(), table, rows: 0 })
+        Ok(Self { place, table, rows: 0 })
     }
 
     /// Rows so far.
@@ -270,8 +276,23 @@ impl Results {
     /// # Errors
     /// [`Error::Results`]
     pub fn finish(self) -> Result<(), Error> {
-        let file = self.file.clone();
-        self.persist(&file)
+        let (mut place, file) = (self.place.clone(), self.place.target().to_owned());
+        self.persist(&file)?;
+        place.forget();
+        Ok(())
+    }
+
+    /// Nothing was run: what had the name before has it again.
+    ///
+    /// # Errors
+    /// [`Error::Results`]
+    pub fn give_back(mut self) -> Result<(), Error> {
+        self.place.give_back().map_err(self.fail())
+    }
+
+    /// What had the name before, and has another one now.
+    pub fn previous(&self) -> Option<&Path> {
+        self.place.previous()
     }
 
     /// Keeps what was computed as `<name>.incomplete.csv` or `.incomplete.parquet`, as readable as a whole one; returns
@@ -283,10 +304,9 @@ impl Results {
         if self.rows == 0 {
             return Ok(None);
         }
-        let extension = self.file.extension().unwrap_or_default().to_string_lossy();
-        let file = self.file.with_extension(format!("incomplete.{extension}"));
+        let (said, file) = self.place.beside("incomplete");
         self.persist(&file)?;
-        Ok(Some(file))
+        Ok(Some(said))
     }
 
     fn persist(self, name: &Path) -> Result<(), Error> {
@@ -297,17 +317,12 @@ impl Results {
         };
         let mut part = buffer.and_then(|b| b.into_inner().map_err(|e| e.into_error())).map_err(fail)?;
         part.flush().map_err(fail)?;
-        #[cfg(unix)] // a temporary file is for its owner only, a result is for all
-        {
-            use std::os::unix::fs::PermissionsExt;
-            part.as_file().set_permissions(std::fs::Permissions::from_mode(0o644)).map_err(fail)?;
-        }
         part.persist(name).map_err(|e| fail(e.error))?;
         Ok(())
     }
 
     fn fail(&self) -> impl FnOnce(IoError) -> Error {
-        let file = self.file.clone();
+        let file = self.place.name().to_owned();
         |source| Error::Results { file, source }
     }
 }

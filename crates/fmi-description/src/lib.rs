@@ -8,6 +8,7 @@ pub mod description;
 pub mod documentation;
 pub mod pack;
 pub mod read;
+pub mod whole;
 pub mod write;
 
 /// Version of the standard.

@@ -122,15 +122,8 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
 /// # Errors
 /// [`PackError::Io`]
 pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), PackError> {
-    let mut name = path.file_name().unwrap_or_default().to_owned();
-    name.push(format!(".{}.part", std::process::id()));
-    let temporary = path.with_file_name(name);
-    let written = std::fs::write(&temporary, bytes).and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
-        // Best effort: the error that matters is the first one.
-        let _ = std::fs::remove_file(&temporary);
-        PackError::Io { path: path.display().to_string(), source }
-    })
+    crate::whole::write(path, bytes)
+        .map_err(|source| PackError::Io { path: path.display().to_string(), source })
 }
 
 /// The library with the configuration in its block.

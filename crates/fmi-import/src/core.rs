@@ -7,6 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::error::{Error, FmiError, Status};
+use crate::exit;
+use crate::isolation::Fault;
 use crate::library::Fmu;
 use crate::log::{Listener, Live};
 
@@ -125,8 +127,12 @@ pub(crate) trait Table {
     /// # Safety
     /// The instance is of this library and not freed yet.
     unsafe fn free(&self, component: *mut c_void);
-    /// Never unload the library.
+    /// Never unload the library; if it is in another process, end that.
     fn leak(&mut self);
+    /// Why there is no process of the FMU any more.
+    fn fault(&self) -> Option<Fault>;
+    /// The function that the last status is of, if it is not the one that returned it.
+    fn blamed(&self) -> Option<&'static str>;
 }
 
 /// An instance: what every call needs.
@@ -147,10 +153,16 @@ impl<F: Table> Core<F> {
         Self {
             component: std::ptr::null_mut(),
             functions,
-            live: Live::register(&name, options.listener),
+            live: Live::register(&name, fmu.file(), options.listener),
             lost: AtomicBool::new(false),
             fmu: Arc::clone(fmu),
         }
+    }
+
+    /// The next call is one of this instance.
+    #[inline]
+    pub(crate) fn mark(&self) {
+        exit::calls(self.live.id);
     }
 
     #[inline]
@@ -166,6 +178,9 @@ impl<F: Table> Core<F> {
     }
 
     pub(crate) fn no_instance(&self, function: &'static str) -> Error {
+        if let Some(Fault { how, .. }) = self.functions.fault() {
+            return self.ended(function, how);
+        }
         Error::Instantiate { function, instance: self.live.name.clone(), log: self.live.tail() }
     }
 
@@ -177,10 +192,25 @@ impl<F: Table> Core<F> {
 
     #[cold]
     fn failed(&self, function: &'static str, status: Status) -> Error {
+        if let Some(Fault { function, how }) = self.functions.fault() {
+            self.lost.store(true, Ordering::Relaxed);
+            return self.ended(function, how);
+        }
+        let function = self.functions.blamed().unwrap_or(function);
         if status == Status::Fatal {
             self.lost.store(true, Ordering::Relaxed);
         }
         FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into()
+    }
+
+    fn ended(&self, function: &'static str, how: String) -> Error {
+        Error::Ended {
+            function,
+            instance: self.live.name.clone(),
+            file: self.fmu.file().to_owned(),
+            how,
+            log: self.live.tail(),
+        }
     }
 
     #[inline]
@@ -243,6 +273,7 @@ impl<F: Table> Drop for Core<F> {
         if self.lost.load(Ordering::Relaxed) {
             self.functions.leak(); // the FMU may not be called any more, but its threads may still run
         } else if !self.component.is_null() {
+            self.mark();
             // SAFETY: instantiated by this library, freed here only.
             unsafe { self.functions.free(self.component) }
         }
@@ -256,6 +287,7 @@ macro_rules! call_prepared {
         let core = &$core;
         match core.functions.$function {
             Some(function) if core.fits($block, $epoch, $length) => {
+                core.mark();
                 // SAFETY: as in `call`; the block has as many values as the instance expects.
                 let status = unsafe { function(core.component, $($arg),*) };
                 core.check_boxed(stringify!($function), status.0)
@@ -270,6 +302,7 @@ macro_rules! call {
         let core = &$core;
         core.ready(stringify!($function)).and_then(|()| {
             let function = core.functions.$function.ok_or_else(|| core.missing(stringify!($function)))?;
+            core.mark();
             // SAFETY: the signature is the standard's, the component is this instance's and not freed,
             // and every pointer is valid for the length that goes with it.
             let status = unsafe { function(core.component, $($arg),*) };

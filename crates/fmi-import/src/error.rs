@@ -101,9 +101,23 @@ pub enum Error {
         /// What was asked for.
         interface: String,
     },
-    /// An earlier call returned Fatal: nothing more may be called.
+    /// The process of an [isolated](crate::isolation) FMU is gone.
+    #[error("{function} of instance \"{instance}\" ({file}): the FMU {how}{}", tail(.log))]
+    Ended {
+        /// The C function.
+        function: &'static str,
+        /// Name of the instance.
+        instance: String,
+        /// The FMU.
+        file: PathBuf,
+        /// What it did, as a sentence without its subject.
+        how: String,
+        /// The FMU's last messages.
+        log: Vec<String>,
+    },
+    /// An earlier call returned Fatal, or was the last one of its process: nothing more may be called.
     #[error(
-        "{function}: instance \"{instance}\" is lost since an earlier call returned Fatal; load the FMU again"
+        "{function}: instance \"{instance}\" is lost since an earlier call returned Fatal or ended it; load the FMU again"
     )]
     Lost {
         /// The C function.
@@ -178,6 +192,6 @@ impl Error {
     }
 }
 
-fn tail(log: &[String]) -> String {
+pub(crate) fn tail(log: &[String]) -> String {
     if log.is_empty() { String::new() } else { format!("; its last messages:\n  {}", log.join("\n  ")) }
 }

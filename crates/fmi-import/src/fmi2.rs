@@ -7,16 +7,17 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use trueup_fmi::abi::fmi2::*;
-use trueup_fmi_description::Version;
 
 use crate::core::{
     Completed, Core, EventInfo, Experiment, Options, Prepared, StateId, States, Step, c_string, c_strings,
     call, call_prepared, state_functions,
 };
 use crate::error::{Error, Status};
-use crate::library::table2::Functions;
+use crate::exit;
 use crate::library::{Fmu, Interface};
 use crate::log::{Message, text, trueup_fmi2_logger};
+use crate::open;
+use crate::table::table2::Functions;
 
 unsafe extern "C" {
     fn calloc(count: usize, size: usize) -> *mut c_void;
@@ -42,9 +43,9 @@ impl Instance {
     /// # Errors
     /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
     pub fn new(fmu: &Arc<Fmu>, interface: Interface, options: Options) -> Result<Self, Error> {
-        let functions = Functions::of(fmu.library(Version::V2, interface)?);
         let (visible, logging_on) = (options.visible.into(), options.logging_on.into());
-        let mut core = Core::new(fmu, functions, options);
+        let mut core = Core::new(fmu, Functions::none(), options);
+        core.functions = open::two(fmu, interface, &core.live)?;
         let callbacks = Box::new(fmi2CallbackFunctions {
             logger: Some(trueup_fmi2_logger),
             allocateMemory: Some(calloc),
@@ -59,19 +60,26 @@ impl Instance {
             Interface::ModelExchange => fmi2ModelExchange,
             Interface::CoSimulation => fmi2CoSimulation,
         };
-        let function = core.functions.fmi2Instantiate.ok_or_else(|| core.missing("fmi2Instantiate"))?;
         let callbacks_pointer: *const fmi2CallbackFunctions = &*callbacks;
-        // SAFETY: the standard's signature; the texts live through the call, the callbacks as long as the instance.
-        core.component = unsafe {
-            function(
-                name.as_ptr(),
-                kind,
-                guid.as_ptr(),
-                resources.as_ptr(),
-                callbacks_pointer,
-                visible,
-                logging_on,
-            )
+        core.mark();
+        core.component = match &core.functions.remote {
+            Some(remote) => remote.instantiate_two(kind.0, [&name, &guid, &resources], [visible, logging_on]),
+            None => {
+                let function = core.functions.fmi2Instantiate;
+                let function = function.ok_or_else(|| core.missing("fmi2Instantiate"))?;
+                // SAFETY: the standard's signature; the texts live through the call, the callbacks as long as the instance.
+                unsafe {
+                    function(
+                        name.as_ptr(),
+                        kind,
+                        guid.as_ptr(),
+                        resources.as_ptr(),
+                        callbacks_pointer,
+                        visible,
+                        logging_on,
+                    )
+                }
+            }
         };
         if core.component.is_null() {
             return Err(core.no_instance("fmi2Instantiate"));
@@ -426,6 +434,7 @@ impl Instance {
     pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
         match self.core.functions.fmi2DoStep {
             Some(function) if self.core.ready("fmi2DoStep").is_ok() => {
+                exit::calls_at(self.core.live.id, time);
                 // SAFETY: the signature is the standard's, the component is this instance's and not freed.
                 let status = unsafe { function(self.core.component, time, step, no_rollback.into()) };
                 if matches!(status.0, 0 | 1) { Ok(None) } else { self.not_whole(status, time) }

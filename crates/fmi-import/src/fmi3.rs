@@ -9,16 +9,17 @@ mod values;
 use std::sync::{Arc, Weak};
 
 use trueup_fmi::abi::fmi3::*;
-use trueup_fmi_description::Version;
 
 use self::inner::Inner;
 use crate::core::{
     Core, Experiment, Options, Prepared, StateId, States, c_string, c_strings, call, state_functions,
 };
 use crate::error::Error;
-use crate::library::table3::Functions;
+use crate::isolation::Three;
 use crate::library::{Fmu, Interface};
 use crate::log::{Hook, Message, fmi3_intermediate_update, fmi3_log};
+use crate::open;
+use crate::table::table3::Functions;
 
 pub use self::values::{DerivativeOf, Number};
 
@@ -80,28 +81,17 @@ impl Instance {
     /// # Errors
     /// [`Error::Interface`], [`Error::File`] if the library cannot be loaded, [`Error::Instantiate`].
     pub fn model_exchange(fmu: &Arc<Fmu>, options: Options) -> Result<Self, Error> {
-        Self::build(
-            fmu,
-            Interface::ModelExchange,
-            options,
-            |core, [name, token, resources], [visible, logging]| {
-                let function = core.functions.fmi3InstantiateModelExchange;
-                let function = function.ok_or_else(|| core.missing("fmi3InstantiateModelExchange"))?;
-                // SAFETY: the standard's signature; the texts live through the call.
-                core.component = unsafe {
-                    function(
-                        name,
-                        token,
-                        resources,
-                        visible,
-                        logging,
-                        core.live.environment(),
-                        Some(fmi3_log),
-                    )
-                };
-                Ok("fmi3InstantiateModelExchange")
-            },
-        )
+        let fill = |core: &Core<Functions>, it: &Three<'_>| {
+            let function = core.functions.fmi3InstantiateModelExchange;
+            let function = function.ok_or_else(|| core.missing("fmi3InstantiateModelExchange"))?;
+            let [visible, logging, ..] = it.flags.map(fmi3Boolean::from);
+            let (name, token, resources) = pointers(it);
+            // SAFETY: the standard's signature; the texts live through the call.
+            Ok(unsafe {
+                function(name, token, resources, visible, logging, core.live.environment(), Some(fmi3_log))
+            })
+        };
+        Self::build(fmu, Interface::ModelExchange, options, &CoSimulation::default(), fill)
     }
 
     /// Instantiates for Co-Simulation.
@@ -109,63 +99,71 @@ impl Instance {
     /// # Errors
     /// As [`Instance::model_exchange`].
     pub fn co_simulation(fmu: &Arc<Fmu>, options: Options, how: CoSimulation) -> Result<Self, Error> {
-        let CoSimulation {
-            event_mode_used,
-            early_return_allowed,
-            intermediate_variables,
-            intermediate_update,
-        } = how;
         let callback: fmi3IntermediateUpdateCallback =
-            intermediate_update.is_some().then_some(fmi3_intermediate_update);
-        let fill =
-            |core: &mut Core<Functions>, [name, token, resources]: [_; 3], [visible, logging]: [_; 2]| {
-                let function = core.functions.fmi3InstantiateCoSimulation;
-                let function = function.ok_or_else(|| core.missing("fmi3InstantiateCoSimulation"))?;
-                // SAFETY: the standard's signature; texts and references live through the call.
-                core.component = unsafe {
-                    function(
-                        name,
-                        token,
-                        resources,
-                        visible,
-                        logging,
-                        event_mode_used.into(),
-                        early_return_allowed.into(),
-                        intermediate_variables.as_ptr(),
-                        intermediate_variables.len(),
-                        core.live.environment(),
-                        Some(fmi3_log),
-                        callback,
-                    )
-                };
-                Ok("fmi3InstantiateCoSimulation")
-            };
-        let instance = Self::build(fmu, Interface::CoSimulation, options, fill)?;
-        if let Some(update) = intermediate_update {
+            how.intermediate_update.is_some().then_some(fmi3_intermediate_update);
+        let fill = |core: &Core<Functions>, it: &Three<'_>| {
+            let function = core.functions.fmi3InstantiateCoSimulation;
+            let function = function.ok_or_else(|| core.missing("fmi3InstantiateCoSimulation"))?;
+            let [visible, logging, event_mode_used, early_return_allowed, _] =
+                it.flags.map(fmi3Boolean::from);
+            let (name, token, resources) = pointers(it);
+            // SAFETY: the standard's signature; texts and references live through the call.
+            Ok(unsafe {
+                function(
+                    name,
+                    token,
+                    resources,
+                    visible,
+                    logging,
+                    event_mode_used,
+                    early_return_allowed,
+                    it.variables.as_ptr(),
+                    it.variables.len(),
+                    core.live.environment(),
+                    Some(fmi3_log),
+                    callback,
+                )
+            })
+        };
+        let instance = Self::build(fmu, Interface::CoSimulation, options, &how, fill)?;
+        if let Some(update) = how.intermediate_update {
             instance.core.live.set_hook(Some(hook(Arc::downgrade(&instance.core), update)));
         }
         Ok(instance)
     }
 
+    /// `instantiate` does it in this process.
     fn build(
         fmu: &Arc<Fmu>,
         interface: Interface,
         options: Options,
-        instantiate: impl FnOnce(
-            &mut Core<Functions>,
-            [fmi3String; 3],
-            [fmi3Boolean; 2],
-        ) -> Result<&'static str, Error>,
+        how: &CoSimulation,
+        instantiate: impl FnOnce(&Core<Functions>, &Three<'_>) -> Result<fmi3Instance, Error>,
     ) -> Result<Self, Error> {
-        let functions = Functions::of(fmu.library(Version::V3, interface)?);
-        let flags = [options.visible.into(), options.logging_on.into()];
-        let mut core = Core::new(fmu, functions, options);
+        let (visible, logging) = (options.visible, options.logging_on);
+        let mut core = Core::new(fmu, Functions::none(), options);
+        core.functions = open::three(fmu, interface, &core.live)?;
         let name = c_string("instance name", &core.live.name)?;
         let token = c_string("instantiation token", &fmu.description().token)?;
         let resources = fmu.resource_path().map(|path| c_string("resource path", &path)).transpose()?;
-        let resources = resources.as_ref().map_or(std::ptr::null(), |path| path.as_ptr());
-        let function = instantiate(&mut core, [name.as_ptr(), token.as_ptr(), resources], flags)?;
+        let co_simulation = interface == Interface::CoSimulation;
+        let update = how.intermediate_update.is_some();
+        let it = Three {
+            co_simulation,
+            name: &name,
+            token: &token,
+            resources: resources.as_deref(),
+            flags: [visible, logging, how.event_mode_used, how.early_return_allowed, update],
+            variables: &how.intermediate_variables,
+        };
+        core.mark();
+        core.component = match &core.functions.remote {
+            Some(remote) => remote.instantiate_three(&it),
+            None => instantiate(&core, &it)?,
+        };
         if core.component.is_null() {
+            let function =
+                if co_simulation { "fmi3InstantiateCoSimulation" } else { "fmi3InstantiateModelExchange" };
             return Err(core.no_instance(function));
         }
         Ok(Self {
@@ -281,6 +279,11 @@ impl Instance {
     pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
         Ok(Prepared { references: references.into(), count: self.core.count(references)?, epoch: self.epoch })
     }
+}
+
+/// Name, token and resources for C.
+fn pointers(it: &Three<'_>) -> (fmi3String, fmi3String, fmi3String) {
+    (it.name.as_ptr(), it.token.as_ptr(), it.resources.map_or(std::ptr::null(), |path| path.as_ptr()))
 }
 
 /// The closure behind the C callback. Weak: the instance owns the closure, not the other way round.

@@ -18,13 +18,20 @@
 
 mod core;
 mod error;
+pub mod exit;
 pub mod fmi2;
 pub mod fmi3;
+mod folder;
+pub mod isolation;
 mod library;
 mod log;
+mod open;
 pub mod program;
+mod table;
 
 pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, StateId, Step};
 pub use crate::error::{Error, FmiError, Status};
+pub use crate::folder::Folder;
+pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};

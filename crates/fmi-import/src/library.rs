@@ -3,19 +3,19 @@
 #![allow(unsafe_code)] // the C boundary
 
 use std::env::consts::{ARCH, DLL_SUFFIX, OS};
-use std::ffi::c_void;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use libloading::Library;
 use tempfile::TempDir;
+use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, MARKER};
 use trueup_fmi_description::archive::Archive;
 use trueup_fmi_description::description::Description;
 use trueup_fmi_description::{Version, read};
 
-use crate::core::Table;
 use crate::error::Error;
+use crate::isolation::Isolation;
 
 /// Which interface of an FMU is used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,7 @@ pub struct Fmu {
     file: PathBuf,
     directory: PathBuf,
     description: Description,
+    isolation: OnceLock<Isolation>,
     _unpacked: Option<TempDir>,
 }
 
@@ -63,7 +64,8 @@ impl Fmu {
         };
         let directory = unpacked.as_ref().map_or(file, TempDir::path);
         let directory = directory.canonicalize().map_err(|e| fail(e.to_string()))?;
-        Ok(Arc::new(Self { file: name.into(), directory, description, _unpacked: unpacked }))
+        let isolation = OnceLock::new();
+        Ok(Arc::new(Self { file: name.into(), directory, description, isolation, _unpacked: unpacked }))
     }
 
     /// Where it came from.
@@ -74,6 +76,32 @@ impl Fmu {
     /// Its description.
     pub fn description(&self) -> &Description {
         &self.description
+    }
+
+    /// Instances that are made from now on have [processes of their own](crate::isolation). What was said first holds.
+    pub fn isolate(&self, isolation: &Isolation) {
+        let _ = self.isolation.set(isolation.clone());
+    }
+
+    /// Whether its instances have processes of their own.
+    pub fn is_isolated(&self) -> bool {
+        self.isolation().is_some()
+    }
+
+    pub(crate) fn isolation(&self) -> Option<&Isolation> {
+        self.isolation.get()
+    }
+
+    /// Whether its library for this platform is one that this project packs: it has our configuration block, with the token that
+    /// the description names. That tells what it is from what others make, and is no proof against whoever wants to deceive.
+    pub fn is_ours(&self, interface: Interface) -> bool {
+        let Ok(path) = self.library(self.description.version, interface) else { return false };
+        let Ok(library) = fs::read(path) else { return false };
+        let blocks = library.windows(MARKER.len()).enumerate().filter(|(_, bytes)| *bytes == MARKER);
+        let configurations = blocks.filter_map(|(at, _)| library.get(at..at + BLOCK_SIZE));
+        configurations
+            .filter_map(|block| Configuration::from_block(block).ok())
+            .any(|it| it.token == self.description.token)
     }
 
     /// FMI 2.0: `file:` URI of the resources, given always (some FMUs crash on NULL).
@@ -96,8 +124,8 @@ impl Fmu {
         path.is_dir().then(|| format!("{}{}", path.display(), std::path::MAIN_SEPARATOR))
     }
 
-    /// Loads the library of an interface for this platform.
-    pub(crate) fn library(&self, version: Version, interface: Interface) -> Result<Library, Error> {
+    /// The library of an interface for this platform.
+    pub(crate) fn library(&self, version: Version, interface: Interface) -> Result<PathBuf, Error> {
         let fail = |reason: String| Error::File { file: self.file.clone(), reason };
         let (offered, what) = match interface {
             Interface::ModelExchange => (&self.description.model_exchange, "Model Exchange"),
@@ -118,7 +146,7 @@ impl Fmu {
         let binaries = self.directory.join("binaries");
         let platforms = platforms(version);
         let candidates = platforms.iter().map(|p| binaries.join(p).join(format!("{identifier}{DLL_SUFFIX}")));
-        let Some(path) = candidates.into_iter().find(|path| path.is_file()) else {
+        candidates.into_iter().find(|path| path.is_file()).ok_or_else(|| {
             let mut have: Vec<_> = fs::read_dir(&binaries)
                 .into_iter()
                 .flatten()
@@ -126,18 +154,20 @@ impl Fmu {
                 .map(|entry| entry.file_name().to_string_lossy().into_owned())
                 .collect();
             have.sort();
-            return Err(fail(format!(
+            fail(format!(
                 "no binary {identifier}{DLL_SUFFIX} for this platform ({}); there are binaries for: {}. \
                  Use an FMU that was built for this platform",
                 platforms.join(" or "),
                 if have.is_empty() { "none".into() } else { have.join(", ") }
-            )));
-        };
-        preload_libm();
-        open(&path)
-            .or_else(|e| python::retry(&path, e))
-            .map_err(|e| fail(format!("its library cannot be loaded: {e}")))
+            ))
+        })
     }
+}
+
+/// Loads a library, or says why it cannot be loaded.
+pub(crate) fn load(path: &Path) -> Result<Library, String> {
+    preload_libm();
+    open(path).or_else(|e| python::retry(path, e))
 }
 
 /// Names of this platform's folder under `binaries`.
@@ -181,59 +211,3 @@ fn open(path: &Path) -> Result<Library, String> {
 }
 
 mod python;
-
-/// A struct with one optional pointer per function of a version.
-macro_rules! function_table {
-    ($free:ident: $(fn $name:ident($($arg:ident: $type:ty),* $(,)?) $(-> $result:ty)?;)*) => {
-        /// Pointers to the functions that the library exports; they are valid while `library` is loaded.
-        #[allow(non_snake_case, dead_code)] // the list is complete, also where nothing needs it yet
-        pub(crate) struct Functions {
-            $(pub(crate) $name: Option<pointer::$name>,)*
-            /// Taken (never unloaded) when the FMU ended in a fatal error.
-            pub(crate) library: Option<Library>,
-        }
-
-        impl Functions {
-            pub(crate) fn of(library: Library) -> Self {
-                Self {
-                    // SAFETY: the symbol is a function of the standard, with the standard's signature.
-                    $($name: unsafe { library.get::<pointer::$name>(stringify!($name)) }.ok().map(|f| *f),)*
-                    library: Some(library),
-                }
-            }
-        }
-
-        impl Table for Functions {
-            unsafe fn free(&self, component: *mut c_void) {
-                if let Some(free) = self.$free {
-                    // SAFETY: the caller's word.
-                    unsafe { free(component) }
-                }
-            }
-
-            fn leak(&mut self) {
-                std::mem::forget(self.library.take());
-            }
-        }
-    };
-}
-
-/// The table of FMI 2.0.
-pub(crate) mod table2 {
-    use super::*;
-    use trueup_fmi::abi::fmi2::*;
-    macro_rules! table {
-        ($($list:tt)*) => { function_table! { fmi2FreeInstance: $($list)* } };
-    }
-    trueup_fmi::fmi2_functions!(table);
-}
-
-/// The table of FMI 3.0.
-pub(crate) mod table3 {
-    use super::*;
-    use trueup_fmi::abi::fmi3::*;
-    macro_rules! table {
-        ($($list:tt)*) => { function_table! { fmi3FreeInstance: $($list)* } };
-    }
-    trueup_fmi::fmi3_functions!(table);
-}

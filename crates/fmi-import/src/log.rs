@@ -9,6 +9,7 @@ use std::any::Any;
 use std::collections::{BTreeMap, VecDeque};
 use std::ffi::{CStr, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
@@ -62,6 +63,8 @@ pub(crate) struct Update {
 pub(crate) struct Live {
     pub(crate) id: usize,
     pub(crate) name: String,
+    /// The FMU.
+    pub(crate) file: PathBuf,
     messages: Mutex<VecDeque<Message>>,
     listener: Option<Listener>,
     hook: Mutex<Option<Hook>>,
@@ -79,10 +82,11 @@ fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Live {
-    pub(crate) fn register(name: &str, listener: Option<Listener>) -> Arc<Self> {
+    pub(crate) fn register(name: &str, file: &Path, listener: Option<Listener>) -> Arc<Self> {
         let live = Arc::new(Self {
             id: NEXT.fetch_add(1, Ordering::Relaxed),
             name: name.into(),
+            file: file.into(),
             messages: Mutex::default(),
             listener,
             hook: Mutex::default(),
@@ -124,7 +128,7 @@ impl Live {
         messages.iter().skip(messages.len().saturating_sub(TAIL)).map(Message::to_string).collect()
     }
 
-    fn push(&self, message: Message) {
+    pub(crate) fn push(&self, message: Message) {
         let mut messages = lock(&self.messages);
         if messages.len() == KEPT {
             messages.pop_front();
@@ -141,6 +145,11 @@ impl Drop for Live {
     fn drop(&mut self) {
         lock(&REGISTRY).remove(&self.id);
     }
+}
+
+/// All instances, unless they are being changed.
+pub(crate) fn living() -> Vec<Arc<Live>> {
+    REGISTRY.try_lock().map(|all| all.values().filter_map(Weak::upgrade).collect()).unwrap_or_default()
 }
 
 /// The live instance of an environment, else the only one with that name.

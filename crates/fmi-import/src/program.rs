@@ -14,6 +14,7 @@ use trueup_fmi::abi::fmi3;
 
 use crate::core::{Prepared, Step};
 use crate::error::Error;
+use crate::exit;
 use crate::{fmi2::Instance as V2, fmi3::Instance as V3};
 
 /// An instance of either version.
@@ -25,6 +26,13 @@ pub enum Either<'a> {
 }
 
 impl Either<'_> {
+    fn id(&self) -> usize {
+        match self {
+            Self::V2(i) => i.core.live.id,
+            Self::V3(i) => i.core.live.id,
+        }
+    }
+
     /// Where it lies, whether sizes of its arrays have changed, whether it can be called.
     fn identity(&self) -> (*mut c_void, u32, bool) {
         match self {
@@ -43,6 +51,8 @@ pub trait Instances {
 /// A block of doubles: references (kept alive by the program), values in `first..first + values`.
 #[derive(Clone, Copy)]
 struct Block {
+    /// Of the instance.
+    id: usize,
     component: *mut c_void,
     references: *const u32,
     count: usize,
@@ -67,8 +77,8 @@ enum Call {
 
 #[derive(Clone, Copy)]
 enum Stepping {
-    V2(fmi2::pointer::fmi2DoStep, *mut c_void),
-    V3(fmi3::pointer::fmi3DoStep, *mut c_void),
+    V2(fmi2::pointer::fmi2DoStep, *mut c_void, usize),
+    V3(fmi3::pointer::fmi3DoStep, *mut c_void, usize),
 }
 
 /// Steps, then calls and copies.
@@ -130,10 +140,10 @@ impl Program {
     pub fn step(&mut self, index: usize, instance: Either<'_>) -> bool {
         let (component, ..) = instance.identity();
         let step = match &instance {
-            Either::V2(i) => i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component)),
+            Either::V2(i) => i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component, i.core.live.id)),
             // What happens in an intermediate update is looked at after each step.
             Either::V3(i) if i.core.live.has_hook() => None,
-            Either::V3(i) => i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component)),
+            Either::V3(i) => i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component, i.core.live.id)),
         };
         let Some(step) = step else { return false };
         self.know(index, &instance);
@@ -158,6 +168,7 @@ impl Program {
         }
         let references = block.references.clone();
         let it = Block {
+            id: instance.id(),
             component,
             references: references.as_ptr(),
             count: references.len(),
@@ -273,14 +284,16 @@ impl<I: ?Sized> Bound<'_, I> {
         for (at, stepping) in program.steps.iter().enumerate() {
             // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `bind`.
             let outcome = match *stepping {
-                Stepping::V2(f, component) => {
+                Stepping::V2(f, component, id) => {
+                    exit::calls_at(id, time);
                     let status = unsafe { f(component, time, step, no_rollback.into()) }.0;
                     if good(status) {
                         continue;
                     }
                     Outcome { status, event: false, terminate: false, early: false, last: time }
                 }
-                Stepping::V3(f, component) => {
+                Stepping::V3(f, component, id) => {
+                    exit::calls_at(id, time);
                     let [mut event, mut terminate, mut early] = [fmi3::fmi3False; 3];
                     let mut last = time;
                     let flags = (&raw mut event, &raw mut terminate, &raw mut early);
@@ -310,6 +323,9 @@ impl<I: ?Sized> Bound<'_, I> {
         assert!(values.len() >= self.program.values, "as many values as the program's blocks need");
         let base = values.as_mut_ptr();
         for (at, call) in self.program.calls.iter().enumerate() {
+            if let Call::Get2(_, b) | Call::Get3(_, b) | Call::Set2(_, b) | Call::Set3(_, b) = call {
+                exit::calls(b.id);
+            }
             // SAFETY: the signatures are the standard's; the instance is live and exclusively ours and the block was prepared
             // for its sizes, see `bind`; the ranges and indices lie within `values`, by the assertion.
             let status = unsafe {

@@ -3,6 +3,7 @@
 
 #include <stddef.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 typedef struct {
@@ -82,11 +83,33 @@ int fmi2GetBoolean(void *c, const unsigned *vr, size_t n, int *values) {
     return 0;
 }
 
+int fmi2GetReal(void *c, const unsigned *vr, size_t n, double *values) {
+    (void)c;
+    for (size_t k = 0; k < n; k++)
+        values[k] = vr[k] / 3.0;
+    return 0;
+}
+int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *values) {
+    (void)c, (void)values;
+    return n && vr[0] == 99 ? 3 : 0;
+}
+
 /* The step size says what happens. */
 int fmi2DoStep(void *c, double time, double step, int no_rollback) {
     Instance *i = c;
     (void)time, (void)no_rollback;
     i->polls = 0;
+    if (step == 6) {
+        char text[100];
+        for (int k = 0; k < 5000; k++) {
+            snprintf(text, sizeof text, "message %d of many, long enough that not all of them have room at a time", k);
+            say(i, text);
+        }
+    }
+    if (step == 7) {
+        say(i, "last words");
+        exit(3);
+    }
     return step == 2 ? 2 : step == 3 ? 3 : step == 4 ? 4 : step == 5 ? 5 : step == 77 ? 77 : 0;
 }
 int fmi2GetStatus(void *c, int kind, int *value) {

@@ -17,7 +17,7 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
 </fmiModelDescription>"#;
 
 /// The unpacked FMU in a folder with a name that a URI must escape, or `None`, said aloud.
-fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
+pub(crate) fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
     let folder = tempfile::Builder::new().prefix("an fmu% ").tempdir().unwrap();
     let binaries = folder.path().join("binaries").join(match std::env::consts::ARCH {
         "x86_64" => "linux64".into(),
@@ -38,7 +38,7 @@ fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
 
 type Heard = Arc<Mutex<Vec<String>>>;
 
-fn started(fmu: &Arc<Fmu>, name: &str) -> (Instance, Heard) {
+pub(crate) fn started(fmu: &Arc<Fmu>, name: &str) -> (Instance, Heard) {
     let heard = Heard::default();
     let ear = Arc::clone(&heard);
     let listener = Box::new(move |m: &trueup_fmi_import::Message| ear.lock().unwrap().push(m.text.clone()));
@@ -52,7 +52,11 @@ fn started(fmu: &Arc<Fmu>, name: &str) -> (Instance, Heard) {
 #[test]
 fn states_are_freed_before_the_end_and_the_instance_last() {
     let Some((_folder, fmu)) = fmu("it") else { return };
-    let (mut instance, heard) = started(&fmu, "terminated");
+    states(&fmu);
+}
+
+pub(crate) fn states(fmu: &Arc<Fmu>) {
+    let (mut instance, heard) = started(fmu, "terminated");
     let (id, _forgotten) = (instance.save().unwrap(), instance.save().unwrap());
     instance.save_over(&id).unwrap();
     instance.terminate().unwrap();
@@ -60,7 +64,7 @@ fn states_are_freed_before_the_end_and_the_instance_last() {
     let expected = ["initialization", "state freed", "state freed", "terminated", "instance freed"];
     assert_eq!(*heard.lock().unwrap(), expected);
 
-    let (mut instance, heard) = started(&fmu, "dropped");
+    let (mut instance, heard) = started(fmu, "dropped");
     let id = instance.save().unwrap();
     instance.free(id).unwrap();
     let _forgotten = instance.save().unwrap();
@@ -71,7 +75,11 @@ fn states_are_freed_before_the_end_and_the_instance_last() {
 #[test]
 fn every_status_of_a_step_is_met() {
     let Some((_folder, fmu)) = fmu("it") else { return };
-    let (mut it, heard) = started(&fmu, "statuses");
+    statuses(&fmu);
+}
+
+pub(crate) fn statuses(fmu: &Arc<Fmu>) {
+    let (mut it, heard) = started(fmu, "statuses");
     assert!(!it.do_step(0.0, 1.0, true).unwrap().early);
     let step = it.do_step(0.0, 2.0, true).unwrap();
     assert!(step.discarded && !step.terminate && step.time == 0.25, "{step:?}");
@@ -88,7 +96,11 @@ fn every_status_of_a_step_is_met() {
 #[test]
 fn missing_functions_and_odd_values_are_met() {
     let Some((_folder, fmu)) = fmu("it") else { return };
-    let (mut it, _) = started(&fmu, "odd");
+    odd(&fmu);
+}
+
+pub(crate) fn odd(fmu: &Arc<Fmu>) {
+    let (mut it, _) = started(fmu, "odd");
     let error = it.reset().unwrap_err();
     assert!(matches!(error, Error::NotSupported { function: "fmi2Reset", .. }), "{error}");
     let error = it.get_real(&[1, 2], &mut [0.0]).unwrap_err();
@@ -102,9 +114,13 @@ fn missing_functions_and_odd_values_are_met() {
 #[test]
 fn no_instance_is_an_error_with_the_reason() {
     let Some((_folder, fmu)) = fmu("another") else { return };
-    let error = Instance::new(&fmu, Interface::CoSimulation, Options::named("x")).err().unwrap();
+    refused(&fmu);
+}
+
+pub(crate) fn refused(fmu: &Arc<Fmu>) {
+    let error = Instance::new(fmu, Interface::CoSimulation, Options::named("x")).err().unwrap();
     assert!(error.to_string().contains("guid {another} is not mine"), "{error}");
-    let error = Instance::new(&fmu, Interface::ModelExchange, Options::default()).err().unwrap();
+    let error = Instance::new(fmu, Interface::ModelExchange, Options::default()).err().unwrap();
     assert!(error.to_string().contains("does not offer Model Exchange"), "{error}");
 }
 

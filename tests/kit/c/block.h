@@ -24,7 +24,7 @@ enum {
     FINE_STEPS, TERMINATE, HALFWAY,                   /* refuses steps above 2e-4 s; ends the run; stops half way */
     GET_FAILS, SET_FAILS, SAVE_FAILS, RESTORE_FAILS,
     ENTER_FAILS, EXIT_FAILS, TERMINATE_FAILS, INSTANTIATE_FAILS,
-    CRASH = 50, ABORT, EXIT, HANG                     /* out of process */
+    CRASH = 50, ABORT, EXIT, HANG, OVERFLOW, CHDIR    /* of the process */
 };
 
 /* What goes into a saved state. */
@@ -185,6 +185,12 @@ static Block *block(const char *name) {
 static void drop(Block *b) { free(b->name), free(b); }
 
 /* What a faulty step does; OK: go on. */
+static int deeper(volatile char *above) {
+    volatile char here[4096];
+    here[0] = above[0];
+    return deeper(here) + here[0];
+}
+
 static int fault_of_step(Block *b, double *h) {
     switch (b->fault) {
     case WARNING: case DISCARD: case ERROR: case FATAL: return b->fault;
@@ -195,6 +201,8 @@ static int fault_of_step(Block *b, double *h) {
     case ABORT: abort();
     case EXIT: exit(0);
     case HANG: for (;;) sleep(1);
+    case OVERFLOW: return deeper((volatile char *)"") > 0 ? OK : ERROR;
+    case CHDIR: return chdir("/") ? ERROR : OK;
     }
     return OK;
 }

@@ -141,6 +141,7 @@ int fmi2DoStep(void *c, double t, double h, int no_rollback) {
     if (fabs(t - b->s.time) > 1e-9 || !(h > 0) || t + h > b->stop + 1e-9) return say(b, ERROR, "no step from here");
     int status = OK;
     if (faulty(b)) {
+        if (b->fault >= CRASH) say(b, WARNING, "step");
         status = fault_of_step(b, &h);
         if (status) say(b, status > FATAL ? DISCARD : status, "step");
         if (status == HALFWAY) status = DISCARD;

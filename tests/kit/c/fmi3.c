@@ -129,6 +129,7 @@ int fmi3DoStep(void *c, double t, double h, bool no_rollback, bool *event, bool 
     if (fabs(t - b->s.time) > 1e-9 || !(h > 0) || t + h > b->stop + 1e-9) return say(b, ERROR, "no step from here");
     int status = OK;
     if (faulty(b)) {
+        if (b->fault >= CRASH) say(b, WARNING, "step");
         status = fault_of_step(b, &h);
         if (status) say(b, status > FATAL ? OK : status, "step");
         if (b->fault == TERMINATE) return *terminate = *early = true, OK;

@@ -31,6 +31,9 @@ pub(crate) enum Command {
     Diagnose(Diagnose),
     /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
     Demo(Demo),
+    /// The process of an FMU that has one of its own; started by this program alone
+    #[command(name = "__fmu-host", hide = true)]
+    FmuHost,
     /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
@@ -48,16 +51,26 @@ pub(crate) enum Fmu {
     Validate(Validate),
 }
 
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 pub(crate) struct Identify {
     /// A folder of recordings with a case.toml, or that file
     pub(crate) case: PathBuf,
     /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: Method,
-    /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; it is native code: trust it first
+    /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; one that this program has not packed gets
+    /// processes of its own where there are any (Linux); it is native code all the same: trust it first
     #[arg(long, value_name = "FILE.fmu")]
     pub(crate) fmu: Option<PathBuf>,
+    /// Give the FMU processes of its own also if this program has packed it
+    #[arg(long, requires = "fmu")]
+    pub(crate) isolate: bool,
+    /// Load the FMU into this process, whoever made it: faster, and what ends the FMU ends all
+    #[arg(long, requires = "fmu", conflicts_with_all = ["isolate", "deadline"])]
+    pub(crate) in_process: bool,
+    /// How long a single call of the FMU may take, s; else as long as it likes
+    #[arg(long, value_name = "S", requires = "fmu", value_parser = deadline)]
+    pub(crate) deadline: Option<f64>,
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,
@@ -257,6 +270,13 @@ pub(crate) struct Simulate {
     /// Run all FMUs in Co-Simulation (cs) or Model Exchange (me)
     #[arg(long, value_name = "cs|me")]
     pub(crate) interface: Option<Interface>,
+    /// Give each FMU a process of its own: one that crashes, exits or hangs ends the run with an error, and what was computed
+    /// before is kept (Linux)
+    #[arg(long)]
+    pub(crate) isolate: bool,
+    /// How long a single call of an FMU may take, s; else as long as it likes
+    #[arg(long, value_name = "S", requires = "isolate", value_parser = deadline)]
+    pub(crate) deadline: Option<f64>,
     /// Only check, and say what would be run
     #[arg(long)]
     pub(crate) check: bool,
@@ -402,6 +422,11 @@ fn seconds(text: &str) -> Result<f64, String> {
     number
         .filter(|s| *s >= 1.0 && s.is_finite())
         .ok_or_else(|| "write seconds, 1 or more, as in 120".to_owned())
+}
+
+fn deadline(text: &str) -> Result<f64, String> {
+    let number: Option<f64> = text.parse().ok();
+    number.filter(|s| *s > 0.0 && *s <= 1e9).ok_or_else(|| "write seconds, more than 0, as in 2.5".to_owned())
 }
 
 fn shard(text: &str) -> Result<(usize, usize), String> {

@@ -26,6 +26,8 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Fmu(Fmu::List) => list::run(),
         Command::Fmu(Fmu::Info(a)) => info::run(&a),
         Command::Fmu(Fmu::Validate(a)) => validate::run(&a),
+        // Served before it comes here.
+        Command::FmuHost => Ok(()),
         Command::Trial(Trial::Generate(a)) => trial::generate(&a),
         Command::Trial(Trial::Run(a)) => trial::run(&a),
         Command::Trial(Trial::Score(a)) => trial::score(&a),

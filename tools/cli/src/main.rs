@@ -9,6 +9,7 @@ mod catalog;
 mod command;
 mod error;
 mod help;
+mod isolate;
 mod near;
 mod output;
 mod plot;
@@ -22,8 +23,13 @@ use clap::{CommandFactory, FromArgMatches};
 
 fn main() -> ExitCode {
     let matches = help::dressed(args::Args::command()).get_matches();
-    let parsed = args::Args::from_arg_matches(&matches).unwrap_or_else(|e| e.exit());
-    match command::run(parsed.command) {
+    let command = args::Args::from_arg_matches(&matches).unwrap_or_else(|e| e.exit()).command;
+    if matches!(command, args::Command::FmuHost) {
+        return isolate::serve();
+    }
+    progress::keep_hangup_ignored();
+    let _watch = trueup_fmi_import::exit::watch(voice::error);
+    match command::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {
             if let Some(message) = e.message() {

@@ -54,11 +54,6 @@ fn cause(e: &std::io::Error) -> String {
 
 /// Writes a file under another name first, so that it is there whole or not at all.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), Error> {
-    let failed = |e: std::io::Error| Error::at(path, format!("it cannot be written: {e}"));
-    let name = path.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
-    let part = path.with_file_name(format!(".{name}.part"));
-    std::fs::write(&part, bytes).and_then(|()| std::fs::rename(&part, path)).map_err(|e| {
-        let _ = std::fs::remove_file(&part);
-        failed(e)
-    })
+    trueup_fmi_description::whole::write(path, bytes)
+        .map_err(|e| Error::at(path, format!("it cannot be written: {e}")))
 }

@@ -1,4 +1,4 @@
-//! Progress of a run on standard error, and its end by Ctrl-C.
+//! Progress of a run on standard error, and its end by Ctrl-C or SIGTERM.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -39,9 +39,10 @@ impl Progress {
         };
         let interrupted = Arc::new(AtomicBool::new(false));
         let flag = interrupted.clone();
-        // The second one ends the program at once. Where no handler can be set, the first one does.
+        // Ctrl-C and SIGTERM alike. The second one ends the program at once. Where no handler can be set, the first one does.
         let _ = ctrlc::set_handler(move || {
             if flag.swap(true, Ordering::Relaxed) {
+                trueup_fmi_import::exit::expect();
                 std::process::exit(130);
             }
         });
@@ -107,6 +108,23 @@ impl Sink for Progress {
         Ok(())
     }
 }
+
+/// Where hanging up shall not end the program (`nohup`), it shall not end a run either; whoever watches for SIGTERM watches for
+/// it too.
+#[cfg(unix)]
+pub(crate) fn keep_hangup_ignored() {
+    use nix::sys::signal::{SigSet, Signal};
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or(0);
+    if mask >> (Signal::SIGHUP as u32 - 1) & 1 == 1 {
+        // For all threads, which take it over from this first one.
+        let _ = SigSet::from(Signal::SIGHUP).thread_block();
+    }
+}
+
+#[cfg(not(unix))]
+pub(crate) fn keep_hangup_ignored() {}
 
 #[cfg(test)]
 mod tests {

@@ -28,9 +28,7 @@ pub fn write(system: &System, plan: &Plan, file: &Path) -> Result<(), Error> {
     let mut writer = Writer::new(system, plan);
     let description = writer.description();
     let mut store = Store::default();
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let part = tempfile::Builder::new().prefix(".trueup-").suffix(".ssp.part").tempfile_in(folder);
-    let mut part = part.map_err(fail)?;
+    let mut part = trueup_fmi_description::whole::part(file).map_err(fail)?;
     let mut pack = |out: &mut NamedTempFile| -> std::io::Result<()> {
         let mut zip = ZipWriter::new(out);
         let options = SimpleFileOptions::default();

@@ -5,6 +5,7 @@ use trueup_fmi::abi::fmi3::*;
 use super::Instance;
 use crate::core::{Completed, EventInfo, Step, call};
 use crate::error::{Error, Status};
+use crate::exit;
 
 impl Instance {
     /// Enters event mode.
@@ -219,6 +220,7 @@ impl Instance {
     pub fn step(&mut self, time: f64, step: f64, no_rollback: bool) -> Result<Option<Box<Step>>, Box<Error>> {
         let [mut event, mut terminate, mut early] = [fmi3False; 3];
         let mut last = time;
+        exit::calls_at(self.core.live.id, time);
         let result = call!(
             self.core,
             fmi3DoStep,

@@ -8,7 +8,7 @@ use trueup_fmi_description::description::Dimension;
 
 use crate::core::{Core, call};
 use crate::error::Error;
-use crate::library::table3::Functions;
+use crate::table::table3::Functions;
 
 pub(crate) struct Inner {
     core: Core<Functions>,

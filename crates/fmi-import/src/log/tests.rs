@@ -13,7 +13,7 @@ fn texts(live: &Live) -> Vec<String> {
 
 #[test]
 fn fmi2_messages_are_formatted_as_printf_does() {
-    let live = Live::register("formatted", None);
+    let live = Live::register("formatted", "x.fmu".as_ref(), None);
     let category = c"events".as_ptr();
     // SAFETY: texts of the right kind for the format.
     unsafe {
@@ -33,7 +33,7 @@ fn fmi2_messages_are_formatted_as_printf_does() {
 
 #[test]
 fn a_long_message_comes_whole() {
-    let live = Live::register("long", None);
+    let live = Live::register("long", "x.fmu".as_ref(), None);
     let long = std::ffi::CString::new("y".repeat(100_000)).unwrap();
     // SAFETY: as above.
     unsafe {
@@ -44,7 +44,7 @@ fn a_long_message_comes_whole() {
 
 #[test]
 fn null_odd_status_and_odd_text_do_no_harm() {
-    let live = Live::register("odd", None);
+    let live = Live::register("odd", "x.fmu".as_ref(), None);
     // SAFETY: NULL is among what FMUs pass.
     unsafe {
         trueup_fmi2_logger(live.environment(), null(), fmi2Status(-17), null(), null());
@@ -56,7 +56,7 @@ fn null_odd_status_and_odd_text_do_no_harm() {
 
 #[test]
 fn a_foreign_environment_falls_back_to_the_name() {
-    let live = Live::register("only one of this name", None);
+    let live = Live::register("only one of this name", "x.fmu".as_ref(), None);
     let name = c"only one of this name".as_ptr();
     // SAFETY: environments are never followed.
     unsafe {
@@ -72,7 +72,7 @@ fn a_foreign_environment_falls_back_to_the_name() {
         trueup_fmi2_logger(null_mut(), null(), fmi2OK, null(), c"d".as_ptr());
     }
     assert_eq!(texts(&live), ["[OK] a", "[OK] b"]);
-    let twin = Live::register("only one of this name", None);
+    let twin = Live::register("only one of this name", "x.fmu".as_ref(), None);
     // SAFETY: as above.
     unsafe { trueup_fmi2_logger(null_mut(), name, fmi2OK, null(), c"whose?".as_ptr()) };
     assert_eq!((live.messages().len(), twin.messages().len()), (2, 0));
@@ -80,7 +80,7 @@ fn a_foreign_environment_falls_back_to_the_name() {
 
 #[test]
 fn a_dead_instance_hears_nothing() {
-    let live = Live::register("dead", None);
+    let live = Live::register("dead", "x.fmu".as_ref(), None);
     let environment = live.environment();
     drop(live);
     // SAFETY: as above.
@@ -90,7 +90,7 @@ fn a_dead_instance_hears_nothing() {
 
 #[test]
 fn the_log_keeps_the_last_messages() {
-    let live = Live::register("many", None);
+    let live = Live::register("many", "x.fmu".as_ref(), None);
     for i in 0..KEPT + 5 {
         live.push(Message { status: Status::Ok, category: String::new(), text: i.to_string() });
     }

@@ -5,6 +5,7 @@ mod page;
 pub(crate) mod statics;
 mod table;
 
+use trueup_fmi_import::{Fmu, Folder, Interface};
 use trueup_identification::fmu::FmuModel;
 use trueup_identification::identify::{Settings, identify, identify_fmu};
 
@@ -19,8 +20,18 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     let (loaded, found) = match &args.fmu {
         Some(file) => {
             let model = FmuModel::open(file).map_err(|e| Error::at(file, e))?;
+            isolated(args, model.fmu())?;
+            let folder = Folder::now();
             let loaded = load_for(&args.case, &model)?;
             let found = identify_fmu(&loaded, model, &settings);
+            if let Some(to) = folder.left() {
+                let mend = "it is changed back; give the FMU a process of its own";
+                let to = to.display();
+                return Err(Error::at(
+                    file,
+                    format!("the FMU changed the working directory to {to}: {mend}"),
+                ));
+            }
             (loaded, found)
         }
         None => {
@@ -34,4 +45,18 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
     say(&if args.json { format!("{:#}\n", json::json(&found)) } else { table::text(&found) })
+}
+
+/// An FMU that is not ours gets processes of its own, where there are any.
+fn isolated(args: &Identify, fmu: &Fmu) -> Result<(), Error> {
+    let wanted = args.isolate || args.deadline.is_some();
+    if args.in_process || !wanted && fmu.is_ours(Interface::ModelExchange) {
+        return Ok(());
+    }
+    match crate::isolate::isolation(args.deadline) {
+        Ok(isolation) => fmu.isolate(&isolation),
+        Err(e) if wanted => return Err(Error::Failed(format!("--isolate, --deadline: {e}"))),
+        Err(_) => {} // as --in-process
+    }
+    Ok(())
 }

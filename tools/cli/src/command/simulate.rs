@@ -3,6 +3,8 @@
 mod settings;
 mod summary;
 
+use std::path::PathBuf;
+
 use trueup_cosim::plan::Plan;
 use trueup_cosim::{Error as RunError, Master, Memory, Results, check, write_ssp};
 
@@ -30,6 +32,11 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         eprintln!("{}: {} components", file.display(), plan.components.len());
         return Ok(());
     }
+    if args.isolate {
+        let isolation = crate::isolate::isolation(args.deadline);
+        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
+        plan.components.iter().for_each(|component| component.fmu.isolate(&isolation));
+    }
     simulated(args, plan)
 }
 
@@ -43,20 +50,30 @@ fn mistakes(e: RunError) -> Error {
 
 fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
     let failed = |e: RunError| Error::Failed(e.to_string());
+    // Wherever an FMU leads the process meanwhile.
+    let whole = |file: &Option<PathBuf>| file.as_ref().and_then(|f| std::path::absolute(f).ok());
+    let (log_file, plot_file) = (whole(&args.log), whole(&args.plot));
     let (start, stop, told) = (plan.grid.start, plan.grid.stop, plan.notes.len());
     let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(Memory::default);
-    let mut master = Master::new(plan).map_err(|e| match e {
+    let master = Master::new(plan).map_err(|e| match e {
         // The FMUs cannot follow the algorithm that the command line asks for.
         RunError::Setting(_) if args.algorithm.is_some() => Error::Usage(format!("--algorithm: {e}")),
         RunError::Setting(_) => Error::at(&args.file, e),
         _ => failed(e),
-    })?;
+    });
+    let mut master = match master {
+        Ok(master) => master,
+        Err(e) => {
+            results.give_back().map_err(failed)?;
+            return Err(e);
+        }
+    };
     let progress = Progress::new(start, stop, args.progress);
     let clock = std::time::Instant::now();
     let done = master.run(&mut ((&mut results, &mut memory), progress));
     let log = master.log();
-    if let Some(file) = &args.log {
+    if let Some(file) = &log_file {
         let ended = done.as_ref().err().map_or_else(|| "ended well".into(), |e| format!("failed: {e}"));
         let spent = clock.elapsed().as_secs_f64();
         let notes: String = log.notes.iter().map(|note| format!("note: {note}\n")).collect();
@@ -72,7 +89,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
         Ok(log) => {
             let rows = results.rows();
             results.finish().map_err(failed)?;
-            if let (Some(file), Some(memory)) = (&args.plot, &memory) {
+            if let (Some(file), Some(memory)) = (&plot_file, &memory) {
                 let title = args.file.file_stem().unwrap_or_default().to_string_lossy();
                 let html = crate::plot::page(&title, memory, &summary::log(&log));
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
@@ -82,12 +99,15 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
             Ok(())
         }
         Err(e) => {
+            let before = results.previous().map(|file| {
+                format!("\n{} of an earlier run is kept as {}", args.output.display(), file.display())
+            });
             let kept = match results.keep_incomplete() {
                 Ok(None) => "nothing was computed before".to_owned(),
                 Ok(Some(file)) => format!("what was computed before is kept in {}", file.display()),
                 Err(e) => format!("what was computed before could not be kept: {e}"),
             };
-            Err(Error::at(&args.file, format!("{e}\n{kept}")))
+            Err(Error::at(&args.file, format!("{e}\n{kept}{}", before.unwrap_or_default())))
         }
     }
 }

@@ -32,7 +32,8 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     eprintln!("[3/8] trueup identify: the parameters that the model has, fitted to the recordings");
     let plot = Some(folder.join("identified.html"));
     let method = Method::OutputError;
-    identify::run(&Identify { case: case.clone(), method, fmu: None, json: false, plot, fast: true })?;
+    let settings = Identify { case: case.clone(), method, plot, fast: true, ..Identify::default() };
+    identify::run(&settings)?;
 
     eprintln!("[4/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");

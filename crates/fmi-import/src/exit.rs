@@ -1,0 +1,95 @@
+//! An FMU that ends the whole process (`exit`), which would look like a run that ended well.
+
+#![allow(unsafe_code)] // the C boundary
+
+use std::cell::Cell;
+use std::ffi::c_int;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::log::{self, Live};
+
+unsafe extern "C" {
+    fn atexit(function: extern "C" fn()) -> c_int;
+    fn _exit(status: c_int) -> !;
+}
+
+thread_local! {
+    /// The instance that this thread has called last, and the time that it was told last.
+    static CALLED: Cell<usize> = const { Cell::new(0) };
+    static TIME: Cell<f64> = const { Cell::new(f64::NAN) };
+}
+
+/// The process may not end now unless an FMU ends it.
+static WATCHED: AtomicBool = AtomicBool::new(false);
+static TELL: OnceLock<fn(&str)> = OnceLock::new();
+
+/// An instance is called.
+#[inline]
+pub(crate) fn calls(id: usize) {
+    CALLED.set(id);
+}
+
+/// It is called for this time in s.
+#[inline]
+pub(crate) fn calls_at(id: usize, time: f64) {
+    CALLED.set(id);
+    TIME.set(time);
+}
+
+/// As long as it lives, an end of the process is the doing of an FMU.
+#[derive(Debug)]
+pub struct Watch(());
+
+/// From now on, an FMU in this process that calls `exit` ends it with status 1, after a sentence to `tell` that names the FMU.
+///
+/// A program that itself ends by `exit` says so before: [`expect`].
+pub fn watch(tell: fn(&str)) -> Watch {
+    // SAFETY: the function is there for good, and does not unwind.
+    static REGISTERED: OnceLock<c_int> = OnceLock::new();
+    REGISTERED.get_or_init(|| unsafe { atexit(at_exit) });
+    let _ = TELL.set(tell);
+    WATCHED.store(true, Ordering::SeqCst);
+    Watch(())
+}
+
+/// The program itself will end the process.
+pub fn expect() {
+    WATCHED.store(false, Ordering::SeqCst);
+}
+
+impl Drop for Watch {
+    fn drop(&mut self) {
+        expect();
+    }
+}
+
+extern "C" fn at_exit() {
+    if !WATCHED.swap(false, Ordering::SeqCst) {
+        return;
+    }
+    let _ = std::panic::catch_unwind(|| {
+        let name = |it: &Live| format!("\"{}\" ({})", it.name, it.file.display());
+        let living = log::living();
+        // Another thread than those that call FMUs is one of an FMU's own.
+        let called = CALLED.try_with(Cell::get).ok().and_then(|id| living.iter().find(|it| it.id == id));
+        let who = match called {
+            Some(it) => format!("instance {}", name(it)),
+            None => {
+                let all: Vec<_> = living.iter().map(|it| name(it)).collect();
+                format!("one of the instances {}", all.join(", "))
+            }
+        };
+        let time = TIME.try_with(Cell::get).unwrap_or(f64::NAN);
+        let at = if time.is_finite() { format!("at t = {time:?} s: ") } else { String::new() };
+        let tail = called.map(|it| crate::error::tail(&it.tail())).unwrap_or_default();
+        if let Some(tell) = TELL.get() {
+            tell(&format!(
+                "{at}the FMU of {who} called exit, which ends this program; what was computed is lost, run it in a process of its \
+                 own to keep that{tail}"
+            ));
+        }
+    });
+    // SAFETY: ends the process.
+    unsafe { _exit(1) }
+}

@@ -1,0 +1,58 @@
+//! Where FMUs cannot have processes of their own: what is never made.
+
+use std::ffi::{CStr, c_int, c_void};
+use std::path::Path;
+use std::sync::Arc;
+
+use super::{Isolation, NoIsolation};
+use crate::log::Live;
+use crate::table::{table2, table3};
+
+/// As on Linux.
+#[derive(Clone, Debug)]
+pub(crate) struct Fault {
+    pub(crate) function: &'static str,
+    pub(crate) how: String,
+}
+
+/// As on Linux; there is none.
+pub(crate) enum Remote {}
+
+/// As on Linux.
+pub(crate) struct Three<'a> {
+    pub(crate) co_simulation: bool,
+    pub(crate) name: &'a CStr,
+    pub(crate) token: &'a CStr,
+    pub(crate) resources: Option<&'a CStr>,
+    pub(crate) flags: [bool; 5],
+    pub(crate) variables: &'a [u32],
+}
+
+pub(crate) fn two(_: &Path, _: &Isolation, _: &Arc<Live>) -> Result<table2::Functions, String> {
+    Err(NoIsolation.to_string())
+}
+
+pub(crate) fn three(_: &Path, _: &Isolation, _: &Arc<Live>) -> Result<table3::Functions, String> {
+    Err(NoIsolation.to_string())
+}
+
+impl Remote {
+    pub(crate) fn instantiate_two(&self, _: c_int, _: [&CStr; 3], _: [c_int; 2]) -> *mut c_void {
+        match *self {}
+    }
+    pub(crate) fn instantiate_three(&self, _: &Three<'_>) -> *mut c_void {
+        match *self {}
+    }
+    pub(crate) fn free(&self) {
+        match *self {}
+    }
+    pub(crate) fn abandon(&self) {
+        match *self {}
+    }
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        match *self {}
+    }
+    pub(crate) fn blamed(&self) -> Option<&'static str> {
+        match *self {}
+    }
+}

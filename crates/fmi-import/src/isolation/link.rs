@@ -1,0 +1,624 @@
+//! The master's side: an FMU in a process of its own.
+
+#![allow(unsafe_code)] // the boundary of the process
+
+mod ahead;
+
+use std::ffi::{CString, c_char, c_int, c_void};
+use std::io::Error as IoError;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process_group};
+use trueup_fmi::abi::fmi3::{fmi3Boolean, fmi3False};
+use trueup_fmi_description::Version;
+
+use self::ahead::Ahead;
+use super::Isolation;
+use super::frame::{BEFORE, HEAD, Reader, Writer, aligned, note, status_of};
+use super::memory::{Memory, Note};
+use crate::error::Status;
+use crate::log::{Live, Message, fmi3_intermediate_update};
+
+const FATAL: c_int = 4;
+/// Bytes of calls that are kept for the next one.
+const POSTED: usize = 1 << 15;
+/// How often a master that waits looks after the host.
+const FIRST_LOOK: Duration = Duration::from_millis(1);
+const LAST_LOOK: Duration = Duration::from_millis(50);
+/// How long a host may take to end when nothing else is said.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Numbers of what is no function of an instance.
+pub(super) const INSTANTIATE: u32 = 1000;
+pub(super) const FREE: u32 = 1001;
+
+/// OK or Warning.
+fn good(status: c_int) -> bool {
+    matches!(status, 0 | 1)
+}
+
+/// Why there is no host any more.
+#[derive(Clone, Debug)]
+pub(crate) struct Fault {
+    /// The function that it was in.
+    pub(crate) function: &'static str,
+    /// What happened, as a sentence without its subject.
+    pub(crate) how: String,
+}
+
+/// What a call came to, and where its results lie: its entry, and behind it.
+pub(super) struct Outcome {
+    pub(super) status: c_int,
+    pub(super) at: Option<(usize, usize)>,
+}
+
+const LOST: Outcome = Outcome { status: FATAL, at: None };
+
+/// An instance of an FMU in another process. The functions of [`calls`](super::calls) get its address as the component.
+pub(super) struct Link {
+    memory: Memory,
+    child: Child,
+    deadline: Option<Duration>,
+    live: Arc<Live>,
+    names: &'static [&'static str],
+    /// Where the next frame begins; not at 0 in a call amid a call.
+    base: usize,
+    /// Where the next entry begins.
+    cursor: usize,
+    /// Entries that wait for the next call.
+    posted: Vec<usize>,
+    /// Within an intermediate update.
+    nested: bool,
+    ahead: Ahead,
+    fault: Option<Fault>,
+    /// The function whose status the last call returned, if it was another one.
+    blamed: Option<&'static str>,
+    texts: Vec<CString>,
+    binaries: Vec<Vec<u8>>,
+}
+
+impl Link {
+    /// Starts a host and loads the library.
+    pub(super) fn start(
+        library: &Path,
+        version: Version,
+        names: &'static [&'static str],
+        isolation: &Isolation,
+        live: &Arc<Live>,
+    ) -> Result<(Self, Vec<bool>), String> {
+        let failed = |e: IoError| format!("no process of its own can be made for it: {e}");
+        let memory = Memory::new().map_err(failed)?;
+        let file = memory.file().try_clone_to_owned().map_err(failed)?;
+        let mut command = Command::new(&isolation.program);
+        command.args(&isolation.arguments).stdin(Stdio::from(file)).process_group(0);
+        let child = command.spawn().map_err(failed)?;
+        let mut this = Self {
+            memory,
+            child,
+            deadline: isolation.deadline,
+            live: Arc::clone(live),
+            names,
+            base: 0,
+            cursor: 0,
+            posted: Vec::new(),
+            nested: false,
+            ahead: Ahead::default(),
+            fault: None,
+            blamed: None,
+            texts: Vec::new(),
+            binaries: Vec::new(),
+        };
+        let mut w = Writer::new(&mut this.memory, 0, u64::from(version == Version::V3));
+        w.bytes(std::os::unix::ffi::OsStrExt::as_bytes(library.as_os_str()));
+        let end = w.finish().map_err(failed)?;
+        // SAFETY: no call is under way.
+        let answer = unsafe { Self::exchange(&raw mut this, Note { kind: note::OPEN, begin: 0, end }) };
+        if answer.is_none() {
+            return Err(this.fault.take().map_or_else(String::new, |fault| format!("it {}", fault.how)));
+        }
+        let mut r = Reader::new(&this.memory, 0);
+        let (loaded, said) = (r.word() != 0, r.bytes());
+        if !loaded {
+            return Err(String::from_utf8_lossy(&said).into_owned());
+        }
+        let there = said.iter().map(|b| *b != 0).collect();
+        Ok((this, there))
+    }
+
+    pub(super) fn fault(&self) -> Option<&Fault> {
+        self.fault.as_ref()
+    }
+
+    pub(super) fn blamed(&self) -> Option<&'static str> {
+        self.blamed
+    }
+
+    /// Begins an entry.
+    pub(super) fn entry(&mut self, number: u32) -> Writer<'_> {
+        Writer::new(&mut self.memory, self.cursor, number.into())
+    }
+
+    /// Of the arguments of an entry that was run.
+    pub(super) fn reader(&self, entry: usize) -> Reader<'_> {
+        Reader::new(&self.memory, entry + HEAD)
+    }
+
+    /// Whether a call can be made, and where its entry ends.
+    fn ready(&mut self, end: Result<usize, IoError>) -> Option<usize> {
+        self.blamed = None;
+        if self.fault.is_some() {
+            return None;
+        }
+        match end {
+            Ok(end) => Some(end),
+            Err(error) => {
+                self.fail(format!("was ended: {error}"));
+                None
+            }
+        }
+    }
+
+    /// Marks an entry.
+    fn flag(&mut self, at: usize, flag: u64) {
+        let word = self.memory.word(at) & 0xffff_ffff | flag;
+        self.memory.copy_in(at, &word.to_ne_bytes());
+    }
+
+    /// Keeps the call for the next one.
+    ///
+    /// # Safety
+    /// (of these four) The link lives and nobody holds a reference into it.
+    pub(super) unsafe fn post(
+        link: *mut Self,
+        begin: usize,
+        question: usize,
+        end: Result<usize, IoError>,
+    ) -> Outcome {
+        // SAFETY: the caller's word.
+        unsafe {
+            let it = &mut *link;
+            if it.nested || it.cursor.saturating_sub(it.base) > POSTED {
+                return Self::wait(link, begin, question, end);
+            }
+            let Some(end) = it.ready(end) else { return LOST };
+            it.ahead.close();
+            it.flag(begin, BEFORE);
+            it.posted.push(begin);
+            it.cursor = end;
+            Outcome { status: 0, at: None }
+        }
+    }
+
+    /// Makes the call.
+    pub(super) unsafe fn wait(
+        link: *mut Self,
+        begin: usize,
+        _: usize,
+        end: Result<usize, IoError>,
+    ) -> Outcome {
+        // SAFETY: the caller's word.
+        unsafe {
+            let Some(end) = (*link).ready(end) else { return LOST };
+            (*link).ahead.close();
+            Self::run(link, begin, end, end)
+        }
+    }
+
+    /// Makes the call, unless it was answered with the last step.
+    pub(super) unsafe fn ask(
+        link: *mut Self,
+        begin: usize,
+        question: usize,
+        end: Result<usize, IoError>,
+    ) -> Outcome {
+        // SAFETY: the caller's word.
+        unsafe {
+            let it = &mut *link;
+            let Some(end) = it.ready(end) else { return LOST };
+            if !it.posted.is_empty() || it.nested {
+                it.ahead.close();
+            }
+            if let Some(status) = it.ahead.answer(&it.memory, begin, question, end) {
+                return Outcome { status, at: Some((begin, end)) };
+            }
+            let done = Self::run(link, begin, end, end);
+            if good(done.status) {
+                let it = &mut *link;
+                it.ahead.learn(&it.memory, begin, question, end);
+            }
+            done
+        }
+    }
+
+    /// Makes the call, and with it those that came after the last step.
+    pub(super) unsafe fn step(
+        link: *mut Self,
+        begin: usize,
+        _: usize,
+        end: Result<usize, IoError>,
+    ) -> Outcome {
+        // SAFETY: the caller's word.
+        unsafe {
+            let it = &mut *link;
+            let Some(end) = it.ready(end) else { return LOST };
+            if it.nested {
+                return Self::run(link, begin, end, end);
+            }
+            let Ok(last) = it.ahead.append(&mut it.memory, end) else {
+                return Self::run(link, begin, end, end);
+            };
+            let done = Self::run(link, begin, end, last);
+            let it = &mut *link;
+            it.ahead.open(&it.memory, end, done.at.is_some() && good(done.status));
+            done
+        }
+    }
+
+    /// Hands the frame over: what was posted, the entry from `begin` to `end`, what lies behind it up to `last`.
+    unsafe fn run(link: *mut Self, begin: usize, end: usize, last: usize) -> Outcome {
+        // SAFETY: the caller's word.
+        unsafe {
+            let frame = Note { kind: note::CALL, begin: (*link).base, end: last };
+            let answer = Self::exchange(link, frame);
+            let it = &mut *link;
+            it.cursor = it.base;
+            let posted = std::mem::take(&mut it.posted);
+            if answer.is_none() {
+                return LOST;
+            }
+            let bad = posted.iter().find_map(|at| {
+                let status = status_of(it.memory.word(at + 16)).unwrap_or(FATAL);
+                (!good(status)).then_some((*at, status))
+            });
+            if let Some((at, status)) = bad {
+                it.blamed = it.names.get(it.memory.word(at) as u32 as usize).copied();
+                return Outcome { status, at: None };
+            }
+            it.posted = posted;
+            it.posted.clear();
+            match status_of(it.memory.word(begin + 16)) {
+                Some(status) => Outcome { status, at: Some((begin, end)) },
+                None => {
+                    it.fail("broke the memory that it shares with this program".into());
+                    LOST
+                }
+            }
+        }
+    }
+
+    /// Hands over and serves what the FMU wants meanwhile, until it is done. `None`: there is a fault.
+    ///
+    /// # Safety
+    /// The link lives and nobody holds a reference into it.
+    unsafe fn exchange(link: *mut Self, note: Note) -> Option<Note> {
+        // SAFETY: the caller's word; no reference is held while a callback runs, which may call again.
+        unsafe {
+            (*link).memory.send(note);
+            loop {
+                let note = (*link).next()?;
+                match note.kind {
+                    note::REPLY => return Some(note),
+                    note::FULL => (*link).memory.send(Note { kind: note::READ, ..note }),
+                    note::CALLBACK if note.end - note.begin >= 7 * 8 => Self::call_back(link, note),
+                    _ => {
+                        (*link).fail("broke the memory that it shares with this program".into());
+                        return None;
+                    }
+                }
+            }
+        }
+    }
+
+    /// An intermediate update.
+    unsafe fn call_back(link: *mut Self, note: Note) {
+        // SAFETY: as of `exchange`.
+        unsafe {
+            let environment = (*link).live.environment();
+            let words: [u64; 5] = std::array::from_fn(|i| (*link).memory.word(note.begin + 8 * i));
+            let flag = |i: usize| fmi3Boolean(words[i] as u8);
+            let outer = ((*link).base, (*link).cursor, (*link).nested);
+            let posted = std::mem::take(&mut (*link).posted);
+            ((*link).base, (*link).cursor, (*link).nested) = (aligned(note.end), aligned(note.end), true);
+            let (mut wanted, mut time) = (fmi3False, 0.0);
+            fmi3_intermediate_update(
+                environment,
+                f64::from_bits(words[0]),
+                flag(1),
+                flag(2),
+                flag(3),
+                flag(4),
+                &raw mut wanted,
+                &raw mut time,
+            );
+            let it = &mut *link;
+            (it.base, it.cursor, it.nested) = outer;
+            it.posted = posted;
+            it.memory.copy_in(note.begin + 40, &u64::from(bool::from(wanted)).to_ne_bytes());
+            it.memory.copy_in(note.begin + 48, &time.to_bits().to_ne_bytes());
+            it.memory.send(Note { kind: note::ANSWER, ..note });
+        }
+    }
+
+    /// Waits for the host.
+    fn next(&mut self) -> Option<Note> {
+        if self.fault.is_some() {
+            return None; // of a call amid this one
+        }
+        let mut look = self.deadline.unwrap_or(FIRST_LOOK).min(FIRST_LOOK);
+        let mut begun = None;
+        while !self.memory.wait(look) {
+            let begun =
+                *begun.get_or_insert_with(|| Instant::now().checked_sub(look).unwrap_or_else(Instant::now));
+            if let Ok(Some(status)) = self.child.try_wait() {
+                if self.memory.wait(Duration::ZERO) {
+                    break; // its last word
+                }
+                self.fail(ended(status));
+                return None;
+            }
+            let spent = begun.elapsed();
+            look = (2 * look).min(LAST_LOOK);
+            if let Some(deadline) = self.deadline {
+                if spent >= deadline {
+                    self.fail(format!("did not return within {} s and was stopped", deadline.as_secs_f64()));
+                    return None;
+                }
+                look = look.min(deadline.saturating_sub(spent)).max(Duration::from_micros(100));
+            }
+        }
+        self.hear();
+        match self.memory.receive() {
+            Ok(note) => Some(note),
+            Err(error) => {
+                self.fail(format!("was stopped: {error}"));
+                None
+            }
+        }
+    }
+
+    /// Ends it all: there is no host any more.
+    fn fail(&mut self, how: String) {
+        self.kill();
+        self.hear();
+        let at = self.memory.current();
+        let function = match at {
+            INSTANTIATE => "instantiation",
+            FREE => "fmiFreeInstance",
+            _ => self.names.get(at as usize).copied().unwrap_or("loading"),
+        };
+        self.fault.get_or_insert(Fault { function, how });
+    }
+
+    /// With all processes that the FMU has made.
+    fn kill(&mut self) {
+        if let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
+            let _ = kill_process_group(pid, Signal::KILL);
+        }
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+
+    /// Takes over what the FMU has logged.
+    #[inline]
+    fn hear(&mut self) {
+        let bytes = self.memory.heard();
+        let mut rest = bytes.as_slice();
+        while let Some((message, behind)) = message(rest) {
+            self.tell(message);
+            rest = behind;
+        }
+        match self.memory.lost() {
+            0 => {}
+            lost => self.tell(Message {
+                status: Status::Warning,
+                category: String::new(),
+                text: format!("{lost} messages of other threads of the FMU were lost"),
+            }),
+        }
+    }
+
+    fn tell(&self, message: Message) {
+        // A listener may panic; as where the FMU calls, there is nobody to tell.
+        let _ = catch_unwind(AssertUnwindSafe(|| self.live.push(message)));
+    }
+
+    /// Makes an instance.
+    ///
+    /// # Safety
+    /// As of [`Link::wait`].
+    pub(super) unsafe fn instantiate(link: *mut Self, write: impl FnOnce(&mut Writer<'_>)) -> bool {
+        // SAFETY: the caller's word.
+        unsafe {
+            let mut w = (*link).entry(INSTANTIATE);
+            write(&mut w);
+            let (begin, end) = (w.begin, w.finish());
+            let done = Self::wait(link, begin, 0, end);
+            done.at.is_some() && done.status == 0
+        }
+    }
+
+    /// Frees the instance.
+    ///
+    /// # Safety
+    /// As of [`Link::wait`].
+    pub(super) unsafe fn free(link: *mut Self) {
+        // SAFETY: the caller's word.
+        unsafe {
+            let w = (*link).entry(FREE);
+            let (begin, end) = (w.begin, w.finish());
+            let _ = Self::wait(link, begin, 0, end);
+        }
+    }
+
+    /// Ends the host at once: its instance may not be called any more.
+    pub(super) fn abandon(&mut self) {
+        self.kill();
+        self.fault.get_or_insert(Fault { function: "", how: "was stopped".into() });
+    }
+
+    /// Texts that lie at `at`; they live until the next ones are read.
+    ///
+    /// # Safety
+    /// There is room for `count` texts.
+    pub(super) unsafe fn texts_at(&mut self, at: usize, texts: *mut *const c_char, count: usize) {
+        let mut r = Reader::new(&self.memory, at);
+        self.texts.clear();
+        for i in 0..count {
+            let text = r.text();
+            let pointer = text.as_ref().map_or(std::ptr::null(), |text| text.as_ptr());
+            self.texts.extend(text);
+            // SAFETY: the caller's word; the text does not move when the list does.
+            unsafe { texts.add(i).write(pointer) };
+        }
+    }
+
+    /// Binaries that lie at `at`, with their sizes; as [`Link::texts_at`].
+    ///
+    /// # Safety
+    /// There is room for `count` of both.
+    pub(super) unsafe fn binaries_at(
+        &mut self,
+        at: usize,
+        binaries: *mut *const u8,
+        sizes: *mut usize,
+        count: usize,
+    ) {
+        let mut r = Reader::new(&self.memory, at);
+        self.binaries = (0..count).map(|_| r.bytes()).collect();
+        for (i, binary) in self.binaries.iter().enumerate() {
+            // SAFETY: the caller's word.
+            unsafe {
+                binaries.add(i).write(binary.as_ptr());
+                sizes.add(i).write(binary.len());
+            }
+        }
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if self.fault.is_none() {
+            self.memory.send(Note { kind: note::QUIT, begin: 0, end: 0 });
+            let until = Instant::now() + self.deadline.unwrap_or(PATIENCE);
+            let mut pause = Duration::from_micros(200);
+            while Instant::now() < until {
+                if !matches!(self.child.try_wait(), Ok(None)) {
+                    break;
+                }
+                std::thread::sleep(pause);
+                pause = (2 * pause).min(Duration::from_millis(10));
+            }
+        }
+        self.kill();
+    }
+}
+
+/// The first message of what was in the ring, and the rest.
+fn message(bytes: &[u8]) -> Option<(Message, &[u8])> {
+    let number = |at: usize| Some(u32::from_ne_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    let (category, text) = (12 + number(4)? as usize, number(8)? as usize);
+    let read = |part: &[u8]| String::from_utf8_lossy(part).into_owned();
+    let message = Message {
+        status: Status::from(number(0)? as c_int),
+        category: read(bytes.get(12..category)?),
+        text: read(bytes.get(category..category.checked_add(text)?)?),
+    };
+    Some((message, &bytes[category + text..]))
+}
+
+/// A message for the ring.
+pub(super) fn said(message: &Message) -> Vec<u8> {
+    let number: c_int = match message.status {
+        Status::Ok => 0,
+        Status::Warning => 1,
+        Status::Discard => 2,
+        Status::Error => 3,
+        Status::Fatal => 4,
+        Status::Pending => 5,
+        Status::Unknown(number) => number,
+    };
+    let cut = |text: &str| text.as_bytes()[..text.len().min(Memory::LONGEST)].to_vec();
+    let (category, text) = (cut(&message.category), cut(&message.text));
+    let head = [number as u32, category.len() as u32, text.len() as u32].map(u32::to_ne_bytes);
+    [head.concat(), category, text].concat()
+}
+
+/// How a process ended, as a sentence without its subject.
+fn ended(status: ExitStatus) -> String {
+    if let Some(code) = status.code() {
+        return format!("called exit({code})");
+    }
+    let signal = status.signal().unwrap_or(0);
+    let name = match signal {
+        4 => "crashed: SIGILL (illegal instruction)",
+        5 => "crashed: SIGTRAP (trap)",
+        6 => {
+            "crashed: SIGABRT (abort, a failed assertion, an exception that nobody caught, or its stack overflowed)"
+        }
+        7 => "crashed: SIGBUS (bad memory access)",
+        8 => "crashed: SIGFPE (arithmetic, such as an integer divided by zero)",
+        9 => "was killed: SIGKILL (by somebody, or for lack of memory)",
+        11 => "crashed: SIGSEGV (bad memory access, or its stack overflowed)",
+        15 => "was killed: SIGTERM",
+        24 => "was stopped: SIGXCPU (limit of processor time)",
+        _ => return format!("was ended by signal {signal}"),
+    };
+    name.to_owned()
+}
+
+/// The handle of a link, of an instance.
+pub(crate) struct Remote(*mut Link);
+
+// SAFETY: one thread at a time uses an instance, and so its link.
+unsafe impl Send for Remote {}
+
+impl Remote {
+    pub(super) fn new(link: Link) -> Self {
+        Self(Box::into_raw(Box::new(link)))
+    }
+
+    /// What the functions get as component.
+    pub(crate) fn component(&self) -> *mut c_void {
+        self.0.cast()
+    }
+
+    /// Frees the instance.
+    pub(crate) fn free(&self) {
+        // SAFETY: the link lives, and no call is under way.
+        unsafe { Link::free(self.0) }
+    }
+
+    /// Never calls the instance again.
+    pub(crate) fn abandon(&self) {
+        // SAFETY: as above.
+        unsafe { (*self.0).abandon() }
+    }
+
+    /// Why there is no process any more.
+    pub(crate) fn fault(&self) -> Option<Fault> {
+        // SAFETY: as above.
+        unsafe { (*self.0).fault().cloned() }
+    }
+
+    /// The function that a status is of, if it is not the one that returned it.
+    pub(crate) fn blamed(&self) -> Option<&'static str> {
+        // SAFETY: as above.
+        unsafe { (*self.0).blamed() }
+    }
+
+    pub(super) fn link(&self) -> *mut Link {
+        self.0
+    }
+}
+
+impl Drop for Remote {
+    fn drop(&mut self) {
+        // SAFETY: made by `new`, dropped once, and no call is under way.
+        drop(unsafe { Box::from_raw(self.0) });
+    }
+}
