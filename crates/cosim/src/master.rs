@@ -236,11 +236,15 @@ impl Master {
         if follows {
             coupling.draw_lines(next(time, 0));
         }
-        let straight = if algorithm == Algorithm::Jacobi { coupling.straight() } else { None };
+        let within = if algorithm == Algorithm::Extrapolate { Within::Line } else { Within::Held };
+        let mut straight = match algorithm {
+            Algorithm::Jacobi | Algorithm::Extrapolate => coupling.straight(within),
+            _ => None,
+        };
         let mut point = 0;
         while point < grid.steps {
             let mut mid = None;
-            if let Some(program) = &straight {
+            if let Some(program) = &mut straight {
                 let until = recorder.next_due(point).min(grid.regular());
                 let (made, stopped) = coupling.race(program, &grid, point, until)?;
                 (point, mid) = (point + made, stopped);
@@ -262,11 +266,10 @@ impl Master {
                 let end = cut.map_or(to, |(cut, _)| cut);
                 coupling.turn(i + 1, i + 1 == grid.steps);
                 let mut done = match algorithm {
-                    Algorithm::Jacobi => match mid.take() {
-                        Some(mid) => coupling.finish(mid, end, grid.step)?,
-                        None => coupling.step(end, Within::Held)?,
+                    Algorithm::Jacobi | Algorithm::Extrapolate => match mid.take() {
+                        Some(mid) => coupling.finish(mid, end, within)?,
+                        None => coupling.step(end, within)?,
                     },
-                    Algorithm::Extrapolate => coupling.step(end, Within::Line)?,
                     Algorithm::GaussSeidel => coupling.step_in_order(end)?,
                     _ => self.settle(coupling, time, end)?,
                 };

@@ -5,6 +5,7 @@ mod group;
 mod slave;
 
 use trueup_fmi_import::Step;
+use trueup_fmi_import::program::Following;
 
 use crate::error::Error;
 use crate::node::Node;
@@ -99,14 +100,27 @@ pub trait Stepper: Send {
         false
     }
 
-    /// Goes on to `to` after a first step from `from` that did not go its whole way, of one that [is
-    /// plain](Stepper::is_plain).
+    /// How its FMU follows inputs on lines over a regular step, of one that [is plain](Stepper::is_plain); `None`: by other
+    /// means than calls before and between its steps.
+    fn following(&self) -> Option<Following> {
+        None
+    }
+
+    /// Goes on to `to` from part `part` of a step from `from`, of one that [is plain](Stepper::is_plain): `first` is what the
+    /// part came to if it did not go its whole way; `None`: it did.
     ///
     /// # Errors
     /// As [`step`](Stepper::step).
-    fn resume(&mut self, nodes: &mut [Node], from: f64, to: f64, first: Step) -> Result<Advance, Error> {
-        let _ = first;
-        self.step(nodes, from, to, Within::Held)
+    fn resume(
+        &mut self,
+        nodes: &mut [Node],
+        [from, to]: [f64; 2],
+        within: Within,
+        part: usize,
+        first: Option<Step>,
+    ) -> Result<Advance, Error> {
+        let _ = (part, first);
+        self.step(nodes, from, to, within)
     }
 
     /// [`settle`](Stepper::settle) has something to do.

@@ -1,7 +1,9 @@
-//! The plainest runs as one program: FMUs in Co-Simulation that hold their inputs over regular steps and exchange doubles
-//! without loops. Whatever is out of the ordinary in such a step is left to [`Coupling`], from where it stopped.
+//! The plainest runs as one program: FMUs in Co-Simulation that hold their inputs over regular steps, or follow them on
+//! lines, and exchange doubles without loops. Whatever is out of the ordinary in such a step is left to [`Coupling`], from where it stopped.
 
-use trueup_fmi_import::program::{Either, Instances, Outcome, Program, Stopped};
+use std::ops::Range;
+
+use trueup_fmi_import::program::{Either, Instances, Lines, Outcome, Program, Stopped};
 
 use crate::couple::{Coupling, join};
 use crate::error::Error;
@@ -13,7 +15,18 @@ use crate::stepper::{Advance, Within};
 /// A step that stopped at its `at`-th unit.
 pub(crate) struct Mid {
     at: usize,
+    part: usize,
     outcome: Outcome,
+}
+
+/// A system as a program.
+pub(crate) struct Straight {
+    program: Program,
+    /// Inputs on lines; `None`: held.
+    lines: Option<Lines>,
+    /// Where the inputs on lines lie among the exchange's reals, and of which node they are.
+    slots: Vec<usize>,
+    spans: Vec<(usize, Range<usize>)>,
 }
 
 struct Owners<'a>(&'a mut [Node]);
@@ -39,49 +52,114 @@ fn all_finite(values: &[f64]) -> bool {
 
 impl Coupling {
     /// The program of this system, if it is plain enough.
-    pub(crate) fn straight(&mut self) -> Option<Program> {
-        let mut program = Program::default();
+    pub(crate) fn straight(&mut self, within: Within) -> Option<Straight> {
+        let (mut program, mut slots, mut spans) = (Program::default(), Vec::new(), Vec::new());
         if !self.is_plain() {
             return None;
         }
         for stepper in &self.steppers {
-            let [node] = stepper.nodes() else { return None };
-            if !stepper.is_plain() || !program.step(*node, either(&mut self.nodes[*node])) {
+            let [n] = *stepper.nodes() else { return None };
+            if !stepper.is_plain() || !program.step(n, either(&mut self.nodes[n])) {
                 return None;
             }
+            if within == Within::Held || self.nodes[n].line.slots.is_empty() {
+                continue;
+            }
+            let span = slots.len()..slots.len() + self.nodes[n].line.slots.len();
+            let references = self.nodes[n].line.references.take();
+            let follows = match (stepper.following(), &references) {
+                (Some(how), Some(block)) => {
+                    program.follow(n, either(&mut self.nodes[n]), block, how, span.clone())
+                }
+                _ => false,
+            };
+            self.nodes[n].line.references = references;
+            if !follows {
+                return None;
+            }
+            slots.extend_from_slice(&self.nodes[n].line.slots);
+            spans.push((n, span));
         }
-        self.exchange.program(&mut program, &mut Owners(&mut self.nodes)).then_some(program)
+        let lines = (within == Within::Line).then(|| Lines::new(slots.len()));
+        let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes));
+        whole.then_some(Straight { program, lines, slots, spans })
     }
 
     /// Steps from point `first` until `until`, or until something is out of the ordinary: how many steps were made whole,
     /// and the step that was not. The steps between these points are regular ones.
     ///
     /// # Errors
-    /// A call of the exchange that failed; a value that is not finite.
+    /// A call that failed; a value that is not finite.
     pub(crate) fn race(
         &mut self,
-        program: &Program,
+        straight: &mut Straight,
         grid: &Grid,
         first: u64,
         until: u64,
     ) -> Result<(u64, Option<Mid>), Error> {
-        let mut owners = Owners(&mut self.nodes);
+        let Straight { program, lines, slots, spans } = straight;
+        if let Some(lines) = lines.as_mut() {
+            for (n, span) in spans.iter() {
+                lines.value[span.clone()].copy_from_slice(&self.nodes[*n].line.value);
+                lines.slope[span.clone()].copy_from_slice(&self.nodes[*n].line.slope);
+            }
+        }
+        let Self { nodes, exchange, slopes, previous, smooth, .. } = self;
+        let mut owners = Owners(nodes);
         let Some(mut bound) = program.bind(&mut owners) else { return Ok((0, None)) };
-        let values = self.exchange.reals_mut();
+        let values = exchange.reals_mut();
         let (mut at, mut finite) = (first, true);
         let mut stopped = None;
         while at < until {
-            stopped = bound.round(grid.time(at), grid.step, true, values).err();
+            stopped = match lines.as_mut() {
+                None => bound.round(grid.time(at), grid.step, true, values).err(),
+                Some(lines) => {
+                    let span = [grid.time(at), grid.time(at + 1), grid.step];
+                    bound.round_on_lines(span, true, values, lines).err()
+                }
+            };
             finite = all_finite(values);
             if stopped.is_some() || !finite {
                 break;
             }
             at += 1;
+            // As `draw_lines` does for all units at once.
+            if let Some(lines) = lines.as_mut() {
+                let last = grid.time(at) - grid.time(at - 1);
+                let rate = if last > 0.0 { 1.0 / last } else { 0.0 };
+                let all = slopes.iter_mut().zip(previous.iter_mut()).zip(values.iter()).zip(smooth.iter());
+                for (((slope, previous), x), smooth) in all {
+                    *slope = (x - *previous) * rate * smooth;
+                    *previous = *x;
+                }
+                for ((slot, value), slope) in slots.iter().zip(&mut lines.value).zip(&mut lines.slope) {
+                    (*value, *slope) = (values[*slot], slopes[*slot]);
+                }
+            }
         }
-        self.stand_at(grid.time(at), grid.step);
+        if let Some(lines) = lines.as_ref() {
+            for (n, span) in spans.iter() {
+                let line = &mut self.nodes[*n].line;
+                line.value.copy_from_slice(&lines.value[span.clone()]);
+                line.slope.copy_from_slice(&lines.slope[span.clone()]);
+                (line.from, line.dirty) = (grid.time(at), false);
+            }
+        }
+        if at > first {
+            self.stand_at(grid.time(at), grid.time(at) - grid.time(at - 1));
+        }
         let time = grid.time(at + 1);
         match stopped {
-            Some(Stopped::Step { at: unit, outcome }) => Ok((at - first, Some(Mid { at: unit, outcome }))),
+            Some(Stopped::Step { at: unit, part, outcome }) => {
+                Ok((at - first, Some(Mid { at: unit, part, outcome })))
+            }
+            Some(Stopped::Ahead { at: unit, status }) => {
+                let node = &mut self.nodes[program.stepped(unit)];
+                match program.failure_ahead(either(node), unit, status) {
+                    Some(source) => Err(Error::Call { time: grid.time(at), source }),
+                    None => Ok((at - first, None)),
+                }
+            }
             // What was not finite may have made the call fail.
             _ if !finite => Err(self.exchange.first_not_finite(&self.nodes, time)),
             Some(Stopped::Call { at: call, status }) => {
@@ -99,7 +177,7 @@ impl Coupling {
     ///
     /// # Errors
     /// As [`Coupling::step`].
-    pub(crate) fn finish(&mut self, mid: Mid, to: f64, step: f64) -> Result<Advance, Error> {
+    pub(crate) fn finish(&mut self, mid: Mid, to: f64, step: f64, within: Within) -> Result<Advance, Error> {
         let mut all = Advance { time: to, ..Advance::default() };
         for (u, (stepper, turn)) in self.steppers.iter_mut().zip(&mut self.turns).enumerate() {
             let from = turn.time;
@@ -107,13 +185,12 @@ impl Coupling {
                 None
             } else if u == mid.at {
                 let node = stepper.nodes()[0];
-                let explained = Program::explain(either(&mut self.nodes[node]), mid.outcome, from, step);
-                match explained.map_err(|source| Error::Call { time: from, source: *source })? {
-                    None => None,
-                    Some(first) => Some(stepper.resume(&mut self.nodes, from, to, *first)?),
-                }
+                let explained = Program::explain(either(&mut self.nodes[node]), mid.outcome);
+                let first = explained.map_err(|source| Error::Call { time: from, source: *source })?;
+                let first = first.map(|first| *first);
+                Some(stepper.resume(&mut self.nodes, [from, to], within, mid.part, first)?)
             } else {
-                stepper.pace(&mut self.nodes, from, to, Within::Held)?.map(|done| *done)
+                stepper.pace(&mut self.nodes, from, to, within)?.map(|done| *done)
             };
             let end = done.map_or(to, |done| done.time);
             if let Some(done) = done {

@@ -6,11 +6,15 @@
 
 #![allow(unsafe_code)] // the C boundary
 
+mod lines;
+
 use std::ffi::{c_int, c_void};
 use std::ops::Range;
 
 use trueup_fmi::abi::fmi2;
 use trueup_fmi::abi::fmi3;
+
+pub use lines::{Following, Lines};
 
 use crate::core::{Prepared, Step};
 use crate::error::Error;
@@ -85,6 +89,8 @@ enum Stepping {
 #[derive(Default)]
 pub struct Program {
     steps: Vec<Stepping>,
+    /// What is done about the inputs of each step; of those beyond nothing.
+    ahead: Vec<lines::Ahead>,
     /// Instance of each step.
     stepped: Vec<usize>,
     calls: Vec<Call>,
@@ -113,8 +119,17 @@ pub enum Stopped {
     Step {
         /// Which.
         at: usize,
+        /// Which part of it, from 0: of inputs on lines.
+        part: usize,
         /// What it came to: for [`Program::explain`].
         outcome: Outcome,
+    },
+    /// The inputs of the `at`-th step could not be set; it was not made.
+    Ahead {
+        /// Which.
+        at: usize,
+        /// Status of the call.
+        status: c_int,
     },
     /// A call failed; those after it were not made.
     Call {
@@ -128,6 +143,9 @@ pub enum Stopped {
 /// What a step came to, as the FMU said it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
+    /// Begin and length of the step that was asked for, s.
+    time: f64,
+    step: f64,
     status: c_int,
     event: bool,
     terminate: bool,
@@ -162,19 +180,7 @@ impl Program {
         block: &Prepared,
         values: Range<usize>,
     ) -> bool {
-        let (component, epoch, _) = instance.identity();
-        if block.epoch != epoch || block.count != values.len() {
-            return false;
-        }
-        let references = block.references.clone();
-        let it = Block {
-            id: instance.id(),
-            component,
-            references: references.as_ptr(),
-            count: references.len(),
-            first: values.start,
-            values: values.len(),
-        };
+        let Some((it, references)) = Self::block(&instance, block, &values) else { return false };
         let call = match (&instance, set) {
             (Either::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
             (Either::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
@@ -188,6 +194,24 @@ impl Program {
         self.calls.push(call);
         self.called.push(index);
         true
+    }
+
+    /// A block with its references, `None` if it is not of this length.
+    fn block(instance: &Either<'_>, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
+        let (component, epoch, _) = instance.identity();
+        if block.epoch != epoch || block.count != values.len() {
+            return None;
+        }
+        let references = block.references.clone();
+        let it = Block {
+            id: instance.id(),
+            component,
+            references: references.as_ptr(),
+            count: references.len(),
+            first: values.start,
+            values: values.len(),
+        };
+        Some((it, references))
     }
 
     /// Adds `values[to] = factor * values[from] + offset`.
@@ -226,22 +250,26 @@ impl Program {
         self.called[at]
     }
 
-    /// What the outcome of a step from `time` by `step` s means.
+    /// What the outcome of a step means.
     ///
     /// # Errors
     /// As `do_step` of the instance.
-    pub fn explain(
-        instance: Either<'_>,
-        outcome: Outcome,
-        time: f64,
-        step: f64,
-    ) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn explain(instance: Either<'_>, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
+        let Outcome { time, step, status, event, terminate, early, last } = outcome;
         match instance {
-            Either::V2(i) => i.not_whole(fmi2::fmi2Status(outcome.status), time),
+            Either::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
             Either::V3(i) => {
-                let Outcome { status, event, terminate, early, last } = outcome;
                 i.stepped(i.core.check("fmi3DoStep", status), time, step, [event, terminate, early], last)
             }
+        }
+    }
+
+    /// The error of what sets the inputs of the `at`-th step.
+    pub fn failure_ahead(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+        let function = self.setter(at);
+        match instance {
+            Either::V2(i) => i.core.check(function, status).err(),
+            Either::V3(i) => i.core.check(function, status).err(),
         }
     }
 
@@ -267,6 +295,39 @@ fn good(status: c_int) -> bool {
     status as u32 <= 1
 }
 
+/// One step of an instance that is live and exclusively the caller's; `None`: it went its whole way and nothing is to be
+/// told.
+#[inline]
+fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Option<Outcome> {
+    match stepping {
+        Stepping::V2(f, component, id) => {
+            exit::calls_at(id, time);
+            // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `Program::bind`.
+            let status = unsafe { f(component, time, step, no_rollback.into()) }.0;
+            if good(status) {
+                return None;
+            }
+            Some(Outcome { time, step, status, event: false, terminate: false, early: false, last: time })
+        }
+        Stepping::V3(f, component, id) => {
+            exit::calls_at(id, time);
+            let [mut event, mut terminate, mut early] = [fmi3::fmi3False; 3];
+            let mut last = time;
+            let flags = (&raw mut event, &raw mut terminate, &raw mut early);
+            // SAFETY: as above.
+            let status = unsafe {
+                f(component, time, step, no_rollback.into(), flags.0, flags.1, flags.2, &raw mut last)
+            }
+            .0;
+            let [event, terminate, early] = [event, terminate, early].map(bool::from);
+            if good(status) && !(event || terminate || early) {
+                return None;
+            }
+            Some(Outcome { time, step, status, event, terminate, early, last })
+        }
+    }
+}
+
 impl<I: ?Sized> Bound<'_, I> {
     /// All steps from `time` by `step` s, then all calls and copies. `values`: at least as many as the blocks need.
     ///
@@ -282,34 +343,9 @@ impl<I: ?Sized> Bound<'_, I> {
     ) -> Result<(), Stopped> {
         let program = self.program;
         for (at, stepping) in program.steps.iter().enumerate() {
-            // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `bind`.
-            let outcome = match *stepping {
-                Stepping::V2(f, component, id) => {
-                    exit::calls_at(id, time);
-                    let status = unsafe { f(component, time, step, no_rollback.into()) }.0;
-                    if good(status) {
-                        continue;
-                    }
-                    Outcome { status, event: false, terminate: false, early: false, last: time }
-                }
-                Stepping::V3(f, component, id) => {
-                    exit::calls_at(id, time);
-                    let [mut event, mut terminate, mut early] = [fmi3::fmi3False; 3];
-                    let mut last = time;
-                    let flags = (&raw mut event, &raw mut terminate, &raw mut early);
-                    // SAFETY: as above.
-                    let status = unsafe {
-                        f(component, time, step, no_rollback.into(), flags.0, flags.1, flags.2, &raw mut last)
-                    }
-                    .0;
-                    let [event, terminate, early] = [event, terminate, early].map(bool::from);
-                    if good(status) && !(event || terminate || early) {
-                        continue;
-                    }
-                    Outcome { status, event, terminate, early, last }
-                }
-            };
-            return Err(Stopped::Step { at, outcome });
+            if let Some(outcome) = do_step(*stepping, time, step, no_rollback) {
+                return Err(Stopped::Step { at, part: 0, outcome });
+            }
         }
         self.exchange(values)
     }

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use trueup_fmi_description::Version;
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
+use trueup_fmi_import::program::Following;
 use trueup_fmi_import::{StateId, Step, fmi3};
 
 use super::{Advance, SLOTS, Stepper, Within};
@@ -19,7 +20,9 @@ const HALVINGS: u32 = 20;
 const PARTS: u32 = 2;
 /// Where on their lines inputs are held in each part, as a part of the step: so held, they have the moments of order 0, 1
 /// and 2 of the line, and act on a smooth system as the line does but for the fifth order of the step.
-const HELD: [f64; PARTS as usize] = [1.0 / 6.0, 5.0 / 6.0];
+static HELD: [f64; PARTS as usize] = [1.0 / 6.0, 5.0 / 6.0];
+/// Where they are held in a step of one part, and where they do not move.
+const MIDDLE: &[f64] = &[0.5];
 
 /// How an FMU follows its inputs on lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -257,6 +260,35 @@ impl SlaveStepper {
         }
     }
 
+    /// A step in parts from part `begin` on, inputs held in each; `first`: what that part came to, if it was made already.
+    fn parts(
+        &mut self,
+        node: &mut Node,
+        [from, to]: [f64; 2],
+        begin: usize,
+        mut first: Option<Step>,
+        done: &mut Advance,
+    ) -> Result<(), Error> {
+        let places = if node.line.slope.iter().all(|s| *s == 0.0) { MIDDLE } else { self.places_of_parts() };
+        let n = places.len();
+        let at = |k: usize| if k == n { to } else { from + (to - from) * k as f64 / n as f64 };
+        let part = self.length(from, to) / n as f64;
+        for (k, held) in places.iter().enumerate().skip(begin) {
+            if first.is_none() {
+                node.set_on_line(from + held * (to - from))?;
+            }
+            self.advance(node, [at(k), at(k + 1)], part, false, first.take(), done)?;
+            if done.terminate || done.event {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn places_of_parts(&self) -> &'static [f64] {
+        if self.way == Way::Parts(PARTS) { &HELD } else { MIDDLE }
+    }
+
     /// Tells the FMU how its inputs go on from `time`.
     fn tell(&mut self, node: &mut Node, time: f64) -> Result<(), Error> {
         if node.line.dirty || time != node.line.from {
@@ -303,19 +335,7 @@ impl Stepper for SlaveStepper {
         let mut done = Advance { time: to, ..Advance::default() };
         let lines = within == Within::Line && !node.line.slots.is_empty();
         match self.way {
-            Way::Parts(n) if lines => {
-                let n = if node.line.slope.iter().all(|s| *s == 0.0) { 1 } else { n };
-                let at = |k: u32| if k == n { to } else { from + (to - from) * f64::from(k) / f64::from(n) };
-                let part = self.length(from, to) / f64::from(n);
-                for k in 0..n {
-                    let held = HELD.get(k as usize).filter(|_| n == PARTS).unwrap_or(&0.5);
-                    node.set_on_line(from + held * (to - from))?;
-                    self.advance(node, [at(k), at(k + 1)], part, false, None, &mut done)?;
-                    if done.terminate || done.event {
-                        break;
-                    }
-                }
-            }
+            Way::Parts(_) if lines => self.parts(node, [from, to], 0, None, &mut done)?,
             _ => self.advance(node, [from, to], self.length(from, to), lines, None, &mut done)?,
         }
         Ok(done)
@@ -334,7 +354,9 @@ impl Stepper for SlaveStepper {
         if held && self.is_regular(from, to) {
             return match node.slave.step(from, self.regular, !self.rolls_back) {
                 Ok(None) => Ok(None),
-                Ok(Some(first)) => Ok(Some(Box::new(self.resume(nodes, from, to, *first)?))),
+                Ok(Some(first)) => {
+                    Ok(Some(Box::new(self.resume(nodes, [from, to], Within::Held, 0, Some(*first))?)))
+                }
                 Err(source) => Err(Box::new(Error::Call { time: from, source: *source })),
             };
         }
@@ -349,10 +371,36 @@ impl Stepper for SlaveStepper {
         !self.rolls_back
     }
 
+    fn following(&self) -> Option<Following> {
+        match self.way {
+            Way::Parts(_) => Some(Following::Parts(self.places_of_parts())),
+            Way::Derivatives => Some(Following::Derivatives),
+            Way::Intermediate => None,
+        }
+    }
+
     #[cold]
-    fn resume(&mut self, nodes: &mut [Node], from: f64, to: f64, first: Step) -> Result<Advance, Error> {
+    fn resume(
+        &mut self,
+        nodes: &mut [Node],
+        [from, to]: [f64; 2],
+        within: Within,
+        part: usize,
+        first: Option<Step>,
+    ) -> Result<Advance, Error> {
         let mut done = Advance { time: to, ..Advance::default() };
-        self.advance(&mut nodes[self.node[0]], [from, to], self.regular, false, Some(first), &mut done)?;
+        let node = &mut nodes[self.node[0]];
+        let lines = within == Within::Line && !node.line.slots.is_empty();
+        match self.way {
+            Way::Parts(_) if lines => {
+                let begin = if first.is_some() { part } else { part + 1 };
+                self.parts(node, [from, to], begin, first, &mut done)?;
+            }
+            _ if first.is_some() => {
+                self.advance(node, [from, to], self.regular, lines, first, &mut done)?;
+            }
+            _ => {}
+        }
         Ok(done)
     }
 
