@@ -23,13 +23,13 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
-    /// What static tests say: Young's modulus from deflections, or the first mode of an arm and its springs' shares
+    /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
     /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
     Diagnose(Diagnose),
     /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
     Demo(Demo),
-    /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
+    /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
 }
@@ -211,7 +211,7 @@ pub(crate) enum Trial {
     Run(TrialRun),
     /// Open the keys and write the scorecard
     Score(TrialScore),
-    /// The same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
+    /// Compare the same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
     Compare(TrialCompare),
     /// Decide again from what results keep (decision.json), without a fit or a simulation, and compare
     Decide(TrialDecide),
