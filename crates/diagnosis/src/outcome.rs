@@ -159,7 +159,9 @@ impl Amount {
     /// A value with the interval `ci95` that an estimate has within the bounds of its search. An end on a bound is open, for
     /// there the search ends, not the doubt; an interval without width is none.
     pub fn within([lower, upper]: [f64; 2], value: f64, unit: String, ci95: [f64; 2]) -> Self {
-        let on = |x: f64, bound: f64| (x - bound).abs() <= 1e-6 * bound.abs().max(f64::MIN_POSITIVE);
+        let on = |x: f64, bound: f64| {
+            bound.is_finite() && (x - bound).abs() <= 1e-6 * bound.abs().max(f64::MIN_POSITIVE)
+        };
         let open = |x: f64| !x.is_finite() || x <= lower || x >= upper || on(x, lower) || on(x, upper);
         let [low, high] = ci95;
         let reason = if on(value, lower) || on(value, upper) || value < lower || value > upper {
@@ -372,6 +374,9 @@ mod tests {
         assert_eq!(told(0.0, [0.0, 0.0]), ([None, None], Some(AT_BOUND.into())));
         assert_eq!(told(3.0, [3.0, 3.0]), ([None, None], Some(NOT_DETERMINED.into())));
         assert_eq!(told(3.0, [0.0, 10.0]), ([None, None], Some(NOT_DETERMINED.into())));
+        // A search without bounds ends nowhere.
+        let free = Amount::within([f64::NEG_INFINITY, f64::INFINITY], 3.0, "N.m".into(), [2.0, 4.0]);
+        assert_eq!((free.ci95, free.reason), ([Some(2.0), Some(4.0)], None));
         assert_eq!(told(3.0, [f64::NAN, f64::NAN]), ([None, None], Some(NOT_DETERMINED.into())));
     }
 }

@@ -120,7 +120,7 @@ fn what_is_no_archive_is_said() {
     let path = dir.path().join("text.fmu");
     std::fs::write(&path, "text").unwrap();
     assert!(matches!(Archive::open(&path), Err(ArchiveError::Zip { .. })));
-    assert!(matches!(Archive::open(&dir.path().join("none.fmu")), Err(ArchiveError::Io { .. })));
+    assert!(matches!(Archive::open(&dir.path().join("none.fmu")), Err(ArchiveError::Nothing { .. })));
     // Cut off anywhere, or with one byte turned: an error or a reading, never a panic.
     let whole = packed(Version::V3);
     for cut in (0..whole.len()).step_by(97) {

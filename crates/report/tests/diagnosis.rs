@@ -259,7 +259,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "TwoMassJoint.augmented.fmi3.fmu",
         "first-states.csv",
         "href=\"./TwoMassJoint.augmented.fmi3.fmu\"",
-        "trueup simulate TwoMassJoint.augmented.fmi3.fmu",
+        "trueup simulate TwoMassJoint.augmented.fmi3.fmu --input holdout-1.csv --stop 9.998 -o run.csv",
         "Raise the current slowly until the motor breaks loose",
         "SHA-256 <code>abc</code>",
         "trueup diagnose 'a &lt;case&gt;'",
@@ -324,6 +324,13 @@ fn browse(browser: &Path, folder: &Path, file: &str, arguments: &[&str]) -> (Str
 }
 
 #[test]
+fn without_a_gap_nothing_is_divided_among_causes() {
+    let html = page(Verdict::NoGap);
+    assert!(!html.contains("left unexplained") && html.contains("There is no gap to be divided"));
+    assert!(page(Verdict::Parameters).contains("left unexplained"));
+}
+
+#[test]
 fn a_set_is_worded_as_a_set_and_its_parts_add_up() {
     let text = sentence(&diagnosis(Verdict::Ambiguous)).replace('\u{a0}', " ");
     let set = "lacks is either break-away (Stribeck) friction (motor-friction) or spring-like friction before sliding";
@@ -382,12 +389,22 @@ addEventListener("load", () => setTimeout(() => {
 </script></body>"##;
 
 #[test]
-fn nothing_is_cut_on_a_telephone_or_a_desk() {
+fn nothing_is_cut_on_a_telephone() {
+    fits(&[(Verdict::Effects, true)], &[390]);
+}
+
+#[test]
+#[ignore = "long: ./test --full runs it"]
+fn nothing_is_cut_on_any_screen() {
+    let pages = [(Verdict::Effects, true), (Verdict::Unknown, true), (Verdict::Ambiguous, false)];
+    fits(&pages, &[320, 390, 700, 1280]);
+}
+
+/// Pages of these verdicts, with or without script, at these widths.
+fn fits(pages: &[(Verdict, bool)], widths: &[u32]) {
     let Some(browser) = chromium() else { return };
     let folder = tempfile::tempdir().unwrap();
-    for (verdict, scripts) in
-        [(Verdict::Effects, true), (Verdict::Unknown, true), (Verdict::Ambiguous, false)]
-    {
+    for &(verdict, scripts) in pages {
         let mut html = page(verdict);
         if !scripts {
             // The pictures as they are before any script.
@@ -395,7 +412,7 @@ fn nothing_is_cut_on_a_telephone_or_a_desk() {
         }
         let at = html.rfind("</body>").unwrap();
         std::fs::write(folder.path().join("frame.html"), format!("{}{MEASURE}</html>", &html[..at])).unwrap();
-        for width in [390, 1280] {
+        for width in widths {
             // In a frame, for a window has a least width.
             let frame = format!(
                 "<body style=\"margin:0\"><iframe src=\"frame.html\" style=\"border:0;width:{width}px;height:900px\"></iframe></body>"

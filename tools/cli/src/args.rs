@@ -23,7 +23,7 @@ pub(crate) enum Command {
     Simulate(Simulate),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
-    /// What static tests say: Young's modulus from deflections, or the first mode of an arm and its springs' shares
+    /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
     /// Show what a pose of a robot on a free base tells: matrices, measures, singularities; surfaces over two joints
     Robot(Robot),
@@ -34,7 +34,7 @@ pub(crate) enum Command {
     /// The process of an FMU that has one of its own; started by this program alone
     #[command(name = "__fmu-host", hide = true)]
     FmuHost,
-    /// Blind trials: cases with a sealed cause, and the scorecard of the diagnosis
+    /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
 }
@@ -293,7 +293,7 @@ pub(crate) enum Trial {
     Run(TrialRun),
     /// Open the keys and write the scorecard
     Score(TrialScore),
-    /// The same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
+    /// Compare the same cases by two programs, paired: which cases differ, McNemar's exact test, processor time
     Compare(TrialCompare),
     /// Decide again from what results keep (decision.json), without a fit or a simulation, and compare
     Decide(TrialDecide),

@@ -96,7 +96,10 @@ fn dress(command: Command, path: &str) -> Command {
     let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map_or(&[][..], |(_, examples)| examples);
     let lines: String = examples.iter().map(|e| format!("  {e}\n")).collect();
     let below: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
-    let dressed = command.help_template(TEMPLATE).before_help(format!("Examples:\n{lines}")).after_help(EXIT);
+    let dressed = command
+        .help_template(TEMPLATE)
+        .before_help(format!("Examples:\n{}", lines.trim_end()))
+        .after_help(EXIT);
     below.into_iter().filter(|name| name != "help").fold(dressed, |command, name| {
         let inner = if path == "trueup" { name.clone() } else { format!("{path} {name}") };
         command.mut_subcommand(name, |c| dress(c, &inner))

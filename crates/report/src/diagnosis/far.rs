@@ -1,6 +1,6 @@
 //! How far the gap shrinks.
 
-use trueup_diagnosis::outcome::{Diagnosis, Gap};
+use trueup_diagnosis::outcome::{Diagnosis, Gap, Verdict};
 
 use super::bars::{Bar, decades};
 use super::budget::budget;
@@ -34,7 +34,13 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
     if !d.gap.left_out.is_empty() {
         page.text(&format!("Without variation and left out: {}.", d.gap.left_out.join(", ")));
     }
-    budget(page, d);
+    match d.verdict {
+        Verdict::NoGap => page.text(
+            "There is no gap to be divided among causes: the difference between before and noise alone is within what chance makes \
+             of noise.",
+        ),
+        _ => budget(page, d),
+    }
 }
 
 fn stages(d: &Diagnosis, g: &Gap) -> Vec<Bar> {

@@ -12,7 +12,8 @@ use crate::page::{Page, escape};
 pub(super) fn now(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     page.section("What to do now", "");
     let mut html = String::from("<dl class=\"now\">\n");
-    for (what, items) in [("Use", usage(d)), ("Check on the rig", checks(d)), ("Record next", record_next(d))]
+    for (what, items) in
+        [("Use", usage(d, e)), ("Check on the rig", checks(d)), ("Record next", record_next(d))]
     {
         if !items.is_empty() {
             let items: String = items.iter().map(|i| format!("<dd>{i}</dd>\n")).collect();
@@ -39,7 +40,16 @@ fn code(text: &str) -> String {
     format!("<code>{}</code>", escape(text))
 }
 
-fn usage(d: &Diagnosis) -> Vec<String> {
+/// Options that play a recording again, the first one that the page shows.
+fn replayed(e: &Evidence<'_>) -> String {
+    let shown = e.traces.first().and_then(|t| Some((t.recording, *t.time.last()?)));
+    shown.map_or_else(
+        || "--input RECORDING.csv --stop SECONDS".to_owned(),
+        |(recording, end)| format!("--input {recording} --stop {}", (1e3 * end).floor() / 1e3),
+    )
+}
+
+fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
     let augmented = d.augmented.iter().flatten();
     let newest = augmented.clone().find(|f| f.contains("fmi3")).or_else(|| augmented.clone().next());
     match (d.verdict, newest) {
@@ -65,7 +75,7 @@ fn usage(d: &Diagnosis) -> Vec<String> {
                 format!(
                     "Look at it with {}, run it with {} (or in any tool that imports FMUs).",
                     code(&format!("trueup fmu info {file}")),
-                    code(&format!("trueup simulate {file} --input INPUTS.csv -o run.csv"))
+                    code(&format!("trueup simulate {file} {} -o run.csv", replayed(e)))
                 ),
             ];
             if d.verdict == Verdict::Ambiguous {

@@ -1,6 +1,6 @@
 //! Candidates, and what was not told apart from what.
 
-use trueup_diagnosis::outcome::{Candidate, Diagnosis};
+use trueup_diagnosis::outcome::{Candidate, Diagnosis, Verdict};
 
 use super::bars::{Bar, bars};
 use super::words::{LEAST_SHARE, at, effect_name, list, percent, size};
@@ -35,14 +35,15 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
         .filter(|c| c.probability >= LEAST_SHARE)
         .map(|c| row(name(c), c.probability, if claimed(c) { 2 } else { 7 }))
         .collect();
-    if d.unknown.present || d.unknown.probability >= LEAST_SHARE {
+    let gap = d.verdict != Verdict::NoGap;
+    if gap && (d.unknown.present || d.unknown.probability >= LEAST_SHARE) {
         rows.push(row(
             "none of these: a cause that no known effect explains".into(),
             d.unknown.probability,
             1,
         ));
     }
-    if rows.is_empty() {
+    if gap && rows.is_empty() {
         page.text("None of them has a probability of 5 % or more.");
     }
     bars(page, "Probability", &rows);

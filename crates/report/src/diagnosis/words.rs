@@ -186,7 +186,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     match d.verdict {
         Verdict::NoGap => {
             let figures = overall.map_or_else(String::new, |g| {
-                format!(" (gap {}, noise alone leaves {})", size(g.before), size(g.floor))
+                format!(" (gap {}, noise alone leaves about {})", size(g.before), size(g.floor))
             });
             format!(
                 "The simulation agrees with the recordings: nothing is left beyond the sensors' noise{figures}."

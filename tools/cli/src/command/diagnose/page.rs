@@ -8,6 +8,9 @@ use trueup_identification::model::Model;
 use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, number};
 use trueup_signals::{Case, Interpolation, Loaded, Recording, Role, base_name};
 
+/// Told by the length of `jointFlexible`, not by itself.
+const LINKS: &str = "numberOfLinks";
+
 /// `beside`: files that are written with it.
 pub(super) fn html(
     loaded: &Loaded,
@@ -130,7 +133,7 @@ fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
     let variables = model.variables();
     let parameters: Vec<&str> = variables
         .iter()
-        .filter(|v| v.role == Role::Parameter && !v.name.starts_with("initial"))
+        .filter(|v| v.role == Role::Parameter && !v.name.starts_with("initial") && v.name != LINKS)
         .map(|v| base_name(&v.name))
         .collect();
     let given = |name: &str| case.parameters.keys().any(|p| p == name || base_name(p) == name);
