@@ -61,9 +61,9 @@ pub struct Coupling {
     /// Some stepper has events to settle.
     has_events: bool,
     /// Per slot: slope in 1/s, value at the point before, 1 if it may be extrapolated (else 0).
-    slopes: Vec<f64>,
-    previous: Vec<f64>,
-    smooth: Vec<f64>,
+    pub(crate) slopes: Vec<f64>,
+    pub(crate) previous: Vec<f64>,
+    pub(crate) smooth: Vec<f64>,
     /// Per slot of an input: its source steps before, in the order of the units.
     known: Vec<bool>,
     /// Per slot of an input: its source steps at least as often as its own FMU, so its own samples give the slope.

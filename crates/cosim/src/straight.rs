@@ -177,7 +177,7 @@ impl Coupling {
     ///
     /// # Errors
     /// As [`Coupling::step`].
-    pub(crate) fn finish(&mut self, mid: Mid, to: f64, step: f64, within: Within) -> Result<Advance, Error> {
+    pub(crate) fn finish(&mut self, mid: Mid, to: f64, within: Within) -> Result<Advance, Error> {
         let mut all = Advance { time: to, ..Advance::default() };
         for (u, (stepper, turn)) in self.steppers.iter_mut().zip(&mut self.turns).enumerate() {
             let from = turn.time;
