@@ -21,7 +21,8 @@ class Opened:
         self.fmu = classes[self.version, self.kind](
             guid=self.description.guid,
             unzipDirectory=self.folder,
-            modelIdentifier=self.description.modelName,
+            # An augmented FMU is called otherwise than its library.
+            modelIdentifier=(self.description.coSimulation or self.description.modelExchange).modelIdentifier,
             instanceName="it",
         )
         self.fmu.instantiate()

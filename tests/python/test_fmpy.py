@@ -53,7 +53,7 @@ def elements(result, description):
 
 def signals(fmu, description):
     """The reference experiment's inputs as FMPy takes them."""
-    inputs = table(member(fmu, f"documentation/{description.modelName}_in.csv"))
+    inputs = table(member(fmu, f"documentation/{description.coSimulation.modelIdentifier}_in.csv"))
     version = int(description.fmiVersion[0])
     columns = [("time", float)]
     values = {"time": inputs["time"]}
