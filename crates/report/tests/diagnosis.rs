@@ -397,7 +397,7 @@ fn nothing_is_cut_on_a_telephone() {
 #[ignore = "long: ./test --full runs it"]
 fn nothing_is_cut_on_any_screen() {
     let pages = [(Verdict::Effects, true), (Verdict::Unknown, true), (Verdict::Ambiguous, false)];
-    fits(&pages, &[320, 390, 700, 1280]);
+    fits(&pages, &[320, 390, 700, 920, 1280]);
 }
 
 /// Pages of these verdicts, with or without script, at these widths.
