@@ -110,7 +110,7 @@ fn large_arrays_go_through() {
 fn what_is_read_after_steps_is_right_whatever_is_asked() {
     let Some((_folder, fmu)) = fmu("it") else { return };
     let (mut it, _) = misbehaving::started(&fmu, "asked");
-    let mut ask = |it: &mut trueup_fmi_import::fmi2::Instance, references: &[u32]| {
+    let ask = |it: &mut trueup_fmi_import::fmi2::Instance, references: &[u32]| {
         let mut values = vec![f64::NAN; references.len()];
         it.get_real(references, &mut values).unwrap();
         let expected: Vec<_> = references.iter().map(|r| f64::from(*r) / 3.0).collect();

@@ -112,10 +112,10 @@ fn every_fault_of_an_isolated_fmu_costs_that_fmu_alone() {
             (CRASH, &[step, &file, "crashed: SIGSEGV", "fault 50 at 0.5 s"]),
             (ABORT, &[step, &file, "crashed: SIGABRT", "fault 51 at 0.5 s"]),
             (EXIT, &[step, &file, "called exit(0)", "fault 52 at 0.5 s"]),
-            (HANG, &[step, &file, "did not return within 2 s and was stopped", "fault 53 at 0.5 s"]),
+            (HANG, &[step, &file, "did not return within 1 s and was stopped", "fault 53 at 0.5 s"]),
             (OVERFLOW, &[step, &file, "its stack overflowed", "fault 54 at 0.5 s"]),
         ] {
-            let deadline: &[&str] = if fault == HANG { &["--deadline", "2"] } else { &[] };
+            let deadline: &[&str] = if fault == HANG { &["--deadline", "1"] } else { &[] };
             let done = failing(folder, fault, &[&["--isolate"], deadline].concat());
             failed(folder, &done, words);
             assert_eq!(processes_in(folder), [PathBuf::new(); 0], "{fault}");
