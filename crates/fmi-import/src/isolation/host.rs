@@ -37,6 +37,7 @@ const SIGBUS: c_int = 7;
 const SIGSEGV: c_int = 11;
 const DEFAULT: usize = 0;
 
+#[expect(clippy::large_enum_variant, reason = "a process has one")]
 enum Functions {
     None,
     Two(table2::Functions),
