@@ -223,10 +223,11 @@ impl ser::SerializeMap for &mut Walk {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use serde::Serialize;
     use std::collections::BTreeMap;
 
     #[derive(Serialize)]
-    struct Result_ {
+    struct Told {
         name: &'static str,
         list: Vec<Option<[f64; 2]>>,
         map: BTreeMap<String, f64>,
@@ -235,7 +236,7 @@ mod tests {
     #[test]
     fn what_is_not_finite_is_named_by_its_path() {
         let mut all =
-            Result_ { name: "x", list: vec![None, Some([0.0, 1.0])], map: [("a".to_owned(), 1.0)].into() };
+            Told { name: "x", list: vec![None, Some([0.0, 1.0])], map: [("a".to_owned(), 1.0)].into() };
         assert_eq!(check(&all), Ok(()));
         all.map.insert("b".into(), f64::NEG_INFINITY);
         assert_eq!(check(&all).unwrap_err().to_string(), "map.b is -inf, not finite");
