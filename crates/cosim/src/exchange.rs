@@ -264,8 +264,9 @@ impl Exchange {
     }
 
     /// Writes the exchange into a program; `false` if it holds more than doubles that are handed on. Inputs that are one
-    /// after the other what outputs are one after the other are set from there, without being copied.
-    pub(crate) fn program(&self, program: &mut Program, owners: &mut impl Instances) -> bool {
+    /// after the other what outputs are one after the other are set from there, without being copied, unless the values of
+    /// inputs are wanted (`copied`).
+    pub(crate) fn program(&self, program: &mut Program, owners: &mut impl Instances, copied: bool) -> bool {
         let bank = &self.bank;
         // What each input is made of.
         let mut made: Vec<Option<Scaled>> = vec![None; bank.reals.len()];
@@ -283,7 +284,7 @@ impl Exchange {
                     let source = |s: Scaled| (s.from as usize, s.factor, s.offset);
                     made[at].map(source) == Some((first.wrapping_add(at - own.start), 1.0, 0.0))
                 };
-                if own.clone().all(plain) {
+                if !copied && own.clone().all(plain) {
                     return call(program, b, true, first..first + own.len());
                 }
                 for s in made[own.clone()].iter().flatten() {

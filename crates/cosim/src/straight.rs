@@ -81,7 +81,8 @@ impl Coupling {
             spans.push((n, span));
         }
         let lines = (within == Within::Line).then(|| Lines::new(slots.len()));
-        let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes));
+        // Slopes of inputs are drawn from their own values.
+        let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes), lines.is_some());
         whole.then_some(Straight { program, lines, slots, spans })
     }
 

@@ -26,7 +26,7 @@ pub(crate) fn folder(path: &Path) -> Result<(), Error> {
 }
 
 /// What a small file takes on a disk: none left is found out before the work.
-const PROBE: [u8; 1 << 16] = [0; 1 << 16];
+static PROBE: [u8; 1 << 16] = [0; 1 << 16];
 
 /// Whether [`folder`] will be able to make it and files can be written there, without leaving an empty one behind for work
 /// that may be interrupted.

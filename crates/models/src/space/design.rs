@@ -170,7 +170,8 @@ impl Design {
                 return fault(&link.name, format!("axis = [{x}, {y}, {z}]: an axis has a length above 0"));
             }
             let square = link.orientation.iter().map(|v| v * v).sum::<f64>();
-            if !((square.sqrt() - 1.0).abs() <= NOT_UNIT) {
+            let off = (square.sqrt() - 1.0).abs();
+            if off > NOT_UNIT || off.is_nan() {
                 let [w, x, y, z] = link.orientation;
                 let message = format!(
                     "orientation = [{w}, {x}, {y}, {z}] has length {:.4}: give a unit quaternion, w first",

@@ -119,8 +119,8 @@ fn fits(reader: &mut Reader, name: &str, node: &Node, family: &[&Variable], valu
         }
         (false, _) => {
             let what = if list { "a list of another shape" } else { "one value" };
-            let names = family.iter().map(|v| v.name.as_str());
-            let (least, most) = (names.clone().next().unwrap_or(name), names.last().unwrap_or(name));
+            let mut names = family.iter().map(|v| v.name.as_str());
+            let (least, most) = (names.clone().next().unwrap_or(name), names.next_back().unwrap_or(name));
             (
                 format!("`{name}` is {what}, the model has {} elements: {least} to {most}", family.len()),
                 format!(

@@ -8,7 +8,7 @@ use trueup_signals::{Case, base_name};
 pub(super) fn left_out(model: &Model, case: &Case) -> Option<String> {
     let all: Vec<&str> = model.parameters().iter().map(|q| q.name.as_str()).collect();
     let missing = |name: &&str| !name.starts_with("initial") && !case.parameters.contains_key(*name);
-    let whole = |base: &str| all.iter().filter(|n| base_name(n) == base).all(|n| missing(n));
+    let whole = |base: &str| all.iter().filter(|n| base_name(n) == base).all(&missing);
     let mut names: Vec<&str> = Vec::new();
     for name in all.iter().filter(|n| missing(n)) {
         let base = base_name(name);

@@ -19,8 +19,10 @@ use crate::error::Error;
 use crate::near::suggestion;
 use crate::output::say;
 
+/// A robot by its name.
+type Preset = (&'static str, fn() -> Design);
 /// Robots that need no file.
-const PRESETS: [(&str, fn() -> Design); 2] = [("table-1", presets::table_1), ("chaser", presets::chaser)];
+const PRESETS: [Preset; 2] = [("table-1", presets::table_1), ("chaser", presets::chaser)];
 
 pub(crate) fn run(args: &Robot) -> Result<(), Error> {
     let design = match PRESETS.iter().find(|p| args.file.to_str() == Some(p.0)) {
