@@ -164,7 +164,7 @@ fmu = "Lag{version}.fmu"
 def test_what_goes_wrong_is_said(trueup, folder, version, fault, words):
     done, results = coupled(trueup, folder, 2, version, fault=fault)
     assert done.returncode == 1, done.stderr
-    assert not results.exists() and (folder / "system.incomplete.csv").is_file()
+    assert not results.exists() and (folder / "system.partial.csv").is_file()
     for word in ("system.toml", "t = 0.", *words):
         assert word.lower() in done.stderr.lower(), done.stderr
 

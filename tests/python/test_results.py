@@ -60,9 +60,9 @@ def test_ctrl_c_keeps_what_was_computed(fmu, tmp_path):
     time.sleep(0.5)
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=60)
-    assert run.returncode == 1 and "interrupted" in said and "r.incomplete.parquet" in said
-    assert [file.name for file in tmp_path.iterdir()] == ["r.incomplete.parquet"]
-    times = pyarrow.parquet.read_table(tmp_path / "r.incomplete.parquet")["time"].to_numpy()
+    assert run.returncode == 1 and "interrupted" in said and "r.partial.parquet" in said
+    assert [file.name for file in tmp_path.iterdir()] == ["r.partial.parquet"]
+    times = pyarrow.parquet.read_table(tmp_path / "r.partial.parquet")["time"].to_numpy()
     assert len(times) > 1 and times[0] == 0 and np.allclose(np.diff(times), 1e-4)
 
 

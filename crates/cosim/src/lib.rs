@@ -9,7 +9,7 @@
 //! let mut results = Results::create("results.csv".as_ref())?;
 //! match simulate(&fmu, &options, &mut results) {
 //!     Ok(_) => results.finish()?,
-//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_incomplete()?),
+//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_partial()?),
 //! }
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

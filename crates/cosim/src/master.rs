@@ -11,7 +11,7 @@
 //!         results.finish()?;
 //!         println!("{} steps with {}: {}", log.steps, log.algorithm, log.reason);
 //!     }
-//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_incomplete()?),
+//!     Err(error) => eprintln!("{error}; kept: {:?}", results.keep_partial()?),
 //! }
 //! # Ok::<(), trueup_cosim::Error>(())
 //! ```

@@ -295,16 +295,16 @@ impl Results {
         self.place.previous()
     }
 
-    /// Keeps what was computed as `<name>.incomplete.csv` or `.incomplete.parquet`, as readable as a whole one; returns
+    /// Keeps what was computed as `<name>.partial.csv` or `.partial.parquet`, as readable as a whole one; returns
     /// that name, `None` if there was not one row.
     ///
     /// # Errors
     /// [`Error::Results`]
-    pub fn keep_incomplete(self) -> Result<Option<PathBuf>, Error> {
+    pub fn keep_partial(self) -> Result<Option<PathBuf>, Error> {
         if self.rows == 0 {
             return Ok(None);
         }
-        let (said, file) = self.place.beside("incomplete");
+        let (said, file) = self.place.beside("partial");
         self.persist(&file)?;
         Ok(Some(said))
     }

@@ -59,7 +59,7 @@ fn run(fmu: &Arc<Fmu>, options: &Options) -> (Result<Summary, Error>, String, Ve
     let result = simulate(fmu, options, &mut table);
     match &result {
         Ok(_) => table.finish().unwrap(),
-        Err(_) => drop(table.keep_incomplete().unwrap()),
+        Err(_) => drop(table.keep_partial().unwrap()),
     }
     let files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().path()).collect();
     let [file] = &files[..] else {
@@ -96,12 +96,12 @@ fn error_fatal_and_discard_end_it_with_call_time_and_log() {
         let said = error.to_string();
         let fault = format!("fault {fault}");
         assert!(["t = 0.5 s", "fmi2DoStep", "instance", &fault].iter().all(|w| said.contains(w)), "{said}");
-        assert_eq!((name.as_str(), rows.len()), ("run.incomplete.csv", 6));
+        assert_eq!((name.as_str(), rows.len()), ("run.partial.csv", 6));
     }
     let (result, name, rows) = run(&fmu, &options(2));
     let said = result.unwrap_err().to_string();
     assert!(["t = 0.5 s", "Discard", "however short", "fault 2"].iter().all(|w| said.contains(w)), "{said}");
-    assert_eq!((name.as_str(), rows.len()), ("run.incomplete.csv", 6));
+    assert_eq!((name.as_str(), rows.len()), ("run.partial.csv", 6));
 }
 
 #[test]
@@ -112,7 +112,7 @@ fn a_value_that_is_not_finite_ends_it_with_the_variable() {
         let said = result.unwrap_err().to_string();
         assert!(said.contains("t = 0.6 s: y of instance"), "{said}");
         assert!(said.contains(&format!("is {value}")), "{said}");
-        assert_eq!((name.as_str(), rows.len()), ("run.incomplete.csv", 6));
+        assert_eq!((name.as_str(), rows.len()), ("run.partial.csv", 6));
         assert!(rows.iter().flatten().all(|x| x.is_finite()));
     }
 }

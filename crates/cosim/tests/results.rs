@@ -150,9 +150,9 @@ fn a_failed_run_keeps_a_readable_file_of_another_name() {
         let file = folder.path().join(name);
         let mut results = Results::create(&file).unwrap();
         fill(&mut results, 7).unwrap();
-        let kept = results.keep_incomplete().unwrap().unwrap();
+        let kept = results.keep_partial().unwrap().unwrap();
         assert_eq!((kept.exists(), file.exists(), files()), (true, false, 1));
-        assert!(kept.to_string_lossy().contains("r.incomplete."), "{kept:?}");
+        assert!(kept.to_string_lossy().contains("r.partial."), "{kept:?}");
         let rows = if name.ends_with("csv") {
             csv::Reader::from_path(&kept).unwrap().records().filter(Result::is_ok).count()
         } else {
@@ -164,7 +164,7 @@ fn a_failed_run_keeps_a_readable_file_of_another_name() {
         std::fs::remove_file(kept).unwrap();
         let mut results = Results::create(&file).unwrap();
         results.begin(&columns()).unwrap();
-        assert_eq!(results.keep_incomplete().unwrap(), None);
+        assert_eq!(results.keep_partial().unwrap(), None);
         let mut results = Results::create(&file).unwrap();
         fill(&mut results, 3).unwrap();
         drop(results);

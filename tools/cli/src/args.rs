@@ -229,7 +229,7 @@ pub(crate) struct Validate {
 pub(crate) struct Simulate {
     /// An FMU (a file or an unpacked folder), or a system of FMUs: .toml, .ssp, .ssd
     pub(crate) file: PathBuf,
-    /// Results; if the run fails, what was computed is kept as `<name>.incomplete.csv` or `.incomplete.parquet`
+    /// Results; if the run fails, what was computed is kept as `<name>.partial.csv` or `.partial.parquet`
     #[arg(short, long, value_name = "FILE.csv|.parquet", default_value = "results.csv")]
     pub(crate) output: PathBuf,
     /// Start time in s; else that of the system or of the default experiment, else 0

@@ -11,7 +11,7 @@ use trueup_cosim::{Column, Error, Row, Sink};
 /// Divisions of the bar.
 pub(crate) const PARTS: f64 = 1000.0;
 
-/// A sink that shows how far the run is, and ends it when the user does: what was computed is then kept as incomplete.
+/// A sink that shows how far the run is, and ends it when the user does: what was computed is then kept as partial.
 pub(crate) struct Progress {
     shown: Shown,
     start: f64,

@@ -87,12 +87,12 @@ fn failed(folder: &Path, (code, said): &(Option<i32>, String), words: &[&str]) {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert!(said.contains("at t = 0.5 s") || said.contains("at t = 0.51"), "{said}");
-    let kept = times(&folder.join("results.incomplete.csv"));
+    let kept = times(&folder.join("results.partial.csv"));
     assert!(kept.last().is_some_and(|t| (0.49..0.511).contains(t)), "{:?}: {said}", kept.last());
-    assert_eq!(left(folder), ["results.incomplete.csv", "results.previous.csv"], "{said}");
+    assert_eq!(left(folder), ["results.partial.csv", "results.previous.csv"], "{said}");
     assert!(said.contains("results.csv of an earlier run is kept as results.previous.csv"), "{said}");
     std::fs::rename(folder.join("results.previous.csv"), folder.join("results.csv")).unwrap();
-    std::fs::remove_file(folder.join("results.incomplete.csv")).unwrap();
+    std::fs::remove_file(folder.join("results.partial.csv")).unwrap();
 }
 
 #[test]
@@ -141,7 +141,7 @@ fn other_algorithms_end_as_well() {
         let (code, said) = failing(folder.path(), CRASH, &more);
         assert_eq!(code, Some(1), "{algorithm}: {said}");
         assert!(said.contains("crashed: SIGSEGV") && said.contains("right"), "{algorithm}: {said}");
-        assert!(times(&folder.path().join("results.incomplete.csv")).len() > 2, "{algorithm}");
+        assert!(times(&folder.path().join("results.partial.csv")).len() > 2, "{algorithm}");
     }
 }
 
@@ -181,7 +181,7 @@ fn an_exception_that_nobody_catches_ends_the_run() {
     ] {
         assert!(said.contains(word), "{word}: {said}");
     }
-    assert_eq!(times(&folder.path().join("results.incomplete.csv")).len(), 6, "{said}");
+    assert_eq!(times(&folder.path().join("results.partial.csv")).len(), 6, "{said}");
 }
 
 /// Without a process of its own: at least nobody takes the run for a good one.
@@ -212,10 +212,10 @@ fn a_change_of_the_working_directory_is_told_and_undone() {
         std::fs::write(folder.path().join("results.csv"), "of an earlier run\n").unwrap();
         let (code, said) = failing(folder.path(), CHDIR, &["--log", "run.log"]);
         assert_eq!(code, Some(1), "{said}");
-        for word in ["changed the working directory to /", "\"right\"", "results.incomplete.csv"] {
+        for word in ["changed the working directory to /", "\"right\"", "results.partial.csv"] {
             assert!(said.contains(word), "{word}: {said}");
         }
-        assert_eq!(left(folder.path()), ["results.incomplete.csv", "results.previous.csv", "run.log"]);
+        assert_eq!(left(folder.path()), ["results.partial.csv", "results.previous.csv", "run.log"]);
     }
 }
 
@@ -237,8 +237,8 @@ fn a_run_that_is_terminated_keeps_what_it_has() {
         let said: Vec<String> = lines.map(Result::unwrap).collect();
         assert_eq!(child.wait().unwrap().code(), Some(1), "{said:?}");
         assert!(said.iter().any(|line| line.contains("interrupted")), "{said:?}");
-        assert!(times(&folder.path().join("results.incomplete.csv")).len() > 1);
-        assert_eq!(left(folder.path()), ["results.incomplete.csv"]);
+        assert!(times(&folder.path().join("results.partial.csv")).len() > 1);
+        assert_eq!(left(folder.path()), ["results.partial.csv"]);
     }
 }
 

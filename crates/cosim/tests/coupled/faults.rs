@@ -223,10 +223,7 @@ fn results_are_kept_and_marked() {
         let target = bench.folder.path().join(name);
         let mut results = Results::create(&target).unwrap();
         assert!(Master::new(plan).unwrap().run(&mut results).is_err());
-        let kept = results.keep_incomplete().unwrap().unwrap();
-        assert!(
-            kept.to_string_lossy().contains("incomplete") && kept.is_file() && !target.exists(),
-            "{kept:?}"
-        );
+        let kept = results.keep_partial().unwrap().unwrap();
+        assert!(kept.to_string_lossy().contains("partial") && kept.is_file() && !target.exists(), "{kept:?}");
     }
 }

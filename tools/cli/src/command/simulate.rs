@@ -102,7 +102,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
             let before = results.previous().map(|file| {
                 format!("\n{} of an earlier run is kept as {}", args.output.display(), file.display())
             });
-            let kept = match results.keep_incomplete() {
+            let kept = match results.keep_partial() {
                 Ok(None) => "nothing was computed before".to_owned(),
                 Ok(Some(file)) => format!("what was computed before is kept in {}", file.display()),
                 Err(e) => format!("what was computed before could not be kept: {e}"),
