@@ -114,7 +114,7 @@ mod tests {
 
     fn paths(command: &Command, path: &str, all: &mut Vec<String>) {
         all.push(path.to_owned());
-        for c in command.get_subcommands().filter(|c| c.get_name() != "help") {
+        for c in command.get_subcommands().filter(|c| c.get_name() != "help" && !c.is_hide_set()) {
             let inner =
                 if path == "trueup" { c.get_name().to_owned() } else { format!("{path} {}", c.get_name()) };
             paths(c, &inner, all);
