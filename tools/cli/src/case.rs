@@ -18,6 +18,8 @@ use crate::error::Error;
 pub(crate) enum Purpose {
     /// Motors without a recorded torque are led along their measured motion.
     Identify,
+    /// Static friction alone, from ramps: one that never moves the joint is told by the method.
+    BreakAway,
     /// Every drive has to be recorded: what one does would be taken for an effect.
     Diagnose,
 }
@@ -42,9 +44,12 @@ pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding
     if !led(&model, &all).is_empty() {
         let needless = |f: &Finding| match purpose {
             Purpose::Identify => matches!(f.kind, Kind::NoInput | Kind::MissingInput),
-            Purpose::Diagnose => f.kind == Kind::NoInput,
+            Purpose::BreakAway | Purpose::Diagnose => f.kind == Kind::NoInput,
         };
         findings.retain(|f| !needless(f));
+    }
+    if purpose == Purpose::BreakAway {
+        findings.retain(|f| f.kind != Kind::LittleExcitation);
     }
     tell(&findings);
     if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok((loaded, findings)) }

@@ -7,7 +7,7 @@ mod table;
 
 use trueup_fmi_import::{Fmu, Folder, Interface};
 use trueup_identification::fmu::FmuModel;
-use trueup_identification::identify::{Settings, identify, identify_fmu};
+use trueup_identification::identify::{Method, Settings, identify, identify_fmu};
 
 use crate::args::Identify;
 use crate::case::{Purpose, load, load_for};
@@ -35,7 +35,11 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
             (loaded, found)
         }
         None => {
-            let (loaded, _) = load(&args.case, Purpose::Identify)?;
+            let purpose = match args.method {
+                Method::BreakAway => Purpose::BreakAway,
+                _ => Purpose::Identify,
+            };
+            let (loaded, _) = load(&args.case, purpose)?;
             let found = identify(&loaded, &settings);
             (loaded, found)
         }
