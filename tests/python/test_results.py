@@ -55,7 +55,7 @@ def test_ctrl_c_keeps_what_was_computed(fmu, tmp_path):
     program = from_environment("TRUEUP_BIN")
     arguments = ["simulate", fmu("TwoMassJoint", 2), "--stop", "1e6", "--step", "1e-4", "-o", tmp_path / "r.parquet"]
     run = subprocess.Popen([program, *map(str, arguments)], stderr=subprocess.PIPE, text=True)
-    while not list(tmp_path.glob(".trueup-*")):  # it has begun
+    while not list(tmp_path.glob(".r.parquet.*.part")):  # it has begun
         time.sleep(0.01)
     time.sleep(0.5)
     run.send_signal(signal.SIGINT)
