@@ -158,7 +158,8 @@ def test_momentum_does_not_drift():
     signal["jointTorque[1]"] = np.repeat(0.3 * np.sin(edges[:-1]), 2)
     signal["jointTorque[2]"] = np.repeat(-0.2 * np.cos(2 * edges[:-1]), 2)
     signal["jointTorque[3]"] = np.repeat(0.1 * np.sin(3 * edges[:-1]), 2)
-    for tolerance, bound in [(1e-12, 1e-9), (None, 1e-6)]:
+    # The default is 1e-5, so that sampled inputs run at all (test_fmpy_defaults.py); who wants more exact momenta asks for it.
+    for tolerance, bound in [(1e-12, 1e-9), (1e-9, 1e-6), (None, 1e-3)]:
         r = simulate_fmu(
             path("PlanarManipulator", 2),
             fmi_type="ModelExchange",
