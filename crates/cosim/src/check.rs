@@ -60,10 +60,11 @@ pub fn check(system: &System) -> Result<Plan, Error> {
 }
 
 fn read_inputs(wanted: &InputFile, store: &mut Store, report: &mut Report) -> Option<Inputs> {
+    let mut wrong = |message: String| report.wrong_of(&wanted.file, &wanted.place, message);
     let disk = match store.on_disk(&wanted.file) {
         Ok(disk) => disk,
         Err(why) => {
-            report.wrong(&wanted.place, format!("{}: {why}", wanted.file.display()));
+            wrong(format!("{}: {why}", wanted.file.display()));
             return None;
         }
     };
@@ -71,7 +72,7 @@ fn read_inputs(wanted: &InputFile, store: &mut Store, report: &mut Report) -> Op
         Ok(inputs) => Some(Inputs { file: wanted.file.clone(), ..inputs }),
         Err(e) => {
             let message = e.to_string().replace(&*disk.to_string_lossy(), &wanted.file.to_string_lossy());
-            report.wrong(&wanted.place, message);
+            wrong(message);
             None
         }
     }
@@ -88,11 +89,14 @@ impl Report {
     fn wrong(&mut self, place: &Place, message: impl Into<String>) {
         self.mistakes.push(Mistake { place: place.clone(), message: message.into() });
     }
-    /// About a component's FMU: the message names its file, the place does not name it again where that file is all there is.
+    /// About a component's FMU.
     fn wrong_fmu(&mut self, component: &Component, message: impl Into<String>) {
-        let alone = component.place.line == 0 && component.place.file == component.fmu;
-        let place = if alone { Place::default() } else { component.place.clone() };
-        self.wrong(&place, message);
+        self.wrong_of(&component.fmu, &component.place, message);
+    }
+    /// About a file: the message names it, the place does not name it again where that file is all there is.
+    fn wrong_of(&mut self, file: &Path, place: &Place, message: impl Into<String>) {
+        let alone = place.line == 0 && place.file == file;
+        self.wrong(&if alone { Place::default() } else { place.clone() }, message);
     }
     fn note(&mut self, message: impl Into<String>) {
         self.notes.push(message.into());
@@ -201,7 +205,7 @@ impl Library<'_> {
                 e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
             }),
             Err(_) if file.parent().is_some_and(Path::is_dir) => Err(missing()),
-            Err(why) => Err(format!("{}: {why}", file.display())),
+            Err(why) => Err(format!("{}: {why}, or pack it with `trueup fmu pack`", file.display())),
         };
         self.fmus.insert(file.to_owned(), opened.clone());
         opened

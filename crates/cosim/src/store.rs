@@ -72,7 +72,7 @@ impl Store {
             let parts: Vec<_> = inside.components().map(|c| c.as_os_str().to_string_lossy()).collect();
             return Ok(Place::Entry(archive, parts.join("/")));
         }
-        Err("there is no such file; look at the path, or pack it with `trueup fmu pack`".into())
+        Err("there is no such file; look at the path".into())
     }
 
     fn entry(&mut self, archive: &Path, entry: &str, limit: u64) -> Result<Vec<u8>, String> {

@@ -135,6 +135,11 @@ pub fn search<M: Predictor>(
     Ok((solve(problem, &begin, last)?, Origins { start: best, costs, ends }))
 }
 
+/// How many times the noise the readings miss, at least 1: of a wrong model chance is that much larger.
+pub(crate) fn misfit<M: Predictor>(problem: &OutputError<M>, found: &Solution) -> f64 {
+    rms(&found.residuals.as_slice()[..problem.readings()]).max(1.0)
+}
+
 /// Fits a problem.
 ///
 /// # Errors

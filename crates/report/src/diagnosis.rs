@@ -15,6 +15,7 @@ mod summary;
 mod which;
 mod words;
 
+use trueup_diagnosis::diagnose;
 use trueup_diagnosis::locate::map::{Curve, Surface};
 use trueup_diagnosis::locate::{Bands, Order};
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
@@ -69,6 +70,14 @@ pub struct Trace<'a> {
     pub after: &'a [f64],
     /// Standard deviation that noise alone leaves.
     pub floor: f64,
+}
+
+impl<'a> Trace<'a> {
+    /// What the diagnosis compared, in this unit.
+    pub fn of(t: &'a diagnose::Trace, unit: &'a str) -> Self {
+        let diagnose::Trace { recording, channel, time, measured, before, tuned, after, floor } = t;
+        Self { recording, channel, unit, time, measured, before, tuned, after, floor: *floor }
+    }
 }
 
 /// A picture of what is missing.

@@ -17,6 +17,7 @@ const UNSAFE: &[&str] = &[
     "crates/fmi-import/src/isolation/frame.rs",
     "crates/fmi-import/src/isolation/host.rs",
     "crates/fmi-import/src/isolation/link.rs",
+    "crates/fmi-import/src/isolation/link/remote.rs",
     "crates/fmi-import/src/isolation/memory.rs",
     "crates/fmi-import/src/isolation/open.rs",
     "crates/fmi-import/src/library.rs",

@@ -1,7 +1,7 @@
 //! Loading a case, with all that is wrong with it told on standard error.
 
 mod findings;
-mod preset;
+pub(crate) mod preset;
 
 use std::path::Path;
 
@@ -35,7 +35,7 @@ pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding
     };
     let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
     let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
-    if let Some(line) = preset::left_out(&model, &loaded.case) {
+    if let Some(line) = preset::line(&model, &loaded.case) {
         eprintln!("{line}");
     }
     findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));

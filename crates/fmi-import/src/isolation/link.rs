@@ -3,13 +3,16 @@
 #![allow(unsafe_code)] // the boundary of the process
 
 mod ahead;
+mod fault;
+mod message;
+mod remote;
 
-use std::ffi::{CString, c_char, c_int, c_void};
+use std::ffi::{CString, c_char, c_int};
 use std::io::Error as IoError;
-use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::os::unix::process::CommandExt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -18,6 +21,11 @@ use trueup_fmi::abi::fmi3::{fmi3Boolean, fmi3False};
 use trueup_fmi_description::Version;
 
 use self::ahead::Ahead;
+pub(crate) use self::fault::Fault;
+use self::fault::ended;
+use self::message::first;
+pub(super) use self::message::said;
+pub(crate) use self::remote::Remote;
 use super::Isolation;
 use super::frame::{BEFORE, HEAD, Reader, Writer, aligned, note, status_of};
 use super::memory::{Memory, Note};
@@ -40,15 +48,6 @@ pub(super) const FREE: u32 = 1001;
 /// OK or Warning.
 fn good(status: c_int) -> bool {
     matches!(status, 0 | 1)
-}
-
-/// Why there is no host any more.
-#[derive(Clone, Debug)]
-pub(crate) struct Fault {
-    /// The function that it was in.
-    pub(crate) function: &'static str,
-    /// What happened, as a sentence without its subject.
-    pub(crate) how: String,
 }
 
 /// What a call came to, and where its results lie: its entry, and behind it.
@@ -408,7 +407,7 @@ impl Link {
     fn hear(&mut self) {
         let bytes = self.memory.heard();
         let mut rest = bytes.as_slice();
-        while let Some((message, behind)) = message(rest) {
+        while let Some((message, behind)) = first(rest) {
             self.tell(message);
             rest = behind;
         }
@@ -425,34 +424,6 @@ impl Link {
     fn tell(&self, message: Message) {
         // A listener may panic; as where the FMU calls, there is nobody to tell.
         let _ = catch_unwind(AssertUnwindSafe(|| self.live.push(message)));
-    }
-
-    /// Makes an instance.
-    ///
-    /// # Safety
-    /// As of [`Link::wait`].
-    pub(super) unsafe fn instantiate(link: *mut Self, write: impl FnOnce(&mut Writer<'_>)) -> bool {
-        // SAFETY: the caller's word.
-        unsafe {
-            let mut w = (*link).entry(INSTANTIATE);
-            write(&mut w);
-            let (begin, end) = (w.begin, w.finish());
-            let done = Self::wait(link, begin, 0, end);
-            done.at.is_some() && done.status == 0
-        }
-    }
-
-    /// Frees the instance.
-    ///
-    /// # Safety
-    /// As of [`Link::wait`].
-    pub(super) unsafe fn free(link: *mut Self) {
-        // SAFETY: the caller's word.
-        unsafe {
-            let w = (*link).entry(FREE);
-            let (begin, end) = (w.begin, w.finish());
-            let _ = Self::wait(link, begin, 0, end);
-        }
     }
 
     /// Ends the host at once: its instance may not be called any more.
@@ -515,110 +486,5 @@ impl Drop for Link {
             }
         }
         self.kill();
-    }
-}
-
-/// The first message of what was in the ring, and the rest.
-fn message(bytes: &[u8]) -> Option<(Message, &[u8])> {
-    let number = |at: usize| Some(u32::from_ne_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
-    let (category, text) = (12 + number(4)? as usize, number(8)? as usize);
-    let read = |part: &[u8]| String::from_utf8_lossy(part).into_owned();
-    let message = Message {
-        status: Status::from(number(0)? as c_int),
-        category: read(bytes.get(12..category)?),
-        text: read(bytes.get(category..category.checked_add(text)?)?),
-    };
-    Some((message, &bytes[category + text..]))
-}
-
-/// A message for the ring.
-pub(super) fn said(message: &Message) -> Vec<u8> {
-    let number: c_int = match message.status {
-        Status::Ok => 0,
-        Status::Warning => 1,
-        Status::Discard => 2,
-        Status::Error => 3,
-        Status::Fatal => 4,
-        Status::Pending => 5,
-        Status::Unknown(number) => number,
-    };
-    let cut = |text: &str| text.as_bytes()[..text.len().min(Memory::LONGEST)].to_vec();
-    let (category, text) = (cut(&message.category), cut(&message.text));
-    let head = [number as u32, category.len() as u32, text.len() as u32].map(u32::to_ne_bytes);
-    [head.concat(), category, text].concat()
-}
-
-/// How a process ended, as a sentence without its subject.
-fn ended(status: ExitStatus) -> String {
-    if let Some(code) = status.code() {
-        return format!("called exit({code})");
-    }
-    let signal = status.signal().unwrap_or(0);
-    let name = match signal {
-        4 => "crashed: SIGILL (illegal instruction)",
-        5 => "crashed: SIGTRAP (trap)",
-        6 => {
-            "crashed: SIGABRT (abort, a failed assertion, an exception that nobody caught, or its stack overflowed)"
-        }
-        7 => "crashed: SIGBUS (bad memory access)",
-        8 => "crashed: SIGFPE (arithmetic, such as an integer divided by zero)",
-        9 => "was killed: SIGKILL (by somebody, or for lack of memory)",
-        11 => "crashed: SIGSEGV (bad memory access, or its stack overflowed)",
-        15 => "was killed: SIGTERM",
-        24 => "was stopped: SIGXCPU (limit of processor time)",
-        _ => return format!("was ended by signal {signal}"),
-    };
-    name.to_owned()
-}
-
-/// The handle of a link, of an instance.
-pub(crate) struct Remote(*mut Link);
-
-// SAFETY: one thread at a time uses an instance, and so its link.
-unsafe impl Send for Remote {}
-
-impl Remote {
-    pub(super) fn new(link: Link) -> Self {
-        Self(Box::into_raw(Box::new(link)))
-    }
-
-    /// What the functions get as component.
-    pub(crate) fn component(&self) -> *mut c_void {
-        self.0.cast()
-    }
-
-    /// Frees the instance.
-    pub(crate) fn free(&self) {
-        // SAFETY: the link lives, and no call is under way.
-        unsafe { Link::free(self.0) }
-    }
-
-    /// Never calls the instance again.
-    pub(crate) fn abandon(&self) {
-        // SAFETY: as above.
-        unsafe { (*self.0).abandon() }
-    }
-
-    /// Why there is no process any more.
-    pub(crate) fn fault(&self) -> Option<Fault> {
-        // SAFETY: as above.
-        unsafe { (*self.0).fault().cloned() }
-    }
-
-    /// The function that a status is of, if it is not the one that returned it.
-    pub(crate) fn blamed(&self) -> Option<&'static str> {
-        // SAFETY: as above.
-        unsafe { (*self.0).blamed() }
-    }
-
-    pub(super) fn link(&self) -> *mut Link {
-        self.0
-    }
-}
-
-impl Drop for Remote {
-    fn drop(&mut self) {
-        // SAFETY: made by `new`, dropped once, and no call is under way.
-        drop(unsafe { Box::from_raw(self.0) });
     }
 }

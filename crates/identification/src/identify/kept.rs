@@ -4,10 +4,9 @@
 //! likelihood ratio (Wilks 1938), the estimate stays with them.
 
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-use trueup_signals::process::rms;
 
 use crate::estimate::{Estimated, Held, Settings, assess};
-use crate::fit::{Fit, of_solution};
+use crate::fit::{Fit, misfit, of_solution};
 use crate::lsq::{Loss, Options, Problem, Solution, solve};
 use crate::output_error::OutputError;
 use crate::plant::Predictor;
@@ -96,8 +95,8 @@ fn as_good<M: Predictor>(
     let options = Options { loss, ..Options::default() };
     let found = solve(&Held { problem, at }, &start, options).ok()?;
     // Residuals above the noise make chance larger.
-    let size = rms(&free.residuals.as_slice()[..problem.readings()]).max(1.0).powi(2);
-    let chance = 0.5 * ChiSquared::new(at.len() as f64).ok()?.inverse_cdf(LEVEL) * size;
+    let level = ChiSquared::new(at.len() as f64).ok()?.inverse_cdf(LEVEL);
+    let chance = 0.5 * level * misfit(problem, free).powi(2);
     if found.cost - free.cost > chance {
         return None;
     }

@@ -4,9 +4,7 @@
 //! The first stage of a search compares starts by a loss that forgives, before they have converged; a minimum that it
 //! passes over may be the better one, or as good.
 
-use trueup_signals::process::rms;
-
-use crate::fit::{Fit, Origins, of_solution};
+use crate::fit::{Fit, Origins, misfit, of_solution};
 use crate::lsq::{Loss, Options, Solution, solve};
 use crate::output_error::OutputError;
 use crate::plant::Predictor;
@@ -34,7 +32,7 @@ pub(super) fn lowest<M: Predictor>(
     let errors: Vec<f64> = (0..shared).map(|k| fit.information.covariance[(k, k)].max(0.0).sqrt()).collect();
     let determined: Vec<usize> = (0..shared).filter(|k| fit.information.determines(*k)).collect();
     // Residuals above the noise make errors and chance larger.
-    let size = rms(&fit.solution.residuals.as_slice()[..problem.readings()]).max(1.0);
+    let size = misfit(problem, &fit.solution);
     let differ = |a: &[f64], b: &[f64]| -> Vec<usize> {
         let apart = |k: &usize| (a[*k] - b[*k]).abs() > APART * size * errors[*k];
         determined.iter().copied().filter(apart).collect()

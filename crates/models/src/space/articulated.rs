@@ -1,10 +1,10 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
 //! given accelerations as in section 9.2; rotors as in SFF-12).
 
+use super::MAX_BODIES;
 use super::spatial::{Articulated, Motion, Wrench};
 use super::tree::{All, Body, Placed, Tree, subspace};
-use super::vector::{cross, dot, scale, sub, zero};
-use super::{MAX_BODIES, spatial::Frame};
+use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
@@ -194,15 +194,4 @@ fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
         a = [T::constant(f64::NAN); 6];
     }
     Motion { angular: [a[0], a[1], a[2]], linear: [a[3], a[4], a[5]] }
-}
-
-/// A wrench in inertial axes at a point (inertial) as it acts on a body at its frame, own axes and origin.
-pub fn applied_at<T: Scalar>(frame: &Frame<T>, force: [T; 3], torque: [T; 3], point: [T; 3]) -> Wrench<T> {
-    let about = cross(sub(point, frame.origin), force);
-    let turned = |v: [T; 3]| super::vector::transposed_times(&frame.rotation, v);
-    let mut all = zero();
-    for i in 0..3 {
-        all[i] = torque[i] + about[i];
-    }
-    Wrench { torque: turned(all), force: turned(force) }
 }

@@ -41,30 +41,6 @@ pub fn rate<T: Scalar>(q: Quaternion<T>, omega: Vector<T>) -> Quaternion<T> {
     ]
 }
 
-/// The quaternion of a rotation matrix, w >= 0.
-pub fn quaternion<T: Scalar>(r: &Matrix<T>) -> Quaternion<T> {
-    let trace = r[0][0] + r[1][1] + r[2][2];
-    // The largest component first: nothing is divided by what is small.
-    let diagonal = [trace, r[0][0], r[1][1], r[2][2]];
-    let largest = (1..4).fold(0, |k, i| if diagonal[i].value() > diagonal[k].value() { i } else { k });
-    let mut q = [T::zero(); 4];
-    if largest == 0 {
-        let s = (trace + 1.0).sqrt();
-        let f = T::constant(0.5) / s;
-        q = [s * 0.5, (r[2][1] - r[1][2]) * f, (r[0][2] - r[2][0]) * f, (r[1][0] - r[0][1]) * f];
-    } else {
-        let i = largest - 1;
-        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-        let s = (r[i][i] - r[j][j] - r[k][k] + 1.0).sqrt();
-        let f = T::constant(0.5) / s;
-        q[1 + i] = s * 0.5;
-        q[1 + j] = (r[i][j] + r[j][i]) * f;
-        q[1 + k] = (r[i][k] + r[k][i]) * f;
-        q[0] = (r[k][j] - r[j][k]) * f;
-    }
-    if q[0].value() < 0.0 { q.map(|v| -v) } else { q }
-}
-
 /// The rotation about a unit axis by an angle: turned axes to the axes before (Rodrigues).
 pub fn about<T: Scalar>(axis: Vector<T>, angle: T) -> Matrix<T> {
     let (sin, cos) = angle.sin_cos();

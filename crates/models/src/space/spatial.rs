@@ -103,12 +103,6 @@ impl<T: Scalar> Frame<T> {
             linear: transposed_times(&self.rotation, add(m.linear, cross(m.angular, self.origin))),
         }
     }
-    /// A motion here as the parent sees it.
-    #[inline]
-    pub fn motion_outwards(&self, m: Motion<T>) -> Motion<T> {
-        let angular = times(&self.rotation, m.angular);
-        Motion { angular, linear: sub(times(&self.rotation, m.linear), cross(angular, self.origin)) }
-    }
     /// A wrench here as it acts on the parent.
     #[inline]
     pub fn outwards(&self, w: Wrench<T>) -> Wrench<T> {

@@ -3,7 +3,7 @@
 use trueup_diagnosis::outcome::Diagnosis;
 
 use super::Evidence;
-use super::words::{effect_name, list, percent};
+use super::words::told_by;
 use crate::chart::Chart;
 use crate::page::Page;
 
@@ -11,13 +11,7 @@ use crate::page::Page;
 pub(super) fn next(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     let Some(n) = &d.next_experiment else { return };
     page.section("Next experiment", "");
-    let names: Vec<String> = n.separates.iter().map(|id| effect_name(id).to_owned()).collect();
-    let chance = n
-        .probability
-        .map_or_else(String::new, |p| format!(" Predicted to tell with probability {}.", percent(p)));
-    let apart =
-        if names.is_empty() { String::new() } else { format!(" It tells apart {}.", list(&names, "and")) };
-    page.text(&format!("{}{apart}{chance} Its inputs: {}.", n.why, n.input));
+    page.text(&format!("{}{} Its inputs: {}.", n.why, told_by(n), n.input));
     for (name, unit, time, values) in &e.next {
         page.chart(&Chart::over_time(name, unit).line(name, time, values));
     }

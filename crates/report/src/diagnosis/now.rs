@@ -5,7 +5,7 @@ use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Verdict};
 use trueup_diagnosis::words::check;
 
 use super::Evidence;
-use super::words::{effect_name, list, percent, sets};
+use super::words::{effect_name, list, sets, told_by};
 use crate::page::{Page, escape};
 
 /// Use, check, record, files.
@@ -142,16 +142,7 @@ fn checks(d: &Diagnosis) -> Vec<String> {
 fn record_next(d: &Diagnosis) -> Vec<String> {
     let mut all = Vec::new();
     if let Some(n) = &d.next_experiment {
-        let names: Vec<String> = n.separates.iter().map(|id| effect_name(id).to_owned()).collect();
-        let apart = if names.is_empty() {
-            String::new()
-        } else {
-            format!(" It tells apart {}.", list(&names, "and"))
-        };
-        let chance = n
-            .probability
-            .map_or_else(String::new, |p| format!(" Predicted to tell with probability {}.", percent(p)));
-        all.push(format!("{} {}: {}", link(&n.input), escape(&n.why), escape(&format!("{apart}{chance}"))));
+        all.push(format!("{} {}: {}", link(&n.input), escape(&n.why), escape(&told_by(n))));
     }
     let hint = d.notes.iter().any(|n| n == NO_HOLDOUT);
     if hint {

@@ -1,6 +1,8 @@
 //! A diagnosis in words.
 
-use trueup_diagnosis::outcome::{AT_BOUND, Amount, Claimed, Diagnosis, Gap, NO_HOLDOUT, Verdict};
+use trueup_diagnosis::outcome::{
+    AT_BOUND, Amount, Claimed, Diagnosis, Gap, NO_HOLDOUT, NextExperiment, Verdict,
+};
 use trueup_diagnosis::words::noun;
 
 use crate::number::number;
@@ -232,6 +234,17 @@ pub fn sentence(d: &Diagnosis) -> String {
             )
         }
     }
+}
+
+/// What an experiment tells apart and how likely, as sentences after others; empty where nothing is known of it.
+pub(super) fn told_by(n: &NextExperiment) -> String {
+    let names: Vec<String> = n.separates.iter().map(|id| effect_name(id).to_owned()).collect();
+    let apart =
+        if names.is_empty() { String::new() } else { format!(" It tells apart {}.", list(&names, "and")) };
+    let chance = n
+        .probability
+        .map_or_else(String::new, |p| format!(" Predicted to tell with probability {}.", percent(p)));
+    apart + &chance
 }
 
 /// The verdict in one word.

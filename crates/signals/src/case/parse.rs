@@ -35,8 +35,7 @@ impl Case {
             None => {
                 for finding in &mut findings {
                     finding.mend =
-                        "a case is a folder of recordings with a case.toml; see docs/identification.md"
-                            .into();
+                        "a case is a folder of recordings with a case.toml; see docs/cases.md".into();
                 }
                 Err(Error::Wrong(findings))
             }

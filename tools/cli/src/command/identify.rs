@@ -19,7 +19,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     let settings = Settings { method: args.method, profile: !args.fast, progress: &progress };
     let (loaded, found) = match &args.fmu {
         Some(file) => {
-            let model = FmuModel::open(file).map_err(|e| Error::at(file, e))?;
+            let model = FmuModel::open(file).map_err(|e| Error::Failed(e.to_string()))?;
             isolated(args, model.fmu())?;
             let folder = Folder::now();
             let loaded = load_for(&args.case, &model)?;

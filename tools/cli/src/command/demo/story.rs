@@ -76,17 +76,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let shown = traces.iter().find(|t| Some(t.channel.as_str()) == most).or(traces.first());
     let table = fmu_library::table(&Configuration::of(&found.model)).map_err(failed)?;
     let unit = |channel: &str| table.find(channel).map_or("", |v| v.unit);
-    let shown = shown.map(|t| Trace {
-        recording: &t.recording,
-        channel: &t.channel,
-        unit: unit(&t.channel),
-        time: &t.time,
-        measured: &t.measured,
-        before: &t.before,
-        tuned: &t.tuned,
-        after: &t.after,
-        floor: t.floor,
-    });
+    let shown = shown.map(|t| Trace::of(t, unit(&t.channel)));
     diagnosis_pictures(page, &found, shown.as_ref());
     page.html(
         "<p><a href=\"diagnosis/report.html\">The whole diagnosis</a>; before it, \

@@ -8,8 +8,7 @@ use trueup_identification::model::Model;
 use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, number};
 use trueup_signals::{Case, Interpolation, Loaded, Recording, Role, base_name};
 
-/// Told by the length of `jointFlexible`, not by itself.
-const LINKS: &str = "numberOfLinks";
+use crate::case::preset::left_out;
 
 /// `beside`: files that are written with it.
 pub(super) fn html(
@@ -24,17 +23,7 @@ pub(super) fn html(
     let channels = loaded.recordings.values().flat_map(|r| &r.channels);
     let units: BTreeMap<&str, &str> = channels.map(|c| (c.name.as_str(), c.unit.as_str())).collect();
     let unit = |channel: &str| units.get(channel).copied().unwrap_or("");
-    let traces = found.traces.iter().map(|t| Trace {
-        recording: &t.recording,
-        channel: &t.channel,
-        unit: unit(&t.channel),
-        time: &t.time,
-        measured: &t.measured,
-        before: &t.before,
-        tuned: &t.tuned,
-        after: &t.after,
-        floor: t.floor,
-    });
+    let traces = found.traces.iter().map(|t| Trace::of(t, unit(&t.channel)));
     let floors = picture.floors.iter().map(|f| {
         [
             f.channel.clone(),
@@ -131,14 +120,7 @@ fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
 fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
     let case = &loaded.case;
     let variables = model.variables();
-    let parameters: Vec<&str> = variables
-        .iter()
-        .filter(|v| v.role == Role::Parameter && !v.name.starts_with("initial") && v.name != LINKS)
-        .map(|v| base_name(&v.name))
-        .collect();
-    let given = |name: &str| case.parameters.keys().any(|p| p == name || base_name(p) == name);
-    let mut left_out: Vec<&str> = parameters.iter().copied().filter(|p| !given(p)).collect();
-    left_out.dedup();
+    let left_out = left_out(model, case);
     let mut all = Vec::new();
     if !left_out.is_empty() {
         all.push(format!(
@@ -146,11 +128,12 @@ fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
             left_out.join(", ")
         ));
     }
+    let is_parameter = |name: &str| model.parameters().iter().any(|q| base_name(&q.name) == base_name(name));
     let known: Vec<&str> = case
         .parameters
         .keys()
         .map(String::as_str)
-        .filter(|p| case.doubt(p).is_none() && parameters.contains(&base_name(p)))
+        .filter(|p| case.doubt(p).is_none() && is_parameter(p))
         .collect();
     if !known.is_empty() {
         all.push(format!(

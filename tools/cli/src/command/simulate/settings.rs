@@ -34,7 +34,7 @@ pub(super) fn system(args: &Simulate) -> Result<System, trueup_cosim::Error> {
         system.components.iter_mut().for_each(|c| c.interface = Some(interface));
     }
     if let Some(file) = &args.input {
-        let place = Place { file: args.file.clone(), line: 0 };
+        let place = Place { file: file.clone(), line: 0 };
         // Columns that the system gives a meaning keep it.
         let columns = system.inputs.take().map(|i| i.columns).unwrap_or_default();
         system.inputs = Some(InputFile { file: file.clone(), columns, place });

@@ -1,0 +1,37 @@
+//! Messages as they lie in the ring of the shared memory.
+
+use std::ffi::c_int;
+
+use super::Memory;
+use crate::error::Status;
+use crate::log::Message;
+
+/// The first message of what was in the ring, and the rest.
+pub(super) fn first(bytes: &[u8]) -> Option<(Message, &[u8])> {
+    let number = |at: usize| Some(u32::from_ne_bytes(bytes.get(at..at + 4)?.try_into().ok()?));
+    let (category, text) = (12 + number(4)? as usize, number(8)? as usize);
+    let read = |part: &[u8]| String::from_utf8_lossy(part).into_owned();
+    let message = Message {
+        status: Status::from(number(0)? as c_int),
+        category: read(bytes.get(12..category)?),
+        text: read(bytes.get(category..category.checked_add(text)?)?),
+    };
+    Some((message, &bytes[category + text..]))
+}
+
+/// A message for the ring.
+pub(in super::super) fn said(message: &Message) -> Vec<u8> {
+    let number: c_int = match message.status {
+        Status::Ok => 0,
+        Status::Warning => 1,
+        Status::Discard => 2,
+        Status::Error => 3,
+        Status::Fatal => 4,
+        Status::Pending => 5,
+        Status::Unknown(number) => number,
+    };
+    let cut = |text: &str| text.as_bytes()[..text.len().min(Memory::LONGEST)].to_vec();
+    let (category, text) = (cut(&message.category), cut(&message.text));
+    let head = [number as u32, category.len() as u32, text.len() as u32].map(u32::to_ne_bytes);
+    [head.concat(), category, text].concat()
+}
