@@ -10,8 +10,11 @@ use trueup_trials::{
     generate, generate_corpus, markdown, read_corpus, run, score, write_corpus,
 };
 
+/// Its first cases are made quickly.
+const SEED: u64 = 17;
+
 fn order(plant: Plant, split: Split, count: usize) -> Order {
-    Order { plant, split, count, seed: 11, shard: (1, 1) }
+    Order { plant, split, count, seed: SEED, shard: (1, 1) }
 }
 
 fn to(directory: &Path) -> Folders<'_> {
@@ -47,11 +50,13 @@ fn a_case_of_a_joint_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
 fn twice(plant: Plant) {
     let (a, b) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     let all = order(plant, Split::Single, 2);
-    generate(to(a.path()), &all, |_, _| {}).unwrap();
-    // In two shards, the second one first.
-    for i in [2, 1] {
-        generate(to(b.path()), &Order { shard: (i, 2), ..all }, |_, _| {}).unwrap();
-    }
+    std::thread::scope(|scope| {
+        scope.spawn(|| generate(to(a.path()), &all, |_, _| {}).unwrap());
+        // In two shards, the second one first.
+        for i in [2, 1] {
+            generate(to(b.path()), &Order { shard: (i, 2), ..all }, |_, _| {}).unwrap();
+        }
+    });
     let (first, second) = (contents(a.path()), contents(b.path()));
     assert_eq!(first.len(), second.len());
     for ((name, x), (other, y)) in first.iter().zip(&second) {
@@ -318,15 +323,19 @@ fn a_corpus_is_made_again_case_by_case_or_not_at_all() {
     corpus[1].seal = "0".repeat(64);
     write_corpus(&file, &corpus).unwrap();
     let wrong = generate_corpus(to(again.path()), &file, (1, 1), |_, _| {}).unwrap_err().to_string();
-    assert!(wrong.contains(&corpus[1].case) && wrong.contains("seed 11"), "{wrong}");
+    assert!(wrong.contains(&corpus[1].case) && wrong.contains(&format!("seed {SEED}")), "{wrong}");
 }
 
-/// The corpora of this project are cases of this generator: the first of joints here, all of them with --full.
-fn made_again(plant: &str, most: usize) {
+/// The corpora of this project are cases of this generator: the first of joints without a gap here, which is made quickly,
+/// all of them with --full.
+fn made_again(plant: &str, all: bool) {
     let file = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/corpus/{plant}.csv"));
     let mut corpus = read_corpus(&file).unwrap();
+    if !all {
+        corpus.retain(|e| e.truth.is_empty());
+        corpus.truncate(1);
+    }
     assert!(!corpus.is_empty(), "{}", file.display());
-    corpus.truncate(most);
     let folder = tempfile::tempdir().unwrap();
     let part = folder.path().join("part.csv");
     write_corpus(&part, &corpus).unwrap();
@@ -335,12 +344,12 @@ fn made_again(plant: &str, most: usize) {
 
 #[test]
 fn the_corpus_of_joints_is_of_this_generator() {
-    made_again("joint", 1);
+    made_again("joint", false);
 }
 
 #[test]
 #[ignore = "generates all cases of both corpora: ./test --full"]
 fn both_corpora_are_of_this_generator() {
-    made_again("joint", usize::MAX);
-    made_again("manipulator", usize::MAX);
+    made_again("joint", true);
+    made_again("manipulator", true);
 }

@@ -1,10 +1,12 @@
 //! One block, and its FMU.
 
+use std::collections::HashMap;
 use std::fmt::Write as _;
-use std::fs::{self, File};
-use std::io::{Error, Write as _};
+use std::fs;
+use std::io::{Cursor, Error, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::{LazyLock, Mutex, PoisonError};
 
 use zip::write::{SimpleFileOptions, ZipWriter};
 
@@ -115,11 +117,29 @@ impl Block {
         }
     }
 
-    /// Compiles the block and packs it as `<folder>/<name>.fmi2.fmu` or `.fmi3.fmu`.
+    /// Compiles the block, once in a process, and packs it as `<folder>/<name>.fmi2.fmu` or `.fmi3.fmu`.
     ///
     /// # Errors
     /// No C compiler, one that refuses the code, or files that cannot be written.
     pub fn build(&self, version: Version, folder: &Path) -> Result<PathBuf, Error> {
+        static PACKED: LazyLock<Mutex<HashMap<String, Vec<u8>>>> = LazyLock::new(Mutex::default);
+        let packed = || PACKED.lock().unwrap_or_else(PoisonError::into_inner);
+        let key = format!("{version:?} {self:?}");
+        let found = packed().get(&key).cloned();
+        let bytes = match found {
+            Some(bytes) => bytes,
+            None => {
+                let made = self.pack(version)?;
+                packed().insert(key, made.clone());
+                made
+            }
+        };
+        let file = folder.join(format!("{}.{}.fmu", self.name, version.tag()));
+        fs::write(&file, bytes)?;
+        Ok(file)
+    }
+
+    fn pack(&self, version: Version) -> Result<Vec<u8>, Error> {
         let work = tempfile::tempdir()?;
         fs::write(work.path().join("model.h"), self.model())?;
         fs::write(work.path().join("equations.h"), self.equations())?;
@@ -133,8 +153,7 @@ impl Block {
         if !done.status.success() {
             return Err(Error::other(String::from_utf8_lossy(&done.stderr).into_owned()));
         }
-        let file = folder.join(format!("{}.{}.fmu", self.name, version.tag()));
-        let mut zip = ZipWriter::new(File::create(&file)?);
+        let mut zip = ZipWriter::new(Cursor::new(Vec::new()));
         let binary = format!("binaries/{}/{}.so", version.platform(), self.name);
         for (name, bytes) in [
             ("modelDescription.xml", describe::xml(self, version).into_bytes()),
@@ -144,8 +163,7 @@ impl Block {
             zip.start_file(name, SimpleFileOptions::default())?;
             zip.write_all(&bytes)?;
         }
-        zip.finish()?;
-        Ok(file)
+        Ok(zip.finish()?.into_inner())
     }
 
     /// `model.h`

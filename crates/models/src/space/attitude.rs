@@ -6,6 +6,9 @@ use trueup_numerics::Scalar;
 /// A quaternion, w first.
 pub type Quaternion<T> = [T; 4];
 
+/// No turn.
+pub const IDENTITY: Quaternion<f64> = [1.0, 0.0, 0.0, 0.0];
+
 /// How fast a quaternion's length comes back to 1, 1/s. The length that matters is held by this; the rotation itself takes
 /// the quaternion as if normalised.
 const KAPPA: f64 = 1.0;
@@ -26,6 +29,28 @@ pub fn rotation<T: Scalar>(q: Quaternion<T>) -> Matrix<T> {
     let (yy, yz, zz) = (y * ys, y * zs, z * zs);
     let one = T::one();
     [[one - yy - zz, xy - wz, xz + wy], [xy + wz, one - xx - zz, yz - wx], [xz - wy, yz + wx, one - xx - yy]]
+}
+
+/// Q / |Q|.
+pub fn normalized<T: Scalar>(q: Quaternion<T>) -> Quaternion<T> {
+    let length = square(q).sqrt();
+    q.map(|v| v / length)
+}
+
+/// A B: the turn B, then A.
+pub fn product<T: Scalar>(a: Quaternion<T>, b: Quaternion<T>) -> Quaternion<T> {
+    [
+        a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+        a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+        a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+        a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0],
+    ]
+}
+
+/// The turn about a unit axis by an angle.
+pub fn about_axis<T: Scalar>(axis: Vector<T>, angle: T) -> Quaternion<T> {
+    let (sin, cos) = (angle * 0.5).sin_cos();
+    [cos, axis[0] * sin, axis[1] * sin, axis[2] * sin]
 }
 
 /// d(Q)/dt for the rate omega in body axes: 1/2 Q (0, omega), and back to length 1 (SFF-1).

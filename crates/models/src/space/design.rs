@@ -7,6 +7,37 @@ use super::tree::{Body, Joint, Tree};
 use super::vector::{Matrix, Vector, dot};
 use super::{MAX_BODIES, attitude::Quaternion};
 
+/// What drives a joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motor {
+    /// There is a spring between motor and body.
+    pub flexible: bool,
+    /// Of the rotor, joint side (gear ratio squared included), kg.m2 (kg of a prismatic joint).
+    pub inertia: f64,
+    /// Motor turns per joint turn.
+    pub gear_ratio: f64,
+    /// Of the spring, N.m/rad (N/m).
+    pub stiffness: f64,
+    /// Beside it, N.m.s/rad (N.s/m).
+    pub damping: f64,
+}
+
+impl Default for Motor {
+    /// A torque that is there, without a rotor.
+    fn default() -> Self {
+        Self { flexible: false, inertia: 0.0, gear_ratio: 1.0, stiffness: 0.0, damping: 0.0 }
+    }
+}
+
+/// A thruster of the base, base axes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thruster {
+    /// From the base's centre of mass, m.
+    pub position: Vector<f64>,
+    /// Of the force on the base.
+    pub direction: Vector<f64>,
+}
+
 /// A moving body and the joint that it hangs on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -28,6 +59,8 @@ pub struct Link {
     pub orientation: Quaternion<f64>,
     /// The joint's axis, own axes.
     pub axis: Vector<f64>,
+    /// What drives the joint.
+    pub motor: Motor,
 }
 
 /// The hand of an arm.
@@ -56,6 +89,12 @@ pub struct Design {
     pub links: Vec<Link>,
     /// Hands.
     pub tips: Vec<Tip>,
+    /// Thrusters of the base.
+    pub thrusters: Vec<Thruster>,
+    /// The base does not move.
+    pub held: bool,
+    /// Rotors sit behind their gears; else they are as S0 prints them.
+    pub geared: bool,
 }
 
 /// A design that cannot be: which body and value, and the mend.
@@ -77,10 +116,10 @@ impl std::error::Error for DesignError {}
 /// How far rounding in a file may take an inertia off symmetry and off the triangle inequality, relative.
 const ROUNDING: f64 = 1e-6;
 /// |Q| may be off 1 by this much.
-const NOT_UNIT: f64 = 1e-3;
+pub(super) const NOT_UNIT: f64 = 1e-3;
 
 /// What keeps a matrix from being a body's inertia about its centre of mass.
-fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
+pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
     let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
     for (a, b) in [(0, 1), (0, 2), (1, 2)] {
         if (i[a][b] - i[b][a]).abs() > ROUNDING * size {

@@ -1,8 +1,10 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
 
-use super::design::{Design, Link, Tip};
+use super::design::{Design, Link, Motor, Tip};
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
+use crate::arm::parameter as planar;
+use crate::presets::cbk_pan;
 
 /// A rotationally symmetric or other diagonal inertia.
 fn diagonal(d: Vector<f64>) -> Matrix<f64> {
@@ -23,6 +25,7 @@ fn chain(rows: &[Row]) -> Vec<Link> {
         position: *position,
         orientation: [1.0, 0.0, 0.0, 0.0],
         axis: *axis,
+        motor: Motor::default(),
     };
     rows.iter().enumerate().map(link).collect()
 }
@@ -43,6 +46,9 @@ pub fn table_1() -> Design {
             (3.0, [0.4, 0.0, 0.0], [0.001, 0.008, 0.008], [1.5, 0.0, 0.0], [0.0, -1.0, 0.0]),
         ]),
         tips: tool(3, [0.8, 0.0, 0.0], [0.0; 3]),
+        thrusters: Vec::new(),
+        held: false,
+        geared: true,
     }
 }
 
@@ -63,5 +69,54 @@ pub fn chaser() -> Design {
             (5.0, [0.075, -0.01, 0.0], slender(0.009, 0.013875), [0.15, 0.0, 0.0], roll),
         ]),
         tips: tool(6, [0.15, 0.0, 0.0], [0.9, 0.0, 0.6]),
+        thrusters: Vec::new(),
+        held: false,
+        geared: true,
     }
 }
+
+/// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
+const TEST_BED: [bool; 3] = [true, false, false];
+
+/// S0's test-bed with its motor as printed: all joints turn about z. Moments of inertia about x and y are assumed to be those
+/// about z: in the plane they do not matter.
+pub fn test_bed() -> Design {
+    let (n, p) = (TEST_BED.len(), cbk_pan(&TEST_BED));
+    let link = |k: usize| {
+        let before = if k == 0 { planar::mount_position(n) } else { planar::link_length(n) + k - 1 };
+        let center = planar::link_center_of_mass(n) + 2 * k;
+        Link {
+            name: format!("link {}", k + 1),
+            parent: k,
+            joint: Joint::Revolute,
+            mass: p[planar::link_mass(n) + k],
+            center_of_mass: [p[center], p[center + 1], 0.0],
+            inertia: diagonal([p[planar::link_inertia(n) + k]; 3]),
+            position: [p[before], if k == 0 { p[before + 1] } else { 0.0 }, 0.0],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            axis: [0.0, 0.0, 1.0],
+            motor: Motor {
+                flexible: TEST_BED[k],
+                inertia: p[planar::motor_inertia(n) + k],
+                gear_ratio: p[planar::gear_ratio(n) + k],
+                stiffness: p[planar::joint_stiffness(n) + k],
+                damping: p[planar::joint_damping(n) + k],
+            },
+        }
+    };
+    let mount = planar::mount_position(n);
+    Design {
+        name: "test-bed".into(),
+        base_mass: p[planar::base_mass(n)],
+        base_inertia: diagonal([p[planar::base_inertia(n)]; 3]),
+        links: (0..n).map(link).collect(),
+        tips: tool(n, [p[planar::link_length(n) + n - 1], 0.0, 0.0], [p[mount], p[mount + 1], 0.0]),
+        thrusters: Vec::new(),
+        held: false,
+        geared: false,
+    }
+}
+
+/// All of them, by name.
+pub const PRESETS: &[(&str, fn() -> Design)] =
+    &[("table-1", table_1), ("chaser", chaser), ("test-bed", test_bed)];

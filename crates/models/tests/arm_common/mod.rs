@@ -1,25 +1,25 @@
-//! What the tests of the manipulator share: a high-order integrator with event location, and a generator.
+//! What the tests of the manipulators share: a high-order integrator with event location, and a generator.
 #![allow(dead_code, clippy::panic, clippy::type_complexity)]
 
 use trueup_models::arm::PlanarManipulator;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A run: model, parameters, where it stands.
-pub(crate) struct Run<'a> {
-    pub(crate) model: &'a PlanarManipulator,
+pub(crate) struct Run<'a, M: Hybrid = PlanarManipulator> {
+    pub(crate) model: &'a M,
     pub(crate) p: Vec<f64>,
     pub(crate) input: Box<dyn Fn(f64) -> Vec<f64> + 'a>,
     pub(crate) t: f64,
     pub(crate) x: Vec<f64>,
     pub(crate) modes: Vec<i32>,
     /// Power that goes in or is lost, integrated beside the states (see [`Run::with_power`]).
-    pub(crate) power: Box<dyn Fn(&At<f64>, &PlanarManipulator) -> f64 + 'a>,
+    pub(crate) power: Box<dyn Fn(&At<f64>, &M) -> f64 + 'a>,
     pub(crate) work: f64,
     pub(crate) events: Vec<(f64, Vec<i32>)>,
 }
 
-impl<'a> Run<'a> {
-    pub(crate) fn new(model: &'a PlanarManipulator, p: &[f64], input: impl Fn(f64) -> Vec<f64> + 'a) -> Self {
+impl<'a, M: Hybrid> Run<'a, M> {
+    pub(crate) fn new(model: &'a M, p: &[f64], input: impl Fn(f64) -> Vec<f64> + 'a) -> Self {
         let s = model.sizes();
         let (mut x, mut modes) = (vec![0.0; s.states], vec![0; s.modes]);
         model.start(p, &mut x);
@@ -38,7 +38,7 @@ impl<'a> Run<'a> {
         run.iterate();
         run
     }
-    pub(crate) fn with_power(mut self, power: impl Fn(&At<f64>, &PlanarManipulator) -> f64 + 'a) -> Self {
+    pub(crate) fn with_power(mut self, power: impl Fn(&At<f64>, &M) -> f64 + 'a) -> Self {
         self.power = Box::new(power);
         self
     }

@@ -1,0 +1,218 @@
+//! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values lie in the vectors.
+
+use super::model::Structure;
+
+/// A variable of one of the lists below.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry<K> {
+    /// Its name.
+    pub name: &'static str,
+    /// Lengths of its dimensions; empty for a scalar. Elements lie row by row.
+    pub dimensions: Vec<usize>,
+    /// SI.
+    pub unit: &'static str,
+    /// What its list says of it besides.
+    pub kind: K,
+    /// What it is.
+    pub text: &'static str,
+}
+
+impl<K> Entry<K> {
+    /// Number of elements.
+    pub fn len(&self) -> usize {
+        self.dimensions.iter().product()
+    }
+    /// It has no elements.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// Which values a parameter may take.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Allowed {
+    /// All.
+    Any,
+    /// Above 0.
+    Positive,
+    /// 0 and above.
+    NotNegative,
+    /// 1 and above.
+    OneUp,
+    /// An item of the enumeration of rotors' couplings.
+    Coupling,
+}
+
+/// A parameter's kind.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Parameter {
+    /// Its values.
+    pub allowed: Allowed,
+    /// It may be changed between steps.
+    pub tunable: bool,
+    /// While it is not set, it has the value of this parameter.
+    pub follows: Option<&'static str>,
+}
+
+const fn tunable(allowed: Allowed) -> Parameter {
+    Parameter { allowed, tunable: true, follows: None }
+}
+const FIXED: Parameter = Parameter { allowed: Allowed::Any, tunable: false, follows: None };
+const fn following(follows: &'static str) -> Parameter {
+    Parameter { follows: Some(follows), ..FIXED }
+}
+
+/// What an output depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shows {
+    /// This state, element by element.
+    State(&'static str),
+    /// States.
+    States,
+    /// States and inputs.
+    All,
+}
+
+/// A state's kind.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct State {
+    /// Unit of its rate.
+    pub rate: &'static str,
+    /// Typical magnitude.
+    pub nominal: f64,
+    /// What its rate depends on.
+    pub depends: Shows,
+}
+
+const fn state(rate: &'static str, nominal: f64, depends: Shows) -> State {
+    State { rate, nominal, depends }
+}
+
+macro_rules! layout {
+    ($(#[$doc:meta])* $type:ident of $kind:ty, $s:ident:
+        $($field:ident $name:literal [$($d:expr),*] $(if $there:expr)?, $unit:literal, $more:expr, $text:literal;)*
+    ) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub struct $type {
+            $(#[doc = concat!("Begin of `", $name, "`.")] pub $field: usize,)*
+            /// How many values there are.
+            pub count: usize,
+        }
+        impl $type {
+            /// Of a model with this structure.
+            pub fn new($s: &Structure) -> Self {
+                let mut count = 0;
+                $(
+                    let $field = count;
+                    let dimensions: &[usize] = &[$($d),*];
+                    if true $(&& $there)? {
+                        count += dimensions.iter().product::<usize>();
+                    }
+                )*
+                Self { $($field,)* count }
+            }
+            /// The variables that a model with this structure has, in order.
+            pub fn list($s: &Structure) -> Vec<Entry<$kind>> {
+                let mut all: Vec<Entry<$kind>> = Vec::new();
+                $(
+                    let dimensions: Vec<usize> = vec![$($d),*];
+                    if dimensions.iter().all(|d| *d > 0) $(&& $there)? {
+                        all.push(Entry { name: $name, dimensions, unit: $unit, kind: $more, text: $text });
+                    }
+                )*
+                all
+            }
+        }
+    };
+}
+
+use Allowed::{NotNegative, OneUp, Positive};
+
+layout! {
+    /// Where parameters begin.
+    Parameters of Parameter, s:
+    base_mass "baseMass" [], "kg", tunable(Positive), "Base, m_s (SFF-8)";
+    base_inertia "baseInertia" [3, 3], "kg.m2", tunable(Allowed::Any), "Base about its centre of mass, base axes (SFF-8)";
+    body_mass "bodyMass" [s.bodies()], "kg", tunable(Positive), "m_i (SFF-8)";
+    body_center "bodyCenterOfMass" [s.bodies(), 3], "m", tunable(Allowed::Any), "From the body's joint, body axes";
+    body_inertia "bodyInertia" [s.bodies(), 3, 3], "kg.m2", tunable(Allowed::Any), "About the body's own centre of mass, body axes";
+    joint_position "jointPosition" [s.bodies(), 3], "m", tunable(Allowed::Any), "The joint in the axes of the body that carries it";
+    joint_orientation "jointOrientation" [s.bodies(), 4], "1", tunable(Allowed::Any),
+        "Body axes at joint angle 0 to those of the body that carries it, quaternion w, x, y, z";
+    joint_axis "jointAxis" [s.bodies(), 3], "1", tunable(Allowed::Any), "The joint's axis, body axes";
+    tip_offset "tipOffset" [s.tips.len(), 3], "m", tunable(Allowed::Any), "The tip from its body's joint, body axes";
+    motor_inertia "motorInertia" [s.bodies()], "kg.m2", tunable(NotNegative),
+        "Rotor, gear ratio squared included (kg of a prismatic joint; SFF-12)";
+    gear_ratio "gearRatio" [s.bodies()], "1", Parameter { allowed: OneUp, ..FIXED },
+        "Motor turns per joint turn, N; used by the geared coupling";
+    joint_stiffness "jointStiffness" [s.bodies()], "N.m/rad", tunable(NotNegative),
+        "Spring of a flexible joint (N/m of a prismatic one)";
+    joint_damping "jointDamping" [s.bodies()], "N.m.s/rad", tunable(NotNegative),
+        "Beside the spring of a flexible joint (N.s/m of a prismatic one)";
+    motor_coupling "motorCoupling" [], "", Parameter { allowed: Allowed::Coupling, ..FIXED },
+        "How the rotors are coupled to the bodies that carry them (SFF-12)";
+    thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";
+    thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(Allowed::Any), "Of the force on the base, base axes";
+    gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
+    initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
+    initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
+    initial_base_velocity "initialBaseVelocity" [3] if !s.held, "m/s", FIXED, "v at the start, inertial axes";
+    initial_base_angular_velocity "initialBaseAngularVelocity" [3] if !s.held, "rad/s", FIXED, "omega at the start, base axes";
+    initial_joint_angle "initialJointAngle" [s.bodies()], "rad", FIXED, "q_i at the start (m of a prismatic joint)";
+    initial_joint_velocity "initialJointVelocity" [s.bodies()], "rad/s", FIXED, "d(q_i) at the start (m/s of a prismatic joint)";
+    initial_motor_angle "initialMotorAngle" [s.bodies()], "rad", following("initialJointAngle"),
+        "q_mi at the start; unset: the joint's, so that the spring is unstrained";
+    initial_motor_velocity "initialMotorVelocity" [s.bodies()], "rad/s", following("initialJointVelocity"),
+        "d(q_mi) at the start; unset: the joint's";
+}
+
+layout! {
+    /// Where inputs begin.
+    Inputs of (), s:
+    joint_torque "jointTorque" [s.bodies()], "N.m", (), "On the motors, joint side (N of a prismatic joint); positive turns the joint forward (SFF-11)";
+    thruster_force "thrusterForce" [s.thrusters], "N", (), "On the base along the thruster's direction";
+    base_force "baseForce" [3] if !s.held, "N", (), "On the base at its centre of mass, inertial axes, F_s (SFF-11)";
+    base_torque "baseTorque" [3] if !s.held, "N.m", (), "On the base, inertial axes, H_s (SFF-11)";
+    tip_force "tipForce" [s.tips.len(), 3], "N", (), "At the tip, inertial axes, F_ee (SFF-11)";
+    tip_torque "tipTorque" [s.tips.len(), 3], "N.m", (), "On the tip's body, inertial axes, T_ee (SFF-11)";
+}
+
+layout! {
+    /// Where outputs begin.
+    Outputs of Shows, s:
+    base_position "basePosition" [3], "m", if s.held { Shows::States } else { Shows::State("basePosition") }, "The base's centre of mass, inertial axes, r";
+    base_quaternion "baseQuaternion" [4], "1", if s.held { Shows::States } else { Shows::State("baseQuaternion") }, "Base axes to inertial ones, Q: w, x, y, z (SFF-1)";
+    base_velocity "baseVelocity" [3], "m/s", if s.held { Shows::States } else { Shows::State("baseVelocity") }, "d(r)/dt, inertial axes";
+    base_angular_velocity "baseAngularVelocity" [3], "rad/s", if s.held { Shows::States } else { Shows::State("baseAngularVelocity") }, "omega, base axes: what a gyro reads";
+    joint_angle "jointAngle" [s.bodies()], "rad", Shows::State("jointAngle"), "q_i (m of a prismatic joint)";
+    joint_velocity "jointVelocity" [s.bodies()], "rad/s", Shows::State("jointVelocity"), "d(q_i)/dt (m/s of a prismatic joint)";
+    motor_angle "motorAngle" [s.bodies()], "rad", Shows::States, "Motor, joint side, q_mi; of a rigid joint: the joint's";
+    motor_velocity "motorVelocity" [s.bodies()], "rad/s", Shows::States, "d(q_mi)/dt";
+    tip_position "tipPosition" [s.tips.len(), 3], "m", Shows::States, "Inertial axes, r_ee (SFF-7)";
+    tip_quaternion "tipQuaternion" [s.tips.len(), 4], "1", Shows::States, "Axes of the tip's body to inertial ones: w, x, y, z";
+    tip_velocity "tipVelocity" [s.tips.len(), 3], "m/s", Shows::States, "Inertial axes, v_ee (SFF-7)";
+    tip_angular_velocity "tipAngularVelocity" [s.tips.len(), 3], "rad/s", Shows::States, "Inertial axes, omega_ee (SFF-7)";
+    reaction_force "reactionForce" [3], "N", Shows::All, "Of all that the base carries on the base, inertial axes, F_IF (SFF-3)";
+    reaction_torque "reactionTorque" [3], "N.m", Shows::All, "Of all that the base carries on the base, about its centre of mass, inertial axes, tau_IF (SFF-3)";
+    arm_force "reactionForceOfArm" [s.tips.len(), 3], "N", Shows::All, "Of this tip's arm on the base, inertial axes";
+    arm_torque "reactionTorqueOfArm" [s.tips.len(), 3], "N.m", Shows::All, "Of this tip's arm on the base, about the arm's first joint, inertial axes";
+    linear_momentum "linearMomentum" [3], "kg.m/s", Shows::States, "Of the whole system, inertial axes, P (SFF-9)";
+    angular_momentum "angularMomentum" [3], "kg.m2/s", Shows::States, "Of the whole system about the inertial origin, L (SFF-9), rotors included";
+    kinetic_energy "kineticEnergy" [], "J", Shows::States, "T, rotors included (SFF-8)";
+    potential_energy "potentialEnergy" [], "J", Shows::States, "Of the springs, and of the weight where the base is held";
+    center_of_mass "centerOfMass" [3], "m", Shows::States, "Of the whole system, inertial axes";
+}
+
+layout! {
+    /// Where states begin; velocities are in the order of what they are the rates of.
+    States of State, s:
+    base_position "basePosition" [3] if !s.held, "m", state("m/s", 0.01, Shows::State("baseVelocity")), "the base's position, r";
+    base_quaternion "baseQuaternion" [4] if !s.held, "1", state("1/s", 1.0, Shows::States), "the base's attitude, Q";
+    joint_angle "jointAngle" [s.bodies()], "rad", state("rad/s", 0.01, Shows::State("jointVelocity")), "joint angles, q_i";
+    motor_angle "motorAngle" [s.springs()], "rad", state("rad/s", 0.01, Shows::State("motorVelocity")), "motor angles of the flexible joints, q_mi";
+    base_velocity "baseVelocity" [3] if !s.held, "m/s", state("m/s2", 0.001, Shows::All), "the base's velocity (SFF-11)";
+    base_angular_velocity "baseAngularVelocity" [3] if !s.held, "rad/s", state("rad/s2", 0.001, Shows::All), "the base's rate, base axes (SFF-11)";
+    joint_velocity "jointVelocity" [s.bodies()], "rad/s", state("rad/s2", 0.001, Shows::All), "joint velocities (SFF-11)";
+    motor_velocity "motorVelocity" [s.springs()], "rad/s", state("rad/s2", 0.001, Shows::All), "motor velocities of the flexible joints (SFF-12)";
+}

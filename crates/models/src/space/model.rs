@@ -1,0 +1,373 @@
+//! `SpatialFreeFlyer` in the form that every model takes.
+
+use super::articulated::{Accelerations, Drive, Moves, Rotor, accelerations};
+use super::attitude::{self, Quaternion, rotation, unit};
+use super::layout::{Inputs, Outputs, Parameters, States};
+use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
+use super::tree::{All, Body, Placed, Tree};
+use super::vector::{Vector, add, cross, identity, scale, times, transposed_times, zero};
+use super::{MAX_BODIES, MAX_THRUSTERS, MAX_TIPS};
+use crate::arm::rotor;
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// What is fixed when a model is packed.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Structure {
+    /// Bodies and joints.
+    pub tree: Tree,
+    /// Per moving body: its joint has a spring between motor and body.
+    pub flexible: Vec<bool>,
+    /// Per end effector the body that it is fixed to (from 1).
+    pub tips: Vec<usize>,
+    /// Thrusters of the base.
+    pub thrusters: usize,
+    /// The base does not move.
+    pub held: bool,
+}
+
+impl Structure {
+    /// Moving bodies.
+    pub fn bodies(&self) -> usize {
+        self.tree.bodies()
+    }
+    /// Flexible joints.
+    pub fn springs(&self) -> usize {
+        self.flexible.iter().filter(|f| **f).count()
+    }
+
+    /// Whether there can be such a model.
+    ///
+    /// # Errors
+    /// What cannot be, with the mend.
+    pub fn check(&self) -> Result<(), String> {
+        let n = self.bodies();
+        for (what, there, most) in [
+            ("moving bodies", n, MAX_BODIES),
+            ("tips", self.tips.len(), MAX_TIPS),
+            ("thrusters", self.thrusters, MAX_THRUSTERS),
+        ] {
+            if there > most {
+                return Err(format!("{there} {what} cannot be had, at most {most}"));
+            }
+        }
+        if self.tree.joint.len() != n || self.flexible.len() != n {
+            return Err(format!(
+                "{n} bodies have {} joint types and {} entries of jointFlexible; give one of each per body",
+                self.tree.joint.len(),
+                self.flexible.len()
+            ));
+        }
+        if let Some(k) = (0..n).find(|k| self.tree.parent[*k] > *k) {
+            return Err(format!(
+                "parent[{}] = {}: a body comes after the one that carries it; number bodies from the base (0) outwards",
+                k + 1,
+                self.tree.parent[k]
+            ));
+        }
+        match self.tips.iter().position(|t| *t == 0 || *t > n) {
+            Some(a) => {
+                Err(format!("tip[{}] = {}: the moving bodies are 1 to {n}; name one", a + 1, self.tips[a]))
+            }
+            None => Ok(()),
+        }
+    }
+}
+
+/// A base with arms: its structure and where its values lie.
+///
+/// Continuous states: r \[m\], Q, q_1 .. q_n, q_m of the flexible joints, the velocity of the base \[m/s, inertial axes\], its
+/// rate \[rad/s, base axes\], the rates of the joints and of those motors; see [`super::layout::States`].
+#[derive(Clone, Debug)]
+pub struct SpatialFreeFlyer {
+    structure: Structure,
+    pub(super) at: States,
+    pub(super) parameter: Parameters,
+    pub(super) input: Inputs,
+    pub(super) output: Outputs,
+    /// Per joint: which of the springs is its own.
+    spring: [Option<usize>; MAX_BODIES],
+    sizes: Sizes,
+}
+
+/// The robot at one instant.
+pub(super) struct Instant<T> {
+    pub(super) base: Rigid<T>,
+    pub(super) bodies: All<Body<T>>,
+    pub(super) placed: All<Placed<T>>,
+    /// In the inertial frame.
+    pub(super) frames: All<Frame<T>>,
+    /// On each body, own axes and origin.
+    pub(super) applied: All<Wrench<T>>,
+    pub(super) drives: [Drive<T>; MAX_BODIES],
+    /// Acceleration that a base is held at, own axes.
+    pub(super) held: Option<Motion<T>>,
+}
+
+/// Rows whose accelerations are given, whatever forces that takes.
+#[derive(Clone, Copy, Debug)]
+pub struct Led<'a, T> {
+    /// The base's: d(v)/dt in inertial axes, d(omega)/dt in base axes; `None`: it is free.
+    pub base: Option<(Vector<T>, Vector<T>)>,
+    /// Joints (from 0) and their accelerations.
+    pub joints: &'a [(usize, T)],
+    /// Motors of flexible joints (by joint, from 0) and their accelerations, joint side.
+    pub motors: &'a [(usize, T)],
+}
+
+impl<T> Led<'_, T> {
+    /// None.
+    pub fn none() -> Self {
+        Self { base: None, joints: &[], motors: &[] }
+    }
+}
+
+fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
+    [v[at], v[at + 1], v[at + 2]]
+}
+fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
+    [v[at], v[at + 1], v[at + 2], v[at + 3]]
+}
+fn matrix<T: Copy>(v: &[T], at: usize) -> [[T; 3]; 3] {
+    [three(v, at), three(v, at + 3), three(v, at + 6)]
+}
+
+impl SpatialFreeFlyer {
+    /// A model of that structure.
+    ///
+    /// # Errors
+    /// What of it cannot be, with the mend.
+    pub fn new(structure: Structure) -> Result<Self, String> {
+        structure.check()?;
+        let (at, parameter) = (States::new(&structure), Parameters::new(&structure));
+        let (input, output) = (Inputs::new(&structure), Outputs::new(&structure));
+        let mut spring = [None; MAX_BODIES];
+        let flexible = structure.flexible.iter().enumerate().filter(|(_, f)| **f);
+        flexible.enumerate().for_each(|(k, (j, _))| spring[j] = Some(k));
+        let sizes = Sizes {
+            states: at.count,
+            inputs: input.count,
+            parameters: parameter.count,
+            outputs: output.count,
+            modes: 0,
+            indicators: 0,
+        };
+        Ok(Self { structure, at, parameter, input, output, spring, sizes })
+    }
+
+    /// What is fixed.
+    pub fn structure(&self) -> &Structure {
+        &self.structure
+    }
+
+    /// Row of the angle of this joint's motor among the states, if it moves by itself.
+    pub fn motor_row(&self, joint: usize) -> Option<usize> {
+        self.spring[joint].map(|k| self.at.motor_angle + k)
+    }
+
+    /// Frame of the base and its velocity, own axes.
+    fn base<T: Scalar>(&self, at: &At<T>) -> (Frame<T>, Motion<T>) {
+        if self.structure.held {
+            let rotation = rotation(four(at.p, self.parameter.initial_base_quaternion));
+            let origin = three(at.p, self.parameter.initial_base_position);
+            return (Frame { rotation, origin }, Motion::zero());
+        }
+        let rotation = rotation(four(at.x, self.at.base_quaternion));
+        let linear = transposed_times(&rotation, three(at.x, self.at.base_velocity));
+        let velocity = Motion { angular: three(at.x, self.at.base_angular_velocity), linear };
+        (Frame { rotation, origin: three(at.x, self.at.base_position) }, velocity)
+    }
+
+    /// Where everything is and what acts on it.
+    pub(super) fn instant<T: Scalar>(&self, at: &At<T>) -> Instant<T> {
+        let (s, p, n) = (&self.structure, &self.parameter, self.structure.bodies());
+        let nothing = Body {
+            rigid: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
+            mount: Frame { rotation: identity(), origin: zero() },
+            axis: zero(),
+        };
+        let mut bodies = [nothing; MAX_BODIES + 1];
+        for j in 0..n {
+            let center = three(at.p, p.body_center + 3 * j);
+            bodies[j + 1] = Body {
+                rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
+                mount: Frame {
+                    rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
+                    origin: three(at.p, p.joint_position + 3 * j),
+                },
+                axis: unit(three(at.p, p.joint_axis + 3 * j)),
+            };
+        }
+        let base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
+        let (angles, rates) = (&at.x[self.at.joint_angle..][..n], &at.x[self.at.joint_velocity..][..n]);
+        let placed = s.tree.place(&bodies, self.base(at), angles, rates);
+        let frames = s.tree.inertial(&placed);
+
+        let mut applied = [Wrench::zero(); MAX_BODIES + 1];
+        for k in 0..s.thrusters {
+            let along = unit(three(at.p, p.thruster_direction + 3 * k));
+            let force = scale(at.u[self.input.thruster_force + k], along);
+            let torque = cross(three(at.p, p.thruster_position + 3 * k), force);
+            applied[0] = applied[0].plus(Wrench { torque, force });
+        }
+        if !s.held {
+            let force = three(at.u, self.input.base_force);
+            applied[0] = applied[0].plus(turned(&frames[0], force, three(at.u, self.input.base_torque)));
+        }
+        for (a, tip) in s.tips.iter().enumerate() {
+            let force = three(at.u, self.input.tip_force + 3 * a);
+            let mut w = turned(&frames[*tip], force, three(at.u, self.input.tip_torque + 3 * a));
+            w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
+            applied[*tip] = applied[*tip].plus(w);
+        }
+        let held = s.held.then(|| {
+            // A field of gravity is a base that accelerates the other way.
+            let up = scale(T::constant(-1.0), three(at.p, p.gravity));
+            Motion { angular: zero(), linear: transposed_times(&frames[0].rotation, up) }
+        });
+        let mut drives = [Drive {
+            moves: Moves::Driven(T::zero()),
+            rotor: Rotor::Geared,
+            inertia: T::zero(),
+            share: T::zero(),
+            rate: T::zero(),
+        }; MAX_BODIES];
+        for (j, drive) in drives.iter_mut().enumerate().take(n) {
+            *drive = self.drive(at, j);
+        }
+        Instant { base, bodies, placed, frames, applied, drives, held }
+    }
+
+    /// A joint with its motor.
+    fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> Drive<T> {
+        let p = &self.parameter;
+        let torque = at.u[self.input.joint_torque + j];
+        let (moves, rotor, rate) = match self.spring[j] {
+            None => (torque, Rotor::Geared, at.x[self.at.joint_velocity + j]),
+            Some(k) => {
+                let spring = self.spring_torque(at, j, k);
+                (spring, Rotor::Driven(torque - spring), at.x[self.at.motor_velocity + k])
+            }
+        };
+        Drive {
+            moves: Moves::Driven(moves),
+            rotor,
+            inertia: at.p[p.motor_inertia + j],
+            share: rotor::share(at.p[p.motor_coupling], at.p[p.gear_ratio + j]),
+            rate,
+        }
+    }
+
+    /// Of spring `k`, that of joint `j`, on the body: k (q_m - q) + b (d(q_m) - d(q)) (S0 eq. 2).
+    fn spring_torque<T: Scalar>(&self, at: &At<T>, j: usize, k: usize) -> T {
+        let (x, row) = (at.x, &self.at);
+        at.p[self.parameter.joint_stiffness + j] * (x[row.motor_angle + k] - x[row.joint_angle + j])
+            + at.p[self.parameter.joint_damping + j] * (x[row.motor_velocity + k] - x[row.joint_velocity + j])
+    }
+
+    /// Energy of the springs, J.
+    pub(super) fn spring_energy<T: Scalar>(&self, at: &At<T>) -> T {
+        let mut sum = T::zero();
+        for (j, k) in self.spring.iter().enumerate().filter_map(|(j, k)| k.map(|k| (j, k))) {
+            let twist = at.x[self.at.motor_angle + k] - at.x[self.at.joint_angle + j];
+            sum += at.p[self.parameter.joint_stiffness + j] * twist * twist * 0.5;
+        }
+        sum
+    }
+
+    /// Accelerations at an instant.
+    pub(super) fn accelerations<T: Scalar>(&self, now: &Instant<T>) -> Accelerations<T> {
+        accelerations(
+            &self.structure.tree,
+            &Articulated::rigid(&now.base),
+            &now.bodies,
+            &now.placed,
+            &now.applied,
+            &now.drives,
+            now.held,
+        )
+    }
+
+    /// Rates of the states where some accelerations are given.
+    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
+        let mut now = self.instant(&at);
+        let (row, n, base) = (&self.at, self.structure.bodies(), now.placed[0]);
+        let (omega, v) = (base.velocity.angular, base.velocity.linear);
+        if let Some((linear, angular)) = led.base.filter(|_| !self.structure.held) {
+            let own = transposed_times(&base.frame.rotation, linear);
+            now.held = Some(Motion { angular, linear: add(own, cross(v, omega)) });
+        }
+        led.joints.iter().for_each(|(j, a)| now.drives[*j].moves = Moves::Led(*a));
+        for (j, a) in led.motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
+            now.drives[*j].rotor = Rotor::Led(*a);
+        }
+        let found = self.accelerations(&now);
+        if !self.structure.held {
+            dx[row.base_position..][..3].copy_from_slice(&at.x[row.base_velocity..][..3]);
+            let turning = attitude::rate(four(at.x, row.base_quaternion), omega);
+            dx[row.base_quaternion..][..4].copy_from_slice(&turning);
+            let own = add(found.base.linear, cross(omega, v));
+            dx[row.base_velocity..][..3].copy_from_slice(&times(&base.frame.rotation, own));
+            dx[row.base_angular_velocity..][..3].copy_from_slice(&found.base.angular);
+        }
+        for j in 0..n {
+            dx[row.joint_angle + j] = at.x[row.joint_velocity + j];
+            dx[row.joint_velocity + j] = found.joint[j];
+            if let Some(k) = self.spring[j] {
+                dx[row.motor_angle + k] = at.x[row.motor_velocity + k];
+                dx[row.motor_velocity + k] = found.rotor[j];
+            }
+        }
+    }
+}
+
+/// A wrench in inertial axes at the origin of a body's frame, in that frame.
+fn turned<T: Scalar>(frame: &Frame<T>, force: Vector<T>, torque: Vector<T>) -> Wrench<T> {
+    Wrench {
+        torque: transposed_times(&frame.rotation, torque),
+        force: transposed_times(&frame.rotation, force),
+    }
+}
+
+impl Hybrid for SpatialFreeFlyer {
+    fn sizes(&self) -> Sizes {
+        self.sizes
+    }
+
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        let (from, to) = (&self.parameter, &self.at);
+        let mut copy = |from: usize, to: usize, count: usize| {
+            x[to..][..count].copy_from_slice(&p[from..][..count]);
+        };
+        let n = self.structure.bodies();
+        copy(from.initial_joint_angle, to.joint_angle, n);
+        copy(from.initial_joint_velocity, to.joint_velocity, n);
+        for (j, k) in self.spring.iter().enumerate().filter_map(|(j, k)| k.map(|k| (j, k))) {
+            copy(from.initial_motor_angle + j, to.motor_angle + k, 1);
+            copy(from.initial_motor_velocity + j, to.motor_velocity + k, 1);
+        }
+        if !self.structure.held {
+            copy(from.initial_base_position, to.base_position, 3);
+            copy(from.initial_base_velocity, to.base_velocity, 3);
+            copy(from.initial_base_angular_velocity, to.base_angular_velocity, 3);
+            let q = attitude::normalized(four(p, from.initial_base_quaternion));
+            x[to.base_quaternion..][..4].copy_from_slice(&q);
+        }
+    }
+
+    fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
+
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        self.rates_led(at, Led::none(), dx);
+    }
+
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        self.show(&at, y);
+    }
+
+    fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
+
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
+        Update::default()
+    }
+}

@@ -1,0 +1,133 @@
+//! The outputs of [`SpatialFreeFlyer`].
+
+use super::attitude::{about_axis, normalized, product as turned_by};
+use super::composite::momentum;
+use super::model::{Instant, SpatialFreeFlyer};
+use super::spatial::{Frame, Wrench};
+use super::transmitted::transmitted;
+use super::tree::Joint;
+use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
+use super::{MAX_BODIES, attitude::Quaternion};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::At;
+
+impl SpatialFreeFlyer {
+    pub(super) fn show<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
+        let now = self.instant(at);
+        let base = &now.frames[0];
+        let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
+        let to = &self.output;
+        put(to.base_position, &base.origin);
+        put(to.base_velocity, &times(&base.rotation, now.placed[0].velocity.linear));
+        put(to.base_angular_velocity, &now.placed[0].velocity.angular);
+        self.joints(at, &mut put);
+        self.tips(at, &now, &mut put);
+        self.reactions(at, &now, &mut put);
+        self.totals(at, &now, &mut put);
+    }
+
+    fn joints<T: Scalar>(&self, at: &At<T>, put: &mut impl FnMut(usize, &[T])) {
+        let (to, row) = (&self.output, &self.at);
+        for j in 0..self.structure().bodies() {
+            let (q, rate) = (at.x[row.joint_angle + j], at.x[row.joint_velocity + j]);
+            let motor = self.motor_row(j);
+            put(to.joint_angle + j, &[q]);
+            put(to.joint_velocity + j, &[rate]);
+            put(to.motor_angle + j, &[motor.map_or(q, |m| at.x[m])]);
+            put(
+                to.motor_velocity + j,
+                &[motor.map_or(rate, |m| at.x[row.motor_velocity + m - row.motor_angle])],
+            );
+        }
+    }
+
+    /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
+    fn attitudes<T: Scalar>(&self, at: &At<T>) -> [Quaternion<T>; MAX_BODIES + 1] {
+        let s = self.structure();
+        let q = |v: &[T], begin: usize| normalized([v[begin], v[begin + 1], v[begin + 2], v[begin + 3]]);
+        let base = if s.held {
+            q(at.p, self.parameter.initial_base_quaternion)
+        } else {
+            q(at.x, self.at.base_quaternion)
+        };
+        let mut all = [base; MAX_BODIES + 1];
+        for i in 1..=s.bodies() {
+            let mount = q(at.p, self.parameter.joint_orientation + 4 * (i - 1));
+            let carried = turned_by(all[s.tree.parent[i - 1]], mount);
+            all[i] = match s.tree.joint[i - 1] {
+                Joint::Prismatic => carried,
+                Joint::Revolute => {
+                    let axis = self.parameter.joint_axis + 3 * (i - 1);
+                    let axis = super::attitude::unit([at.p[axis], at.p[axis + 1], at.p[axis + 2]]);
+                    turned_by(carried, about_axis(axis, at.x[self.at.joint_angle + i - 1]))
+                }
+            };
+        }
+        all
+    }
+
+    fn tips<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+        let to = &self.output;
+        let attitudes = self.attitudes(at);
+        put(to.base_quaternion, &attitudes[0]);
+        for (a, tip) in self.structure().tips.iter().enumerate() {
+            let (frame, velocity) = (&now.frames[*tip], now.placed[*tip].velocity);
+            let begin = self.parameter.tip_offset + 3 * a;
+            let offset = [at.p[begin], at.p[begin + 1], at.p[begin + 2]];
+            let point = add(velocity.linear, cross(velocity.angular, offset)); // (SFF-7)
+            put(to.tip_position + 3 * a, &add(frame.origin, times(&frame.rotation, offset)));
+            put(to.tip_quaternion + 4 * a, &attitudes[*tip]);
+            put(to.tip_velocity + 3 * a, &times(&frame.rotation, point));
+            put(to.tip_angular_velocity + 3 * a, &times(&frame.rotation, velocity.angular));
+        }
+    }
+
+    fn reactions<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+        let (s, to) = (self.structure(), &self.output);
+        let found = self.accelerations(now);
+        let by_joint = transmitted(&s.tree, &now.bodies, &now.placed, &now.applied, &now.drives, &found);
+        // What a joint's carrier gives its body, the body gives back.
+        let minus = T::constant(-1.0);
+        let mut whole = Wrench::zero();
+        for i in (1..=s.bodies()).filter(|i| s.tree.parent[i - 1] == 0) {
+            whole = whole.plus(by_joint[i].times(minus));
+        }
+        let inertial = |v: Vector<T>| times(&now.frames[0].rotation, v);
+        put(to.reaction_force, &inertial(whole.force));
+        put(to.reaction_torque, &inertial(whole.torque));
+        for (a, tip) in s.tips.iter().enumerate() {
+            let mut first = *tip;
+            while s.tree.parent[first - 1] > 0 {
+                first = s.tree.parent[first - 1];
+            }
+            let of_arm = by_joint[first].times(minus);
+            let begin = self.parameter.joint_position + 3 * (first - 1);
+            let mount = [at.p[begin], at.p[begin + 1], at.p[begin + 2]];
+            put(to.arm_force + 3 * a, &inertial(of_arm.force));
+            put(to.arm_torque + 3 * a, &inertial(sub(of_arm.torque, cross(mount, of_arm.force))));
+        }
+    }
+
+    fn totals<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+        let (s, to) = (self.structure(), &self.output);
+        let base: &Frame<T> = &now.frames[0];
+        let (h, kinetic) = momentum(&s.tree, &now.base, &now.bodies, &now.placed, &now.drives);
+        let linear = times(&base.rotation, h.force);
+        put(to.linear_momentum, &linear);
+        put(
+            to.angular_momentum,
+            &add(times(&base.rotation, h.torque), cross(base.origin, linear)), // (SFF-9)
+        );
+        put(to.kinetic_energy, &[kinetic]);
+        let (mut mass, mut first) = (now.base.mass, scale(now.base.mass, base.origin));
+        for i in 1..=s.bodies() {
+            let (rigid, frame) = (&now.bodies[i].rigid, &now.frames[i]);
+            mass += rigid.mass;
+            first = add(first, add(scale(rigid.mass, frame.origin), times(&frame.rotation, rigid.first)));
+        }
+        put(to.center_of_mass, &scale(T::one() / mass, first));
+        let g = self.parameter.gravity;
+        let field = if s.held { [at.p[g], at.p[g + 1], at.p[g + 2]] } else { zero() };
+        put(to.potential_energy, &[self.spring_energy(at) - dot(field, first)]);
+    }
+}

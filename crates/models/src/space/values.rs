@@ -1,0 +1,161 @@
+//! Values of the parameters of [`SpatialFreeFlyer`]: of a design, by themselves, and what they may not be.
+
+use super::attitude::{IDENTITY, square};
+use super::design::{Design, NOT_UNIT, inertia_fault};
+use super::layout::Parameters;
+use super::model::{SpatialFreeFlyer, Structure};
+use super::tree::Tree;
+use super::vector::{Matrix, dot};
+use crate::arm::rotor;
+
+/// Diagonal of a matrix of 3 x 3, row by row.
+const DIAGONAL: [usize; 3] = [0, 4, 8];
+
+impl Design {
+    /// What of it is fixed when it is packed.
+    pub fn structure(&self) -> Structure {
+        Structure {
+            tree: Tree {
+                parent: self.links.iter().map(|l| l.parent).collect(),
+                joint: self.links.iter().map(|l| l.joint).collect(),
+            },
+            flexible: self.links.iter().map(|l| l.motor.flexible).collect(),
+            tips: self.tips.iter().map(|t| t.body).collect(),
+            thrusters: self.thrusters.len(),
+            held: self.held,
+        }
+    }
+
+    /// Values of all parameters of a model of it.
+    pub fn parameters(&self) -> Vec<f64> {
+        let s = self.structure();
+        let at = Parameters::new(&s);
+        let mut p = plain(&s, &at);
+        p[at.motor_coupling] = if self.geared { rotor::GEARED } else { rotor::PAPER };
+        p[at.base_mass] = self.base_mass;
+        put(&mut p, at.base_inertia, self.base_inertia.as_flattened());
+        for (j, l) in self.links.iter().enumerate() {
+            p[at.body_mass + j] = l.mass;
+            put(&mut p, at.body_center + 3 * j, &l.center_of_mass);
+            put(&mut p, at.body_inertia + 9 * j, l.inertia.as_flattened());
+            put(&mut p, at.joint_position + 3 * j, &l.position);
+            put(&mut p, at.joint_orientation + 4 * j, &l.orientation);
+            put(&mut p, at.joint_axis + 3 * j, &l.axis);
+            p[at.motor_inertia + j] = l.motor.inertia;
+            p[at.gear_ratio + j] = l.motor.gear_ratio;
+            p[at.joint_stiffness + j] = l.motor.stiffness;
+            p[at.joint_damping + j] = l.motor.damping;
+        }
+        for (a, t) in self.tips.iter().enumerate() {
+            put(&mut p, at.tip_offset + 3 * a, &t.offset);
+        }
+        for (k, t) in self.thrusters.iter().enumerate() {
+            put(&mut p, at.thruster_position + 3 * k, &t.position);
+            put(&mut p, at.thruster_direction + 3 * k, &t.direction);
+        }
+        p
+    }
+}
+
+fn put(p: &mut [f64], begin: usize, values: &[f64]) {
+    p[begin..][..values.len()].copy_from_slice(values);
+}
+
+/// A base of 100 kg with bodies of 1 kg in a row, all axes along z.
+fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
+    let mut p = vec![0.0; at.count];
+    p[at.base_mass] = 100.0;
+    DIAGONAL.iter().for_each(|i| p[at.base_inertia + i] = 10.0);
+    for j in 0..s.bodies() {
+        p[at.body_mass + j] = 1.0;
+        DIAGONAL.iter().for_each(|i| p[at.body_inertia + 9 * j + i] = 0.1);
+        p[at.joint_orientation + 4 * j] = 1.0;
+        p[at.joint_axis + 3 * j + 2] = 1.0;
+        p[at.gear_ratio + j] = 1.0;
+        if s.flexible[j] {
+            p[at.motor_inertia + j] = 0.1;
+            p[at.joint_stiffness + j] = 100.0;
+        }
+    }
+    (0..s.thrusters).for_each(|k| p[at.thruster_direction + 3 * k] = 1.0);
+    p[at.motor_coupling] = rotor::GEARED;
+    put(&mut p, at.initial_base_quaternion, &IDENTITY);
+    p
+}
+
+impl SpatialFreeFlyer {
+    /// Start values of all parameters of a model that is no robot's yet.
+    pub fn defaults(&self) -> Vec<f64> {
+        plain(self.structure(), &self.parameter)
+    }
+
+    /// Conditions on parameters that no single bound can say.
+    ///
+    /// # Errors
+    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
+        let (s, at) = (self.structure(), &self.parameter);
+        let inertia =
+            |begin: usize| -> Matrix<f64> { [0, 3, 6].map(|r| [0, 1, 2].map(|c| p[begin + r + c])) };
+        if let Some(why) = inertia_fault(&inertia(at.base_inertia)) {
+            return Err((at.base_inertia, format!("baseInertia: {why}")));
+        }
+        for j in 0..s.bodies() {
+            let i = j + 1;
+            let begin = at.body_inertia + 9 * j;
+            if let Some(why) = inertia_fault(&inertia(begin)) {
+                return Err((begin, format!("bodyInertia of body {i}: {why}")));
+            }
+            let begin = at.joint_axis + 3 * j;
+            let axis = [p[begin], p[begin + 1], p[begin + 2]];
+            if dot(axis, axis) == 0.0 {
+                return Err((begin, format!("jointAxis of body {i} has length 0: give it a direction")));
+            }
+            let begin = at.joint_orientation + 4 * j;
+            quaternion(p, begin, &format!("jointOrientation of body {i}"))?;
+            if s.flexible[j] {
+                let or = "or pack the model with a rigid joint there";
+                for (name, begin, why) in [
+                    ("jointStiffness", at.joint_stiffness, "its spring must hold the body"),
+                    ("motorInertia", at.motor_inertia, "its motor moves by itself"),
+                ] {
+                    let value = p[begin + j];
+                    if value <= 0.0 {
+                        let message = format!(
+                            "{name}[{i}] = {value} is refused: the joint is flexible and {why} ({or}); give {name}[{i}] a value above 0"
+                        );
+                        return Err((begin + j, message));
+                    }
+                }
+            }
+        }
+        for k in 0..s.thrusters {
+            let begin = at.thruster_direction + 3 * k;
+            let along = [p[begin], p[begin + 1], p[begin + 2]];
+            if dot(along, along) == 0.0 {
+                let message = format!("thrusterDirection of thruster {} has length 0: give it one", k + 1);
+                return Err((begin, message));
+            }
+        }
+        let begin = at.initial_base_quaternion;
+        if p[begin..begin + 4].iter().all(|v| *v == 0.0) {
+            let message = "initialBaseQuaternion is 0, 0, 0, 0, which is no attitude; give w, x, y, z, 1, 0, 0, 0 for base axes along the inertial ones";
+            return Err((begin, message.to_owned()));
+        }
+        Ok(())
+    }
+}
+
+/// Of a parameter that has to be of length 1.
+fn quaternion(p: &[f64], begin: usize, name: &str) -> Result<(), (usize, String)> {
+    let q = [p[begin], p[begin + 1], p[begin + 2], p[begin + 3]];
+    let length = square(q).sqrt();
+    if (length - 1.0).abs() <= NOT_UNIT {
+        return Ok(());
+    }
+    let [w, x, y, z] = q;
+    Err((
+        begin,
+        format!("{name} = {w}, {x}, {y}, {z} has length {length:.4}: give a unit quaternion, w first"),
+    ))
+}
