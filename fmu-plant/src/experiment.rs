@@ -30,6 +30,21 @@ pub fn schedule(model: &str) -> Option<Schedule<'static>> {
             (6.0, "jointTorque[3]", -0.02),
             (7.0, "jointTorque[3]", 0.0),
         ],
+        // Joint torques out and back; the base is free.
+        "SpatialFreeFlyer" => &[
+            (0.5, "jointTorque[1]", 2.0),
+            (0.5, "jointTorque[2]", -3.0),
+            (0.5, "jointTorque[3]", 1.5),
+            (2.0, "jointTorque[1]", -2.0),
+            (2.0, "jointTorque[2]", 3.0),
+            (2.0, "jointTorque[3]", -1.5),
+            (3.5, "jointTorque[1]", 0.0),
+            (3.5, "jointTorque[2]", 0.0),
+            (3.5, "jointTorque[3]", 0.0),
+            (5.0, "jointTorque[5]", 0.02),
+            (6.0, "jointTorque[5]", -0.02),
+            (7.0, "jointTorque[5]", 0.0),
+        ],
         _ => return None,
     })
 }

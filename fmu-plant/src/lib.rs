@@ -1,16 +1,18 @@
-//! TwoMassJoint and PlanarManipulator as FMUs: binding only.
+//! TwoMassJoint, PlanarManipulator and SpatialFreeFlyer as FMUs: binding only.
 
 mod arm;
 mod builder;
 mod experiment;
 mod joint;
 mod model;
+mod space;
 
 pub use experiment::schedule;
 pub use model::{Plant, TEST_BED};
+pub use space::configuration as of_design;
 
 /// The models of this library.
-pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator"];
+pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer"];
 
 #[cfg(test)]
 mod tests {
@@ -32,6 +34,8 @@ mod tests {
             ("PlanarManipulator", vec![], vec![]),
             ("PlanarManipulator", vec![false], arm.clone()),
             ("PlanarManipulator", vec![true, false, true, true, false], arm),
+            ("SpatialFreeFlyer", vec![], vec![]),
+            ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
         ];
         for (model, joint_flexible, effects) in cases {
             let c = Configuration { joint_flexible, effects, ..Configuration::of(model) };

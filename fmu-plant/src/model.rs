@@ -1,11 +1,12 @@
-//! The two plants as one type: a library stands for either, as its configuration says.
+//! The plants as one type: a library stands for any of them, as its configuration says.
 
-use crate::{arm, joint};
+use crate::{arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::{TwoMassJoint, parameter};
+use trueup_models::space::SpatialFreeFlyer;
 
 /// A plant and its variable table.
 #[derive(Clone, Debug)]
@@ -15,12 +16,14 @@ pub enum Plant {
     Joint(TwoMassJoint, Option<f64>),
     /// `PlanarManipulator`.
     Arm(PlanarManipulator),
+    /// `SpatialFreeFlyer` with the start values of its parameters.
+    Space(SpatialFreeFlyer, Vec<f64>),
 }
 
 /// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
 pub const TEST_BED: [bool; 3] = [true, false, false];
 
-trueup_numerics::delegate_hybrid!(Plant { Plant::Joint(m, _) => m, Plant::Arm(m) => m });
+trueup_numerics::delegate_hybrid!(Plant { Plant::Joint(m, _) => m, Plant::Arm(m) => m, Plant::Space(m, _) => m });
 
 impl FmuModel for Plant {
     fn build(c: &Configuration) -> Result<Self, String> {
@@ -40,15 +43,15 @@ impl FmuModel for Plant {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
                 PlanarManipulator::new(flexible, &c.effects).map(Self::Arm).map_err(|e| e.to_string())
             }
-            other => {
-                Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(" and ")))
-            }
+            "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
+            other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(", "))),
         }
     }
     fn table(&self) -> ModelTable {
         match self {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
+            Self::Space(m, start) => space::table(m, start),
         }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
@@ -59,6 +62,7 @@ impl FmuModel for Plant {
             )),
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
+            Self::Space(m, _) => m.check(p),
         }
     }
 }

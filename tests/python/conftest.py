@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
+MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 
 
 def pytest_addoption(parser):

@@ -73,43 +73,70 @@ def test_files(found):
         check_files(folder, diagnosis)
 
 
-@pytest.fixture(scope="module")
-def sealed(tmp_path_factory):
-    """Play behind a gear that the model holds to be tight: folder, key, diagnosis."""
-    folder = tmp_path_factory.mktemp("sealed")
+BACKLASH = Path(__file__).resolve().parents[2] / "examples/backlash"
+
+
+def of_a_trial(folder):
     # The second of the eight cases, which test_diagnose_replay.py has in all.
     order = ("--plant", "joint", "--split", "single", "--count", "8", "--seed", "100", "--shard", "2/8")
     made = run("trial", "generate", "-o", folder, *order)
     assert made.returncode == 0, made.stderr
     (key,) = [tomllib.loads(p.read_text()) for p in (folder / "keys").iterdir()]
     assert key["effects"] == ["backlash"]
-    done = run("diagnose", folder / "cases" / key["case"], "-o", folder / "found", "--json")
+    return folder / "cases" / key["case"]
+
+
+@pytest.fixture(scope="module", params=["example", pytest.param("trial", marks=pytest.mark.full)])
+def sealed(request, tmp_path_factory):
+    """Play behind a gear that the model holds to be tight: case, what was written, diagnosis, what was told on the way."""
+    folder = tmp_path_factory.mktemp("sealed")
+    case = BACKLASH if request.param == "example" else of_a_trial(folder)
+    done = run("diagnose", case, "-o", folder / "found", "--json")
     assert done.returncode == 0, done.stderr
-    return folder, key, json.loads(done.stdout)
+    return case, folder / "found", json.loads(done.stdout), done.stderr
 
 
 def test_a_sealed_effect_is_named_and_shrinks_the_gap(sealed):
-    folder, key, diagnosis = sealed
+    case, found, diagnosis, told = sealed
     overall = diagnosis["gap"]["overall"]
-    print(key["case"], key["effects"], overall)
-    assert diagnosis["verdict"] == "effects" and diagnosis["effects"][0]["id"] == key["effects"][0]
+    print(case.name, overall)
+    assert diagnosis["verdict"] == "effects"
+    (effect,) = diagnosis["effects"]
+    assert effect["id"] == "backlash" and effect["probability"] > 0.9
     assert overall["after"] < overall["tuned"] and overall["after"] < overall["before"]
     # The only effect closes alone what all of them close.
-    assert len(diagnosis["effects"]) == 1
-    assert diagnosis["effects"][0]["closed_alone"] == pytest.approx(min(1.0, overall["closed"]), abs=1e-12)
+    assert effect["closed_alone"] == pytest.approx(min(1.0, overall["closed"]), abs=1e-12)
     assert len(diagnosis["augmented"]) == 2
-    assert all((folder / "found" / name).exists() for name in diagnosis["augmented"])
-    check_files(folder / "found", diagnosis)
-    described = fmpy.read_model_description(str(folder / "found" / diagnosis["augmented"][0]))
+    assert all((found / name).exists() for name in diagnosis["augmented"])
+    check_files(found, diagnosis)
+    described = fmpy.read_model_description(str(found / diagnosis["augmented"][0]))
     assert described.modelName == "TwoMassJoint.augmented"
-    assert key["case"] in described.description and "backlash" in described.description
+    assert case.name in described.description and "backlash" in described.description
+    # Tied to its data: sha256sum case.toml *.csv | sha256sum
+    assert set(diagnosis["inputs"]["files"]) == {p.name for p in case.iterdir() if p.suffix in (".csv", ".toml")}
+    assert len(diagnosis["inputs"]["sha256"]) == 64
+    # Progress is in words: no label of the search, no long numbers.
+    assert "excess" not in told and "[\"" not in told
+    shares = [float(line.split("%")[0]) for line in told.splitlines() if "%  " in line[:8]]
+    assert shares and shares == sorted(shares), told
+
+
+def test_the_example_is_what_its_document_says(sealed):
+    """Play is sized, and all of the gap that it makes closed."""
+    case, _, diagnosis, _ = sealed
+    if case != BACKLASH:
+        return
+    gap = diagnosis["effects"][0]["parameters"]["backlashGap"]
+    assert gap["ci95"][0] < 0.08 < gap["ci95"][1] and abs(gap["value"] - 0.08) < 0.004
+    overall = diagnosis["gap"]["overall"]
+    assert overall["after"] < 2 * overall["floor"] < overall["tuned"]
 
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_plays_the_augmented_fmu_with_the_gap_of_the_report(sealed, version):
     """The short one of test_diagnose_replay.py: first states as told, not estimated anew."""
-    folder, key, diagnosis = sealed
-    replay_from_first_states_told("joint", folder / "cases" / key["case"], folder / "found", diagnosis, version)
+    case, found, diagnosis, _ = sealed
+    replay_from_first_states_told("joint", case, found, diagnosis, version)
 
 
 @pytest.mark.full

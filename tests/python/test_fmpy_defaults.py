@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
+MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 T = np.arange(0, 5.0001, 0.01)
 
 
@@ -19,6 +19,8 @@ def columns(model, amplitude, w):
         return {"motorCurrent": wave(0.3)}
     if model == "PlanarManipulator":
         return {"jointTorque": [wave(0.3), wave(-0.2, 2), wave(0.1, 3)]}
+    if model == "SpatialFreeFlyer":
+        return {"jointTorque": [wave(a, k + 1) for k, a in enumerate((2, 3, -1.5, 0.02, 0.02, 0.004))]}
     n = 44340 if model == "JointController" else 1
     signals = {
         "positionReference": (1, 0, False),
@@ -40,7 +42,7 @@ def table(model, version, amplitude, w):
                 kinds.append((f"{name}[{i + 1}]", float))
                 data[f"{name}[{i + 1}]"] = row
         elif isinstance(value, list):
-            kinds.append((name, float, (3,)))
+            kinds.append((name, float, (len(value),)))
             data[name] = np.stack(value, axis=1)
         else:
             kinds.append((name, float))
@@ -54,8 +56,12 @@ def table(model, version, amplitude, w):
 @pytest.mark.parametrize("version", (2, 3))
 @pytest.mark.parametrize("model", MODELS)
 def test_sampled_sines(fmu, model, version):
-    shown = {"TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "JointController": "motorCurrent"}
-    name = shown.get(model, "jointTorque") + ("[1]" if version == 2 and "Manipulator" in model else "")
+    shown = {
+        "TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "SpatialFreeFlyer": "jointAngle",
+        "JointController": "motorCurrent",
+    }
+    array = version == 2 and model not in ("TwoMassJoint", "JointController")
+    name = shown.get(model, "jointTorque") + ("[1]" if array else "")
     # Amplitude as a factor, and frequency in Hz: from slow to what one period of 100 ms makes of 10 samples.
     for amplitude, hz in ((1, 0.16), (0.3, 2), (3, 0.5), (10, 2), (3, 10)):
         inputs = table(model, version, amplitude, 2 * np.pi * hz)

@@ -14,7 +14,7 @@ import pytest
 from conftest import from_environment
 from fmpy.util import read_csv
 
-MODELS = ("TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController")
+MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 
 
 @pytest.mark.parametrize("version", (2, 3))

@@ -10,7 +10,13 @@ use trueup_fmi_description::write::with_token;
 use trueup_fmi_description::{Version, check, read};
 use trueup_models::effect::{Choice, Plant};
 
-const MODELS: [&str; 4] = ["TwoMassJoint", "PlanarManipulator", "JointController", "ManipulatorController"];
+mod robots {
+    pub(super) use trueup_models::space::design::{Design, Thruster};
+    pub(super) use trueup_models::space::presets::{chaser, table_1, test_bed};
+}
+
+const MODELS: [&str; 5] =
+    ["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController"];
 
 fn written(configuration: &Configuration, version: Version) -> String {
     let table = fmu_library::table(configuration).expect("the default configuration is valid");
@@ -59,10 +65,18 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
         ("TwoMassJoint", vec![false]),
         ("PlanarManipulator", vec![false, true]),
         ("PlanarManipulator", vec![false; 4]),
+        ("SpatialFreeFlyer", vec![true, false, true, true, false, true]),
         ("ManipulatorController", vec![true; 5]),
     ]
     .map(|(model, joint_flexible)| Configuration { joint_flexible, ..Configuration::of(model) });
-    for configuration in plain.into_iter().chain(with_effect).chain(structures) {
+    let mut satellite = robots::chaser();
+    satellite.links.clear();
+    satellite.tips.clear();
+    satellite.thrusters.push(robots::Thruster { position: [1.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0] });
+    let held = robots::Design { held: true, ..robots::table_1() };
+    let robots = [robots::table_1(), robots::test_bed(), satellite, held]
+        .map(|d| fmu_library::of_design(&d).expect("a robot that can be had"));
+    for configuration in plain.into_iter().chain(with_effect).chain(structures).chain(robots) {
         for version in Version::ALL {
             let xml = written(&configuration, version);
             let description = read::read(xml.as_bytes()).expect("what is written can be read");

@@ -15,13 +15,15 @@ pub const MARKER: &[u8; 32] = b"TRUEUP-FMU-CONFIGURATION-BLOCK:\n";
 /// A packed model: what is fixed when packed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
-    /// `TwoMassJoint`, `PlanarManipulator`, `JointController` or `ManipulatorController`.
+    /// `TwoMassJoint`, `PlanarManipulator`, `SpatialFreeFlyer`, `JointController` or `ManipulatorController`.
     pub model: String,
     /// GUID (FMI 2.0) and instantiation token (FMI 3.0).
     pub token: String,
     /// Which joints are flexible, one entry per joint; empty: the model's default. Its length is the
     /// number of joints.
     pub joint_flexible: Vec<bool>,
+    /// Whole numbers that fix the structure beyond that, by name (`parent`: 0, 1, 2); empty: the model's default.
+    pub structure: Vec<(String, Vec<u32>)>,
     /// Ids of the effects packed in, in the order of the library.
     pub effects: Vec<String>,
     /// Start values other than the model's own: element name (`linkMass[1]`) and value.
@@ -70,6 +72,13 @@ impl Configuration {
         for f in &self.joint_flexible {
             let _ = writeln!(s, "joint {}", if *f { "flexible" } else { "rigid" });
         }
+        for (name, values) in &self.structure {
+            let _ = write!(s, "structure {name}");
+            values.iter().for_each(|v| {
+                let _ = write!(s, " {v}");
+            });
+            s.push('\n');
+        }
         for e in &self.effects {
             let _ = writeln!(s, "effect {e}");
         }
@@ -89,6 +98,12 @@ impl Configuration {
                 "token" => c.token = rest.to_owned(),
                 "joint" if rest == "flexible" => c.joint_flexible.push(true),
                 "joint" if rest == "rigid" => c.joint_flexible.push(false),
+                "structure" => {
+                    let mut words = rest.split(' ');
+                    let name = words.next().unwrap_or_default().to_owned();
+                    let values = words.map(|w| w.parse().map_err(|_| wrong())).collect::<Result<_, _>>()?;
+                    c.structure.push((name, values));
+                }
                 "effect" => c.effects.push(rest.to_owned()),
                 "start" => {
                     let (name, value) = rest.rsplit_once(' ').ok_or_else(wrong)?;

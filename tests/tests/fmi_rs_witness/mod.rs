@@ -32,6 +32,10 @@ const EXPERIMENTS: &[(&str, Values)] = &[
     // Breaks loose (static friction is overcome) and turns the load against a torque.
     ("TwoMassJoint", &[("motorCurrent", &[0.018]), ("externalTorque", &[-0.5])]),
     ("PlanarManipulator", &[("jointTorque", &[0.4, -0.1, 0.02]), ("tipForce", &[0.1, -0.2])]),
+    (
+        "SpatialFreeFlyer",
+        &[("jointTorque", &[2.0, -3.0, 1.5, 0.02, -0.02, 0.004]), ("baseForce", &[5.0, 0.0, -2.0])],
+    ),
     // Reaches its limit during the run, not at once.
     ("JointController", &[("positionReference", &[1e-3]), ("motorVelocity", &[0.5]), ("loadAngle", &[2e-4])]),
     (

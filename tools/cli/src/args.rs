@@ -96,7 +96,7 @@ pub(crate) struct Statics {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Robot {
-    /// A TOML file (see docs/robots.md), or `table-1` or `chaser`
+    /// A TOML file (see docs/robots.md), or a preset of SpatialFreeFlyer (see `trueup fmu list`)
     pub(crate) file: PathBuf,
     /// Angles of all joints in rad (ways of prismatic ones in m); all 0 when not given
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_negative_numbers = true)]
@@ -198,11 +198,14 @@ pub(crate) struct Pack {
     /// Parameter set to start from (see `trueup fmu list`)
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
+    /// Robot of a SpatialFreeFlyer, as a TOML file (see docs/robots.md)
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "preset")]
+    pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
     pub(crate) set: Vec<String>,
-    /// Structure of an arm: which of its joints are flexible; as many entries as the arm has joints (1 to 8)
+    /// Structure of an arm: which of its joints are flexible; as many entries as the arm has joints
     #[arg(long, value_name = "true|false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
     pub(crate) flexible: Vec<bool>,
     /// Folder with the template libraries; found beside the program when not given
@@ -245,6 +248,9 @@ pub(crate) struct Simulate {
     /// Relative tolerance of the coupling and of integrators
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
+    /// Robot of a SpatialFreeFlyer, as a TOML file (see docs/robots.md)
+    #[arg(long, value_name = "FILE.toml", conflicts_with = "preset")]
+    pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`); in a system with the component (`arm.linkMass[1]=4`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]

@@ -24,6 +24,7 @@ pub(crate) fn of(model: &str) -> Option<Assets> {
     Some(match model {
         "TwoMassJoint" => assets!("fmu-plant/assets/TwoMassJoint"),
         "PlanarManipulator" => assets!("fmu-plant/assets/PlanarManipulator"),
+        "SpatialFreeFlyer" => assets!("fmu-plant/assets/SpatialFreeFlyer"),
         "JointController" => assets!("fmu-controller/assets/JointController"),
         "ManipulatorController" => assets!("fmu-controller/assets/ManipulatorController"),
         _ => return None,

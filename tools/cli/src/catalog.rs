@@ -2,6 +2,7 @@
 
 use trueup_models::effect::{self, Choice, Plant};
 use trueup_models::presets::{PRESETS, Preset};
+use trueup_models::space::presets as robots;
 
 /// A model.
 #[derive(Clone, Copy)]
@@ -24,15 +25,26 @@ pub(crate) fn models() -> impl Iterator<Item = Model> {
     [
         model("TwoMassJoint", "flexible geared joint with true stick-slip"),
         model("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
+        model("SpatialFreeFlyer", "base with arms in space: joints, thrusters, wrenches at the tips"),
         model("JointController", "P/PI and wave-based control of one joint"),
         model("ManipulatorController", "the same control law for every joint of an arm"),
     ]
     .into_iter()
 }
 
-/// Presets of this model.
+/// Values of the parameters of this model, by a name.
 pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static Preset> {
     PRESETS.iter().filter(move |p| p.model == model)
+}
+
+/// The model whose presets are robots.
+pub(crate) const FLYER: &str = "SpatialFreeFlyer";
+
+/// Names of all presets of this model, robots included, with where they are from.
+pub(crate) fn preset_names(model: &str) -> Vec<(&'static str, &'static str)> {
+    let of_values = presets(model).map(|p| (p.name, p.source));
+    let robots = robots::PRESETS.iter().filter(|_| model == FLYER).map(|p| (p.name, p.source));
+    of_values.chain(robots).collect()
 }
 
 /// Every effect, in the order in which they act.

@@ -14,6 +14,7 @@ mod near;
 mod output;
 mod plot;
 mod progress;
+mod robot;
 mod stages;
 mod voice;
 

@@ -2,6 +2,7 @@
 
 use super::articulated::{Accelerations, Drive, Moves, Rotor, accelerations};
 use super::attitude::{self, Quaternion, rotation, unit};
+use super::composite::{forces, mass_matrix, rotor_rows};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
 use super::tree::{All, Body, Placed, Tree};
@@ -286,6 +287,21 @@ impl SpatialFreeFlyer {
             &now.drives,
             now.held,
         )
+    }
+
+    /// M (SFF-8) into `m`, row by row; returns the number of its rows. They are the base's velocity and its rate, both in
+    /// **base axes**, the joints, the motors of flexible joints.
+    pub fn mass_matrix<T: Scalar>(&self, at: &At<T>, m: &mut [T]) -> usize {
+        let (now, tree) = (self.instant(at), &self.structure.tree);
+        mass_matrix(tree, &now.base, &now.bodies, &now.placed, &now.drives, m);
+        rotor_rows(tree, &now.drives).1
+    }
+
+    /// C v (SFF-11) into `out`: the forces of a motion without accelerations, rows as in [`Self::mass_matrix`].
+    pub fn bias<T: Scalar>(&self, at: &At<T>, out: &mut [T]) {
+        let (now, none) = (self.instant(at), [T::zero(); MAX_BODIES]);
+        let still = (Motion::zero(), &none[..], &none[..]);
+        forces(&self.structure.tree, &now.base, &now.bodies, &now.placed, &now.drives, still, out);
     }
 
     /// Rates of the states where some accelerations are given.

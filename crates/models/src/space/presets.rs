@@ -117,6 +117,32 @@ pub fn test_bed() -> Design {
     }
 }
 
-/// All of them, by name.
-pub const PRESETS: &[(&str, fn() -> Design)] =
-    &[("table-1", table_1), ("chaser", chaser), ("test-bed", test_bed)];
+/// A robot by its name.
+#[derive(Clone, Copy, Debug)]
+pub struct Preset {
+    /// As it is asked for.
+    pub name: &'static str,
+    /// Where its values are from.
+    pub source: &'static str,
+    /// Makes it.
+    pub design: fn() -> Design,
+}
+
+/// All of them.
+pub const PRESETS: &[Preset] = &[
+    Preset {
+        name: "table-1",
+        source: "three-link arm of free-flying robots' dynamics, Table 1, on an assumed base",
+        design: table_1,
+    },
+    Preset {
+        name: "chaser",
+        source: "servicer of 1500 kg with a six-joint arm, on-orbit contact, Tables 2 and 7; the rest is assumed",
+        design: chaser,
+    },
+    Preset {
+        name: "test-bed",
+        source: "CBK PAN air-bearing test-bed in space, all axes along z",
+        design: test_bed,
+    },
+];

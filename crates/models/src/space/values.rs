@@ -8,6 +8,9 @@ use super::tree::Tree;
 use super::vector::{Matrix, dot};
 use crate::arm::rotor;
 
+/// Motor inertia and stiffness of a flexible joint that nobody has described.
+const SPRING: (f64, f64) = (0.1, 100.0);
+
 /// Diagonal of a matrix of 3 x 3, row by row.
 const DIAGONAL: [usize; 3] = [0, 4, 8];
 
@@ -24,6 +27,28 @@ impl Design {
             thrusters: self.thrusters.len(),
             held: self.held,
         }
+    }
+
+    /// Gives these joints a spring and these none; a joint that had no spring gets a motor of 0.1 kg.m2 behind 100 N.m/rad.
+    ///
+    /// # Errors
+    /// Not one entry per joint.
+    pub fn flex(&mut self, flexible: &[bool]) -> Result<(), String> {
+        let n = self.links.len();
+        if flexible.len() != n {
+            return Err(format!(
+                "jointFlexible has {} entries; {} has {n} joints, give one each",
+                flexible.len(),
+                self.name
+            ));
+        }
+        for (motor, flexible) in self.links.iter_mut().map(|l| &mut l.motor).zip(flexible) {
+            motor.flexible = *flexible;
+            if *flexible && motor.stiffness == 0.0 {
+                (motor.inertia, motor.stiffness) = (SPRING.0, SPRING.1);
+            }
+        }
+        Ok(())
     }
 
     /// Values of all parameters of a model of it.
@@ -73,8 +98,7 @@ fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
         p[at.joint_axis + 3 * j + 2] = 1.0;
         p[at.gear_ratio + j] = 1.0;
         if s.flexible[j] {
-            p[at.motor_inertia + j] = 0.1;
-            p[at.joint_stiffness + j] = 100.0;
+            (p[at.motor_inertia + j], p[at.joint_stiffness + j]) = SPRING;
         }
     }
     (0..s.thrusters).for_each(|k| p[at.thruster_direction + 3 * k] = 1.0);

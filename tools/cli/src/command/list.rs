@@ -11,8 +11,10 @@ pub(crate) fn run() -> Result<(), Error> {
         out += &format!("  {:<30}{}\n", m.name, m.description);
     }
     out += "\nPresets (--preset)\n";
-    for p in models.iter().flat_map(|m| catalog::presets(m.name)) {
-        out += &format!("  {:<30}{}: {}\n", p.name, p.model, p.source);
+    for m in &models {
+        for (name, source) in catalog::preset_names(m.name) {
+            out += &format!("  {name:<30}{}: {source}\n", m.name);
+        }
     }
     out += "\nEffects (--effect)\n";
     for e in catalog::effects() {

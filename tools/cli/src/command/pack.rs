@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
+use trueup_models::space::design::Design;
 
 use crate::args::Pack;
 use crate::assets;
@@ -29,7 +30,7 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
     if let Some(p) = &args.preset
         && !catalog::models().any(|m| has_preset(m, p))
     {
-        let names = catalog::models().flat_map(|m| catalog::presets(m.name)).map(|p| p.name);
+        let names = catalog::models().flat_map(|m| catalog::preset_names(m.name)).map(|p| p.0);
         return Err(Error::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
     }
     let models = models(args)?;
@@ -57,7 +58,7 @@ fn acts(model: Model, effect: &str) -> bool {
 }
 
 fn has_preset(model: Model, preset: &str) -> bool {
-    catalog::presets(model.name).any(|p| p.name == preset)
+    catalog::preset_names(model.name).iter().any(|p| p.0 == preset)
 }
 
 /// The models named, or all that the other options fit.
@@ -68,12 +69,17 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
             .iter()
             .find(|e| !acts(m, e))
             .map(|e| format!("effect `{e}` does not act in {}", m.name));
-        effect.or_else(|| {
-            args.preset
-                .as_ref()
-                .filter(|p| !has_preset(m, p))
-                .map(|p| format!("preset `{p}` is not for {}", m.name))
-        })
+        effect
+            .or_else(|| {
+                args.preset
+                    .as_ref()
+                    .filter(|p| !has_preset(m, p))
+                    .map(|p| format!("preset `{p}` is not for {}", m.name))
+            })
+            .or_else(|| {
+                let robot = args.robot.as_ref().filter(|_| m.name != catalog::FLYER);
+                robot.map(|r| format!("robot {} is for {}, not for {}", r.display(), catalog::FLYER, m.name))
+            })
     };
     if args.model.is_empty() {
         if !args.set.is_empty() || !args.flexible.is_empty() {
@@ -100,13 +106,31 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
     args.model.iter().map(named).collect()
 }
 
+/// The robot that is asked for, its joints flexible as is asked for.
+fn robot(model: Model, args: &Pack) -> Result<Option<Design>, Error> {
+    if model.name != catalog::FLYER {
+        return Ok(None);
+    }
+    let named = args.preset.as_ref().map(PathBuf::from);
+    let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
+    let mut design = crate::robot::read(&file)?;
+    if !args.flexible.is_empty() {
+        design.flex(&args.flexible).map_err(Error::Usage)?;
+    }
+    Ok(Some(design))
+}
+
 fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
     // In the order in which they act; given twice, an effect is packed once.
     let effects = catalog::in_order(model.name, &args.effect)
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
-    let mut configuration =
-        Configuration { joint_flexible: args.flexible.clone(), effects, ..Configuration::of(model.name) };
+    let mut configuration = match robot(model, args)? {
+        Some(design) => Configuration { effects, ..fmu_library::of_design(&design).map_err(refused)? },
+        None => {
+            Configuration { joint_flexible: args.flexible.clone(), effects, ..Configuration::of(model.name) }
+        }
+    };
     // Start values are read against the variables that this structure has.
     let table = fmu_library::table(&configuration).map_err(refused)?;
     let preset =

@@ -1,6 +1,5 @@
 //! `trueup robot`: what a pose of a robot on a free base shows.
 
-mod file;
 mod singular;
 mod surface;
 
@@ -11,24 +10,16 @@ use serde_json::{Value, json};
 use trueup_models::space::analysis::{Column, MomentumForm, Reaction, measure, stacked};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::design::{Design, Tip};
-use trueup_models::space::presets;
 use trueup_models::space::spatial::Frame;
 
 use crate::args::Robot;
 use crate::error::Error;
 use crate::near::suggestion;
 use crate::output::say;
-
-/// A robot by its name.
-type Preset = (&'static str, fn() -> Design);
-/// Robots that need no file.
-const PRESETS: [Preset; 2] = [("table-1", presets::table_1), ("chaser", presets::chaser)];
+use crate::robot;
 
 pub(crate) fn run(args: &Robot) -> Result<(), Error> {
-    let design = match PRESETS.iter().find(|p| args.file.to_str() == Some(p.0)) {
-        Some((_, preset)) => preset(),
-        None => file::read(&args.file, &PRESETS.map(|p| p.0))?,
-    };
+    let design = robot::read(&args.file)?;
     let tip = chosen(args, &design)?;
     let q = pose(args, &design)?;
     if let Some(j) = args.torque_joints.iter().find(|j| !(1..=q.len()).contains(*j)) {

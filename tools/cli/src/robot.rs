@@ -1,9 +1,10 @@
-//! A robot as TOML.
+//! Robots: presets, and files of TOML.
 
 use std::path::Path;
 
 use serde::Deserialize;
-use trueup_models::space::design::{Design, Link, Tip};
+use trueup_models::space::design::{Design, Link, Motor, Thruster, Tip};
+use trueup_models::space::presets::PRESETS;
 use trueup_models::space::tree::Joint;
 
 use crate::error::Error;
@@ -18,6 +19,8 @@ struct File {
     body: Vec<Body>,
     #[serde(default)]
     tip: Vec<Hand>,
+    #[serde(default)]
+    thruster: Vec<Nozzle>,
 }
 
 #[derive(Deserialize)]
@@ -25,6 +28,31 @@ struct File {
 struct Base {
     mass: f64,
     inertia: [[f64; 3]; 3],
+    /// It does not move.
+    #[serde(default)]
+    held: bool,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Drive {
+    #[serde(default)]
+    flexible: bool,
+    #[serde(default)]
+    inertia: f64,
+    #[serde(default = "one")]
+    gear_ratio: f64,
+    #[serde(default)]
+    stiffness: f64,
+    #[serde(default)]
+    damping: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Nozzle {
+    position: [f64; 3],
+    direction: [f64; 3],
 }
 
 #[derive(Deserialize)]
@@ -43,6 +71,7 @@ struct Body {
     orientation: [f64; 4],
     #[serde(default = "along_z")]
     axis: [f64; 3],
+    motor: Option<Drive>,
 }
 
 #[derive(Default, Deserialize)]
@@ -68,12 +97,19 @@ struct Hand {
 fn unturned() -> [f64; 4] {
     [1.0, 0.0, 0.0, 0.0]
 }
+fn one() -> f64 {
+    1.0
+}
 fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
-/// Reads and checks a robot.
-pub(super) fn read(path: &Path, presets: &[&str]) -> Result<Design, Error> {
+/// A robot by the name of a preset, or read from a file and checked.
+pub(crate) fn read(path: &Path) -> Result<Design, Error> {
+    if let Some(preset) = PRESETS.iter().find(|p| path.to_str() == Some(p.name)) {
+        return Ok((preset.design)());
+    }
+    let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).collect();
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
         let all = format!("give a TOML file, or one of {}", presets.join(", "));
@@ -119,6 +155,13 @@ impl File {
                 position: b.position,
                 orientation: b.orientation,
                 axis: b.axis,
+                motor: b.motor.map_or_else(Motor::default, |m| Motor {
+                    flexible: m.flexible,
+                    inertia: m.inertia,
+                    gear_ratio: m.gear_ratio,
+                    stiffness: m.stiffness,
+                    damping: m.damping,
+                }),
             });
         }
         let mut tips = Vec::new();
@@ -140,6 +183,11 @@ impl File {
             base_inertia: self.base.inertia,
             links,
             tips,
+            thrusters: (self.thruster.into_iter())
+                .map(|t| Thruster { position: t.position, direction: t.direction })
+                .collect(),
+            held: self.base.held,
+            geared: true,
         })
     }
 }

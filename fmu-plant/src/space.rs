@@ -1,0 +1,207 @@
+//! The variable table of `SpatialFreeFlyer`, and robots as configurations.
+
+use crate::builder::Builder;
+use crate::experiment::TOLERANCE;
+use trueup_fmi::configuration::Configuration;
+use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable, Storage};
+use trueup_models::space::design::Design;
+use trueup_models::space::layout::{Allowed, Inputs, Outputs, Parameters, Shows, States};
+use trueup_models::space::tree::{Joint, Tree};
+use trueup_models::space::{SpatialFreeFlyer, Structure, presets};
+use trueup_numerics::hybrid::Hybrid;
+
+/// What the configuration fixes, by these names.
+const PARENT: &str = "parent";
+const JOINT_TYPE: &str = "jointType";
+const TIP: &str = "tip";
+const THRUSTERS: &str = "thrusters";
+const HELD: &str = "held";
+
+/// The model of a configuration, and start values of its parameters before those of the configuration.
+pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), String> {
+    if let Some(effect) = c.effects.first() {
+        return Err(format!("no effect acts in SpatialFreeFlyer yet, `{effect}` neither"));
+    }
+    if c.structure.is_empty() {
+        let mut design = presets::chaser();
+        if !c.joint_flexible.is_empty() {
+            design.flex(&c.joint_flexible)?;
+        }
+        return Ok((SpatialFreeFlyer::new(design.structure())?, design.parameters()));
+    }
+    let model = SpatialFreeFlyer::new(structure(c)?)?;
+    let start = model.defaults();
+    Ok((model, start))
+}
+
+fn structure(c: &Configuration) -> Result<Structure, String> {
+    let found = |name: &str| {
+        c.structure
+            .iter()
+            .find(|s| s.0 == name)
+            .map_or(&[][..], |s| s.1.as_slice())
+            .iter()
+            .map(|v| *v as usize)
+    };
+    let first = |name: &str| found(name).next().unwrap_or(0);
+    let kind = |v: usize| match v {
+        0 => Ok(Joint::Revolute),
+        1 => Ok(Joint::Prismatic),
+        other => Err(format!("{JOINT_TYPE} {other} is none: 0 is revolute, 1 prismatic")),
+    };
+    let parent: Vec<usize> = found(PARENT).collect();
+    let flexible =
+        if c.joint_flexible.is_empty() { vec![false; parent.len()] } else { c.joint_flexible.clone() };
+    Ok(Structure {
+        tree: Tree { parent, joint: found(JOINT_TYPE).map(kind).collect::<Result<_, _>>()? },
+        flexible,
+        tips: found(TIP).collect(),
+        thrusters: first(THRUSTERS),
+        held: first(HELD) == 1,
+    })
+}
+
+/// The configuration of a model of this robot: its structure, and every value that is not the model's own.
+///
+/// # Errors
+/// A structure that cannot be had, with the mend.
+pub fn configuration(design: &Design) -> Result<Configuration, String> {
+    let s = design.structure();
+    let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
+    let structure = [
+        (PARENT, numbers(&s.tree.parent)),
+        (JOINT_TYPE, s.tree.joint.iter().map(|j| u32::from(*j == Joint::Prismatic)).collect()),
+        (TIP, numbers(&s.tips)),
+        (THRUSTERS, vec![s.thrusters as u32]),
+        (HELD, vec![u32::from(s.held)]),
+    ];
+    let model = SpatialFreeFlyer::new(s.clone())?;
+    let (own, wanted) = (model.defaults(), design.parameters());
+    let table = table(&model, &own);
+    let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));
+    let names = parameters.flat_map(|v| (0..v.len()).map(|e| v.element_name(e)));
+    let start = names.zip(own.iter().zip(&wanted));
+    Ok(Configuration {
+        joint_flexible: s.flexible,
+        structure: structure.map(|(name, values)| (name.to_owned(), values)).to_vec(),
+        start: start.filter(|(_, (a, b))| a != b).map(|(name, (_, b))| (name, *b)).collect(),
+        ..Configuration::of("SpatialFreeFlyer")
+    })
+}
+
+fn depends(shows: Shows) -> Depends {
+    match shows {
+        Shows::State(name) => Depends::On(vec![format!("state.{name}")]),
+        Shows::States => Depends::StatesAnd(Vec::new()),
+        Shows::All => Depends::All,
+    }
+}
+
+/// The table of a model with those start values (in the model's order).
+pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
+    let s = model.structure();
+    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
+    let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
+    let coupling = b.enumeration(Enumeration {
+        name: "MotorCoupling",
+        description: "How a motor's rotor is coupled to the body that carries it",
+        items: vec![
+            ("paper", "as printed: the rotor turns with the motor angle, the carrier feels all of I_m"),
+            ("geared", "rotor behind a gear: the carrier feels I_m/N and I_m/N^2"),
+        ],
+    });
+    let kind = b.enumeration(Enumeration {
+        name: "JointType",
+        description: "What a joint leaves free",
+        items: vec![("revolute", "turning about its axis"), ("prismatic", "sliding along its axis")],
+    });
+    let reals = |list: &[usize]| list.iter().map(|v| *v as f64).collect::<Vec<f64>>();
+    let flags = |list: &[bool]| list.iter().map(|v| f64::from(*v)).collect::<Vec<f64>>();
+    let n = s.bodies();
+    b.constant("numberOfBodies", Kind::Integer, &[], &[n as f64], "Moving bodies, n (fixed when packed)");
+    b.constant(
+        "baseHeld",
+        Kind::Boolean,
+        &[],
+        &flags(&[s.held]),
+        "The base does not move (fixed when packed)",
+    );
+    if n > 0 {
+        let parent = reals(&s.tree.parent);
+        b.constant(
+            PARENT,
+            Kind::Integer,
+            &[n],
+            &parent,
+            "Body that carries the body; 0: the base (fixed when packed)",
+        );
+        let types: Vec<f64> =
+            s.tree.joint.iter().map(|j| if *j == Joint::Prismatic { 2.0 } else { 1.0 }).collect();
+        b.constant(JOINT_TYPE, kind, &[n], &types, "Of the joint that the body hangs on (fixed when packed)");
+        let text = "The joint has its spring (fixed when packed)";
+        b.constant("jointFlexible", Kind::Boolean, &[n], &flags(&s.flexible), text);
+    }
+    if !s.tips.is_empty() {
+        let text = "Body that the end effector is fixed to (fixed when packed)";
+        b.constant(TIP, Kind::Integer, &[s.tips.len()], &reals(&s.tips), text);
+    }
+
+    let mut rest = start;
+    for e in Parameters::list(s) {
+        let (own, behind) = rest.split_at(e.len().min(rest.len()));
+        rest = behind;
+        let v = if e.kind.tunable {
+            b.tunable(e.name, e.unit, &e.dimensions, own, e.text)
+        } else {
+            b.fixed(e.name, e.unit, &e.dimensions, own, e.text)
+        };
+        match e.kind.allowed {
+            Allowed::Any => {}
+            Allowed::Positive => {
+                v.bounded_above(0.0);
+            }
+            Allowed::NotNegative => {
+                v.bounded(0.0);
+            }
+            Allowed::OneUp => {
+                v.bounded(1.0);
+            }
+            Allowed::Coupling => v.kind = coupling,
+        }
+        v.follows = e.kind.follows.map(str::to_owned);
+    }
+    for e in Inputs::list(s) {
+        b.input(e.name, e.unit, &e.dimensions, e.text);
+    }
+    for e in Outputs::list(s) {
+        b.output(e.name, e.unit, &e.dimensions, depends(e.kind), e.text);
+    }
+    let states = States::list(s);
+    let states: Vec<crate::builder::State<'_>> = states
+        .iter()
+        .map(|e| {
+            (e.name, e.unit, e.kind.rate, &e.dimensions[..], e.kind.nominal, depends(e.kind.depends), e.text)
+        })
+        .collect();
+    b.states(&states);
+    if n > 0 {
+        b.terminal(
+            "drive",
+            "What a manipulator controller is wired to",
+            &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"],
+        );
+    }
+    if !s.tips.is_empty() {
+        b.terminal(
+            "tip",
+            "What is held at the tips",
+            &["tipForce", "tipTorque", "tipPosition", "tipQuaternion", "tipVelocity", "tipAngularVelocity"],
+        );
+    }
+    let of_base = ["baseForce", "baseTorque"].into_iter().filter(|_| !s.held);
+    let base: Vec<&str> =
+        of_base.chain(["basePosition", "baseQuaternion", "baseVelocity", "baseAngularVelocity"]).collect();
+    b.terminal("base", "What controls the base's attitude", &base);
+    b.finish(model.sizes().indicators)
+}

@@ -1,0 +1,134 @@
+"""SpatialFreeFlyer through FMPy: golden runs of the servicer, and what must not drift."""
+
+import ctypes
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+from fmpy.fmi1 import FMICallException
+
+from low_level import Opened
+
+AMPLITUDE = np.array([2.0, 3.0, -1.5, 0.02, 0.02, 0.004])
+PERIOD = np.array([20.0, 10.0, 20.0, 5.0, 4.0, 2.5])
+ANGLES = [0.3, -0.9, 1.4, 0.2, -0.6, 0.5]
+# r, Q, q after 20 s of these torques from rest (golden fact C30).
+C30 = [
+    0.06632159825366336, -0.0022777101064884583, 0.046985447433706626, 0.9953828941327427, 0.04206890738859788,
+    -0.026263850136507387, -0.08217853293324509, 2.146332246936095, 1.2354665699094598, -2.3960806859166004,
+    32.47261976863178, -3.067241184122869, -16.805319487333282,
+]
+TUMBLING = {
+    "initialBaseAngularVelocity": [0.1, 0.2, 0.15],
+    "initialJointVelocity": [0.05, -0.04, 0.03, 0.1, -0.08, 0.06],
+    "initialJointAngle": ANGLES,
+}
+
+
+def flat(version, values):
+    """Start values by the names that the version has."""
+    if version == 3:
+        return values
+    return {f"{name}[{i + 1}]": v for name, row in values.items() for i, v in enumerate(row)}
+
+
+def column(result, name, i):
+    """Element i (from 0) of an output."""
+    data = result[name] if name in result.dtype.names else result[f"{name}[{i + 1}]"]
+    return data if data.ndim == 1 else data[:, i]
+
+
+def torques(version, stop, step):
+    t = np.arange(0, stop + step / 2, step)
+    rows = AMPLITUDE * np.sin(2 * np.pi * t[:, None] / PERIOD)
+    if version == 3:
+        signal = np.zeros(len(t), dtype=[("time", float), ("jointTorque", float, (6,))])
+        signal["jointTorque"] = rows
+    else:
+        signal = np.zeros(len(t), dtype=[("time", float), *((f"jointTorque[{i + 1}]", float) for i in range(6))])
+        for i in range(6):
+            signal[f"jointTorque[{i + 1}]"] = rows[:, i]
+    signal["time"] = t
+    return signal
+
+
+def outputs(version, **lengths):
+    return list(lengths) if version == 3 else [f"{n}[{i + 1}]" for n, k in lengths.items() for i in range(k)]
+
+
+MOMENTA = {"linearMomentum": 3, "angularMomentum": 3}
+
+
+def largest(result, lengths):
+    return max(np.max(np.abs(column(result, n, i) - column(result, n, i)[0])) for n, k in lengths.items() for i in range(k))
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_the_chaser_moves_its_arm_and_nothing_drifts(fmu, version):
+    """Model Exchange, with CVode's own steps: torques are lines between samples, so C30 to the error of those lines."""
+    names = outputs(version, basePosition=3, baseQuaternion=4, jointAngle=6, jointVelocity=6, jointTorque=6, **MOMENTA)
+    result = simulate_fmu(
+        fmu("SpatialFreeFlyer", version), fmi_type="ModelExchange", stop_time=20.0, relative_tolerance=1e-12, output_interval=5e-3,
+        start_values=flat(version, {"initialJointAngle": ANGLES}), input=torques(version, 20.0, 5e-3),
+        output=[*names, "kineticEnergy"],
+    )
+    drift = largest(result, MOMENTA)
+    power = sum(column(result, "jointTorque", i) * column(result, "jointVelocity", i) for i in range(6))
+    print(f"FMI {version}: P, L drift {drift:.1e}; largest power {np.max(np.abs(power)):.1f} W")
+    assert drift < 1e-9
+    end = [column(result, n, i)[-1] for n, k in (("basePosition", 3), ("baseQuaternion", 4), ("jointAngle", 6)) for i in range(k)]
+    off = np.abs(np.array(end) - C30)
+    print("off C30:", off.max())
+    assert off.max() < 2e-2 and off[:7].max() < 1e-4
+
+
+def stepped(path, values, stop, step, at=lambda t: {}, tolerance=None, watch=("linearMomentum", "angularMomentum", "kineticEnergy")):
+    """Outputs at the steps of a run in Co-Simulation."""
+    rows = []
+    with Opened(path, "CS", tolerance=tolerance) as f:
+        f.initialize(values, stop=stop)
+        for k in range(round(stop / step) + 1):
+            rows.append(np.concatenate([np.atleast_1d(f.get(name)) for name in watch]))
+            for name, value in at(k * step).items():
+                f.set(name, value)
+            f.fmu.doStep(currentCommunicationPoint=k * step, communicationStepSize=step)
+    return np.array(rows)
+
+
+def test_co_simulation_at_its_default_tolerance(fmu):
+    rows = stepped(
+        fmu("SpatialFreeFlyer", 3), {"initialJointAngle": ANGLES}, 20.0, 0.01,
+        lambda t: {"jointTorque": list(AMPLITUDE * np.sin(2 * np.pi * t / PERIOD))},
+    )
+    drift = np.max(np.abs(rows[:, :6]))
+    print(f"P, L drift {drift:.1e}, energy at most {rows[:, 6].max():.2f} J")
+    assert drift < 1e-6 and rows[:, 6].max() > 0.1
+
+
+def test_tumbling_keeps_its_energy(fmu):
+    rows = stepped(fmu("SpatialFreeFlyer", 3), TUMBLING, 30.0, 0.05, tolerance=1e-12)
+    energy = np.max(np.abs(rows[:, 6] / rows[0, 6] - 1))
+    momenta = np.max(np.abs(rows[:, :6] - rows[0, :6])) / np.max(np.abs(rows[0, :6]))
+    print(f"energy {energy:.1e}, momenta {momenta:.1e}, relative")
+    assert energy < 1e-10 and momenta < 1e-10
+
+
+@pytest.mark.full
+def test_tumbling_for_an_orbit(fmu):
+    """5400 s at the default tolerance."""
+    rows = stepped(fmu("SpatialFreeFlyer", 3), TUMBLING, 5400.0, 0.1)
+    drift = np.max(np.abs(rows[:, 3:6] - rows[0, 3:6])) / np.linalg.norm(rows[0, 3:6])
+    energy = np.max(np.abs(rows[:, 6] / rows[0, 6] - 1))
+    print(f"over an orbit: L {drift:.1e}, energy {energy:.1e}, relative")
+    assert drift < 1e-6
+
+
+@pytest.mark.parametrize("version", (2, 3))
+def test_an_attitude_of_nothing_is_an_error(fmu, version):
+    """A tool that sets the quaternion among the states to 0 gets no derivatives."""
+    with Opened(fmu("SpatialFreeFlyer", version), "ME") as f:
+        f.initialize({}, stop=1.0)
+        x, dx = (ctypes.c_double * 25)(), (ctypes.c_double * 25)()
+        with pytest.raises(FMICallException):
+            f.fmu.setContinuousStates(x, 25)
+            f.fmu.getContinuousStateDerivatives(dx, 25) if version == 3 else f.fmu.getDerivatives(dx, 25)
