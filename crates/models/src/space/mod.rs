@@ -1,13 +1,17 @@
-//! A free base with arms in space: trees of rigid bodies, their accelerations, momenta and matrices (S1, S2).
+//! A free base with arms and flexible appendages in space: trees of bodies, their accelerations, momenta and matrices (S1, S2).
 //!
 //! The equations have ids SFF-1 .. in `docs/equations/spatial.md`.
 
 pub mod analysis;
+pub mod appendage;
 pub mod articulated;
 pub mod attitude;
 pub mod composite;
 pub mod design;
+pub mod flexible;
 pub mod presets;
+pub mod shapes;
+pub mod snapshot;
 pub mod spatial;
 pub mod tree;
 pub mod vector;
@@ -16,3 +20,7 @@ pub mod vector;
 pub const MAX_BODIES: usize = 32;
 /// Most coordinates: those of the base, and a joint and a rotor for each body.
 pub const MAX_DOFS: usize = composite::BASE + 2 * MAX_BODIES;
+/// Most appendages of one robot.
+pub const MAX_APPENDAGES: usize = 8;
+/// Most modal coordinates of all appendages together.
+pub const MAX_MODES_OF_ALL: usize = 48;

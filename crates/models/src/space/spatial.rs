@@ -214,12 +214,12 @@ impl<T: Scalar> Articulated<T> {
         self.mixed = plus(&self.mixed, &o.mixed);
         self.linear = plus(&self.linear, &o.linear);
     }
-    /// Takes w w^T / d away.
+    /// Takes w w^T s away.
     #[inline]
-    pub fn take(&mut self, w: &Wrench<T>, d: T) {
+    pub fn take(&mut self, w: &Wrench<T>, s: T) {
         let (a, b) = (w.torque, w.force);
         for i in 0..3 {
-            let (ai, bi) = (a[i] / d, b[i] / d);
+            let (ai, bi) = (a[i] * s, b[i] * s);
             for j in 0..3 {
                 self.angular[i][j] -= ai * a[j];
                 self.mixed[i][j] -= ai * b[j];

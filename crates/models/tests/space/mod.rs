@@ -1,5 +1,9 @@
 //! Trees of bodies on a free base in space.
 
 mod facts;
+mod flexible_golden;
+mod flexible_lagrange;
+mod flexible_properties;
 mod golden;
+mod machine;
 mod properties;
