@@ -197,7 +197,8 @@ fn inwards<T: Scalar>(
     for i in (1..=n).rev() {
         let (parent, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let s = subspace(tree.joint[i - 1], bodies[i].axis);
-        let mine = &inertia[i];
+        let (before, after) = inertia.split_at_mut(i);
+        let (mine, carrier) = (&after[0], &mut before[parent]);
         let mut force = bias[i].plus(mine.times(at.bias));
         // The rotor turns in the carrier: sigma (ds/dt k + s omega x k), s = I (sigma k . omega + rate) (SFF-12).
         let (k, sigma) = (at.axis, drive.share);
@@ -215,7 +216,7 @@ fn inwards<T: Scalar>(
             Rotor::Geared => stiff = sigma * reach,
         }
         let geared = drive.rotor == Rotor::Geared;
-        let mut hung = mine.outwards(&at.frame);
+        carrier.add_outwards(mine, &at.frame);
         let mut on_parent;
         match drive.moves {
             Moves::Led(acceleration) => {
@@ -235,7 +236,7 @@ fn inwards<T: Scalar>(
                 }
                 let (inverse, rest) = (T::one() / met, torque - s.power(force));
                 kept[i] = Kept { axis: out, inverse, rest };
-                hung.take(&out, inverse); // (SFF-11)
+                carrier.take(&out, inverse); // (SFF-11)
                 on_parent = at.frame.outwards(force).plus(out.times(rest * inverse));
             }
         }
@@ -243,11 +244,10 @@ fn inwards<T: Scalar>(
         if stiff.value() != 0.0 {
             for a in 0..3 {
                 for b in 0..3 {
-                    hung.angular[a][b] += stiff * k[a] * k[b];
+                    carrier.angular[a][b] += stiff * k[a] * k[b];
                 }
             }
         }
-        inertia[parent].add(&hung);
         bias[parent] = bias[parent].plus(on_parent);
     }
 }

@@ -97,6 +97,12 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
     pub fn modes(&self) -> &[Mode<T>] {
         &self.modes[..self.parts().last().map_or(0, |p| p.modes.1)]
     }
+    /// The lowest frequency of a mode, carriers held, rad/s; `None` without modes. A body that carries appendages should turn
+    /// no faster than a fifth of it.
+    pub fn lowest_frequency(&self) -> Option<T> {
+        let frequency = |m: &Mode<T>| (m.stiffness / m.mass).sqrt();
+        self.modes().iter().map(frequency).reduce(T::min)
+    }
     /// Energy in the springs of the modes, J.
     pub fn potential(&self, eta: &[T]) -> T {
         self.modes().iter().zip(eta).fold(T::zero(), |sum, (m, e)| sum + m.stiffness * *e * *e * 0.5)

@@ -28,7 +28,7 @@ pub struct Shape {
 
 /// +1, -1, +1 ..: the sign that makes the shape `j` (from 0) positive at the tip.
 fn sign(j: usize) -> f64 {
-    if j % 2 == 0 { 1.0 } else { -1.0 }
+    if j.is_multiple_of(2) { 1.0 } else { -1.0 }
 }
 
 /// 1 - sigma, sigma being the share of sinh - sin in cosh - cos - sigma (sinh - sin); no difference of large numbers.

@@ -3,6 +3,7 @@
 mod facts;
 mod flexible_golden;
 mod flexible_lagrange;
+mod flexible_limits;
 mod flexible_properties;
 mod golden;
 mod machine;
