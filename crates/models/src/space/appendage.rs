@@ -26,7 +26,7 @@ impl Shapes {
     }
 }
 
-/// A uniform beam, clamped to a body at its root, z along it (SFF-5). It has no rotary inertia but about z.
+/// A uniform beam, clamped to a body at its root, z along it (SFF-5; S1 3b, 4). It has no rotary inertia but about z.
 #[derive(Clone, Copy, Debug)]
 pub struct Beam<T> {
     /// Its axes in those of the body; the origin is the root.
@@ -35,7 +35,7 @@ pub struct Beam<T> {
     pub length: T,
     /// kg/m.
     pub mass_per_length: T,
-    /// E I of bending along x and along y, N.m2.
+    /// E I of bending along x and along y, N.m2 (S1's I_x is about x).
     pub bending_stiffness: [T; 2],
     /// G J, N.m2.
     pub torsion_stiffness: T,
@@ -92,7 +92,7 @@ impl std::fmt::Display for AppendageError {
 impl std::error::Error for AppendageError {}
 
 impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
-    /// Adds a beam on body `on` (0: the base).
+    /// Adds a beam on body `on` (0: the base), which the tree must have. Modes come in the order of [`Shapes`].
     ///
     /// # Errors
     /// No room, or a mode that has no mass.

@@ -7,7 +7,7 @@
 //! T = 1/2 V . M(eta) V + V . C(eta) d(eta) + 1/2 sum m_j d(eta_j)^2 has all terms in eta, also those of second order:
 //! it depends on nothing but the body's own view of its motion, so momentum is conserved exactly.
 //!
-//! S1 (1)-(8): (2) lacks A there, the second term of (3b) lacks rho, the third term of (4) must be d(theta_z)/dz.
+//! S1 (2)-(8). There (2) lacks A, the second term of (3b) lacks rho, the third term of (4) must have J_z and d(theta_z)/dz.
 //!
 //! What it gets wrong: shapes do not shorten the beam when they bend it, so nothing stiffens it when it spins (no geometric
 //! stiffness). Above about a fifth of the first frequency the spin softens the beam falsely: bending in the plane of the
@@ -50,7 +50,7 @@ pub struct Mode<T> {
 /// One appendage: matter on a body, some of it moved by modes.
 #[derive(Clone, Copy, Debug)]
 pub struct Part<T> {
-    /// The body that carries it; 0 is the base.
+    /// The body that carries it; 0 is the base. The tree must have it.
     pub on: usize,
     /// Unbent, carrier's axes.
     pub rigid: Rigid<T>,

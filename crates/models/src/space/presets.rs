@@ -1,6 +1,8 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
 
+use super::appendage::{Beam, Shapes};
 use super::design::{Design, Link, Tip};
+use super::spatial::Frame;
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
 
@@ -44,6 +46,37 @@ pub fn table_1() -> Design {
         ]),
         tips: tool(3, [0.8, 0.0, 0.0], [0.0; 3]),
     }
+}
+
+/// S1 table 1 on a bus with two panels: the arm without its post stands at (0, 0, 0.5); the panels are [`panels`]. Bus and
+/// panels are assumed.
+pub fn table_1_with_panels() -> Design {
+    let mut design = table_1();
+    design.name = "table-1-with-panels".into();
+    design.links[0].position[2] += 0.5;
+    design.tips[0].mount[2] = 0.5;
+    design
+}
+
+/// The panels of [`table_1_with_panels`] at +y and -y of its base: along the base's +y and -y, their x along its +z, their y
+/// along its +x (at +y) and -x (at -y). All values are assumed.
+pub fn panels() -> [(Shapes, Beam<f64>); 2] {
+    [1.0, -1.0].map(|side| {
+        let beam = Beam {
+            // Columns: x, y, z.
+            frame: Frame {
+                rotation: [[0.0, side, 0.0], [0.0, 0.0, side], [1.0, 0.0, 0.0]],
+                origin: [0.0, 0.6 * side, 0.1],
+            },
+            length: 4.0,
+            mass_per_length: 1.0,
+            bending_stiffness: [200.0, 800.0],
+            torsion_stiffness: 60.0,
+            polar_inertia_per_length: 0.02,
+            damping_ratio: 0.005,
+        };
+        (Shapes { x: 2, y: 1, torsion: 1 }, beam)
+    })
 }
 
 /// S2 tables 2 and 7: 1500 kg and 762 kg.m2, an arm of 58.7 kg and 4.2 m with six joints. All other values are assumed.

@@ -154,7 +154,7 @@ fn b38_forces_of_rates_are_derivatives_of_those_of_accelerations() {
 
 /// An arm of S1 without its post on a bus, or two of them, the second turned by 180 degrees about x.
 fn arms(count: usize) -> Machine {
-    let one = presets::table_1();
+    let one = presets::table_1_with_panels();
     let robot = one.robot();
     let mut bodies = vec![robot.bodies[0]];
     for k in 0..count {
@@ -178,22 +178,13 @@ fn arms(count: usize) -> Machine {
     }
 }
 
-/// Two panels at +y and -y with these shapes, bending x along the base's z.
+/// The two panels at this height with these shapes.
 fn panels(height: f64, shapes: Shapes) -> Vec<(usize, Shapes, Beam<f64>)> {
-    let panel = |side: f64| Beam {
-        frame: Frame {
-            // Columns: x along (0, 0, 1), y along (side, 0, 0), z along (0, side, 0).
-            rotation: [[0.0, side, 0.0], [0.0, 0.0, side], [1.0, 0.0, 0.0]],
-            origin: [0.0, 0.6 * side, height],
-        },
-        length: 4.0,
-        mass_per_length: 1.0,
-        bending_stiffness: [200.0, 800.0],
-        torsion_stiffness: 60.0,
-        polar_inertia_per_length: 0.02,
-        damping_ratio: 0.005,
+    let placed = |(_, mut beam): (Shapes, Beam<f64>)| {
+        beam.frame.origin[2] = height;
+        (0, shapes, beam)
     };
-    vec![(0, shapes, panel(1.0)), (0, shapes, panel(-1.0))]
+    presets::panels().map(placed).to_vec()
 }
 
 fn at_rest(l: &Layout) -> Vec<f64> {
@@ -375,7 +366,7 @@ fn b41_to_b46_free_frequencies() {
 
 fn whole() -> Machine {
     let mut m = arms(1);
-    m.beams = panels(0.1, Shapes { x: 2, y: 1, torsion: 1 });
+    m.beams = presets::panels().map(|(shapes, beam)| (0, shapes, beam)).to_vec();
     m
 }
 fn start(m: &Machine) -> Vec<f64> {
