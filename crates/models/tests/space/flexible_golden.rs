@@ -1,6 +1,7 @@
 //! Golden facts B38-B49 (two arms; panels on the robot of S1): computed twice by others than this code, by Newton-Euler and by
 //! Lagrange with complex steps; B40-B45 are roots of transcendental equations.
 
+use super::facts::fact;
 use super::machine::{Layout, Machine, body};
 use nalgebra::DMatrix;
 use trueup_models::space::analysis::Robot;
@@ -13,111 +14,6 @@ use trueup_models::space::spatial::{Frame, Motion, Rigid};
 use trueup_models::space::tree::{Body, Joint, Tree};
 use trueup_models::space::vector::{cross, times, transposed_times};
 use trueup_numerics::{Dual, Scalar};
-
-const B39: [f64; 12] = [
-    -2.602942011789045,
-    -0.962665320076949,
-    0.8401246428848683,
-    5.12483346762698,
-    -8.984612532041277,
-    0.04122045325408441,
-    2.574048474939829,
-    1.7096867933407491,
-    -0.18159786190942326,
-    -0.8042757530580885,
-    -0.2032716028249444,
-    0.2081127572248982,
-];
-const B40: [f64; 7] = [
-    3.1077477988898705,
-    19.475923006717064,
-    54.53314836517622,
-    6.215495597779741,
-    38.95184601343413,
-    21.509014535795536,
-    64.52704360738662,
-];
-/// Soft translation z, soft rotation x, stiff translation x, stiff rotation z, torsion y.
-const B41_TO_B45: [[f64; 2]; 5] = [
-    [3.1690343594217785, 19.596235217521812],
-    [6.64420648976283, 21.810103018166224],
-    [6.338068718843557, 39.19247043504361],
-    [13.950128776668707, 44.44820970654206],
-    [21.60818158836351, 64.56023513683886],
-];
-const B46: [(usize, [f64; 5]); 4] = [
-    (
-        1,
-        [
-            6.695573351755968e-06,
-            0.009924673622460745,
-            6.695573351755968e-06,
-            0.01292400345365996,
-            6.969642101228857e-07,
-        ],
-    ),
-    (
-        2,
-        [
-            3.212353199000262e-07,
-            0.0002450729195280221,
-            3.212353199000262e-07,
-            0.000311720760681089,
-            1.0298792307850135e-07,
-        ],
-    ),
-    (
-        3,
-        [
-            4.831247135683725e-08,
-            2.7308144362026e-05,
-            4.831248445746894e-08,
-            3.469003878797672e-05,
-            3.177611485050136e-08,
-        ],
-    ),
-    (
-        6,
-        [
-            1.654721470956133e-09,
-            6.361428614987119e-07,
-            1.6547208048223183e-09,
-            8.078299340574802e-07,
-            4.080326965194558e-09,
-        ],
-    ),
-];
-const B47: [f64; 8] = [
-    0.5037996586553274,
-    0.8346120360435981,
-    1.0074264238654271,
-    2.0158593687645125,
-    3.117713413776316,
-    3.30949945360188,
-    3.423265984407288,
-    3.4298370699727316,
-];
-/// r, Q, angles, then the panels at +y and -y; bending y along (1, 0, 0) on both sides.
-const B48: [f64; 18] = [
-    0.05684939845534851,
-    0.02239847040893886,
-    0.06445178786956879,
-    0.8172546505953774,
-    -0.015183939874779692,
-    0.5751118093118222,
-    -0.03332702867326884,
-    3.335923968837824,
-    -1.1972501439585987,
-    -4.762109082503118,
-    -0.1281302554381997,
-    -0.0023617527390059736,
-    0.02889211621573037,
-    -0.006703612524555848,
-    0.12036717131887684,
-    0.004695149109819015,
-    0.03336876250365726,
-    0.0067036125245558305,
-];
 
 fn worst(found: &[f64], wanted: &[f64]) -> f64 {
     assert_eq!(found.len(), wanted.len());
@@ -215,7 +111,7 @@ fn b39_two_arms_on_one_bus() {
         forces_flexible(now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
     });
     let (force, torque) = (times(&turned, [c[0], c[1], c[2]]), times(&turned, [c[3], c[4], c[5]]));
-    let off = worst(&[&force[..], &torque, &c[6..]].concat(), &B39);
+    let off = worst(&[&force[..], &torque, &c[6..]].concat(), fact("B39"));
     println!("B39: off by {off:.1e}");
     assert!(off < 1e-10, "{off:e}");
 }
@@ -232,7 +128,7 @@ fn b40_clamped_shapes_and_their_integrals() {
     m.beams = panels(0.0, Shapes { x: 3, y: 2, torsion: 2 });
     let all = m.appendages::<f64>();
     let found: Vec<f64> = all.modes()[..7].iter().map(|m| (m.stiffness / m.mass).sqrt()).collect();
-    let off = worst(&found, &B40);
+    let off = worst(&found, fact("B40"));
     println!("B40: off by {off:.1e}");
     assert!(off < 1e-12 * 64.0, "{off:e}");
     // Gauss-Legendre, five points in each of 200 pieces.
@@ -342,14 +238,14 @@ fn b41_to_b46_free_frequencies() {
         roots(bent(800.0, 10.0, 0.0, 1.0)),
         roots(twist),
     ];
-    let off = worst(&exact.concat(), &B41_TO_B45.concat());
+    let off = worst(&exact.concat(), &["B41", "B42", "B43", "B44", "B45"].map(fact).concat());
     println!("B41-B45: roots off by {off:.1e}");
     assert!(off < 1e-8, "{off:e}");
     let mut last = [f64::INFINITY; 5];
     let mut off: f64 = 0.0;
-    for (shapes, errors) in B46 {
+    for (shapes, errors) in [1, 2, 3, 6].iter().zip(fact("B46").chunks(5)) {
         let mut m = arms(0);
-        m.beams = panels(0.0, Shapes { x: shapes, y: shapes, torsion: shapes });
+        m.beams = panels(0.0, Shapes { x: *shapes, y: *shapes, torsion: *shapes });
         let found = frequencies(&m, &at_rest(&m.layout()));
         for (k, wanted) in errors.iter().enumerate() {
             let nearest =
@@ -381,7 +277,7 @@ fn b47_modes_of_the_robot() {
     let m = whole();
     let hertz: Vec<f64> =
         frequencies(&m, &start(&m)).iter().map(|f| f / (2.0 * std::f64::consts::PI)).collect();
-    let off = worst(&hertz, &B47);
+    let off = worst(&hertz, fact("B47"));
     println!("B47: off by {off:.1e}");
     assert!(off < 1e-9, "{off:e} {hertz:?}");
 }
@@ -423,7 +319,7 @@ fn b48_and_b49_the_robot_for_three_seconds() {
     let mut found = x[..18].to_vec();
     // Bending y of the panel at -y is along (-1, 0, 0) here.
     found[16] = -found[16];
-    let off = worst(&found, &B48);
+    let off = worst(&found, fact("B48"));
     println!("B48: off by {off:.1e}; B49: momenta {drift:.1e}, energy {balance:.1e} of {energy:.2} J");
     assert!(off < 1e-7 && drift < 1e-8 && balance.abs() < 1e-8, "{off:e} {found:?}");
 }
