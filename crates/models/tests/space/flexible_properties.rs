@@ -40,7 +40,7 @@ fn table(rng: &mut StdRng) -> Vec<TableMode<f64>> {
 }
 
 fn machine(rng: &mut StdRng) -> Machine {
-    let n = rng.random_range(0..=24);
+    let n = rng.random_range(0..=32);
     let body = |rng: &mut StdRng| Body {
         rigid: Rigid::new(rng.random_range(0.5..1.5), vector(rng), &inertia(rng)),
         mount: Frame { rotation: turned(rng), origin: vector(rng) },
