@@ -1,8 +1,10 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
-//! given accelerations as in section 9.2; rotors as in SFF-12).
+//! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6).
 
 use super::MAX_BODIES;
-use super::spatial::{Articulated, Motion, Wrench};
+use super::flexible::Flexing;
+use super::snapshot::Snapshot;
+use super::spatial::{Articulated, Motion, Rigid, Wrench};
 use super::tree::{All, Body, Placed, Tree, subspace};
 use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
@@ -68,7 +70,6 @@ struct Kept<T> {
 
 /// Accelerations of all coordinates (SFF-11). `applied` acts on the bodies, own axes and origins. `held`: the base does not
 /// accelerate but by this much (own axes; a field of gravity g is a base that accelerates by -g).
-#[inline(never)]
 pub fn accelerations<T: Scalar>(
     tree: &Tree,
     base: &Articulated<T>,
@@ -78,21 +79,126 @@ pub fn accelerations<T: Scalar>(
     drives: &[Drive<T>],
     held: Option<Motion<T>>,
 ) -> Accelerations<T> {
+    let none = [T::zero(); MAX_BODIES];
+    let mut found = Accelerations { base: Motion::zero(), joint: none, rotor: none };
+    let flexing = Flexing::none();
+    // The sweeps know the base by `base` alone.
+    let unused = Rigid { mass: T::zero(), first: [T::zero(); 3], inertia: [[T::zero(); 3]; 3] };
+    let at = Snapshot { tree, base: &unused, bodies, placed, drives, flexing };
+    let out = Found { joint: &mut found.joint, rotor: &mut found.rotor, modal: &mut [] };
+    found.base = sized(&at, base, applied, held, out);
+    found
+}
+
+/// Where [`accelerations_flexible`] puts what it found: as much memory as there are joints and modes, or more.
+#[derive(Debug)]
+pub struct Found<'a, T> {
+    /// Of the joints, rad/s2 (m/s2).
+    pub joint: &'a mut [T],
+    /// Of the rotors, joint side, rad/s2.
+    pub rotor: &'a mut [T],
+    /// Of the modes, m/s2 (rad/s2).
+    pub modal: &'a mut [T],
+}
+
+/// As [`accelerations`], of a robot with flexible appendages (SFF-6); gives the acceleration of the base. Cost is that of
+/// the bodies and modes that are there.
+pub fn accelerations_flexible<T: Scalar>(
+    at: &Snapshot<'_, T>,
+    applied: &[Wrench<T>],
+    held: Option<Motion<T>>,
+    out: Found<'_, T>,
+) -> Motion<T> {
+    sized(at, &Articulated::rigid(at.base), applied, held, out)
+}
+
+/// Memory of the sweeps for `N - 1` bodies.
+struct Memory<T, const N: usize> {
+    inertia: [Articulated<T>; N],
+    bias: [Wrench<T>; N],
+    kept: [Kept<T>; N],
+    acceleration: [Motion<T>; N],
+}
+
+impl<T: Scalar, const N: usize> Memory<T, N> {
+    #[inline]
+    fn new() -> Self {
+        let o = [[T::zero(); 3]; 3];
+        let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
+        Self {
+            inertia: [Articulated { angular: o, mixed: o, linear: o }; N],
+            bias: [Wrench::zero(); N],
+            kept: [nothing; N],
+            acceleration: [Motion::zero(); N],
+        }
+    }
+}
+
+/// Memory is filled before it is used, which for few bodies would cost more than the sweeps: as much as they need, about.
+fn sized<T: Scalar>(
+    at: &Snapshot<'_, T>,
+    base: &Articulated<T>,
+    applied: &[Wrench<T>],
+    held: Option<Motion<T>>,
+    out: Found<'_, T>,
+) -> Motion<T> {
+    match at.tree.bodies() {
+        0..8 => with_memory::<T, 8>(at, base, applied, held, out),
+        8..16 => with_memory::<T, 16>(at, base, applied, held, out),
+        _ => with_memory::<T, { MAX_BODIES + 1 }>(at, base, applied, held, out),
+    }
+}
+
+#[inline(never)]
+fn with_memory<T: Scalar, const N: usize>(
+    at: &Snapshot<'_, T>,
+    base: &Articulated<T>,
+    applied: &[Wrench<T>],
+    held: Option<Motion<T>>,
+    mut out: Found<'_, T>,
+) -> Motion<T> {
+    let mut m = Memory::<T, N>::new();
+    m.inertia[0] = *base;
+    inwards(at, applied, &mut m.inertia, &mut m.bias, &mut m.kept);
+    let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
+    m.acceleration[0] = root;
+    outwards(at, &m.kept, &mut m.acceleration, &mut out);
+    root
+}
+
+/// From the tips to the base.
+#[inline(never)]
+fn inwards<T: Scalar>(
+    now: &Snapshot<'_, T>,
+    applied: &[Wrench<T>],
+    inertia: &mut [Articulated<T>],
+    bias: &mut [Wrench<T>],
+    kept: &mut [Kept<T>],
+) {
+    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
-    let mut inertia = [*base; MAX_BODIES + 1];
-    let mut bias = [Wrench::zero(); MAX_BODIES + 1];
-    bias[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).minus(applied[0]);
+    bias[0] = placed[0].velocity.cross_wrench(inertia[0].times(placed[0].velocity)).minus(applied[0]);
     for i in 1..=n {
         let (rigid, velocity) = (&bodies[i].rigid, placed[i].velocity);
         inertia[i] = Articulated::rigid(rigid);
         bias[i] = velocity.cross_wrench(rigid.times(velocity)).minus(applied[i]);
     }
-    let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
-    let mut kept = [nothing; MAX_BODIES];
+    // A body with its modes is one body of less inertia: their mass is diagonal, so they go first.
+    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
+        inertia[part.on].add(&Articulated::rigid(&bent.rigid));
+        bias[part.on] = bias[part.on].plus(bent.bias);
+    }
+    for (j, on) in flexing.carried() {
+        let (coupling, inverse) = (&flexing.coupling[j], T::one() / flexing.modes[j].mass);
+        inertia[on].take(coupling, inverse); // (SFF-6)
+        let own = (flexing.force[j] - flexing.bias[j]) * inverse;
+        bias[on] = bias[on].plus(coupling.times(own)); // (SFF-6)
+    }
     for i in (1..=n).rev() {
         let (parent, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let s = subspace(tree.joint[i - 1], bodies[i].axis);
-        let mine = inertia[i];
+        let (before, after) = inertia.split_at_mut(i);
+        let (mine, carrier) = (&after[0], &mut before[parent]);
         let mut force = bias[i].plus(mine.times(at.bias));
         // The rotor turns in the carrier: sigma (ds/dt k + s omega x k), s = I (sigma k . omega + rate) (SFF-12).
         let (k, sigma) = (at.axis, drive.share);
@@ -110,7 +216,7 @@ pub fn accelerations<T: Scalar>(
             Rotor::Geared => stiff = sigma * reach,
         }
         let geared = drive.rotor == Rotor::Geared;
-        let mut hung = mine.outwards(&at.frame);
+        carrier.add_outwards(mine, &at.frame);
         let mut on_parent;
         match drive.moves {
             Moves::Led(acceleration) => {
@@ -129,8 +235,8 @@ pub fn accelerations<T: Scalar>(
                     out.torque = axpy(reach, k, out.torque);
                 }
                 let (inverse, rest) = (T::one() / met, torque - s.power(force));
-                kept[i - 1] = Kept { axis: out, inverse, rest };
-                hung.take(&out, met); // (SFF-11)
+                kept[i] = Kept { axis: out, inverse, rest };
+                carrier.take(&out, inverse); // (SFF-11)
                 on_parent = at.frame.outwards(force).plus(out.times(rest * inverse));
             }
         }
@@ -138,20 +244,26 @@ pub fn accelerations<T: Scalar>(
         if stiff.value() != 0.0 {
             for a in 0..3 {
                 for b in 0..3 {
-                    hung.angular[a][b] += stiff * k[a] * k[b];
+                    carrier.angular[a][b] += stiff * k[a] * k[b];
                 }
             }
         }
-        inertia[parent].add(&hung);
         bias[parent] = bias[parent].plus(on_parent);
     }
-    let root = held.unwrap_or_else(|| solve(&inertia[0], bias[0]));
-    let mut found =
-        Accelerations { base: root, joint: [T::zero(); MAX_BODIES], rotor: [T::zero(); MAX_BODIES] };
-    let mut all = [root; MAX_BODIES + 1];
-    for i in 1..=n {
+}
+
+/// From the base, whose acceleration is the first of `all`, to the tips.
+#[inline(never)]
+fn outwards<T: Scalar>(
+    now: &Snapshot<'_, T>,
+    kept: &[Kept<T>],
+    all: &mut [Motion<T>],
+    found: &mut Found<'_, T>,
+) {
+    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
+    for i in 1..=tree.bodies() {
         let (parent, drive, at) = (all[tree.parent[i - 1]], &drives[i - 1], &placed[i]);
-        let k = &kept[i - 1];
+        let k = &kept[i];
         let joint = match drive.moves {
             Moves::Led(acceleration) => acceleration,
             // `axis` is as the carrier sees it, its rotor included.
@@ -166,7 +278,10 @@ pub fn accelerations<T: Scalar>(
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint);
         all[i] = at.frame.inwards(parent).plus(at.bias).plus(own);
     }
-    found
+    for (j, on) in flexing.carried() {
+        let met = flexing.force[j] - flexing.bias[j] - all[on].power(flexing.coupling[j]);
+        found.modal[j] = met / flexing.modes[j].mass; // (SFF-6)
+    }
 }
 
 /// s a + b.

@@ -2,9 +2,11 @@
 //! energy: the other way to what [`super::articulated`] finds, for outputs, analysis and tests.
 //!
 //! Coordinates: velocity of the base's centre of mass and its rate (3 + 3, **base axes**), the joints, the rotors that
-//! move by themselves.
+//! move by themselves, the modes of the appendages.
 
 use super::articulated::{Drive, Rotor};
+use super::flexible::Flexing;
+use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Body, Placed, Tree, subspace};
 use super::vector::{add, cross, dot, scale, times};
@@ -38,8 +40,15 @@ pub fn mass_matrix<T: Scalar>(
     drives: &[Drive<T>],
     m: &mut [T],
 ) {
+    mass_matrix_flexible(&Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() }, m);
+}
+
+/// As [`mass_matrix`], with the modes of the appendages after the rotors (SFF-6).
+pub fn mass_matrix_flexible<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
+    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
-    let (rotors, size) = rotor_rows(tree, drives);
+    let (rotors, modal) = rotor_rows(tree, drives);
+    let size = modal + flexing.modes.len();
     m[..size * size].fill(T::zero());
     let mut put = |i: usize, j: usize, value: T| {
         m[i * size + j] += value;
@@ -49,6 +58,9 @@ pub fn mass_matrix<T: Scalar>(
     };
     let mut composite = [*base; super::MAX_BODIES + 1];
     (1..=n).for_each(|i| composite[i] = bodies[i].rigid);
+    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
+        composite[part.on] = composite[part.on].plus(&bent.rigid);
+    }
     for i in (1..=n).rev() {
         let parent = tree.parent[i - 1];
         composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
@@ -74,6 +86,17 @@ pub fn mass_matrix<T: Scalar>(
         }
         (0..BASE).for_each(|k| put(BASE + i - 1, k, component(f, k)));
     }
+    for (j, on) in flexing.carried() {
+        put(modal + j, modal + j, flexing.modes[j].mass);
+        let (mut f, mut at) = (flexing.coupling[j], on); // (SFF-6)
+        while at > 0 {
+            let s = subspace(tree.joint[at - 1], bodies[at].axis);
+            put(modal + j, BASE + at - 1, s.power(f));
+            f = placed[at].frame.outwards(f);
+            at = tree.parent[at - 1];
+        }
+        (0..BASE).for_each(|k| put(modal + j, k, component(f, k)));
+    }
     // The rotors: I g g^T, g being what their rate sees of every coordinate.
     for i in 1..=n {
         let mut g = [T::zero(); super::MAX_DOFS];
@@ -87,8 +110,8 @@ pub fn mass_matrix<T: Scalar>(
             at = tree.parent[at - 1];
         }
         g[3..6].copy_from_slice(&k);
-        for a in 0..size {
-            for b in a..size {
+        for a in 0..modal {
+            for b in a..modal {
                 put(a, b, drive.inertia * g[a] * g[b]);
             }
         }
@@ -121,8 +144,20 @@ pub fn forces<T: Scalar>(
     acceleration: (Motion<T>, &[T], &[T]),
     out: &mut [T],
 ) {
+    let now = Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() };
+    forces_flexible(&now, acceleration, &[], out);
+}
+
+/// As [`forces`], with the accelerations of the modes and the forces on them, springs and dampers not counted (SFF-6).
+pub fn forces_flexible<T: Scalar>(
+    now: &Snapshot<'_, T>,
+    acceleration: (Motion<T>, &[T], &[T]),
+    modes: &[T],
+    out: &mut [T],
+) {
+    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
-    let (rotors, _) = rotor_rows(tree, drives);
+    let (rotors, modal) = rotor_rows(tree, drives);
     let mut a = [acceleration.0; super::MAX_BODIES + 1];
     let mut f = [Wrench::zero(); super::MAX_BODIES + 1];
     f[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).plus(base.times(a[0]));
@@ -131,6 +166,14 @@ pub fn forces<T: Scalar>(
         a[i] = placed[i].frame.inwards(a[tree.parent[i - 1]]).plus(placed[i].bias).plus(own);
         let (rigid, v) = (&bodies[i].rigid, placed[i].velocity);
         f[i] = v.cross_wrench(rigid.times(v)).plus(rigid.times(a[i]));
+    }
+    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
+        f[part.on] = f[part.on].plus(bent.bias).plus(bent.rigid.times(a[part.on]));
+    }
+    for (j, on) in flexing.carried() {
+        f[on] = f[on].plus(flexing.coupling[j].times(modes[j]));
+        let met = flexing.modes[j].mass * modes[j] + a[on].power(flexing.coupling[j]);
+        out[modal + j] = met + flexing.bias[j]; // (SFF-6)
     }
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
@@ -163,12 +206,26 @@ pub fn momentum<T: Scalar>(
     placed: &All<Placed<T>>,
     drives: &[Drive<T>],
 ) -> (Wrench<T>, T) {
+    momentum_flexible(&Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() })
+}
+
+/// As [`momentum`], with the appendages (SFF-6).
+pub fn momentum_flexible<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
+    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let mut h = [base.times(placed[0].velocity); super::MAX_BODIES + 1];
     let mut twice = placed[0].velocity.power(h[0]);
     for i in 1..=n {
         h[i] = bodies[i].rigid.times(placed[i].velocity);
         twice += placed[i].velocity.power(h[i]);
+    }
+    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
+        h[part.on] = h[part.on].plus(bent.momentum);
+        twice += placed[part.on].velocity.power(bent.momentum);
+    }
+    for (j, on) in flexing.carried() {
+        let own = flexing.modes[j].mass * flexing.rates[j] + placed[on].velocity.power(flexing.coupling[j]);
+        twice += flexing.rates[j] * own;
     }
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);

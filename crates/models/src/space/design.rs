@@ -1,7 +1,9 @@
 //! What a robot is made of, as a file or a preset says it: numbers with names, checked, before they become a [`Robot`].
 
 use super::analysis::Robot;
+use super::appendage::{Beam, Shapes};
 use super::attitude::{rotation, unit};
+use super::flexible::Appendages;
 use super::spatial::{Frame, Rigid};
 use super::tree::{Body, Joint, Tree};
 use super::vector::{Matrix, Vector, dot};
@@ -36,6 +38,46 @@ pub struct Thruster {
     pub position: Vector<f64>,
     /// Of the force on the base.
     pub direction: Vector<f64>,
+}
+
+/// A beam on the base that bends (S1 3, 4), z along it from root to tip.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Appendage {
+    /// Its name.
+    pub name: String,
+    /// Numbers of its shapes.
+    pub shapes: Shapes,
+    /// Its root, base axes, m.
+    pub position: Vector<f64>,
+    /// Own axes to the base's: w, x, y, z.
+    pub orientation: Quaternion<f64>,
+    /// m.
+    pub length: f64,
+    /// kg/m.
+    pub mass_per_length: f64,
+    /// E I of bending along x and along y, N.m2.
+    pub bending_stiffness: [f64; 2],
+    /// G J, N.m2.
+    pub torsion_stiffness: f64,
+    /// rho I_p, kg.m.
+    pub polar_inertia_per_length: f64,
+    /// Of every mode.
+    pub damping_ratio: f64,
+}
+
+impl Appendage {
+    /// As the kernels have it.
+    pub fn beam(&self) -> Beam<f64> {
+        Beam {
+            frame: Frame { rotation: rotation(self.orientation), origin: self.position },
+            length: self.length,
+            mass_per_length: self.mass_per_length,
+            bending_stiffness: self.bending_stiffness,
+            torsion_stiffness: self.torsion_stiffness,
+            polar_inertia_per_length: self.polar_inertia_per_length,
+            damping_ratio: self.damping_ratio,
+        }
+    }
 }
 
 /// A moving body and the joint that it hangs on.
@@ -91,6 +133,8 @@ pub struct Design {
     pub tips: Vec<Tip>,
     /// Thrusters of the base.
     pub thrusters: Vec<Thruster>,
+    /// What bends on the base.
+    pub appendages: Vec<Appendage>,
     /// The base does not move.
     pub held: bool,
     /// Rotors sit behind their gears; else they are as S0 prints them.
@@ -229,6 +273,31 @@ impl Design {
             }
             if !finite(&tip.offset) || !finite(&tip.mount) {
                 return fault(&tip.name, "offset and mount must be finite numbers".into());
+            }
+        }
+        let mut appendages = Appendages::<f64>::new();
+        for a in &self.appendages {
+            let values = [a.length, a.mass_per_length, a.torsion_stiffness, a.polar_inertia_per_length];
+            if values.iter().chain(&a.bending_stiffness).any(|v| !(*v > 0.0 && v.is_finite())) {
+                let message =
+                    "length, mass per length, stiffnesses and polar inertia per length must be above 0";
+                return fault(&a.name, message.into());
+            }
+            let square = a.orientation.iter().map(|v| v * v).sum::<f64>();
+            if !((square.sqrt() - 1.0).abs() <= NOT_UNIT) || !finite(&a.position) {
+                return fault(
+                    &a.name,
+                    "give a finite position, and a unit quaternion as orientation, w first".into(),
+                );
+            }
+            if let Err(why) = appendages.add_beam(0, a.shapes, &a.beam()) {
+                return fault(&a.name, why.to_string());
+            }
+        }
+        for (k, t) in self.thrusters.iter().enumerate() {
+            if !finite(&t.position) || !finite(&t.direction) || dot(t.direction, t.direction) == 0.0 {
+                let message = "position and direction must be finite numbers, the direction not 0";
+                return fault(&format!("thruster {}", k + 1), message.into());
             }
         }
         Ok(())

@@ -154,6 +154,16 @@ layout! {
         "How the rotors are coupled to the bodies that carry them (SFF-12)";
     thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";
     thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(Allowed::Any), "Of the force on the base, base axes";
+    appendage_position "appendagePosition" [s.appendages.len(), 3], "m", tunable(Allowed::Any), "The appendage's root, base axes (SFF-5)";
+    appendage_orientation "appendageOrientation" [s.appendages.len(), 4], "1", tunable(Allowed::Any),
+        "Appendage's axes (z along it) to base axes, quaternion w, x, y, z";
+    appendage_length "appendageLength" [s.appendages.len()], "m", tunable(Positive), "From root to tip (SFF-5)";
+    mass_per_length "appendageMassPerLength" [s.appendages.len()], "kg/m", tunable(Positive), "rho A (SFF-5)";
+    bending_x "bendingStiffnessX" [s.appendages.len()], "N.m2", tunable(Positive), "E I of bending along the appendage's x (SFF-5)";
+    bending_y "bendingStiffnessY" [s.appendages.len()], "N.m2", tunable(Positive), "E I of bending along the appendage's y (SFF-5)";
+    torsion "torsionStiffness" [s.appendages.len()], "N.m2", tunable(Positive), "G J (SFF-5)";
+    polar_inertia "polarInertiaPerLength" [s.appendages.len()], "kg.m", tunable(Positive), "rho I_p (SFF-5)";
+    damping_ratio "dampingRatio" [s.appendages.len()], "1", tunable(NotNegative), "Of every mode of the appendage";
     gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
     initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
     initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
@@ -165,6 +175,8 @@ layout! {
         "q_mi at the start; unset: the joint's, so that the spring is unstrained";
     initial_motor_velocity "initialMotorVelocity" [s.bodies()], "rad/s", following("initialJointVelocity"),
         "d(q_mi) at the start; unset: the joint's";
+    initial_modal_coordinate "initialModalCoordinate" [s.modes()], "m", FIXED, "eta at the start (rad of torsion)";
+    initial_modal_velocity "initialModalVelocity" [s.modes()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
 }
 
 layout! {
@@ -193,6 +205,10 @@ layout! {
     tip_quaternion "tipQuaternion" [s.tips.len(), 4], "1", Shows::States, "Axes of the tip's body to inertial ones: w, x, y, z";
     tip_velocity "tipVelocity" [s.tips.len(), 3], "m/s", Shows::States, "Inertial axes, v_ee (SFF-7)";
     tip_angular_velocity "tipAngularVelocity" [s.tips.len(), 3], "rad/s", Shows::States, "Inertial axes, omega_ee (SFF-7)";
+    modal_coordinate "modalCoordinate" [s.modes()], "m", Shows::State("modalCoordinate"),
+        "eta: what each shape moves the appendage's tip, along x, then y, then torsion (rad), appendage by appendage (SFF-5)";
+    modal_velocity "modalVelocity" [s.modes()], "m/s", Shows::State("modalVelocity"), "d(eta)/dt (rad/s of torsion)";
+    appendage_tip "appendageTipPosition" [s.appendages.len(), 3], "m", Shows::States, "Tip of the appendage, inertial axes";
     reaction_force "reactionForce" [3], "N", Shows::All, "Of all that the base carries on the base, inertial axes, F_IF (SFF-3)";
     reaction_torque "reactionTorque" [3], "N.m", Shows::All, "Of all that the base carries on the base, about its centre of mass, inertial axes, tau_IF (SFF-3)";
     arm_force "reactionForceOfArm" [s.tips.len(), 3], "N", Shows::All, "Of this tip's arm on the base, inertial axes";
@@ -200,7 +216,7 @@ layout! {
     linear_momentum "linearMomentum" [3], "kg.m/s", Shows::States, "Of the whole system, inertial axes, P (SFF-9)";
     angular_momentum "angularMomentum" [3], "kg.m2/s", Shows::States, "Of the whole system about the inertial origin, L (SFF-9), rotors included";
     kinetic_energy "kineticEnergy" [], "J", Shows::States, "T, rotors included (SFF-8)";
-    potential_energy "potentialEnergy" [], "J", Shows::States, "Of the springs, and of the weight where the base is held";
+    potential_energy "potentialEnergy" [], "J", Shows::States, "Of springs and appendages, and of the weight where the base is held";
     center_of_mass "centerOfMass" [3], "m", Shows::States, "Of the whole system, inertial axes";
 }
 
@@ -211,8 +227,10 @@ layout! {
     base_quaternion "baseQuaternion" [4] if !s.held, "1", state("1/s", 1.0, Shows::States), "the base's attitude, Q";
     joint_angle "jointAngle" [s.bodies()], "rad", state("rad/s", 0.01, Shows::State("jointVelocity")), "joint angles, q_i";
     motor_angle "motorAngle" [s.springs()], "rad", state("rad/s", 0.01, Shows::State("motorVelocity")), "motor angles of the flexible joints, q_mi";
+    modal_coordinate "modalCoordinate" [s.modes()], "m", state("m/s", 0.01, Shows::State("modalVelocity")), "modal coordinates, eta";
     base_velocity "baseVelocity" [3] if !s.held, "m/s", state("m/s2", 0.001, Shows::All), "the base's velocity (SFF-11)";
     base_angular_velocity "baseAngularVelocity" [3] if !s.held, "rad/s", state("rad/s2", 0.001, Shows::All), "the base's rate, base axes (SFF-11)";
     joint_velocity "jointVelocity" [s.bodies()], "rad/s", state("rad/s2", 0.001, Shows::All), "joint velocities (SFF-11)";
     motor_velocity "motorVelocity" [s.springs()], "rad/s", state("rad/s2", 0.001, Shows::All), "motor velocities of the flexible joints (SFF-12)";
+    modal_velocity "modalVelocity" [s.modes()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates (SFF-6)";
 }

@@ -1,16 +1,21 @@
-//! A free base with arms in space: trees of rigid bodies, their accelerations, momenta and matrices (S1, S2).
+//! A free base with arms and flexible appendages in space: trees of bodies, their accelerations, momenta and matrices (S1, S2).
 //!
 //! The equations have ids SFF-1 .. in `docs/equations/spatial.md`.
 
 pub mod analysis;
+pub mod appendage;
 pub mod articulated;
 pub mod attitude;
 pub mod composite;
 pub mod design;
+pub mod flexible;
+mod instant;
 pub mod layout;
 mod model;
 pub mod presets;
+pub mod shapes;
 mod show;
+pub mod snapshot;
 pub mod spatial;
 pub mod transmitted;
 pub mod tree;
@@ -21,9 +26,13 @@ pub use model::{Led, SpatialFreeFlyer, Structure};
 
 /// Most moving bodies of one tree: all arrays of the equations have this fixed capacity.
 pub const MAX_BODIES: usize = 32;
-/// Most coordinates: those of the base, and a joint and a rotor for each body.
-pub const MAX_DOFS: usize = composite::BASE + 2 * MAX_BODIES;
+/// Most coordinates: those of the base, a joint and a rotor for each body, the modes.
+pub const MAX_DOFS: usize = composite::BASE + 2 * MAX_BODIES + MAX_MODES_OF_ALL;
 /// Most end effectors.
 pub const MAX_TIPS: usize = 8;
 /// Most thrusters.
 pub const MAX_THRUSTERS: usize = 32;
+/// Most appendages of one robot.
+pub const MAX_APPENDAGES: usize = 8;
+/// Most modal coordinates of all appendages together.
+pub const MAX_MODES_OF_ALL: usize = 48;

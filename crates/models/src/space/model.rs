@@ -1,16 +1,25 @@
 //! `SpatialFreeFlyer` in the form that every model takes.
 
-use super::articulated::{Accelerations, Drive, Moves, Rotor, accelerations};
-use super::attitude::{self, Quaternion, rotation, unit};
-use super::composite::{forces, mass_matrix, rotor_rows};
+use super::appendage::Shapes;
+use super::articulated::{Drive, Moves, Rotor};
+use super::attitude;
+use super::composite::{forces_flexible, mass_matrix_flexible, rotor_rows};
+use super::instant::{Instant, four};
 use super::layout::{Inputs, Outputs, Parameters, States};
-use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
-use super::tree::{All, Body, Placed, Tree};
-use super::vector::{Vector, add, cross, identity, scale, times, transposed_times, zero};
-use super::{MAX_BODIES, MAX_THRUSTERS, MAX_TIPS};
+use super::shapes::MAX_SHAPES;
+use super::spatial::Motion;
+use super::tree::Tree;
+use super::vector::{Vector, add, cross, times, transposed_times};
+use super::{MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
 use crate::arm::rotor;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// Memory of a robot of few bodies, the base included, and of few modes.
+const FEW: usize = 8;
+/// Memory of any robot.
+const MOST: usize = MAX_BODIES + 1;
+const MODES: usize = MAX_MODES_OF_ALL;
 
 /// What is fixed when a model is packed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,6 +32,8 @@ pub struct Structure {
     pub tips: Vec<usize>,
     /// Thrusters of the base.
     pub thrusters: usize,
+    /// Per appendage of the base the numbers of its shapes.
+    pub appendages: Vec<Shapes>,
     /// The base does not move.
     pub held: bool,
 }
@@ -36,6 +47,13 @@ impl Structure {
     pub fn springs(&self) -> usize {
         self.flexible.iter().filter(|f| **f).count()
     }
+    fn most_shapes(&self) -> usize {
+        self.appendages.iter().flat_map(|a| [a.x, a.y, a.torsion]).max().unwrap_or(0)
+    }
+    /// Modal coordinates.
+    pub fn modes(&self) -> usize {
+        self.appendages.iter().map(Shapes::modes).sum()
+    }
 
     /// Whether there can be such a model.
     ///
@@ -47,6 +65,9 @@ impl Structure {
             ("moving bodies", n, MAX_BODIES),
             ("tips", self.tips.len(), MAX_TIPS),
             ("thrusters", self.thrusters, MAX_THRUSTERS),
+            ("appendages", self.appendages.len(), MAX_APPENDAGES),
+            ("modal coordinates", self.modes(), MAX_MODES_OF_ALL),
+            ("shapes in a direction", self.most_shapes(), MAX_SHAPES),
         ] {
             if there > most {
                 return Err(format!("{there} {what} cannot be had, at most {most}"));
@@ -91,20 +112,6 @@ pub struct SpatialFreeFlyer {
     sizes: Sizes,
 }
 
-/// The robot at one instant.
-pub(super) struct Instant<T> {
-    pub(super) base: Rigid<T>,
-    pub(super) bodies: All<Body<T>>,
-    pub(super) placed: All<Placed<T>>,
-    /// In the inertial frame.
-    pub(super) frames: All<Frame<T>>,
-    /// On each body, own axes and origin.
-    pub(super) applied: All<Wrench<T>>,
-    pub(super) drives: [Drive<T>; MAX_BODIES],
-    /// Acceleration that a base is held at, own axes.
-    pub(super) held: Option<Motion<T>>,
-}
-
 /// Rows whose accelerations are given, whatever forces that takes.
 #[derive(Clone, Copy, Debug)]
 pub struct Led<'a, T> {
@@ -121,16 +128,6 @@ impl<T> Led<'_, T> {
     pub fn none() -> Self {
         Self { base: None, joints: &[], motors: &[] }
     }
-}
-
-fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
-    [v[at], v[at + 1], v[at + 2]]
-}
-fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
-    [v[at], v[at + 1], v[at + 2], v[at + 3]]
-}
-fn matrix<T: Copy>(v: &[T], at: usize) -> [[T; 3]; 3] {
-    [three(v, at), three(v, at + 3), three(v, at + 6)]
 }
 
 impl SpatialFreeFlyer {
@@ -166,81 +163,8 @@ impl SpatialFreeFlyer {
         self.spring[joint].map(|k| self.at.motor_angle + k)
     }
 
-    /// Frame of the base and its velocity, own axes.
-    fn base<T: Scalar>(&self, at: &At<T>) -> (Frame<T>, Motion<T>) {
-        if self.structure.held {
-            let rotation = rotation(four(at.p, self.parameter.initial_base_quaternion));
-            let origin = three(at.p, self.parameter.initial_base_position);
-            return (Frame { rotation, origin }, Motion::zero());
-        }
-        let rotation = rotation(four(at.x, self.at.base_quaternion));
-        let linear = transposed_times(&rotation, three(at.x, self.at.base_velocity));
-        let velocity = Motion { angular: three(at.x, self.at.base_angular_velocity), linear };
-        (Frame { rotation, origin: three(at.x, self.at.base_position) }, velocity)
-    }
-
-    /// Where everything is and what acts on it.
-    pub(super) fn instant<T: Scalar>(&self, at: &At<T>) -> Instant<T> {
-        let (s, p, n) = (&self.structure, &self.parameter, self.structure.bodies());
-        let nothing = Body {
-            rigid: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
-            mount: Frame { rotation: identity(), origin: zero() },
-            axis: zero(),
-        };
-        let mut bodies = [nothing; MAX_BODIES + 1];
-        for j in 0..n {
-            let center = three(at.p, p.body_center + 3 * j);
-            bodies[j + 1] = Body {
-                rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
-                mount: Frame {
-                    rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
-                    origin: three(at.p, p.joint_position + 3 * j),
-                },
-                axis: unit(three(at.p, p.joint_axis + 3 * j)),
-            };
-        }
-        let base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
-        let (angles, rates) = (&at.x[self.at.joint_angle..][..n], &at.x[self.at.joint_velocity..][..n]);
-        let placed = s.tree.place(&bodies, self.base(at), angles, rates);
-        let frames = s.tree.inertial(&placed);
-
-        let mut applied = [Wrench::zero(); MAX_BODIES + 1];
-        for k in 0..s.thrusters {
-            let along = unit(three(at.p, p.thruster_direction + 3 * k));
-            let force = scale(at.u[self.input.thruster_force + k], along);
-            let torque = cross(three(at.p, p.thruster_position + 3 * k), force);
-            applied[0] = applied[0].plus(Wrench { torque, force });
-        }
-        if !s.held {
-            let force = three(at.u, self.input.base_force);
-            applied[0] = applied[0].plus(turned(&frames[0], force, three(at.u, self.input.base_torque)));
-        }
-        for (a, tip) in s.tips.iter().enumerate() {
-            let force = three(at.u, self.input.tip_force + 3 * a);
-            let mut w = turned(&frames[*tip], force, three(at.u, self.input.tip_torque + 3 * a));
-            w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
-            applied[*tip] = applied[*tip].plus(w);
-        }
-        let held = s.held.then(|| {
-            // A field of gravity is a base that accelerates the other way.
-            let up = scale(T::constant(-1.0), three(at.p, p.gravity));
-            Motion { angular: zero(), linear: transposed_times(&frames[0].rotation, up) }
-        });
-        let mut drives = [Drive {
-            moves: Moves::Driven(T::zero()),
-            rotor: Rotor::Geared,
-            inertia: T::zero(),
-            share: T::zero(),
-            rate: T::zero(),
-        }; MAX_BODIES];
-        for (j, drive) in drives.iter_mut().enumerate().take(n) {
-            *drive = self.drive(at, j);
-        }
-        Instant { base, bodies, placed, frames, applied, drives, held }
-    }
-
     /// A joint with its motor.
-    fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> Drive<T> {
+    pub(super) fn drive<T: Scalar>(&self, at: &At<T>, j: usize) -> Drive<T> {
         let p = &self.parameter;
         let torque = at.u[self.input.joint_torque + j];
         let (moves, rotor, rate) = match self.spring[j] {
@@ -276,37 +200,43 @@ impl SpatialFreeFlyer {
         sum
     }
 
-    /// Accelerations at an instant.
-    pub(super) fn accelerations<T: Scalar>(&self, now: &Instant<T>) -> Accelerations<T> {
-        accelerations(
-            &self.structure.tree,
-            &Articulated::rigid(&now.base),
-            &now.bodies,
-            &now.placed,
-            &now.applied,
-            &now.drives,
-            now.held,
-        )
-    }
-
     /// M (SFF-8) into `m`, row by row; returns the number of its rows. They are the base's velocity and its rate, both in
-    /// **base axes**, the joints, the motors of flexible joints.
+    /// **base axes**, the joints, the motors of flexible joints, the modes.
     pub fn mass_matrix<T: Scalar>(&self, at: &At<T>, m: &mut [T]) -> usize {
-        let (now, tree) = (self.instant(at), &self.structure.tree);
-        mass_matrix(tree, &now.base, &now.bodies, &now.placed, &now.drives, m);
-        rotor_rows(tree, &now.drives).1
+        let now = Instant::<T, MOST, MODES>::of(self, at);
+        mass_matrix_flexible(&now.snapshot(self), m);
+        rotor_rows(&self.structure.tree, &now.drives).1 + self.structure.modes()
     }
 
     /// C v (SFF-11) into `out`: the forces of a motion without accelerations, rows as in [`Self::mass_matrix`].
     pub fn bias<T: Scalar>(&self, at: &At<T>, out: &mut [T]) {
-        let (now, none) = (self.instant(at), [T::zero(); MAX_BODIES]);
-        let still = (Motion::zero(), &none[..], &none[..]);
-        forces(&self.structure.tree, &now.base, &now.bodies, &now.placed, &now.drives, still, out);
+        let now = Instant::<T, MOST, MODES>::of(self, at);
+        let none = [T::zero(); MAX_DOFS];
+        forces_flexible(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
+    }
+
+    /// It has room in small arrays, which are filled sooner.
+    pub(super) fn small(&self) -> bool {
+        self.structure.bodies() < FEW && self.structure.modes() <= FEW
     }
 
     /// Rates of the states where some accelerations are given.
     pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
-        let mut now = self.instant(&at);
+        if self.small() {
+            self.rates_of::<T, FEW, FEW>(&at, &led, dx);
+        } else {
+            self.rates_of::<T, MOST, MODES>(&at, &led, dx);
+        }
+    }
+
+    #[inline(never)]
+    fn rates_of<T: Scalar, const N: usize, const E: usize>(
+        &self,
+        at: &At<T>,
+        led: &Led<'_, T>,
+        dx: &mut [T],
+    ) {
+        let mut now = Instant::<T, N, E>::of(self, at);
         let (row, n, base) = (&self.at, self.structure.bodies(), now.placed[0]);
         let (omega, v) = (base.velocity.angular, base.velocity.linear);
         if let Some((linear, angular)) = led.base.filter(|_| !self.structure.held) {
@@ -317,7 +247,7 @@ impl SpatialFreeFlyer {
         for (j, a) in led.motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
             now.drives[*j].rotor = Rotor::Led(*a);
         }
-        let found = self.accelerations(&now);
+        let found = now.accelerations(self);
         if !self.structure.held {
             dx[row.base_position..][..3].copy_from_slice(&at.x[row.base_velocity..][..3]);
             let turning = attitude::rate(four(at.x, row.base_quaternion), omega);
@@ -334,14 +264,9 @@ impl SpatialFreeFlyer {
                 dx[row.motor_velocity + k] = found.rotor[j];
             }
         }
-    }
-}
-
-/// A wrench in inertial axes at the origin of a body's frame, in that frame.
-fn turned<T: Scalar>(frame: &Frame<T>, force: Vector<T>, torque: Vector<T>) -> Wrench<T> {
-    Wrench {
-        torque: transposed_times(&frame.rotation, torque),
-        force: transposed_times(&frame.rotation, force),
+        let modes = self.structure.modes();
+        dx[row.modal_coordinate..][..modes].copy_from_slice(&at.x[row.modal_velocity..][..modes]);
+        dx[row.modal_velocity..][..modes].copy_from_slice(&found.modal[..modes]);
     }
 }
 
@@ -362,6 +287,8 @@ impl Hybrid for SpatialFreeFlyer {
             copy(from.initial_motor_angle + j, to.motor_angle + k, 1);
             copy(from.initial_motor_velocity + j, to.motor_velocity + k, 1);
         }
+        copy(from.initial_modal_coordinate, to.modal_coordinate, self.structure.modes());
+        copy(from.initial_modal_velocity, to.modal_velocity, self.structure.modes());
         if !self.structure.held {
             copy(from.initial_base_position, to.base_position, 3);
             copy(from.initial_base_velocity, to.base_velocity, 3);
@@ -378,7 +305,11 @@ impl Hybrid for SpatialFreeFlyer {
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.show(&at, y);
+        if self.small() {
+            self.show::<T, FEW, FEW>(&at, y);
+        } else {
+            self.show::<T, MOST, MODES>(&at, y);
+        }
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}

@@ -1,6 +1,7 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
 
-use super::design::{Design, Link, Motor, Tip};
+use super::appendage::{Beam, Shapes};
+use super::design::{Appendage, Design, Link, Motor, Tip};
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
 use crate::arm::parameter as planar;
@@ -47,9 +48,39 @@ pub fn table_1() -> Design {
         ]),
         tips: tool(3, [0.8, 0.0, 0.0], [0.0; 3]),
         thrusters: Vec::new(),
+        appendages: Vec::new(),
         held: false,
         geared: true,
     }
+}
+
+/// S1 table 1 on a bus with two panels: the arm without its post stands at (0, 0, 0.5). Bus and panels are assumed. The panels
+/// at +y and -y lie along the base's +y and -y, their x along its +z, their y along its +x (at +y) and -x (at -y).
+pub fn table_1_with_panels() -> Design {
+    let mut design = table_1();
+    design.name = "table-1-with-panels".into();
+    design.links[0].position[2] += 0.5;
+    design.tips[0].mount[2] = 0.5;
+    let panel = |side: f64| Appendage {
+        name: if side > 0.0 { "panel +y".into() } else { "panel -y".into() },
+        shapes: Shapes { x: 2, y: 1, torsion: 1 },
+        position: [0.0, 0.6 * side, 0.1],
+        orientation: [0.5, -0.5 * side, -0.5, -0.5 * side],
+        length: 4.0,
+        mass_per_length: 1.0,
+        bending_stiffness: [200.0, 800.0],
+        torsion_stiffness: 60.0,
+        polar_inertia_per_length: 0.02,
+        damping_ratio: 0.005,
+    };
+    design.appendages = [1.0, -1.0].map(panel).to_vec();
+    design
+}
+
+/// The panels of [`table_1_with_panels`].
+pub fn panels() -> [(Shapes, Beam<f64>); 2] {
+    let all = table_1_with_panels().appendages;
+    [0, 1].map(|p| (all[p].shapes, all[p].beam()))
 }
 
 /// S2 tables 2 and 7: 1500 kg and 762 kg.m2, an arm of 58.7 kg and 4.2 m with six joints. All other values are assumed.
@@ -70,6 +101,7 @@ pub fn chaser() -> Design {
         ]),
         tips: tool(6, [0.15, 0.0, 0.0], [0.9, 0.0, 0.6]),
         thrusters: Vec::new(),
+        appendages: Vec::new(),
         held: false,
         geared: true,
     }
@@ -112,6 +144,7 @@ pub fn test_bed() -> Design {
         links: (0..n).map(link).collect(),
         tips: tool(n, [p[planar::link_length(n) + n - 1], 0.0, 0.0], [p[mount], p[mount + 1], 0.0]),
         thrusters: Vec::new(),
+        appendages: Vec::new(),
         held: false,
         geared: false,
     }
@@ -134,6 +167,11 @@ pub const PRESETS: &[Preset] = &[
         name: "table-1",
         source: "three-link arm of free-flying robots' dynamics, Table 1, on an assumed base",
         design: table_1,
+    },
+    Preset {
+        name: "table-1-with-panels",
+        source: "the same arm on an assumed base with two assumed panels that swing",
+        design: table_1_with_panels,
     },
     Preset {
         name: "chaser",

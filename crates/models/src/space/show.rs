@@ -1,9 +1,10 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::attitude::{about_axis, normalized, product as turned_by};
-use super::composite::momentum;
-use super::model::{Instant, SpatialFreeFlyer};
-use super::spatial::{Frame, Wrench};
+use super::attitude::{about_axis, normalized, product as turned_by, unit};
+use super::composite::momentum_flexible;
+use super::instant::{Instant, four, three};
+use super::model::SpatialFreeFlyer;
+use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
 use super::tree::Joint;
 use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
@@ -12,8 +13,9 @@ use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
-    pub(super) fn show<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
-        let now = self.instant(at);
+    #[inline(never)]
+    pub(super) fn show<T: Scalar, const N: usize, const E: usize>(&self, at: &At<T>, y: &mut [T]) {
+        let now = Instant::<T, N, E>::of(self, at);
         let base = &now.frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
         let to = &self.output;
@@ -22,6 +24,7 @@ impl SpatialFreeFlyer {
         put(to.base_angular_velocity, &now.placed[0].velocity.angular);
         self.joints(at, &mut put);
         self.tips(at, &now, &mut put);
+        self.appendages(at, base, &mut put);
         self.reactions(at, &now, &mut put);
         self.totals(at, &now, &mut put);
     }
@@ -44,7 +47,7 @@ impl SpatialFreeFlyer {
     /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
     fn attitudes<T: Scalar>(&self, at: &At<T>) -> [Quaternion<T>; MAX_BODIES + 1] {
         let s = self.structure();
-        let q = |v: &[T], begin: usize| normalized([v[begin], v[begin + 1], v[begin + 2], v[begin + 3]]);
+        let q = |v: &[T], begin: usize| normalized(four(v, begin));
         let base = if s.held {
             q(at.p, self.parameter.initial_base_quaternion)
         } else {
@@ -57,8 +60,7 @@ impl SpatialFreeFlyer {
             all[i] = match s.tree.joint[i - 1] {
                 Joint::Prismatic => carried,
                 Joint::Revolute => {
-                    let axis = self.parameter.joint_axis + 3 * (i - 1);
-                    let axis = super::attitude::unit([at.p[axis], at.p[axis + 1], at.p[axis + 2]]);
+                    let axis = unit(three(at.p, self.parameter.joint_axis + 3 * (i - 1)));
                     turned_by(carried, about_axis(axis, at.x[self.at.joint_angle + i - 1]))
                 }
             };
@@ -66,14 +68,18 @@ impl SpatialFreeFlyer {
         all
     }
 
-    fn tips<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn tips<T: Scalar, const N: usize, const E: usize>(
+        &self,
+        at: &At<T>,
+        now: &Instant<T, N, E>,
+        put: &mut impl FnMut(usize, &[T]),
+    ) {
         let to = &self.output;
         let attitudes = self.attitudes(at);
         put(to.base_quaternion, &attitudes[0]);
         for (a, tip) in self.structure().tips.iter().enumerate() {
             let (frame, velocity) = (&now.frames[*tip], now.placed[*tip].velocity);
-            let begin = self.parameter.tip_offset + 3 * a;
-            let offset = [at.p[begin], at.p[begin + 1], at.p[begin + 2]];
+            let offset = three(at.p, self.parameter.tip_offset + 3 * a);
             let point = add(velocity.linear, cross(velocity.angular, offset)); // (SFF-7)
             put(to.tip_position + 3 * a, &add(frame.origin, times(&frame.rotation, offset)));
             put(to.tip_quaternion + 4 * a, &attitudes[*tip]);
@@ -82,13 +88,32 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn reactions<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn appendages<T: Scalar>(&self, at: &At<T>, base: &Frame<T>, put: &mut impl FnMut(usize, &[T])) {
+        let (s, row, to, modes) = (self.structure(), &self.at, &self.output, self.structure().modes());
+        let eta = &at.x[row.modal_coordinate..][..modes];
+        put(to.modal_coordinate, eta);
+        put(to.modal_velocity, &at.x[row.modal_velocity..][..modes]);
+        let mut first = 0;
+        for (k, shapes) in s.appendages.iter().enumerate() {
+            let tip = self.beam(at, k).tip(*shapes, &eta[first..][..shapes.modes()]);
+            put(to.appendage_tip + 3 * k, &add(base.origin, times(&base.rotation, tip)));
+            first += shapes.modes();
+        }
+    }
+
+    fn reactions<T: Scalar, const N: usize, const E: usize>(
+        &self,
+        at: &At<T>,
+        now: &Instant<T, N, E>,
+        put: &mut impl FnMut(usize, &[T]),
+    ) {
         let (s, to) = (self.structure(), &self.output);
-        let found = self.accelerations(now);
-        let by_joint = transmitted(&s.tree, &now.bodies, &now.placed, &now.applied, &now.drives, &found);
-        // What a joint's carrier gives its body, the body gives back.
+        let found = now.accelerations(self);
+        let given = (found.base, &found.joint[..], &found.rotor[..], &found.modal[..]);
+        let by_joint = transmitted::<T, N>(&now.snapshot(self), &now.applied, given);
+        // What a carrier gives, it gets back.
         let minus = T::constant(-1.0);
-        let mut whole = Wrench::zero();
+        let mut whole = by_joint[0].times(minus);
         for i in (1..=s.bodies()).filter(|i| s.tree.parent[i - 1] == 0) {
             whole = whole.plus(by_joint[i].times(minus));
         }
@@ -101,17 +126,22 @@ impl SpatialFreeFlyer {
                 first = s.tree.parent[first - 1];
             }
             let of_arm = by_joint[first].times(minus);
-            let begin = self.parameter.joint_position + 3 * (first - 1);
-            let mount = [at.p[begin], at.p[begin + 1], at.p[begin + 2]];
+            let mount = three(at.p, self.parameter.joint_position + 3 * (first - 1));
             put(to.arm_force + 3 * a, &inertial(of_arm.force));
             put(to.arm_torque + 3 * a, &inertial(sub(of_arm.torque, cross(mount, of_arm.force))));
         }
     }
 
-    fn totals<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn totals<T: Scalar, const N: usize, const E: usize>(
+        &self,
+        at: &At<T>,
+        now: &Instant<T, N, E>,
+        put: &mut impl FnMut(usize, &[T]),
+    ) {
         let (s, to) = (self.structure(), &self.output);
         let base: &Frame<T> = &now.frames[0];
-        let (h, kinetic) = momentum(&s.tree, &now.base, &now.bodies, &now.placed, &now.drives);
+        let robot = now.snapshot(self);
+        let (h, kinetic) = momentum_flexible(&robot);
         let linear = times(&base.rotation, h.force);
         put(to.linear_momentum, &linear);
         put(
@@ -119,15 +149,17 @@ impl SpatialFreeFlyer {
             &add(times(&base.rotation, h.torque), cross(base.origin, linear)), // (SFF-9)
         );
         put(to.kinetic_energy, &[kinetic]);
-        let (mut mass, mut first) = (now.base.mass, scale(now.base.mass, base.origin));
-        for i in 1..=s.bodies() {
-            let (rigid, frame) = (&now.bodies[i].rigid, &now.frames[i]);
+        let (mut mass, mut first) = (robot.base.mass, scale(robot.base.mass, base.origin));
+        let mut count = |rigid: &Rigid<T>, frame: &Frame<T>| {
             mass += rigid.mass;
             first = add(first, add(scale(rigid.mass, frame.origin), times(&frame.rotation, rigid.first)));
-        }
+        };
+        (1..=s.bodies()).for_each(|i| count(&robot.bodies[i].rigid, &now.frames[i]));
+        let appendages = robot.flexing.parts.iter().zip(robot.flexing.now);
+        appendages.for_each(|(part, bent)| count(&bent.rigid, &now.frames[part.on]));
         put(to.center_of_mass, &scale(T::one() / mass, first));
-        let g = self.parameter.gravity;
-        let field = if s.held { [at.p[g], at.p[g + 1], at.p[g + 2]] } else { zero() };
-        put(to.potential_energy, &[self.spring_energy(at) - dot(field, first)]);
+        let field = if s.held { three(at.p, self.parameter.gravity) } else { zero() };
+        let bent = now.appendages.potential(&at.x[self.at.modal_coordinate..][..s.modes()]);
+        put(to.potential_energy, &[self.spring_energy(at) + bent - dot(field, first)]);
     }
 }

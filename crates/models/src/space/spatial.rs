@@ -3,7 +3,7 @@
 
 use super::vector::{
     Matrix, Vector, add, cross, cross_columns, dot, plus, product, product_transposed, scale, sub, times,
-    transposed, transposed_times, zero,
+    transposed_times, zero,
 };
 use trueup_numerics::Scalar;
 
@@ -214,12 +214,12 @@ impl<T: Scalar> Articulated<T> {
         self.mixed = plus(&self.mixed, &o.mixed);
         self.linear = plus(&self.linear, &o.linear);
     }
-    /// Takes w w^T / d away.
+    /// Takes w w^T s away.
     #[inline]
-    pub fn take(&mut self, w: &Wrench<T>, d: T) {
+    pub fn take(&mut self, w: &Wrench<T>, s: T) {
         let (a, b) = (w.torque, w.force);
         for i in 0..3 {
-            let (ai, bi) = (a[i] / d, b[i] / d);
+            let (ai, bi) = (a[i] * s, b[i] * s);
             for j in 0..3 {
                 self.angular[i][j] -= ai * a[j];
                 self.mixed[i][j] -= ai * b[j];
@@ -227,24 +227,32 @@ impl<T: Scalar> Articulated<T> {
             }
         }
     }
-    /// As the parent sees it: with P = \[p x\], M = R M R^T, B = R B R^T + P M, A = R A R^T - (B' P) - (B' P)^T - P M P.
+    /// Adds one that hangs in the axes `f`: with P = \[p x\], M = R M R^T, b = R B R^T, B = b + P M,
+    /// A = R A R^T + P B^T + b P^T.
     #[inline]
-    pub fn outwards(&self, f: &Frame<T>) -> Self {
-        let r = &f.rotation;
-        let turn = |m: &Matrix<T>| product_transposed(&product(r, m), r);
-        let (a, b, linear) = (turn(&self.angular), turn(&self.mixed), turn(&self.linear));
-        let p = f.origin;
-        // M P = (P^T M)^T = -(P M)^T, and so for B': columns crossed with p, transposed.
-        let pm = cross_columns(p, &linear);
-        let mixed = plus(&b, &pm);
-        let pbt = cross_columns(p, &transposed(&b));
-        let pmp = cross_columns(p, &transposed(&pm));
-        let mut angular = a;
+    pub fn add_outwards(&mut self, o: &Self, f: &Frame<T>) {
+        let (r, p) = (&f.rotation, f.origin);
+        let row = |m: &Matrix<T>, i: usize| times(r, transposed_times(m, r[i]));
+        let half = |m: &Matrix<T>| {
+            let [t0, t1, t2] =
+                [transposed_times(m, r[0]), transposed_times(m, r[1]), transposed_times(m, r[2])];
+            let (d01, d02, d12) = (dot(t0, r[1]), dot(t0, r[2]), dot(t1, r[2]));
+            [[dot(t0, r[0]), d01, d02], [d01, dot(t1, r[1]), d12], [d02, d12, dot(t2, r[2])]]
+        };
+        let m = half(&o.linear);
+        let b = [row(&o.mixed, 0), row(&o.mixed, 1), row(&o.mixed, 2)];
+        let a = half(&o.angular);
+        let pm = cross_columns(p, &m);
+        let mixed = [add(b[0], pm[0]), add(b[1], pm[1]), add(b[2], pm[2])];
+        // (P B^T)_ij = (p x B_j)_i, (b P^T)_ij = (p x b_i)_j
+        let x = [cross(p, mixed[0]), cross(p, mixed[1]), cross(p, mixed[2])];
         for i in 0..3 {
+            let y = cross(p, b[i]);
             for j in 0..3 {
-                angular[i][j] += pbt[i][j] + pbt[j][i] + pmp[i][j];
+                self.angular[i][j] += a[i][j] + (x[j][i] + y[j]);
+                self.mixed[i][j] += mixed[i][j];
+                self.linear[i][j] += m[i][j];
             }
         }
-        Self { angular, mixed, linear }
     }
 }

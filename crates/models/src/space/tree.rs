@@ -59,6 +59,13 @@ pub struct Placed<T> {
     pub axis: Vector<T>,
 }
 
+impl<T: Scalar> Placed<T> {
+    /// A base: its frame in the inertial one, its velocity in own axes.
+    pub fn base(frame: Frame<T>, velocity: Motion<T>) -> Self {
+        Self { frame, velocity, bias: Motion::zero(), axis: zero() }
+    }
+}
+
 /// The motion of one unit of a joint's rate, own axes.
 #[inline]
 pub fn subspace<T: Scalar>(joint: Joint, axis: Vector<T>) -> Motion<T> {
@@ -80,8 +87,21 @@ impl Tree {
         q: &[T],
         rates: &[T],
     ) -> All<Placed<T>> {
-        let root = Placed { frame: base.0, velocity: base.1, bias: Motion::zero(), axis: zero() };
-        let mut all = [root; MAX_BODIES + 1];
+        let mut all = [Placed::base(base.0, base.1); MAX_BODIES + 1];
+        self.place_into(bodies, base, q, rates, &mut all);
+        all
+    }
+
+    /// As [`Self::place`], into as much memory as there are bodies (one more, for the base).
+    pub fn place_into<T: Scalar>(
+        &self,
+        bodies: &[Body<T>],
+        base: (Frame<T>, Motion<T>),
+        q: &[T],
+        rates: &[T],
+        all: &mut [Placed<T>],
+    ) {
+        all[0] = Placed::base(base.0, base.1);
         for i in 1..=self.bodies() {
             let (body, joint) = (&bodies[i], self.joint[i - 1]);
             let axis = times(&body.mount.rotation, body.axis);
@@ -99,15 +119,20 @@ impl Tree {
             let velocity = frame.inwards(all[self.parent[i - 1]].velocity).plus(own); // (SFF-2)
             all[i] = Placed { frame, velocity, bias: velocity.cross(own), axis };
         }
-        all
     }
 
     /// Frames of all bodies in the inertial one.
     pub fn inertial<T: Scalar>(&self, placed: &All<Placed<T>>) -> All<Frame<T>> {
         let mut all = [placed[0].frame; MAX_BODIES + 1];
+        self.inertial_into(placed, &mut all);
+        all
+    }
+
+    /// As [`Self::inertial`], into as much memory as there are bodies (one more, for the base).
+    pub fn inertial_into<T: Scalar>(&self, placed: &[Placed<T>], all: &mut [Frame<T>]) {
+        all[0] = placed[0].frame;
         for i in 1..=self.bodies() {
             all[i] = all[self.parent[i - 1]].then(&placed[i].frame);
         }
-        all
     }
 }

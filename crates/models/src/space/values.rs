@@ -25,6 +25,7 @@ impl Design {
             flexible: self.links.iter().map(|l| l.motor.flexible).collect(),
             tips: self.tips.iter().map(|t| t.body).collect(),
             thrusters: self.thrusters.len(),
+            appendages: self.appendages.iter().map(|a| a.shapes).collect(),
             held: self.held,
         }
     }
@@ -78,6 +79,17 @@ impl Design {
             put(&mut p, at.thruster_position + 3 * k, &t.position);
             put(&mut p, at.thruster_direction + 3 * k, &t.direction);
         }
+        for (k, a) in self.appendages.iter().enumerate() {
+            put(&mut p, at.appendage_position + 3 * k, &a.position);
+            put(&mut p, at.appendage_orientation + 4 * k, &a.orientation);
+            p[at.appendage_length + k] = a.length;
+            p[at.mass_per_length + k] = a.mass_per_length;
+            p[at.bending_x + k] = a.bending_stiffness[0];
+            p[at.bending_y + k] = a.bending_stiffness[1];
+            p[at.torsion + k] = a.torsion_stiffness;
+            p[at.polar_inertia + k] = a.polar_inertia_per_length;
+            p[at.damping_ratio + k] = a.damping_ratio;
+        }
         p
     }
 }
@@ -102,6 +114,15 @@ fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
         }
     }
     (0..s.thrusters).for_each(|k| p[at.thruster_direction + 3 * k] = 1.0);
+    for k in 0..s.appendages.len() {
+        p[at.appendage_orientation + 4 * k] = 1.0;
+        for begin in [at.appendage_length, at.mass_per_length, at.polar_inertia] {
+            p[begin + k] = 1.0;
+        }
+        for begin in [at.bending_x, at.bending_y, at.torsion] {
+            p[begin + k] = 100.0;
+        }
+    }
     p[at.motor_coupling] = rotor::GEARED;
     put(&mut p, at.initial_base_quaternion, &IDENTITY);
     p
@@ -160,6 +181,13 @@ impl SpatialFreeFlyer {
                 let message = format!("thrusterDirection of thruster {} has length 0: give it one", k + 1);
                 return Err((begin, message));
             }
+        }
+        for k in 0..s.appendages.len() {
+            quaternion(
+                p,
+                at.appendage_orientation + 4 * k,
+                &format!("appendageOrientation of appendage {}", k + 1),
+            )?;
         }
         let begin = at.initial_base_quaternion;
         if p[begin..begin + 4].iter().all(|v| *v == 0.0) {

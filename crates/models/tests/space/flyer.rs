@@ -5,8 +5,12 @@ use std::f64::consts::PI;
 
 use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::presets::cbk_pan;
+use trueup_models::space::appendage::Beam;
 use trueup_models::space::design::{Design, Motor, Thruster, Tip};
+use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::layout::{Inputs, Outputs, Parameters, States};
+use trueup_models::space::spatial::{Frame, Motion, Wrench};
+use trueup_models::space::tree::Placed;
 use trueup_models::space::vector::{add, cross, dot, scale, sub, times, transposed_times};
 use trueup_models::space::{Led, SpatialFreeFlyer, attitude::rotation, presets};
 use trueup_numerics::Dual;
@@ -221,10 +225,20 @@ fn everything(held: bool, geared: bool) -> Design {
         let gear_ratio = 3.0 + k as f64;
         link.motor = Motor { flexible, inertia: 0.3, gear_ratio, stiffness: 20.0, damping: 2.0 };
     }
-    Design { held, geared, ..d }
+    let mut panels = presets::table_1_with_panels().appendages;
+    panels[1].shapes.y = 3;
+    panels[1].orientation = [0.6, 0.0, 0.8, 0.0];
+    Design { held, geared, appendages: panels, ..d }
 }
 
-/// Checks SFF-9, SFF-11 and SFF-12: momentum changes by what acts from outside, energy by its power and what damping takes.
+/// What the appendages of [`everything`] turn into heat, W.
+fn lost(f: &Flyer, y: &[f64]) -> f64 {
+    let mut all = Appendages::<f64>::new();
+    everything(false, true).appendages.iter().for_each(|a| all.add_beam(0, a.shapes, &a.beam()).unwrap());
+    all.dissipation(&y[f.output.modal_velocity..])
+}
+
+/// Checks SFF-6, SFF-9, SFF-11 and SFF-12: momentum changes by what acts from outside, energy by its power and what damping takes.
 #[test]
 fn momentum_and_energy_change_by_what_acts() {
     let mut random = Random(3);
@@ -269,6 +283,7 @@ fn momentum_and_energy_change_by_what_acts() {
                 let slip = y[o.motor_velocity + j] - y[o.joint_velocity + j];
                 power -= f.p[f.parameter.joint_damping + j] * slip * slip;
             }
+            power -= lost(&f, &y);
             if !held {
                 most[0] = most[0].max(worst(&three(&dy, o.linear_momentum), &force));
                 most[1] = most[1].max(worst(&three(&dy, o.angular_momentum), &torque));
@@ -283,6 +298,50 @@ fn momentum_and_energy_change_by_what_acts() {
         );
         assert!(size > 10.0 && most.iter().all(|m| *m < 1e-9), "{most:?}");
     }
+}
+
+/// What the base puts on the panels, base axes: the rate of their momentum, by duals.
+fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> Wrench<f64> {
+    let dual = |k: usize| Dual::<1> { re: x[k], eps: [dx[k]] };
+    let turn = rotation([0, 1, 2, 3].map(|k| dual(f.at.base_quaternion + k)));
+    let v = transposed_times(&turn, [0, 1, 2].map(|k| dual(f.at.base_velocity + k)));
+    let frame = Frame { rotation: turn, origin: [0, 1, 2].map(|k| dual(f.at.base_position + k)) };
+    let omega = [0, 1, 2].map(|k| dual(f.at.base_angular_velocity + k));
+    let placed = [Placed::base(frame, Motion { angular: omega, linear: v })];
+    let constant = |v: f64| Dual::<1> { re: v, eps: [0.0] };
+    let mut all = Appendages::<Dual<1>>::new();
+    for a in everything(false, true).appendages {
+        let b = a.beam();
+        let beam = Beam {
+            frame: Frame {
+                rotation: b.frame.rotation.map(|row| row.map(constant)),
+                origin: b.frame.origin.map(constant),
+            },
+            length: constant(b.length),
+            mass_per_length: constant(b.mass_per_length),
+            bending_stiffness: b.bending_stiffness.map(constant),
+            torsion_stiffness: constant(b.torsion_stiffness),
+            polar_inertia_per_length: constant(b.polar_inertia_per_length),
+            damping_ratio: constant(b.damping_ratio),
+        };
+        all.add_beam(0, a.shapes, &beam).unwrap();
+    }
+    let modes = all.modes().len();
+    let of = |begin: usize| (0..modes).map(|k| dual(begin + k)).collect::<Vec<_>>();
+    let mut bent = Bent::new();
+    all.bend(&placed, &of(f.at.modal_coordinate), &of(f.at.modal_velocity), &mut bent);
+    let flexing = bent.of(&all);
+    let (mut force, mut torque) = ([constant(0.0); 3], [constant(0.0); 3]);
+    for part in &flexing.now[..flexing.parts.len()] {
+        let p = times(&turn, part.momentum.force);
+        force = add(force, p);
+        torque = add(torque, add(times(&turn, part.momentum.torque), cross(frame.origin, p)));
+    }
+    // About the inertial origin at this instant; back to the base.
+    let (force, torque) = (force.map(|v| v.eps[0]), torque.map(|v| v.eps[0]));
+    let own = turn.map(|row| row.map(|v| v.re));
+    let about = sub(torque, cross(frame.origin.map(|v| v.re), force));
+    Wrench { torque: transposed_times(&own, about), force: transposed_times(&own, force) }
 }
 
 /// Checks SFF-3: what the base is told to feel is what moves it, and its arms together are all of it.
@@ -319,6 +378,10 @@ fn the_reaction_is_what_moves_the_base() {
             whole = add(whole, arm);
             about = add(about, add(three(&y, o.arm_torque + 3 * a), cross(mount, arm)));
         }
+        // The rest is the panels'.
+        let panels = panels_on_base(&f, &x, &dx);
+        whole = sub(whole, times(&turn, panels.force));
+        about = sub(about, times(&turn, panels.torque));
         most = most.max(worst(&whole, &three(&y, o.reaction_force)));
         most = most.max(worst(&about, &three(&y, o.reaction_torque)));
     }

@@ -21,12 +21,12 @@ struct Case {
     applied: All<Wrench<f64>>,
 }
 
-fn vector(rng: &mut StdRng) -> Vector<f64> {
+pub(super) fn vector(rng: &mut StdRng) -> Vector<f64> {
     [0; 3].map(|_| rng.random_range(-1.0..1.0))
 }
 
 /// Of a cloud of points, so that it is one.
-fn inertia(rng: &mut StdRng) -> Matrix<f64> {
+pub(super) fn inertia(rng: &mut StdRng) -> Matrix<f64> {
     let mut i = [[0.0; 3]; 3];
     for _ in 0..6 {
         let p = vector(rng);
@@ -38,7 +38,7 @@ fn inertia(rng: &mut StdRng) -> Matrix<f64> {
     i
 }
 
-fn turned(rng: &mut StdRng) -> Matrix<f64> {
+pub(super) fn turned(rng: &mut StdRng) -> Matrix<f64> {
     rotation([0; 4].map(|_| rng.random_range(-1.0..1.0)))
 }
 

@@ -1,0 +1,241 @@
+//! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
+
+use super::flexible::{Appendages, Function, Mode, Part};
+use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
+use super::spatial::{Articulated, Frame, Rigid, Wrench};
+use super::vector::{Matrix, Vector, add, scale, times, transposed, zero};
+use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
+use trueup_numerics::Scalar;
+use trueup_numerics::linear::ldl_factor;
+
+/// Numbers of shapes: structure, no values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Shapes {
+    /// Bending along x.
+    pub x: usize,
+    /// Bending along y.
+    pub y: usize,
+    /// Torsion about z.
+    pub torsion: usize,
+}
+
+impl Shapes {
+    /// Modal coordinates: those along x first, then y, then torsion.
+    pub fn modes(&self) -> usize {
+        self.x + self.y + self.torsion
+    }
+}
+
+/// A uniform beam, clamped to a body at its root, z along it (SFF-5; S1 3b, 4). It has no rotary inertia but about z.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam<T> {
+    /// Its axes in those of the body; the origin is the root.
+    pub frame: Frame<T>,
+    /// m.
+    pub length: T,
+    /// kg/m.
+    pub mass_per_length: T,
+    /// E I of bending along x and along y, N.m2 (S1's I_x is about x).
+    pub bending_stiffness: [T; 2],
+    /// G J, N.m2.
+    pub torsion_stiffness: T,
+    /// rho I_p, kg.m.
+    pub polar_inertia_per_length: T,
+    /// Of every mode.
+    pub damping_ratio: T,
+}
+
+/// A mode of a table, mass-normalised: its coordinate's mass is 1, and its unit that of a mass-normalised coordinate.
+#[derive(Clone, Copy, Debug)]
+pub struct TableMode<T> {
+    /// Clamped, rad/s.
+    pub frequency: T,
+    /// Of critical.
+    pub damping_ratio: T,
+    /// Momentum and angular momentum about the root per unit of its rate, appendage's axes.
+    pub participation: Wrench<T>,
+}
+
+/// An appendage that does not fit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AppendageError {
+    /// More of them than [`MAX_APPENDAGES`].
+    Appendages,
+    /// More modes than there is room for, or more shapes in a direction than [`MAX_SHAPES`].
+    Modes,
+    /// A mode without mass: its number in the appendage, from 0.
+    Massless(usize),
+    /// Modes that move more mass than the appendage has.
+    Participation,
+}
+
+impl std::fmt::Display for AppendageError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Appendages => write!(f, "there are more than {MAX_APPENDAGES} appendages; give fewer"),
+            Self::Modes => write!(
+                f,
+                "there are more modes than there is room for ({MAX_SHAPES} shapes in a direction, {MAX_MODES_OF_ALL} modes of all appendages); give fewer"
+            ),
+            Self::Massless(j) => write!(
+                f,
+                "mode {} has no mass above 0; give length, mass and polar inertia per length above 0, or no shapes of this kind",
+                j + 1
+            ),
+            Self::Participation => write!(
+                f,
+                "its modes move more than its mass and inertia; are they mass-normalised, and their moments about the root?"
+            ),
+        }
+    }
+}
+impl std::error::Error for AppendageError {}
+
+impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
+    /// Adds a beam on body `on` (0: the base), which the tree must have. Modes come in the order of [`Shapes`].
+    ///
+    /// # Errors
+    /// No room, or a mode that has no mass.
+    pub fn add_beam(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
+        let Beam { frame, length, mass_per_length, polar_inertia_per_length: polar, .. } = *beam;
+        let [ex, ey, ez] = transposed(&frame.rotation);
+        let mass = mass_per_length * length;
+        let across = mass * length * length / 3.0;
+        let o = T::zero();
+        let rigid = Rigid {
+            mass,
+            first: [o, o, mass * length * 0.5],
+            inertia: [[across, o, o], [o, across, o], [o, o, polar * length]],
+        };
+        self.open(on, rigid.outwards(&frame), shapes.modes())?;
+        let shape = |s: Option<Shape>| s.ok_or(AppendageError::Modes);
+        let (from, _) = self.parts[self.count].functions;
+        for j in 0..shapes.x.max(shapes.y) {
+            let s = shape(bending(j))?;
+            let area = mass * s.area;
+            // Over the place: root + z along the beam.
+            let moment = add(scale(area, frame.origin), scale(mass * length * s.moment, ez));
+            self.functions[from + j] = Function { square: mass * s.square, area, moment };
+            self.parts[self.count].functions.1 = from + j + 1;
+        }
+        let cube = length * length * length;
+        let damping = |mass: T, stiffness: T| beam.damping_ratio * (mass * stiffness).sqrt() * 2.0;
+        for (direction, count, stiffness) in
+            [(ex, shapes.x, beam.bending_stiffness[0]), (ey, shapes.y, beam.bending_stiffness[1])]
+        {
+            for j in 0..count {
+                let s = shape(bending(j))?;
+                let (mass, stiffness) = (mass * s.square, stiffness / cube * s.stiffness);
+                self.put(Mode {
+                    function: Some(from + j),
+                    along: direction,
+                    fixed: Wrench::zero(),
+                    mass,
+                    stiffness,
+                    damping: damping(mass, stiffness),
+                })?;
+            }
+        }
+        for j in 0..shapes.torsion {
+            let s = shape(torsion(j))?;
+            let (mass, stiffness) =
+                (polar * length * s.square, beam.torsion_stiffness / length * s.stiffness);
+            self.put(Mode {
+                function: None,
+                along: zero(),
+                fixed: Wrench { torque: scale(polar * length * s.area, ez), force: zero() },
+                mass,
+                stiffness,
+                damping: damping(mass, stiffness),
+            })?;
+        }
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Adds an appendage by a table of modes: `rigid` is the whole of it unbent, about its root, own axes. What the
+    /// bending changes of its inertia is not in such a table and is left out, which keeps momentum all the same.
+    ///
+    /// # Errors
+    /// No room, or modes that move more than there is.
+    pub fn add_table(
+        &mut self,
+        on: usize,
+        frame: &Frame<T>,
+        rigid: &Rigid<T>,
+        table: &[TableMode<T>],
+    ) -> Result<(), AppendageError> {
+        let fits = participation_fits(rigid, table);
+        self.open(on, rigid.outwards(frame), table.len())?;
+        for mode in table {
+            self.put(Mode {
+                function: None,
+                along: zero(),
+                fixed: frame.outwards(mode.participation),
+                mass: T::one(),
+                stiffness: mode.frequency * mode.frequency,
+                damping: mode.damping_ratio * mode.frequency * 2.0,
+            })?;
+        }
+        if !fits {
+            return Err(AppendageError::Participation);
+        }
+        self.count += 1;
+        Ok(())
+    }
+
+    /// Begins an appendage: it counts when its maker has finished.
+    fn open(&mut self, on: usize, rigid: Rigid<T>, modes: usize) -> Result<(), AppendageError> {
+        let (functions, from) = self.parts().last().map_or((0, 0), |p| (p.functions.1, p.modes.1));
+        if from + modes > MODES {
+            return Err(AppendageError::Modes);
+        }
+        let part = self.parts.get_mut(self.count).ok_or(AppendageError::Appendages)?;
+        *part = Part { on, rigid, functions: (functions, functions), modes: (from, from) };
+        Ok(())
+    }
+    fn put(&mut self, mode: Mode<T>) -> Result<(), AppendageError> {
+        let (from, next) = self.parts[self.count].modes;
+        if mode.mass.value() <= 0.0 || !mode.mass.value().is_finite() {
+            return Err(AppendageError::Massless(next - from));
+        }
+        self.modes[next] = mode;
+        self.parts[self.count].modes.1 = next + 1;
+        Ok(())
+    }
+}
+
+/// Whether the inertia that is left when the modes move freely is that of a body, or 0 within rounding.
+fn participation_fits<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> bool {
+    let mut left = Articulated::rigid(rigid);
+    let diagonal = |m: &Matrix<T>| (m[0][0] + m[1][1] + m[2][2]).value();
+    // A complete set leaves nothing, and a rod nothing about its axis.
+    let little = [diagonal(&left.angular), diagonal(&left.linear)].map(|d| 1e-9 * d);
+    table.iter().for_each(|m| left.take(&m.participation, T::one()));
+    let mut m = [0.0; 36];
+    for i in 0..3 {
+        for j in 0..3 {
+            m[6 * i + j] = left.angular[i][j].value();
+            m[6 * (i + 3) + j] = left.mixed[j][i].value();
+            m[6 * (i + 3) + j + 3] = left.linear[i][j].value();
+        }
+        m[7 * i] += little[0];
+        m[7 * (i + 3)] += little[1];
+    }
+    ldl_factor(&mut m, 6).is_ok()
+}
+
+impl<T: Scalar> Beam<T> {
+    /// The tip at these modal coordinates of this beam, axes of the body that carries it, m.
+    pub fn tip(&self, shapes: Shapes, eta: &[T]) -> Vector<T> {
+        self.point(shapes, eta, 1.0)
+    }
+    /// The point at the share `z` (0 .. 1) of the length.
+    pub fn point(&self, shapes: Shapes, eta: &[T], z: f64) -> Vector<T> {
+        let along = |from: usize, count: usize| {
+            (0..count).fold(T::zero(), |sum, j| sum + eta[from + j] * bending_at(j, z))
+        };
+        let place = [along(0, shapes.x), along(shapes.x, shapes.y), self.length * z];
+        add(self.frame.origin, times(&self.frame.rotation, place))
+    }
+}

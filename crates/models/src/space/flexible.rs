@@ -1,0 +1,285 @@
+//! Bodies that bend, by assumed modes: a body is rigid + modes (SFF-5). The kernel knows matter that modes move, in the
+//! axes of the body that carries it; [`super::appendage`] makes such matter of beams and of tables of modes.
+//!
+//! The point that is at r unbent is at r + sum over functions g of f_g(r) u_g, u_g = sum over the modes of g of d_j eta_j:
+//! mode j moves matter along the direction d_j by the function that it shares with others. Functions are orthogonal under the
+//! mass, so the modes' mass is constant and diagonal. The kinetic energy
+//! T = 1/2 V . M(eta) V + V . C(eta) d(eta) + 1/2 sum m_j d(eta_j)^2 has all terms in eta, also those of second order:
+//! it depends on nothing but the body's own view of its motion, so momentum is conserved exactly.
+//!
+//! S1 (2)-(8). There (2) lacks A, the second term of (3b) lacks rho, the third term of (4) must have J_z and d(theta_z)/dz.
+//!
+//! What it gets wrong: shapes do not shorten the beam when they bend it, so nothing stiffens it when it spins (no geometric
+//! stiffness). Above about a fifth of the first frequency the spin softens the beam falsely: bending in the plane of the
+//! spin by the square of the spin's rate.
+
+use super::spatial::{Rigid, Wrench};
+use super::tree::Placed;
+use super::vector::{Matrix, Vector, add, cross, dot, scale, zero};
+use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
+use trueup_numerics::Scalar;
+
+/// What a function of the place, f, integrates to over the mass.
+#[derive(Clone, Copy, Debug)]
+pub struct Function<T> {
+    /// f^2, kg.
+    pub square: T,
+    /// f, kg.
+    pub area: T,
+    /// f times the place, carrier's axes, kg.m.
+    pub moment: Vector<T>,
+}
+
+/// A mode: mass, spring and damper of its coordinate (m; rad where it turns), and what it moves.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode<T> {
+    /// The function by which it shifts matter; `None`: what it moves is in `fixed` alone.
+    pub function: Option<usize>,
+    /// Along this, carrier's axes.
+    pub along: Vector<T>,
+    /// Momentum per unit of its rate beyond that of `function`, whatever the coordinate is: torsion, tables of modes.
+    pub fixed: Wrench<T>,
+    /// kg (kg.m2).
+    pub mass: T,
+    /// N/m (N.m/rad).
+    pub stiffness: T,
+    /// N.s/m (N.m.s/rad).
+    pub damping: T,
+}
+
+/// One appendage: matter on a body, some of it moved by modes.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<T> {
+    /// The body that carries it; 0 is the base. The tree must have it.
+    pub on: usize,
+    /// Unbent, carrier's axes.
+    pub rigid: Rigid<T>,
+    /// The first of its functions and the one after the last.
+    pub functions: (usize, usize),
+    /// The first of its modes and the one after the last.
+    pub modes: (usize, usize),
+}
+
+/// All appendages of a robot; at most `MODES` modes together.
+#[derive(Clone, Debug)]
+pub struct Appendages<T, const MODES: usize = MAX_MODES_OF_ALL> {
+    pub(super) parts: [Part<T>; MAX_APPENDAGES],
+    pub(super) functions: [Function<T>; MODES],
+    pub(super) modes: [Mode<T>; MODES],
+    pub(super) count: usize,
+}
+
+impl<T: Scalar, const MODES: usize> Default for Appendages<T, MODES> {
+    fn default() -> Self {
+        let o = T::zero();
+        let rigid = Rigid { mass: o, first: zero(), inertia: [zero(); 3] };
+        let mode =
+            Mode { function: None, along: zero(), fixed: Wrench::zero(), mass: o, stiffness: o, damping: o };
+        Self {
+            parts: [Part { on: 0, rigid, functions: (0, 0), modes: (0, 0) }; MAX_APPENDAGES],
+            functions: [Function { square: o, area: o, moment: zero() }; MODES],
+            modes: [mode; MODES],
+            count: 0,
+        }
+    }
+}
+
+impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
+    /// None yet.
+    pub fn new() -> Self {
+        Self::default()
+    }
+    /// The appendages.
+    pub fn parts(&self) -> &[Part<T>] {
+        &self.parts[..self.count]
+    }
+    /// Their modes, one appendage's after the other's.
+    pub fn modes(&self) -> &[Mode<T>] {
+        &self.modes[..self.parts().last().map_or(0, |p| p.modes.1)]
+    }
+    /// The lowest frequency of a mode, carriers held, rad/s; `None` without modes. A body that carries appendages should turn
+    /// no faster than a fifth of it.
+    pub fn lowest_frequency(&self) -> Option<T> {
+        let frequency = |m: &Mode<T>| (m.stiffness / m.mass).sqrt();
+        self.modes().iter().map(frequency).reduce(T::min)
+    }
+    /// Energy in the springs of the modes, J.
+    pub fn potential(&self, eta: &[T]) -> T {
+        self.modes().iter().zip(eta).fold(T::zero(), |sum, (m, e)| sum + m.stiffness * *e * *e * 0.5)
+    }
+    /// What their dampers turn into heat, W.
+    pub fn dissipation(&self, rates: &[T]) -> T {
+        self.modes().iter().zip(rates).fold(T::zero(), |sum, (m, r)| sum + m.damping * *r * *r)
+    }
+    /// Spring and damper forces on the modes, N (N.m).
+    pub fn elastic(&self, eta: &[T], rates: &[T], force: &mut [T]) {
+        for (j, mode) in self.modes().iter().enumerate() {
+            force[j] = -(mode.stiffness * eta[j] + mode.damping * rates[j]); // (SFF-5)
+        }
+    }
+
+    /// How all appendages are bent and move: at these coordinates and rates, `placed` being the bodies' places.
+    pub fn bend(&self, placed: &[Placed<T>], eta: &[T], rates: &[T], bent: &mut Bent<T, MODES>) {
+        for (part, at) in self.parts().iter().zip(0..) {
+            self.bend_one(part, placed, (eta, rates), at, bent);
+        }
+        let count = self.modes().len();
+        bent.rates[..count].copy_from_slice(&rates[..count]);
+    }
+
+    fn bend_one(
+        &self,
+        part: &Part<T>,
+        placed: &[Placed<T>],
+        (eta, rates): (&[T], &[T]),
+        at: usize,
+        bent: &mut Bent<T, MODES>,
+    ) {
+        let velocity = placed[part.on].velocity;
+        let (omega, v) = (velocity.angular, velocity.linear);
+        let (first, last) = part.modes;
+        let mut now = part.rigid;
+        // How its inertia changes: no inertia of a body, but a form of the same kind.
+        let mut change = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
+        let mut own = Wrench::zero();
+        for g in part.functions.0..part.functions.1 {
+            let Function { square, area, moment } = self.functions[g];
+            let mine = |j: &usize| self.modes[*j].function == Some(g);
+            let (mut u, mut rate) = (zero(), zero());
+            for j in (first..last).filter(mine) {
+                u = add(u, scale(eta[j], self.modes[j].along));
+                rate = add(rate, scale(rates[j], self.modes[j].along));
+            }
+            let bowed = scale(square, u);
+            let arm = add(moment, bowed);
+            now.first = add(now.first, scale(area, u));
+            // 2 b . u + F u . u = (b + arm) . u and so on: the halves of what is symmetric in both.
+            spread(&mut now.inertia, add(moment, scale(T::constant(0.5), bowed)), u);
+            change.first = add(change.first, scale(area, rate));
+            spread(&mut change.inertia, arm, rate);
+            own.force = add(own.force, scale(area, rate));
+            own.torque = add(own.torque, cross(arm, rate));
+            // Coriolis, centrifugal, and what a velocity of the origin that turns leaves.
+            let turned = scale(square * 2.0, cross(omega, rate));
+            let pull = add(add(turned, cross(omega, cross(omega, arm))), scale(area, cross(omega, v)));
+            for j in (first..last).filter(mine) {
+                let mode = &self.modes[j];
+                bent.coupling[j] = Wrench { torque: cross(arm, mode.along), force: scale(area, mode.along) }
+                    .plus(mode.fixed); // (SFF-5)
+                bent.bias[j] = dot(mode.along, pull); // (SFF-5)
+            }
+        }
+        for j in first..last {
+            let mode = &self.modes[j];
+            own = own.plus(mode.fixed.times(rates[j]));
+            if mode.function.is_none() {
+                (bent.coupling[j], bent.bias[j]) = (mode.fixed, T::zero());
+            }
+        }
+        let momentum = now.times(velocity).plus(own);
+        bent.parts[at] = BentPart {
+            rigid: now,
+            bias: velocity.cross_wrench(momentum).plus(change.times(velocity)), // (SFF-5)
+            momentum,
+        };
+    }
+}
+
+/// Adds 2 b . u 1 - b u^T - u b^T: what an inertia gets when matter with the moment b is shifted by u.
+#[inline]
+fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
+    let twice = dot(b, u) * 2.0;
+    for i in 0..3 {
+        for j in 0..3 {
+            inertia[i][j] -= b[i] * u[j] + u[i] * b[j];
+        }
+        inertia[i][i] += twice;
+    }
+}
+
+/// One appendage at an instant, axes and origin of the body that carries it.
+#[derive(Clone, Copy, Debug)]
+pub struct BentPart<T> {
+    /// Its inertia, modes held.
+    pub rigid: Rigid<T>,
+    /// The wrench that it takes when neither carrier nor modes accelerate.
+    pub bias: Wrench<T>,
+    /// Its momentum.
+    pub momentum: Wrench<T>,
+}
+
+/// All appendages at an instant.
+#[derive(Clone, Copy, Debug)]
+pub struct Bent<T, const MODES: usize = MAX_MODES_OF_ALL> {
+    parts: [BentPart<T>; MAX_APPENDAGES],
+    /// Momentum per unit of each mode's rate, carrier's axes and origin.
+    coupling: [Wrench<T>; MODES],
+    bias: [T; MODES],
+    rates: [T; MODES],
+    /// What acts on each mode, N (N.m): by [`Appendages::elastic`], and whatever else.
+    pub force: [T; MODES],
+}
+
+impl<T: Scalar, const MODES: usize> Default for Bent<T, MODES> {
+    fn default() -> Self {
+        let rigid = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
+        let part = BentPart { rigid, bias: Wrench::zero(), momentum: Wrench::zero() };
+        let none = [T::zero(); MODES];
+        Self {
+            parts: [part; MAX_APPENDAGES],
+            coupling: [Wrench::zero(); MODES],
+            bias: none,
+            rates: none,
+            force: none,
+        }
+    }
+}
+
+impl<T: Scalar, const MODES: usize> Bent<T, MODES> {
+    /// Memory for [`Appendages::bend`].
+    pub fn new() -> Self {
+        Self::default()
+    }
+    /// With the appendages that it is of, as the sweeps over bodies read it.
+    pub fn of<'a>(&'a self, appendages: &'a Appendages<T, MODES>) -> Flexing<'a, T> {
+        Flexing {
+            parts: appendages.parts(),
+            modes: appendages.modes(),
+            now: &self.parts,
+            coupling: &self.coupling,
+            bias: &self.bias,
+            rates: &self.rates,
+            force: &self.force,
+        }
+    }
+}
+
+/// Appendages and how they are bent, as the sweeps over bodies read them.
+#[derive(Clone, Copy, Debug)]
+pub struct Flexing<'a, T> {
+    /// The appendages.
+    pub parts: &'a [Part<T>],
+    /// Their modes.
+    pub modes: &'a [Mode<T>],
+    /// Per appendage what it is at this instant.
+    pub now: &'a [BentPart<T>],
+    /// Per mode momentum of the appendage per unit of its rate, carrier's axes and origin.
+    pub coupling: &'a [Wrench<T>],
+    /// Per mode the force that it takes when neither it nor the carrier accelerates, N (N.m).
+    pub bias: &'a [T],
+    /// Per mode its rate, m/s (rad/s).
+    pub rates: &'a [T],
+    /// Per mode what acts on it, N (N.m).
+    pub force: &'a [T],
+}
+
+impl<T: Scalar> Flexing<'_, T> {
+    /// None.
+    pub fn none() -> Self {
+        Flexing { parts: &[], modes: &[], now: &[], coupling: &[], bias: &[], rates: &[], force: &[] }
+    }
+    /// Each mode with the body that carries it.
+    pub(super) fn carried(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.parts.iter().flat_map(|p| (p.modes.0..p.modes.1).map(|j| (j, p.on)))
+    }
+}

@@ -1,0 +1,206 @@
+//! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
+
+use super::appendage::Beam;
+use super::articulated::{Drive, Found, Moves, Rotor, accelerations_flexible};
+use super::attitude::{Quaternion, rotation, unit};
+use super::flexible::{Appendages, Bent};
+use super::model::SpatialFreeFlyer;
+use super::snapshot::Snapshot;
+use super::spatial::{Frame, Motion, Rigid, Wrench};
+use super::tree::{Body, Placed};
+use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::At;
+
+/// Three elements.
+pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
+    [v[at], v[at + 1], v[at + 2]]
+}
+/// Four elements.
+pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
+    [v[at], v[at + 1], v[at + 2], v[at + 3]]
+}
+fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
+    [three(v, at), three(v, at + 3), three(v, at + 6)]
+}
+
+/// The robot at one instant, in memory for `N - 1` bodies and `E` modes.
+pub(super) struct Instant<T, const N: usize, const E: usize> {
+    base: Rigid<T>,
+    bodies: [Body<T>; N],
+    /// Element 0 is the base.
+    pub(super) placed: [Placed<T>; N],
+    /// In the inertial frame.
+    pub(super) frames: [Frame<T>; N],
+    /// On each body, own axes and origin.
+    pub(super) applied: [Wrench<T>; N],
+    pub(super) drives: [Drive<T>; N],
+    /// Acceleration that a base is held at, own axes.
+    pub(super) held: Option<Motion<T>>,
+    pub(super) appendages: Appendages<T, E>,
+    bent: Bent<T, E>,
+}
+
+/// What [`Instant::accelerations`] found.
+pub(super) struct Accelerations<T, const N: usize, const E: usize> {
+    /// Of the base, own axes, spatial.
+    pub(super) base: Motion<T>,
+    pub(super) joint: [T; N],
+    pub(super) rotor: [T; N],
+    pub(super) modal: [T; E],
+}
+
+/// A wrench in inertial axes at the origin of a body's frame, in that frame.
+fn turned<T: Scalar>(frame: &Frame<T>, force: Vector<T>, torque: Vector<T>) -> Wrench<T> {
+    Wrench {
+        torque: transposed_times(&frame.rotation, torque),
+        force: transposed_times(&frame.rotation, force),
+    }
+}
+
+impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
+    /// Where everything is and what acts on it.
+    pub(super) fn of(model: &SpatialFreeFlyer, at: &At<T>) -> Self {
+        let (s, p, row) = (model.structure(), &model.parameter, &model.at);
+        let n = s.bodies();
+        let nothing = Body {
+            rigid: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
+            mount: Frame { rotation: identity(), origin: zero() },
+            axis: zero(),
+        };
+        let mut bodies = [nothing; N];
+        for j in 0..n {
+            let center = three(at.p, p.body_center + 3 * j);
+            bodies[j + 1] = Body {
+                rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
+                mount: Frame {
+                    rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
+                    origin: three(at.p, p.joint_position + 3 * j),
+                },
+                axis: unit(three(at.p, p.joint_axis + 3 * j)),
+            };
+        }
+        let (frame, velocity) = base(model, at);
+        let (angles, rates) = (&at.x[row.joint_angle..][..n], &at.x[row.joint_velocity..][..n]);
+        let mut placed = [Placed::base(frame, velocity); N];
+        s.tree.place_into(&bodies, (frame, velocity), angles, rates, &mut placed);
+        let mut frames = [frame; N];
+        s.tree.inertial_into(&placed, &mut frames);
+        let held = s.held.then(|| {
+            // A field of gravity is a base that accelerates the other way.
+            let up = scale(T::constant(-1.0), three(at.p, p.gravity));
+            Motion { angular: zero(), linear: transposed_times(&frame.rotation, up) }
+        });
+        let mut drives = [Drive {
+            moves: Moves::Driven(T::zero()),
+            rotor: Rotor::Geared,
+            inertia: T::zero(),
+            share: T::zero(),
+            rate: T::zero(),
+        }; N];
+        for (j, drive) in drives.iter_mut().enumerate().take(n) {
+            *drive = model.drive(at, j);
+        }
+        let base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
+        let applied = applied(model, at, &frames);
+        let (appendages, bent) = (Appendages::new(), Bent::new());
+        let mut now = Self { base, bodies, placed, frames, applied, drives, held, appendages, bent };
+        now.bend(model, at);
+        now
+    }
+
+    fn bend(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
+        let (s, row, modes) = (model.structure(), &model.at, model.structure().modes());
+        for (k, shapes) in s.appendages.iter().enumerate() {
+            if self.appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
+                // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
+                self.base.mass = T::constant(f64::NAN);
+            }
+        }
+        let eta = &at.x[row.modal_coordinate..][..modes];
+        let rates = &at.x[row.modal_velocity..][..modes];
+        self.appendages.bend(&self.placed, eta, rates, &mut self.bent);
+        self.appendages.elastic(eta, rates, &mut self.bent.force);
+    }
+
+    /// As the algorithms over bodies read it.
+    pub(super) fn snapshot<'a>(&'a self, model: &'a SpatialFreeFlyer) -> Snapshot<'a, T> {
+        Snapshot {
+            tree: &model.structure().tree,
+            base: &self.base,
+            bodies: &self.bodies,
+            placed: &self.placed,
+            drives: &self.drives,
+            flexing: self.bent.of(&self.appendages),
+        }
+    }
+
+    /// How all of it accelerates.
+    pub(super) fn accelerations(&self, model: &SpatialFreeFlyer) -> Accelerations<T, N, E> {
+        let none = [T::zero(); N];
+        let mut found =
+            Accelerations { base: Motion::zero(), joint: none, rotor: none, modal: [T::zero(); E] };
+        let out = Found { joint: &mut found.joint, rotor: &mut found.rotor, modal: &mut found.modal };
+        found.base = accelerations_flexible(&self.snapshot(model), &self.applied, self.held, out);
+        found
+    }
+}
+
+/// Frame of the base and its velocity, own axes.
+fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>) {
+    let (p, row) = (&model.parameter, &model.at);
+    if model.structure().held {
+        let rotation = rotation(four(at.p, p.initial_base_quaternion));
+        return (Frame { rotation, origin: three(at.p, p.initial_base_position) }, Motion::zero());
+    }
+    let rotation = rotation(four(at.x, row.base_quaternion));
+    let linear = transposed_times(&rotation, three(at.x, row.base_velocity));
+    let velocity = Motion { angular: three(at.x, row.base_angular_velocity), linear };
+    (Frame { rotation, origin: three(at.x, row.base_position) }, velocity)
+}
+
+/// What thrusters and wrenches put on each body.
+fn applied<T: Scalar, const N: usize>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    frames: &[Frame<T>; N],
+) -> [Wrench<T>; N] {
+    let (s, p, input) = (model.structure(), &model.parameter, &model.input);
+    let mut all = [Wrench::zero(); N];
+    for k in 0..s.thrusters {
+        let along = unit(three(at.p, p.thruster_direction + 3 * k));
+        let force = scale(at.u[input.thruster_force + k], along);
+        let torque = cross(three(at.p, p.thruster_position + 3 * k), force);
+        all[0] = all[0].plus(Wrench { torque, force });
+    }
+    if !s.held {
+        let force = three(at.u, input.base_force);
+        all[0] = all[0].plus(turned(&frames[0], force, three(at.u, input.base_torque)));
+    }
+    for (a, tip) in s.tips.iter().enumerate() {
+        let force = three(at.u, input.tip_force + 3 * a);
+        let mut w = turned(&frames[*tip], force, three(at.u, input.tip_torque + 3 * a));
+        w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
+        all[*tip] = all[*tip].plus(w);
+    }
+    all
+}
+
+impl SpatialFreeFlyer {
+    /// Appendage `k` (from 0).
+    pub(super) fn beam<T: Scalar>(&self, at: &At<T>, k: usize) -> Beam<T> {
+        let p = &self.parameter;
+        Beam {
+            frame: Frame {
+                rotation: rotation(four(at.p, p.appendage_orientation + 4 * k)),
+                origin: three(at.p, p.appendage_position + 3 * k),
+            },
+            length: at.p[p.appendage_length + k],
+            mass_per_length: at.p[p.mass_per_length + k],
+            bending_stiffness: [at.p[p.bending_x + k], at.p[p.bending_y + k]],
+            torsion_stiffness: at.p[p.torsion + k],
+            polar_inertia_per_length: at.p[p.polar_inertia + k],
+            damping_ratio: at.p[p.damping_ratio + k],
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! A robot at one instant: what the algorithms over bodies read.
+
+use super::articulated::Drive;
+use super::flexible::Flexing;
+use super::spatial::Rigid;
+use super::tree::{Body, Placed, Tree};
+
+/// A robot with its values, placed and moving. Slices may be longer than there are bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<'a, T> {
+    /// Which body hangs on which.
+    pub tree: &'a Tree,
+    /// The base without its appendages.
+    pub base: &'a Rigid<T>,
+    /// The bodies without their appendages; element 0 is not used.
+    pub bodies: &'a [Body<T>],
+    /// Where they are; element 0 is the base.
+    pub placed: &'a [Placed<T>],
+    /// Per joint its drive.
+    pub drives: &'a [Drive<T>],
+    /// The appendages, bent.
+    pub flexing: Flexing<'a, T>,
+}

@@ -1,0 +1,334 @@
+//! Lagrange's equations of a robot whose energy is written point by point along its beams, in inertial axes and with Euler
+//! angles, against the kernel's forces: another derivation and other coordinates, derivatives by numbers with two
+//! infinitesimals (exact).
+
+use super::machine::Machine;
+use super::properties::{turned, vector};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use trueup_models::space::appendage::{Beam, Shapes};
+use trueup_models::space::articulated::{Found, accelerations_flexible};
+use trueup_models::space::composite::{BASE, forces_flexible};
+use trueup_models::space::shapes::{bending_at, torsion_at};
+use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
+use trueup_models::space::tree::{Body, Joint, Tree};
+
+/// v + a e1 + b e2 + ab e1 e2, squares of both infinitesimals being 0.
+#[derive(Clone, Copy)]
+struct Hyper {
+    v: f64,
+    a: f64,
+    b: f64,
+    ab: f64,
+}
+impl std::ops::Add for Hyper {
+    type Output = Self;
+    fn add(self, o: Self) -> Self {
+        Self { v: self.v + o.v, a: self.a + o.a, b: self.b + o.b, ab: self.ab + o.ab }
+    }
+}
+impl std::ops::Mul for Hyper {
+    type Output = Self;
+    fn mul(self, o: Self) -> Self {
+        let ab = self.ab * o.v + self.a * o.b + self.b * o.a + self.v * o.ab;
+        Self { v: self.v * o.v, a: self.a * o.v + self.v * o.a, b: self.b * o.v + self.v * o.b, ab }
+    }
+}
+fn number(v: f64) -> Hyper {
+    Hyper { v, a: 0.0, b: 0.0, ab: 0.0 }
+}
+impl Hyper {
+    fn of(self, f: f64, df: f64, ddf: f64) -> Self {
+        Self { v: f, a: df * self.a, b: df * self.b, ab: df * self.ab + ddf * self.a * self.b }
+    }
+    fn sin_cos(self) -> (Self, Self) {
+        let (s, c) = self.v.sin_cos();
+        (self.of(s, c, -s), self.of(c, -s, -c))
+    }
+}
+
+type V = [Hyper; 3];
+type M = [V; 3];
+fn plus(a: V, b: V) -> V {
+    [0, 1, 2].map(|i| a[i] + b[i])
+}
+fn by(s: Hyper, a: V) -> V {
+    a.map(|x| s * x)
+}
+fn dot(a: V, b: V) -> Hyper {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+fn cross(a: V, b: V) -> V {
+    let minus = |x: Hyper| number(-1.0) * x;
+    [0, 1, 2].map(|i| {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        a[j] * b[k] + minus(a[k] * b[j])
+    })
+}
+fn times(m: &M, a: V) -> V {
+    m.map(|row| dot(row, a))
+}
+fn product(a: &M, b: &M) -> M {
+    a.map(|row| [0, 1, 2].map(|j| dot(row, [b[0][j], b[1][j], b[2][j]])))
+}
+fn column(m: &M, j: usize) -> V {
+    [m[0][j], m[1][j], m[2][j]]
+}
+fn numbers(v: [f64; 3]) -> V {
+    v.map(number)
+}
+/// About axis k of the axes before.
+fn turn(k: usize, angle: Hyper) -> M {
+    let (s, c) = angle.sin_cos();
+    let (i, j) = ((k + 1) % 3, (k + 2) % 3);
+    let mut m = [numbers([0.0; 3]); 3];
+    (m[k][k], m[i][i], m[j][j], m[j][i], m[i][j]) = (number(1.0), c, c, s, number(-1.0) * s);
+    m
+}
+
+/// A body's axes in the inertial frame, and how they move, inertial axes.
+#[derive(Clone, Copy)]
+struct At {
+    origin: V,
+    turned: M,
+    velocity: V,
+    omega: V,
+}
+impl At {
+    fn velocity_of(&self, r: V, relative: V) -> V {
+        let (r, relative) = (times(&self.turned, r), times(&self.turned, relative));
+        plus(plus(self.velocity, cross(self.omega, r)), relative)
+    }
+}
+
+/// Points (mass, place) of each body, the joints that carry them, beams.
+struct Robot {
+    points: Vec<Vec<(f64, [f64; 3])>>,
+    mounts: Vec<Frame<f64>>,
+    joints: Vec<Joint>,
+    parent: Vec<usize>,
+    beams: Vec<(usize, Shapes, Beam<f64>)>,
+    /// Place and weight on 0 .. 1.
+    quadrature: Vec<(f64, f64)>,
+}
+
+impl Robot {
+    fn size(&self) -> usize {
+        6 + self.joints.len() + self.beams.iter().map(|b| b.1.modes()).sum::<usize>()
+    }
+
+    /// Axes of the base by its Euler angles z, y, x, and the axes that each angle turns about (inertial).
+    fn base(q: &[Hyper]) -> (M, [V; 3]) {
+        let yaw = turn(2, q[3]);
+        let pitched = product(&yaw, &turn(1, q[4]));
+        let all = product(&pitched, &turn(0, q[5]));
+        (all, [numbers([0.0, 0.0, 1.0]), column(&yaw, 1), column(&pitched, 0)])
+    }
+
+    fn place(&self, q: &[Hyper], rates: &[Hyper]) -> Vec<At> {
+        let (turned, axes) = Self::base(q);
+        let omega = (0..3).fold(numbers([0.0; 3]), |sum, k| plus(sum, by(rates[3 + k], axes[k])));
+        let mut all =
+            vec![At { origin: [q[0], q[1], q[2]], turned, velocity: [rates[0], rates[1], rates[2]], omega }];
+        for (i, joint) in self.joints.iter().enumerate() {
+            let (carrier, mount) = (all[self.parent[i]], &self.mounts[i]);
+            let (angle, rate) = (q[6 + i], rates[6 + i]);
+            let mounted = mount.rotation.map(numbers);
+            let axis = column(&mounted, 2);
+            let (own, slid, sliding, turning) = match joint {
+                Joint::Revolute => (product(&mounted, &turn(2, angle)), number(0.0), number(0.0), rate),
+                Joint::Prismatic => (mounted, angle, rate, number(0.0)),
+            };
+            let place = plus(numbers(mount.origin), by(slid, axis));
+            all.push(At {
+                origin: plus(carrier.origin, times(&carrier.turned, place)),
+                turned: product(&carrier.turned, &own),
+                velocity: carrier.velocity_of(place, by(sliding, axis)),
+                omega: plus(carrier.omega, by(turning, times(&carrier.turned, axis))),
+            });
+        }
+        all
+    }
+
+    fn kinetic(&self, q: &[Hyper], rates: &[Hyper]) -> Hyper {
+        let all = self.place(q, rates);
+        let mut twice = number(0.0);
+        let mut take = |mass: f64, v: V| twice = twice + number(mass) * dot(v, v);
+        for (points, at) in self.points.iter().zip(&all) {
+            for (mass, place) in points {
+                take(*mass, at.velocity_of(numbers(*place), numbers([0.0; 3])));
+            }
+        }
+        let mut first = 6 + self.joints.len();
+        for (on, shapes, beam) in &self.beams {
+            let (at, turned) = (&all[*on], beam.frame.rotation.map(numbers));
+            let along = |of: &[Hyper], from: usize, count: usize, f: fn(usize, f64) -> f64, z: f64| {
+                (0..count).fold(number(0.0), |sum, j| sum + number(f(j, z)) * of[first + from + j])
+            };
+            let bowed = |of: &[Hyper], z: f64| {
+                let x = along(of, 0, shapes.x, bending_at, z);
+                [x, along(of, shapes.x, shapes.y, bending_at, z), number(0.0)]
+            };
+            for (z, weight) in &self.quadrature {
+                let mut place = bowed(q, *z);
+                place[2] = number(z * beam.length);
+                let place = plus(numbers(beam.frame.origin), times(&turned, place));
+                let moving = times(&turned, bowed(rates, *z));
+                take(beam.mass_per_length * beam.length * weight, at.velocity_of(place, moving));
+                // The section turns with the body and twists.
+                let axis = times(&at.turned, column(&turned, 2));
+                let twist = along(rates, shapes.x + shapes.y, shapes.torsion, torsion_at, *z);
+                let spin = dot(axis, at.omega) + twist;
+                let polar = beam.polar_inertia_per_length * beam.length * weight;
+                take(polar, [spin, number(0.0), number(0.0)]);
+            }
+            first += shapes.modes();
+        }
+        number(0.5) * twice
+    }
+
+    /// d/dt of dT/d(rates) less dT/dq.
+    fn lagrange(&self, q: &[f64], rates: &[f64], accelerations: &[f64]) -> Vec<f64> {
+        let n = self.size();
+        let path = |x: &[f64], d: Option<&[f64]>, one: Option<usize>| -> Vec<Hyper> {
+            (0..n)
+                .map(|i| Hyper {
+                    v: x[i],
+                    a: if one == Some(i) { 1.0 } else { 0.0 },
+                    b: d.map_or(0.0, |d| d[i]),
+                    ab: 0.0,
+                })
+                .collect()
+        };
+        (0..n)
+            .map(|i| {
+                let changing =
+                    self.kinetic(&path(q, Some(rates), None), &path(rates, Some(accelerations), Some(i))).ab;
+                changing - self.kinetic(&path(q, None, Some(i)), &path(rates, None, None)).a
+            })
+            .collect()
+    }
+}
+
+/// Gauss-Legendre of five points in each of 16 pieces: exact to rounding for the shapes used here.
+fn quadrature() -> Vec<(f64, f64)> {
+    let (a, b) = (0.538_469_310_105_683_1, 0.906_179_845_938_664);
+    let (wa, wb) = (0.478_628_670_499_366_47, 0.236_926_885_056_189_08);
+    let points = [(0.0, 128.0 / 225.0), (a, wa), (-a, wa), (b, wb), (-b, wb)];
+    let piece = |k: i32| points.map(|(x, w)| ((f64::from(k) + 0.5 + 0.5 * x) / 16.0, w / 32.0));
+    (0..16).flat_map(piece).collect()
+}
+
+fn robot(rng: &mut StdRng) -> (Robot, Machine) {
+    let cloud = |rng: &mut StdRng| -> Vec<(f64, [f64; 3])> {
+        (0..5).map(|_| (rng.random_range(0.2..0.6), vector(rng))).collect()
+    };
+    let points: Vec<_> = (0..4).map(|_| cloud(rng)).collect();
+    let rigid = |points: &Vec<(f64, [f64; 3])>| {
+        points.iter().fold(Rigid::new(0.0, [0.0; 3], &[[0.0; 3]; 3]), |sum, (mass, place)| {
+            sum.plus(&Rigid::new(*mass, *place, &[[0.0; 3]; 3]))
+        })
+    };
+    let joints = vec![Joint::Revolute, Joint::Prismatic, Joint::Revolute];
+    let mounts: Vec<_> = (0..3).map(|_| Frame { rotation: turned(rng), origin: vector(rng) }).collect();
+    let parent = vec![0, 1, 0];
+    let shapes = [
+        Shapes { x: 2, y: 3, torsion: 2 },
+        Shapes { x: 1, y: 1, torsion: 1 },
+        Shapes { x: 2, y: 0, torsion: 0 },
+    ];
+    let beams: Vec<_> = [0, 2, 3]
+        .iter()
+        .zip(shapes)
+        .map(|(on, shapes)| (*on, shapes, super::flexible_properties::beam(rng)))
+        .collect();
+    let body =
+        |i: usize| Body { rigid: rigid(&points[i]), mount: mounts[i.max(1) - 1], axis: [0.0, 0.0, 1.0] };
+    let machine = Machine {
+        tree: Tree { parent: parent.clone(), joint: joints.clone() },
+        base: rigid(&points[0]),
+        bodies: (0..4).map(body).collect(),
+        gears: vec![(0.0, 0.0, false); 3],
+        beams: beams.clone(),
+        tables: vec![],
+    };
+    (Robot { points, mounts, joints, parent, beams, quadrature: quadrature() }, machine)
+}
+
+/// Checks SFF-5 and SFF-6: all forces of both algorithms, at any accelerations, are Lagrange's.
+#[test]
+fn lagrange_s_equations_from_energy_point_by_point() {
+    let mut rng = StdRng::seed_from_u64(59);
+    let (mut inverse, mut forward): (f64, f64) = (0.0, 0.0);
+    for _ in 0..20 {
+        let (r, m) = robot(&mut rng);
+        let (n, l) = (r.size(), m.layout());
+        let mut any = |size: f64| -> Vec<f64> { (0..n).map(|_| rng.random_range(-size..size)).collect() };
+        let (mut q, rates, second) = (any(1.0), any(1.0), any(2.0));
+        q[9..].iter_mut().for_each(|e| *e *= 0.4);
+        let wanted = r.lagrange(&q, &rates, &second);
+        // The base's velocity in its own axes along the path, and the rate of that: spatial velocity and acceleration.
+        let path = |x: &[f64], d: &[f64]| -> Vec<Hyper> {
+            x.iter().zip(d).map(|(v, b)| Hyper { v: *v, a: 0.0, b: *b, ab: 0.0 }).collect()
+        };
+        let at = r.place(&path(&q, &rates), &path(&rates, &second))[0];
+        let own = |v: V| [0, 1, 2].map(|j| dot(column(&at.turned, j), v));
+        let (v, omega) = (own(at.velocity), own(at.omega));
+        let base = Motion { angular: omega.map(|w| w.b), linear: v.map(|v| v.b) };
+        let mut x = vec![0.0; l.size()];
+        x[..3].copy_from_slice(&q[..3]);
+        x[3..7].copy_from_slice(&euler(&q[3..6]));
+        x[7..7 + n - 6].copy_from_slice(&q[6..]);
+        x[l.velocity()..][..3].copy_from_slice(&v.map(|v| v.v));
+        x[l.velocity() + 3..][..3].copy_from_slice(&omega.map(|w| w.v));
+        x[l.rates()..][..3].copy_from_slice(&rates[6..9]);
+        x[l.eta_rates()..].copy_from_slice(&rates[9..]);
+        m.at(&x, &[0.0; 3], |now, _| {
+            let mut f = vec![0.0; n];
+            forces_flexible(now, (base, &second[6..9], &[0.0; 3]), &second[9..], &mut f);
+            let turned = at.turned.map(|row| row.map(|e| e.v));
+            let inertial = |w: [f64; 3]| trueup_models::space::vector::times(&turned, w);
+            let (force, torque) = (inertial([f[0], f[1], f[2]]), inertial([f[3], f[4], f[5]]));
+            let axes = Robot::base(&path(&q, &rates)).1;
+            let about = axes.map(|e| (0..3).map(|i| e[i].v * torque[i]).sum::<f64>());
+            let found = [&force[..], &about, &f[BASE..]].concat();
+            let largest = wanted.iter().fold(1.0_f64, |m, w| m.max(w.abs()));
+            let off = found.iter().zip(&wanted).map(|(f, w)| (f - w).abs()).fold(0.0, f64::max);
+            inverse = inverse.max(off / largest);
+            // And back: those forces give those accelerations.
+            let mut forced = *now;
+            let force: Vec<f64> = f[9..].to_vec();
+            forced.flexing.force = &force;
+            let drives: Vec<_> = (0..3)
+                .map(|i| {
+                    let moves = trueup_models::space::articulated::Moves::Driven(f[BASE + i]);
+                    trueup_models::space::articulated::Drive { moves, ..now.drives[i] }
+                })
+                .collect();
+            forced.drives = &drives;
+            let mut applied = [Wrench::zero(); 4];
+            applied[0] = Wrench { force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] };
+            let [mut joint, mut rotor, mut modal] = [vec![0.0; 3], vec![0.0; 3], vec![0.0; l.modes]];
+            let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
+            let a = accelerations_flexible(&forced, &applied, None, out);
+            let found = [&a.linear[..], &a.angular, &joint, &modal].concat();
+            let given = [&base.linear[..], &base.angular, &second[6..]].concat();
+            let off = found.iter().zip(&given).map(|(f, w)| (f - w).abs()).fold(0.0, f64::max);
+            forward = forward.max(off / given.iter().fold(1.0_f64, |m, w| m.max(w.abs())));
+        });
+    }
+    println!("forces off Lagrange's by {inverse:.1e}, accelerations by {forward:.1e}");
+    assert!(inverse < 1e-12 && forward < 1e-11, "{inverse:e} {forward:e}");
+}
+
+/// The quaternion of Euler angles z, y, x.
+fn euler(angles: &[f64]) -> [f64; 4] {
+    let half = [0, 1, 2].map(|k| (0.5 * angles[k]).sin_cos());
+    let [(sz, cz), (sy, cy), (sx, cx)] = half;
+    [
+        cz * cy * cx + sz * sy * sx,
+        cz * cy * sx - sz * sy * cx,
+        cz * sy * cx + sz * cy * sx,
+        sz * cy * cx - cz * sy * sx,
+    ]
+}
