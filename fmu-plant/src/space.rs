@@ -4,6 +4,7 @@ use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable, Storage};
+use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
 use trueup_models::space::layout::{Allowed, Inputs, Outputs, Parameters, Shows, States};
 use trueup_models::space::tree::{Joint, Tree};
@@ -16,6 +17,7 @@ const JOINT_TYPE: &str = "jointType";
 const TIP: &str = "tip";
 const THRUSTERS: &str = "thrusters";
 const HELD: &str = "held";
+const SHAPES: [&str; 3] = ["shapesX", "shapesY", "shapesTorsion"];
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
 pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), String> {
@@ -52,7 +54,13 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
     let parent: Vec<usize> = found(PARENT).collect();
     let flexible =
         if c.joint_flexible.is_empty() { vec![false; parent.len()] } else { c.joint_flexible.clone() };
+    let [x, y, torsion] = SHAPES.map(|name| found(name).collect::<Vec<usize>>());
+    if x.len() != y.len() || x.len() != torsion.len() {
+        return Err(format!("{} want one number per appendage each", SHAPES.join(", ")));
+    }
+    let shapes = x.into_iter().zip(y).zip(torsion);
     Ok(Structure {
+        appendages: shapes.map(|((x, y), torsion)| Shapes { x, y, torsion }).collect(),
         tree: Tree { parent, joint: found(JOINT_TYPE).map(kind).collect::<Result<_, _>>()? },
         flexible,
         tips: found(TIP).collect(),
@@ -68,7 +76,11 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
 pub fn configuration(design: &Design) -> Result<Configuration, String> {
     let s = design.structure();
     let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
+    let shapes = |of: fn(&Shapes) -> usize| s.appendages.iter().map(|a| of(a) as u32).collect();
     let structure = [
+        (SHAPES[0], shapes(|a| a.x)),
+        (SHAPES[1], shapes(|a| a.y)),
+        (SHAPES[2], shapes(|a| a.torsion)),
         (PARENT, numbers(&s.tree.parent)),
         (JOINT_TYPE, s.tree.joint.iter().map(|j| u32::from(*j == Joint::Prismatic)).collect()),
         (TIP, numbers(&s.tips)),
@@ -145,6 +157,21 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     if !s.tips.is_empty() {
         let text = "Body that the end effector is fixed to (fixed when packed)";
         b.constant(TIP, Kind::Integer, &[s.tips.len()], &reals(&s.tips), text);
+    }
+    let panels = s.appendages.len();
+    if panels > 0 {
+        for (name, of, text) in [
+            (
+                SHAPES[0],
+                (|a| a.x) as fn(&Shapes) -> usize,
+                "Shapes of bending along the appendage's x (fixed when packed)",
+            ),
+            (SHAPES[1], |a| a.y, "Shapes of bending along the appendage's y (fixed when packed)"),
+            (SHAPES[2], |a| a.torsion, "Shapes of torsion (fixed when packed)"),
+        ] {
+            let numbers: Vec<f64> = s.appendages.iter().map(|a| of(a) as f64).collect();
+            b.constant(name, Kind::Integer, &[panels], &numbers, text);
+        }
     }
 
     let mut rest = start;

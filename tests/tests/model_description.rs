@@ -12,7 +12,7 @@ use trueup_models::effect::{Choice, Plant};
 
 mod robots {
     pub(super) use trueup_models::space::design::{Design, Thruster};
-    pub(super) use trueup_models::space::presets::{chaser, table_1, test_bed};
+    pub(super) use trueup_models::space::presets::{chaser, table_1, table_1_with_panels, test_bed};
 }
 
 const MODELS: [&str; 5] =
@@ -74,7 +74,7 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
     satellite.tips.clear();
     satellite.thrusters.push(robots::Thruster { position: [1.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0] });
     let held = robots::Design { held: true, ..robots::table_1() };
-    let robots = [robots::table_1(), robots::test_bed(), satellite, held]
+    let robots = [robots::table_1_with_panels(), robots::test_bed(), satellite, held]
         .map(|d| fmu_library::of_design(&d).expect("a robot that can be had"));
     for configuration in plain.into_iter().chain(with_effect).chain(structures).chain(robots) {
         for version in Version::ALL {

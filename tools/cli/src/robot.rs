@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use serde::Deserialize;
-use trueup_models::space::design::{Design, Link, Motor, Thruster, Tip};
+use trueup_models::space::appendage::Shapes;
+use trueup_models::space::design::{Appendage, Design, Link, Motor, Thruster, Tip};
 use trueup_models::space::presets::PRESETS;
 use trueup_models::space::tree::Joint;
 
@@ -21,6 +22,8 @@ struct File {
     tip: Vec<Hand>,
     #[serde(default)]
     thruster: Vec<Nozzle>,
+    #[serde(default)]
+    appendage: Vec<Panel>,
 }
 
 #[derive(Deserialize)]
@@ -46,6 +49,25 @@ struct Drive {
     stiffness: f64,
     #[serde(default)]
     damping: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+struct Panel {
+    name: Option<String>,
+    /// Along x, along y, of torsion.
+    shapes: [usize; 3],
+    position: [f64; 3],
+    #[serde(default = "unturned")]
+    orientation: [f64; 4],
+    length: f64,
+    mass_per_length: f64,
+    /// Along x, along y.
+    bending_stiffness: [f64; 2],
+    torsion_stiffness: f64,
+    polar_inertia_per_length: f64,
+    #[serde(default)]
+    damping_ratio: f64,
 }
 
 #[derive(Deserialize)]
@@ -185,6 +207,20 @@ impl File {
             tips,
             thrusters: (self.thruster.into_iter())
                 .map(|t| Thruster { position: t.position, direction: t.direction })
+                .collect(),
+            appendages: (self.appendage.into_iter().enumerate())
+                .map(|(k, a)| Appendage {
+                    name: a.name.unwrap_or_else(|| format!("appendage {}", k + 1)),
+                    shapes: Shapes { x: a.shapes[0], y: a.shapes[1], torsion: a.shapes[2] },
+                    position: a.position,
+                    orientation: a.orientation,
+                    length: a.length,
+                    mass_per_length: a.mass_per_length,
+                    bending_stiffness: a.bending_stiffness,
+                    torsion_stiffness: a.torsion_stiffness,
+                    polar_inertia_per_length: a.polar_inertia_per_length,
+                    damping_ratio: a.damping_ratio,
+                })
                 .collect(),
             held: self.base.held,
             geared: true,

@@ -1,13 +1,13 @@
 //! What a robot is made of, as a file or a preset says it: numbers with names, checked, before they become a [`Robot`].
 
+use super::MAX_BODIES;
 use super::analysis::Robot;
 use super::appendage::{Beam, Shapes};
-use super::attitude::{rotation, unit};
+use super::attitude::{Quaternion, rotation, square, unit};
 use super::flexible::Appendages;
 use super::spatial::{Frame, Rigid};
 use super::tree::{Body, Joint, Tree};
 use super::vector::{Matrix, Vector, dot};
-use super::{MAX_BODIES, attitude::Quaternion};
 
 /// What drives a joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -162,6 +162,12 @@ const ROUNDING: f64 = 1e-6;
 /// |Q| may be off 1 by this much.
 pub(super) const NOT_UNIT: f64 = 1e-3;
 
+/// A quaternion is not of length 1.
+fn off_unit(q: Quaternion<f64>) -> bool {
+    let off = (square(q).sqrt() - 1.0).abs();
+    off > NOT_UNIT || off.is_nan()
+}
+
 /// What keeps a matrix from being a body's inertia about its centre of mass.
 pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
     let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
@@ -252,13 +258,11 @@ impl Design {
                 let [x, y, z] = link.axis;
                 return fault(&link.name, format!("axis = [{x}, {y}, {z}]: an axis has a length above 0"));
             }
-            let square = link.orientation.iter().map(|v| v * v).sum::<f64>();
-            let off = (square.sqrt() - 1.0).abs();
-            if off > NOT_UNIT || off.is_nan() {
+            if off_unit(link.orientation) {
                 let [w, x, y, z] = link.orientation;
                 let message = format!(
                     "orientation = [{w}, {x}, {y}, {z}] has length {:.4}: give a unit quaternion, w first",
-                    square.sqrt()
+                    square(link.orientation).sqrt()
                 );
                 return fault(&link.name, message);
             }
@@ -283,12 +287,9 @@ impl Design {
                     "length, mass per length, stiffnesses and polar inertia per length must be above 0";
                 return fault(&a.name, message.into());
             }
-            let square = a.orientation.iter().map(|v| v * v).sum::<f64>();
-            if !((square.sqrt() - 1.0).abs() <= NOT_UNIT) || !finite(&a.position) {
-                return fault(
-                    &a.name,
-                    "give a finite position, and a unit quaternion as orientation, w first".into(),
-                );
+            if off_unit(a.orientation) || !finite(&a.position) {
+                let message = "give a finite position, and a unit quaternion as orientation, w first";
+                return fault(&a.name, message.into());
             }
             if let Err(why) = appendages.add_beam(0, a.shapes, &a.beam()) {
                 return fault(&a.name, why.to_string());

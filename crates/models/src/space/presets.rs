@@ -1,7 +1,7 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
 
 use super::appendage::{Beam, Shapes};
-use super::design::{Appendage, Design, Link, Motor, Tip};
+use super::design::{Appendage, Design, Link, Motor, Thruster, Tip};
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
 use crate::arm::parameter as planar;
@@ -83,6 +83,20 @@ pub fn panels() -> [(Shapes, Beam<f64>); 2] {
     [0, 1].map(|p| (all[p].shapes, all[p].beam()))
 }
 
+/// Thrusters both ways along every axis, one on each side of the centre of mass: together they push, apart they turn.
+fn pairs(lever: f64) -> Vec<Thruster> {
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        for (side, way) in [(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)] {
+            let (mut position, mut direction) = ([0.0; 3], [0.0; 3]);
+            position[(axis + 1) % 3] = side * lever;
+            direction[axis] = way;
+            all.push(Thruster { position, direction });
+        }
+    }
+    all
+}
+
 /// S2 tables 2 and 7: 1500 kg and 762 kg.m2, an arm of 58.7 kg and 4.2 m with six joints. All other values are assumed.
 pub fn chaser() -> Design {
     let (yaw, pitch, roll) = ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]);
@@ -100,7 +114,7 @@ pub fn chaser() -> Design {
             (5.0, [0.075, -0.01, 0.0], slender(0.009, 0.013875), [0.15, 0.0, 0.0], roll),
         ]),
         tips: tool(6, [0.15, 0.0, 0.0], [0.9, 0.0, 0.6]),
-        thrusters: Vec::new(),
+        thrusters: pairs(0.8),
         appendages: Vec::new(),
         held: false,
         geared: true,
