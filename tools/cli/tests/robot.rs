@@ -157,3 +157,58 @@ fn mistakes_name_line_body_and_mend() {
         assert!(out.status.code() == Some(code) && text.contains(said), "{arguments:?}: {text}");
     }
 }
+
+/// Structure and values of a file are those of its FMU.
+#[test]
+fn robots_are_packed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("arm.toml"), folder.path().join("out"));
+    let more = "motor = { flexible = true, inertia = 0.3, stiffness = 50.0 }\n";
+    let text = ARM.replacen("axis = [1.0,", &format!("{more}axis = [1.0,"), 1)
+        + "\n[[thruster]]\nposition = [1, 0, 0]\ndirection = [0, 1, 0]\n[[appendage]]\nshapes = [2, 1, 1]\n\
+           position = [0, 0.5, 0]\nlength = 3.0\nmass-per-length = 1.0\nbending-stiffness = [200.0, 800.0]\n\
+           torsion-stiffness = 60.0\npolar-inertia-per-length = 0.02\n";
+    std::fs::write(&file, &text).unwrap();
+    let (name, to) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let run = |arguments: &[&str]| {
+        let done = trueup(arguments);
+        (done.status.code(), String::from_utf8_lossy(&[done.stdout, done.stderr].concat()).into_owned())
+    };
+    let (code, said) = run(&["fmu", "pack", "--robot", name, "--fmi", "3", "-o", to]);
+    assert_eq!(code, Some(0), "{said}");
+    let fmu = out.join("SpatialFreeFlyer.fmi3.fmu");
+    let (code, said) = run(&["fmu", "info", fmu.to_str().unwrap()]);
+    assert_eq!(code, Some(0), "{said}");
+    for variable in
+        ["thrusterForce", "modalCoordinate", "state.motorAngle", "appendageTipPosition", "jointTorque"]
+    {
+        assert!(said.contains(variable), "{variable}: {said}");
+    }
+    let csv = folder.path().join("run.csv");
+    let csv = csv.to_str().unwrap();
+    let (code, said) =
+        run(&["simulate", fmu.to_str().unwrap(), "--set", "thrusterForce=1", "--stop", "1", "-o", csv]);
+    assert_eq!(code, Some(0), "{said}");
+    for (arguments, wanted, words) in [
+        (&["fmu", "pack", "PlanarManipulator", "--robot", name, "-o", to][..], 2, "is for SpatialFreeFlyer"),
+        (&["fmu", "pack", "--robot", "chaser", "--preset", "chaser", "-o", to], 2, "cannot be used with"),
+        (&["fmu", "pack", "SpatialFreeFlyer", "--effect", "backlash", "-o", to], 2, "does not act in"),
+        (
+            &["fmu", "pack", "SpatialFreeFlyer", "--preset", "chaser", "--flexible", "true", "-o", to],
+            2,
+            "chaser has 6 joints",
+        ),
+        (
+            &["fmu", "pack", "SpatialFreeFlyer", "--set", "baseInertia[1,1]=9e9", "-o", to],
+            2,
+            "baseInertia: its principal",
+        ),
+        (&["fmu", "pack", "SpatialFreeFlyer", "--preset", "chasr", "-o", to], 2, "did you mean `chaser`"),
+    ] {
+        let (code, said) = run(arguments);
+        assert!(code == Some(wanted) && said.contains(words), "{arguments:?}: {code:?} {said}");
+    }
+    std::fs::write(&file, text.replacen("length = 3.0", "length = 0.0", 1)).unwrap();
+    let (code, said) = run(&["fmu", "pack", "--robot", name, "-o", to]);
+    assert!(code == Some(1) && said.contains("`appendage 1`: length, mass per length"), "{said}");
+}
