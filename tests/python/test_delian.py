@@ -53,7 +53,7 @@ interface = "{interface}"
 """
 
 
-@pytest.fixture(scope="module", params=(2, 3))
+@pytest.fixture(scope="module", params=(pytest.param(2, marks=pytest.mark.full), 3))
 def run(request, trueup, fmus, fmu, tmp_path_factory):
     """run(strategy, gain, wave, reference, load, ...) gives times, tip angles and load angles."""
     folder = tmp_path_factory.mktemp("delian")

@@ -80,8 +80,8 @@ def shows(opened, channel):
     return opened.get(channel) if channel in opened.variables else opened.get(array)[int(index[0]) - 1]
 
 
-def play(opened, start, time, inputs, channels):
-    """Outputs at `time`, the inputs held between their samples, as the case declares it."""
+def play(opened, start, time, inputs, channels, lines=()):
+    """Outputs at `time`, the inputs held between their samples; those named in `lines` on lines, which FMI 2.0 has."""
     opened.fmu.reset()
     opened.initialize(whole(opened, start), float(time[-1]))
     shown = np.empty((len(time), len(channels)))
@@ -90,6 +90,9 @@ def play(opened, start, time, inputs, channels):
         if k + 1 < len(time):
             for name, values in whole(opened, {c: float(u[k]) for c, u in inputs.items()}).items():
                 opened.set(name, values)
+            for name in lines:
+                slope = (inputs[name][k + 1] - inputs[name][k]) / (time[k + 1] - t)
+                opened.fmu.setRealInputDerivatives([opened.variables[name].valueReference], [1], [float(slope)])
             opened.fmu.doStep(currentCommunicationPoint=float(t), communicationStepSize=float(time[k + 1] - t))
     return shown
 
@@ -109,6 +112,9 @@ def replay_from_first_states_told(plant, case, out, diagnosis, version):
     told = tomllib.loads((case / "case.toml").read_text())
     channels = [c for c in told["channels"] if c in states]
     driven = [c for c in told["channels"] if c not in states]
+    lines = [c for c in driven if told["channels"][c].get("interpolation") != "hold"]
+    if lines and version == 3:
+        pytest.skip("inputs on lines come by intermediate update in FMI 3.0, which FMPy does not offer")
     header, *rows = (out / "first-states.csv").read_text().splitlines()
     assert header == "recording,variable,value"
     first = {}
@@ -122,7 +128,7 @@ def replay_from_first_states_told(plant, case, out, diagnosis, version):
         for name in told["holdout"]:
             rows = read(case / name)
             measured = np.column_stack([rows[c] for c in channels])
-            shown = play(opened, first[name], rows["time"] - rows["time"][0], {c: rows[c] for c in driven}, channels)
+            shown = play(opened, first[name], rows["time"] - rows["time"][0], {c: rows[c] for c in driven}, channels, lines)
             sums.append(pooled(shown - measured, measured))
     squares, variation = np.sum(sums, axis=0)
     gaps = np.sqrt(squares / variation)

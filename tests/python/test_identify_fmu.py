@@ -54,7 +54,7 @@ def recorded_joint(fmus, tmp_path_factory):
     """Two runs of the joint in FMPy, from rest and moving, with sensor noise and a load sensor that is late and slow."""
     folder = tmp_path_factory.mktemp("joint")
     rng = np.random.default_rng(4)
-    t = np.arange(0, 0.8, 2e-3)
+    t = np.arange(0, 1.2, 2e-3)
     for name, phase, start in (("a.csv", 0.3, 0.0), ("b.csv", 1.9, 12.0)):
         current = np.round(0.3 * np.sin(9 * t + phase) + 0.2 * np.sin(41 * t), 4)
         with Opened(fmus / "TwoMassJoint.fmi2.fmu", "CS", tolerance=1e-12) as f:

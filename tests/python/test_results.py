@@ -1,5 +1,6 @@
 """Results as Python reads them: CSV through FMPy, Parquet through pyarrow, the same bits in both."""
 
+import csv as csv_module
 import json
 import os
 import pty
@@ -17,13 +18,20 @@ from fmpy.util import read_csv
 MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 
 
+def columns(file):
+    """What FMPy's reader, which knows no quotes, does not read: names with commas, as of arrays of two dimensions."""
+    with open(file, newline="") as f:
+        names, *rows = csv_module.reader(f)
+    return np.array([tuple(map(float, row)) for row in rows], dtype=[(name, float) for name in names])
+
+
 @pytest.mark.parametrize("version", (2, 3))
 @pytest.mark.parametrize("model", MODELS)
 def test_csv_and_parquet_hold_the_same_bits(trueup, fmu, tmp_path, model, version):
     for name in ("r.csv", "r.parquet"):
         done = trueup("simulate", fmu(model, version), "--stop", 0.5, "--step", 0.001, "-o", tmp_path / name)
         assert done.returncode == 0, done.stderr
-    csv = read_csv(tmp_path / "r.csv")
+    csv = columns(tmp_path / "r.csv") if model == "SpatialFreeFlyer" else read_csv(tmp_path / "r.csv")
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
     assert tuple(table.column_names) == csv.dtype.names
     assert len(csv) == table.num_rows == 501

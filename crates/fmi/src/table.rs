@@ -158,12 +158,16 @@ impl Variable {
     /// Name of element `i` (from 0) as FMI 2.0 writes it: `a`, `a[2]`, `a[1,2]` with indices from 1; of a
     /// derivative `der(a)` it is `der(a[2])`, as the structured naming convention wants it.
     pub fn element_name(&self, i: usize) -> String {
-        let index = match self.dimensions.as_slice() {
-            [] => return self.name.clone(),
-            [_] => format!("[{}]", i + 1),
-            [_, columns] => format!("[{},{}]", i / columns + 1, i % columns + 1),
-            _ => format!("[#{}]", i + 1),
-        };
+        if self.dimensions.is_empty() {
+            return self.name.clone();
+        }
+        // Row by row: the last index is the fastest.
+        let (mut rest, mut indices) = (i, Vec::new());
+        for length in self.dimensions.iter().rev() {
+            indices.insert(0, (rest % length + 1).to_string());
+            rest /= length;
+        }
+        let index = format!("[{}]", indices.join(","));
         match self.name.strip_prefix("der(").and_then(|n| n.strip_suffix(')')) {
             Some(state) => format!("der({state}{index})"),
             None => format!("{}{index}", self.name),

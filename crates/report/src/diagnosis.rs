@@ -3,7 +3,6 @@
 mod bars;
 mod budget;
 mod far;
-mod heat;
 mod intake;
 mod maps;
 mod method;

@@ -16,15 +16,19 @@
 
 mod chart;
 mod diagnosis;
+mod heat;
 mod join;
 mod number;
 mod page;
 mod picture;
+mod surface;
 mod svg;
 
 pub use chart::{Axis, Chart, Style};
 pub use diagnosis::{
     Evidence, Intake, Map, Recorded, Trace, diagnosis_page, diagnosis_pictures, effect_name, sentence,
 };
+pub use heat::Heat;
 pub use number::number;
 pub use page::{Page, escape};
+pub use surface::Surface;

@@ -41,3 +41,4 @@ pub use names::{base_name, element_name};
 pub use recording::{Channel, Interpolation, Recording, Sensor, Settings};
 pub use unit::Unit;
 pub use variable::{Role, Takes, Variable};
+pub use write::Table;

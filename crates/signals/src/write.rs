@@ -1,4 +1,4 @@
-//! Writing recordings, as CSV or Parquet: under a temporary name, renamed when whole.
+//! Writing recordings and other tables, as CSV or Parquet: under a temporary name, renamed when whole.
 
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Error as IoError, Write};
@@ -21,22 +21,7 @@ impl Recording {
     /// # Errors
     /// [`Error::Write`]; then nothing is left under that name.
     pub fn write(&self, file: &Path) -> Result<(), Error> {
-        let parquet = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
-        let write = || -> Result<(), IoError> {
-            let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            let mut part = tempfile::NamedTempFile::new_in(folder)?;
-            let mut to = BufWriter::new(part.as_file_mut());
-            if parquet {
-                self.to_parquet(&mut to)?
-            } else {
-                self.to_csv(&mut to)?
-            }
-            to.flush()?;
-            drop(to);
-            readable_by_others(part.as_file())?;
-            part.persist(file).map(|_| ()).map_err(|e| e.error)
-        };
-        write().map_err(|source| Error::Write { file: file.into(), source })
+        self.table().write(file)
     }
 
     /// As CSV.
@@ -44,54 +29,13 @@ impl Recording {
     /// # Errors
     /// Of the writer.
     pub fn to_csv(&self, to: &mut impl Write) -> Result<(), IoError> {
-        let (time, columns) = self.rows();
-        let mut csv = csv::Writer::from_writer(to);
-        csv.write_record(std::iter::once("time").chain(self.channels.iter().map(|c| c.name.as_str())))?;
-        let mut cell = Vec::new();
-        for (row, t) in time.iter().enumerate() {
-            for x in std::iter::once(t).chain(columns.iter().map(|c| &c[row])) {
-                cell.clear();
-                if !x.is_nan() {
-                    // The shortest text that reads back as the same double.
-                    write!(cell, "{x:?}")?;
-                }
-                csv.write_field(&cell)?;
-            }
-            csv.write_record(None::<&[u8]>)?;
-        }
-        csv.flush()
+        self.table().to_csv(to)
     }
 
-    fn to_parquet(&self, to: &mut (impl Write + Send)) -> Result<(), IoError> {
+    fn table(&self) -> Table {
         let (time, columns) = self.rows();
-        let field = |name: &str, repetition| {
-            Type::primitive_type_builder(name, Physical::DOUBLE)
-                .with_repetition(repetition)
-                .build()
-                .map(Arc::new)
-        };
-        let mut fields = vec![field("time", Repetition::REQUIRED)?];
-        for channel in &self.channels {
-            fields.push(field(&channel.name, Repetition::OPTIONAL)?);
-        }
-        let schema = Type::group_type_builder("recording").with_fields(fields).build()?;
-        let properties = WriterProperties::builder().build();
-        let mut file = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties))?;
-        let mut group = file.next_row_group()?;
-        for (i, column) in std::iter::once(&time).chain(&columns).enumerate() {
-            let Some(mut writer) = group.next_column()? else { break };
-            if i == 0 {
-                writer.typed::<DoubleType>().write_batch(column, None, None)?;
-            } else {
-                let values: Vec<f64> = column.iter().copied().filter(|x| !x.is_nan()).collect();
-                let levels: Vec<i16> = column.iter().map(|x| i16::from(!x.is_nan())).collect();
-                writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
-            }
-            writer.close()?;
-        }
-        group.close()?;
-        file.close()?;
-        Ok(())
+        let names = self.channels.iter().map(|c| c.name.clone());
+        Table { columns: std::iter::once(("time".to_owned(), time)).chain(names.zip(columns)).collect() }
     }
 
     /// All times, and the values of each channel there, `NaN` where it has none.
@@ -121,6 +65,84 @@ impl Recording {
         });
         let columns = columns.collect();
         (time, columns)
+    }
+}
+
+/// Columns of one length with their names; `NaN` is a cell without a value.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// Names and values.
+    pub columns: Vec<(String, Vec<f64>)>,
+}
+
+impl Table {
+    /// Writes the table as CSV, or as Parquet if the name ends so. Every double reads back bit-equal.
+    ///
+    /// # Errors
+    /// [`Error::Write`]; then nothing is left under that name.
+    pub fn write(&self, file: &Path) -> Result<(), Error> {
+        let parquet = file.extension().is_some_and(|e| e.eq_ignore_ascii_case("parquet"));
+        let write = || -> Result<(), IoError> {
+            let folder = file.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+            let mut part = tempfile::NamedTempFile::new_in(folder)?;
+            let mut to = BufWriter::new(part.as_file_mut());
+            if parquet {
+                self.to_parquet(&mut to)?
+            } else {
+                self.to_csv(&mut to)?
+            }
+            to.flush()?;
+            drop(to);
+            readable_by_others(part.as_file())?;
+            part.persist(file).map(|_| ()).map_err(|e| e.error)
+        };
+        write().map_err(|source| Error::Write { file: file.into(), source })
+    }
+
+    fn to_csv(&self, to: &mut impl Write) -> Result<(), IoError> {
+        let mut csv = csv::Writer::from_writer(to);
+        csv.write_record(self.columns.iter().map(|c| c.0.as_str()))?;
+        let mut cell = Vec::new();
+        for row in 0..self.columns.first().map_or(0, |c| c.1.len()) {
+            for x in self.columns.iter().map(|c| c.1[row]) {
+                cell.clear();
+                if !x.is_nan() {
+                    // The shortest text that reads back as the same double.
+                    write!(cell, "{x:?}")?;
+                }
+                csv.write_field(&cell)?;
+            }
+            csv.write_record(None::<&[u8]>)?;
+        }
+        csv.flush()
+    }
+
+    fn to_parquet(&self, to: &mut (impl Write + Send)) -> Result<(), IoError> {
+        let whole = |column: &[f64]| !column.iter().any(|x| x.is_nan());
+        let mut fields = Vec::new();
+        for (name, column) in &self.columns {
+            let repetition = if whole(column) { Repetition::REQUIRED } else { Repetition::OPTIONAL };
+            let field = Type::primitive_type_builder(name, Physical::DOUBLE).with_repetition(repetition);
+            fields.push(field.build().map(Arc::new)?);
+        }
+        let schema = Type::group_type_builder("table").with_fields(fields).build()?;
+        let properties = WriterProperties::builder().build();
+        let mut file = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties))?;
+        let mut group = file.next_row_group()?;
+        for (_, column) in &self.columns {
+            let Some(mut writer) = group.next_column()? else { break };
+            if whole(column) {
+                writer.typed::<DoubleType>().write_batch(column, None, None)?;
+            } else {
+                let values: Vec<f64> = column.iter().copied().filter(|x| !x.is_nan()).collect();
+                let levels: Vec<i16> = column.iter().map(|x| i16::from(!x.is_nan())).collect();
+                writer.typed::<DoubleType>().write_batch(&values, Some(&levels), None)?;
+            }
+            writer.close()?;
+        }
+        group.close()?;
+        file.close()?;
+        Ok(())
     }
 }
 

@@ -116,9 +116,12 @@ pub(crate) struct Robot {
     /// Intervals of the surface along each joint
     #[arg(long, default_value_t = 120, value_parser = clap::value_parser!(u32).range(1..=2000))]
     pub(crate) points: u32,
-    /// File of the surface
-    #[arg(short, long, value_name = "FILE.csv", default_value = "surface.csv")]
+    /// File of the surface: .csv or .parquet
+    #[arg(short, long, value_name = "FILE", default_value = "surface.csv")]
     pub(crate) output: PathBuf,
+    /// Page with pictures of the surface
+    #[arg(long, value_name = "FILE.html", requires = "surface")]
+    pub(crate) plot: Option<PathBuf>,
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,

@@ -59,7 +59,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "trueup robot chaser --pose 0.3,-0.9,1.4,0.2,-0.6,0.5 --sweep 3=-3..3",
             "trueup robot arm.toml --json",
-            "trueup robot table-1 --surface 2,3 --torque-joints 1,2 -o surface.csv",
+            "trueup robot table-1 --surface 2,3 --torque-joints 1,2 -o surface.csv --plot surface.html",
         ],
     ),
     (

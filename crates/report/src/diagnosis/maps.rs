@@ -2,9 +2,9 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
-use super::heat::heat;
 use super::{Evidence, Map};
 use crate::chart::{Axis, Chart, Style};
+use crate::heat::Heat;
 use crate::page::Page;
 
 /// Of a spectrum what is below this part of its largest value is not drawn.
@@ -39,7 +39,15 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
                 }
                 page.chart(&chart);
             }
-            Map::Surface { title, x, y, unit, surface } => heat(page, title, *x, *y, unit, surface),
+            Map::Surface { title, x, y, unit, surface } => page.heat(&Heat {
+                title,
+                x: *x,
+                y: *y,
+                unit,
+                edges: [&surface.x, &surface.y],
+                cells: &surface.z,
+                marks: &[],
+            }),
             Map::Spectrum { title, unit, bands } => {
                 let unit = format!("({unit})²/Hz");
                 let least = DEPTH * bands.residual.iter().copied().fold(0.0, f64::max);

@@ -2,8 +2,11 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::{DMatrix, DVector};
+use trueup_models::space::attitude::rotation;
 use trueup_models::space::flexible::Appendages;
-use trueup_models::space::vector::cross;
+use trueup_models::space::spatial::Frame;
+use trueup_models::space::vector::{cross, times};
 use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::At;
 
@@ -151,4 +154,49 @@ fn b48_an_arm_on_a_bus_with_panels() {
     let energy = y[f.output.kinetic_energy] + y[f.output.potential_energy] - run.work;
     println!("B48: off by {off:.1e}; P, L drift {drift:.1e}, energy {energy:.1e} J");
     assert!(off < 1e-8 && drift < 1e-9 && energy.abs() < 1e-9);
+}
+
+/// Checks SFF-9 and SFF-10 along the run of C32, thrusters firing: S2 (9), (12), (14) with the momentum that there is. What is
+/// left over is relative to the largest of each.
+#[test]
+fn c33_the_momentum_form_holds_along_a_controlled_run() {
+    let design = presets::chaser();
+    let (robot, tip) = (design.robot(), (design.tips[0].body, design.tips[0].offset));
+    let f = chaser();
+    let input = |t: f64| {
+        let mut u = vec![0.0; f.input.count];
+        u[f.input.joint_torque..][..6].copy_from_slice(&torques(t));
+        u[f.input.thruster_force] = 2.0;
+        u[f.input.thruster_force + 5] = 1.0 + t.cos();
+        u[f.input.tip_force + 1] = 0.1 * (0.4 * t).sin();
+        u
+    };
+    let mut run = Run::new(&f.model, &f.p, input);
+    let mut most = [0.0_f64; 2];
+    for k in 1..=20 {
+        run.to(f64::from(k), 0.05);
+        let (y, o) = (run.outputs(), f.output);
+        let turn = rotation([0, 1, 2, 3].map(|k| y[o.base_quaternion + k]));
+        let base = Frame { rotation: turn, origin: three(&y, o.base_position) };
+        let form = robot.momentum_form(base, &y[o.joint_angle..][..6], tip);
+        let rates = &y[o.joint_velocity..][..6];
+        let omega = times(&turn, three(&y, o.base_angular_velocity));
+        let twist = [three(&y, o.base_velocity), omega].concat();
+        let by = |m: &[f64], v: &[f64], i: usize| (0..6).map(|k| m[6 * i + k] * v[k]).sum::<f64>();
+        let momentum = &y[o.linear_momentum..][..6];
+        // (12) from both sides: H2 of the base and H3 of the joints are all of P and L.
+        let left: Vec<f64> = (0..6).map(|i| by(&form.h2, &twist, i) + by(&form.h3, rates, i)).collect();
+        let size = momentum.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
+        most[0] = most[0].max(worst(&left, momentum) / size);
+        // (14): what the joints do by J_g, and what the momentum does with the joints at rest.
+        let j_g = form.generalized_jacobian().unwrap();
+        let h2 = DMatrix::from_row_slice(6, 6, &form.h2);
+        let carried = h2.lu().solve(&DVector::from_row_slice(momentum)).unwrap();
+        let tip_twist = [three(&y, o.tip_velocity), three(&y, o.tip_angular_velocity)].concat();
+        let found: Vec<f64> =
+            (0..6).map(|i| by(&j_g, rates, i) + by(&form.j_s, carried.as_slice(), i)).collect();
+        most[1] = most[1].max(worst(&found, &tip_twist));
+    }
+    println!("C33: (12) off by {:.1e}, (14) by {:.1e}", most[0], most[1]);
+    assert!(most.iter().all(|m| *m < 1e-10));
 }

@@ -1,25 +1,118 @@
-//! Measures and norms over two joints: the surfaces of S1's figures 4 to 10, as CSV.
+//! Measures and norms over two joints, the surfaces of S1's figures 4 to 10: as CSV or Parquet, and as a page.
+
+mod page;
 
 use std::fmt::Write;
 
 use trueup_models::space::analysis::{Column, norm};
 use trueup_models::space::design::{Design, Tip};
+use trueup_signals::Table;
 
 use super::measures;
 use crate::args::Robot;
 use crate::error::Error;
 use crate::output::{say, write as write_file};
 
-/// What a column is called and, for people, what it is.
-const COLUMNS: [(&str, &str); 7] = [
-    ("forceMeasure", "det(B_f^T B_f)"),
-    ("torqueMeasure", "det(B_tau0^T B_tau0)"),
-    ("combinedMeasure", "det of both"),
-    ("coriolisForce", "norm of N_Rf"),
-    ("centrifugalForce", "norm of N_Cf"),
-    ("coriolisTorque", "norm of N_Rtau0"),
-    ("centrifugalTorque", "norm of N_Ctau0"),
+/// One quantity.
+pub(super) struct Quantity {
+    /// Of its column.
+    name: &'static str,
+    /// Where S1 draws it.
+    figure: u32,
+    /// For people.
+    what: &'static str,
+    unit: &'static str,
+}
+
+const fn quantity(name: &'static str, figure: u32, what: &'static str, unit: &'static str) -> Quantity {
+    Quantity { name, figure, what, unit }
+}
+
+pub(super) const QUANTITIES: [Quantity; 7] = [
+    quantity("forceMeasure", 4, "det(B_f^T B_f)", "(kg.m)^6"),
+    quantity("torqueMeasure", 5, "det(B_tau0^T B_tau0)", "(kg.m2)^2k"),
+    quantity("combinedMeasure", 6, "det of both", ""),
+    quantity("coriolisForce", 7, "norm of N_Rf", "kg.m"),
+    quantity("centrifugalForce", 8, "norm of N_Cf", "kg.m"),
+    quantity("coriolisTorque", 9, "norm of N_Rtau0", "kg.m2"),
+    quantity("centrifugalTorque", 10, "norm of N_Ctau0", "kg.m2"),
 ];
+
+/// Quantities over two joints.
+pub(super) struct Grid {
+    /// From 1.
+    joints: [usize; 2],
+    /// Angles of both, rad.
+    angles: Vec<f64>,
+    /// Per quantity its values, by the first joint, then the second.
+    values: Vec<Vec<f64>>,
+    /// Norms of B_f and B_tau0, in the same order: what the others are compared with.
+    inertial: [Vec<f64>; 2],
+}
+
+impl Grid {
+    fn of(args: &Robot, design: &Design, tip: &Tip, q: &[f64], joints: [usize; 2]) -> Self {
+        let robot = design.robot();
+        let angle = |k: u32| (-180.0 + 360.0 * f64::from(k) / f64::from(args.points)).to_radians();
+        let angles: Vec<f64> = (0..=args.points).map(angle).collect();
+        let mut grid = Self {
+            joints,
+            angles,
+            values: vec![Vec::new(); QUANTITIES.len()],
+            inertial: [Vec::new(), Vec::new()],
+        };
+        let mut q = q.to_vec();
+        for a in grid.angles.clone() {
+            for b in grid.angles.clone() {
+                (q[joints[0] - 1], q[joints[1] - 1]) = (a, b);
+                let r = robot.reaction(&q, tip.mount);
+                let [force, torque, both] = measures(&r, &args.torque_joints);
+                let pairs: Vec<Column<f64>> = r.coriolis.iter().map(|c| c.2).collect();
+                let of = |columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]| {
+                    norm(&columns.iter().map(part).collect::<Vec<_>>())
+                };
+                let row = [
+                    force,
+                    torque,
+                    both,
+                    of(&pairs, |c| c.force),
+                    of(&r.centrifugal, |c| c.force),
+                    of(&pairs, |c| c.torque),
+                    of(&r.centrifugal, |c| c.torque),
+                ];
+                grid.values.iter_mut().zip(row).for_each(|(list, v)| list.push(v));
+                grid.inertial[0].push(of(&r.inertial, |c| c.force));
+                grid.inertial[1].push(of(&r.inertial, |c| c.torque));
+            }
+        }
+        grid
+    }
+
+    /// Angles of entry `k`.
+    fn place(&self, k: usize) -> [f64; 2] {
+        let n = self.angles.len();
+        [self.angles[k / n], self.angles[k % n]]
+    }
+
+    /// The largest of these values and where it is.
+    fn largest(&self, values: &[f64]) -> (f64, [f64; 2]) {
+        let mut best = 0;
+        (1..values.len()).filter(|k| values[*k].is_finite()).for_each(|k| {
+            if values[k] > values[best] {
+                best = k;
+            }
+        });
+        (values.get(best).copied().unwrap_or(f64::NAN), self.place(best))
+    }
+
+    fn table(&self) -> Table {
+        let count = self.angles.len().pow(2);
+        let of = |i: usize| (0..count).map(|k| self.place(k)[i]).collect::<Vec<f64>>();
+        let places = [0, 1].map(|i| (format!("joint{}", self.joints[i]), of(i)));
+        let named = QUANTITIES.iter().zip(&self.values).map(|(q, v)| (q.name.to_owned(), v.clone()));
+        Table { columns: places.into_iter().chain(named).collect() }
+    }
+}
 
 /// Over two joints, both from -180 to 180 degrees.
 pub(super) fn write(
@@ -29,58 +122,29 @@ pub(super) fn write(
     q: &[f64],
     over: &[usize],
 ) -> Result<(), Error> {
-    let [a, b] = over else {
+    let [a, b] = *over else {
         return Err(Error::Usage("--surface takes two joints, as in --surface 2,3".into()));
     };
     let n = q.len();
-    if [a, b].iter().any(|j| !(1..=n).contains(*j)) || a == b {
+    if [a, b].iter().any(|j| !(1..=n).contains(j)) || a == b {
         return Err(Error::Usage(format!("--surface {a},{b}: give two different joints of 1 to {n}")));
     }
     let path = args.output.as_path();
-    let (robot, points) = (design.robot(), args.points as usize);
-    let columns: Vec<&str> = COLUMNS.iter().map(|c| c.0).collect();
-    let mut text = format!("joint{a},joint{b},{}\n", columns.join(","));
-    let mut most = [(f64::NEG_INFINITY, 0.0, 0.0); COLUMNS.len()];
-    let angle = |k: usize| (-180.0 + 360.0 * k as f64 / f64::from(args.points)).to_radians();
-    for i in 0..=points {
-        for k in 0..=points {
-            let mut q = q.to_vec();
-            (q[a - 1], q[b - 1]) = (angle(i), angle(k));
-            let r = robot.reaction(&q, tip.mount);
-            let [force, torque, both] = measures(&r, &args.torque_joints);
-            let pairs = |part: fn(&Column<f64>) -> [f64; 3]| {
-                norm(&r.coriolis.iter().map(|c| part(&c.2)).collect::<Vec<_>>())
-            };
-            let squares = |part: fn(&Column<f64>) -> [f64; 3]| {
-                norm(&r.centrifugal.iter().map(part).collect::<Vec<_>>())
-            };
-            let row = [
-                force,
-                torque,
-                both,
-                pairs(|c| c.force),
-                squares(|c| c.force),
-                pairs(|c| c.torque),
-                squares(|c| c.torque),
-            ];
-            for (most, value) in most.iter_mut().zip(row) {
-                if value > most.0 {
-                    *most = (value, angle(i), angle(k));
-                }
-            }
-            let values: Vec<String> = row.iter().map(|v| format!("{v:?}")).collect();
-            let _ = writeln!(text, "{:?},{:?},{}", angle(i), angle(k), values.join(","));
-        }
+    if !path.extension().is_some_and(|e| e == "csv" || e == "parquet") {
+        return Err(Error::Usage(format!("--output {}: end its name in .csv or .parquet", path.display())));
     }
-    write_file(path, text.as_bytes())?;
-    let mut said = format!("{}: {} rows; largest on this grid:\n", path.display(), (points + 1).pow(2));
-    for ((name, what), (value, x, y)) in COLUMNS.iter().zip(most) {
-        let _ = writeln!(
-            said,
-            "  {name:<18} {value:>14.6e} at ({:.2}, {:.2}) deg  {what}",
-            x.to_degrees(),
-            y.to_degrees()
-        );
+    let grid = Grid::of(args, design, tip, q, [a, b]);
+    grid.table().write(path).map_err(|e| Error::Failed(e.to_string()))?;
+    let mut said = format!("{}: {} rows; largest on this grid:\n", path.display(), grid.angles.len().pow(2));
+    for (quantity, values) in QUANTITIES.iter().zip(&grid.values) {
+        let (value, [x, y]) = grid.largest(values);
+        let (name, what) = (quantity.name, quantity.what);
+        let at = format!("({:.2}, {:.2}) deg", x.to_degrees(), y.to_degrees());
+        let _ = writeln!(said, "  {name:<18} {value:>14.6e} at {at}  {what}");
+    }
+    if let Some(file) = &args.plot {
+        write_file(file, page::html(design, &grid).as_bytes())?;
+        let _ = writeln!(said, "{}", file.display());
     }
     say(&said)
 }

@@ -2,8 +2,6 @@
 
 use std::fmt::Write as _;
 
-use trueup_diagnosis::locate::map::Surface;
-
 use crate::number::number;
 use crate::page::{Page, escape};
 
@@ -13,20 +11,46 @@ const HEIGHT: f64 = 360.0;
 const ROOM: [f64; 4] = [90.0, 130.0, 8.0, 46.0];
 
 /// Blue below 0, orange above, by the size of the largest.
-fn colour(z: f64, largest: f64) -> String {
+pub(crate) fn colour(z: f64, largest: f64) -> String {
     let part = if largest > 0.0 { (z / largest).clamp(-1.0, 1.0) } else { 0.0 };
     let end = if part < 0.0 { [31.0, 111.0, 180.0] } else { [217.0, 84.0, 30.0] };
     let mix = |e: f64| (240.0 + (e - 240.0) * part.abs()).round() as u8;
     format!("#{:02x}{:02x}{:02x}", mix(end[0]), mix(end[1]), mix(end[2]))
 }
 
-/// The picture of a surface, its axes `quantity in unit`.
-pub(super) fn heat(page: &mut Page, title: &str, x: [&str; 2], y: [&str; 2], unit: &str, s: &Surface) {
+/// A quantity over two others, by cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Heat<'a> {
+    /// What it is.
+    pub title: &'a str,
+    /// Quantity and unit along x.
+    pub x: [&'a str; 2],
+    /// Quantity and unit along y.
+    pub y: [&'a str; 2],
+    /// Unit of the quantity.
+    pub unit: &'a str,
+    /// Edges of the cells along x and along y, ascending.
+    pub edges: [&'a [f64]; 2],
+    /// Values, row by row along y; cells without one stay empty.
+    pub cells: &'a [Vec<Option<f64>>],
+    /// Points with a ring about them.
+    pub marks: &'a [(f64, f64)],
+}
+
+impl Page {
+    /// A quantity over two others as coloured cells.
+    pub fn heat(&mut self, heat: &Heat<'_>) {
+        draw(self, heat);
+    }
+}
+
+fn draw(page: &mut Page, heat: &Heat<'_>) {
+    let Heat { title, x, y, unit, edges, cells, marks } = *heat;
     let [left, right, top, bottom] = ROOM;
     let (w, h) = (WIDTH - left - right, HEIGHT - top - bottom);
     let ends = |e: &[f64]| Some((*e.first()?, *e.last()?));
-    let (Some((x0, x1)), Some((y0, y1))) = (ends(&s.x), ends(&s.y)) else { return };
-    let largest = s.z.iter().flatten().flatten().fold(0.0, |m: f64, z| m.max(z.abs()));
+    let (Some((x0, x1)), Some((y0, y1))) = (ends(edges[0]), ends(edges[1])) else { return };
+    let largest = cells.iter().flatten().flatten().fold(0.0, |m: f64, z| m.max(z.abs()));
     let mut svg = format!(
         "<figure><figcaption>{}</figcaption>\n<div class=\"plot heat\"><svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" \
          aria-label=\"{}\">",
@@ -35,8 +59,8 @@ pub(super) fn heat(page: &mut Page, title: &str, x: [&str; 2], y: [&str; 2], uni
     );
     let px = |v: f64| left + (v - x0) / (x1 - x0) * w;
     let py = |v: f64| top + h - (v - y0) / (y1 - y0) * h;
-    for (row, ys) in s.z.iter().zip(s.y.windows(2)) {
-        for (z, xs) in row.iter().zip(s.x.windows(2)).filter_map(|(z, xs)| Some(((*z)?, xs))) {
+    for (row, ys) in cells.iter().zip(edges[1].windows(2)) {
+        for (z, xs) in row.iter().zip(edges[0].windows(2)).filter_map(|(z, xs)| Some(((*z)?, xs))) {
             let (a, b) = (px(xs[0]), py(ys[1]));
             let _ = write!(
                 svg,
@@ -47,6 +71,14 @@ pub(super) fn heat(page: &mut Page, title: &str, x: [&str; 2], y: [&str; 2], uni
                 escape(&format!("{} {unit}", number(z)))
             );
         }
+    }
+    for (x, y) in marks {
+        let _ = write!(
+            svg,
+            "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"6\" fill=\"none\" stroke=\"#000\" stroke-width=\"2\"/>",
+            px(*x),
+            py(*y)
+        );
     }
     let text = |svg: &mut String, x: f64, y: f64, anchor: &str, text: &str| {
         let _ =
