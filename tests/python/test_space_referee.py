@@ -163,13 +163,18 @@ def test_pinocchio(robot):
     tree = pin.Model()
     base = tree.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "base")
     tree.appendBodyToJoint(base, pin.Inertia(robot.base_mass, np.zeros(3), robot.base_inertia), pin.SE3.Identity())
-    ids = [base]
-    for j in range(robot.n):
+    ids = [base] + [0] * robot.n
+    # Its algorithms take the bodies of a branch to be numbered one after the other.
+    order, rest = [], [k for k in reversed(range(robot.n)) if robot.parent[k] == 0]
+    while rest:
+        order.append(rest.pop())
+        rest += [k for k in reversed(range(robot.n)) if robot.parent[k] == order[-1] + 1]
+    for j in order:
         place = pin.SE3(rotation(robot.orientation[j]), robot.position[j])
         kind = pin.JointModelPrismaticUnaligned if robot.prismatic[j] else pin.JointModelRevoluteUnaligned
         joint = tree.addJoint(ids[robot.parent[j]], kind(robot.axis[j]), place, f"j{j + 1}")
         tree.appendBodyToJoint(joint, pin.Inertia(robot.mass[j], robot.com[j], robot.inertia[j]), pin.SE3.Identity())
-        ids.append(joint)
+        ids[j + 1] = joint
     tree.gravity.setZero()
     data = tree.createData()
     at_q = [tree.joints[i].idx_q for i in ids[1:]]
@@ -226,7 +231,7 @@ def test_drake(robot):
 
     def inertia_of(mass, com, central):
         i = central
-        about = RotationalInertia(i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2], True)
+        about = RotationalInertia(i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2])
         return SpatialInertia.MakeFromCentralInertia(mass, com, about)
 
     bodies = [plant.AddRigidBody("base", inertia_of(robot.base_mass, np.zeros(3), robot.base_inertia))]
