@@ -65,4 +65,10 @@ impl FmuModel for Plant {
             Self::Space(m, _) => m.check(p),
         }
     }
+    fn remark(&self, p: &[f64]) -> Option<String> {
+        match self {
+            Self::Space(m, _) => m.remark(p),
+            Self::Joint(..) | Self::Arm(_) => None,
+        }
+    }
 }

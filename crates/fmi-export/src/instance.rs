@@ -1,9 +1,9 @@
 //! One instance of a model: its values, its mode, and the evaluation of its equations.
 
 use crate::co_simulation::CoSimulation;
-use crate::fault::{Outcome, discard, error};
+use crate::fault::{Outcome, Status, discard, error};
 use crate::layout::Layout;
-use crate::log::Log;
+use crate::log::{Log, WARNINGS};
 use crate::model::FmuModel;
 use crate::snapshot::Snapshot;
 use crate::state_machine::{Call, Interface, State, Version};
@@ -217,7 +217,13 @@ impl<M: FmuModel> Instance<M> {
                 return error(format!("`{}` = {value:?}: {why}", self.layout.name_of(Storage::Parameter(i))));
             }
             m.unchecked = false;
+            if self.log.wants(WARNINGS)
+                && let Some(remark) = self.model.remark(&self.memory.p)
+            {
+                self.log.say(Status::Warning, WARNINGS, remark);
+            }
         }
+        let m = &mut self.memory;
         if m.start_stale {
             self.model.start(&m.p, &mut m.x);
             let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &[] };

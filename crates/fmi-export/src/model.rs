@@ -15,6 +15,11 @@ pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
     ///
     /// The error names the parameter element (index into the parameters) and the mend.
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)>;
+    /// What of parameters that [`Self::check`] lets pass is taken otherwise than it is written, and how: a warning to the
+    /// importer.
+    fn remark(&self, _p: &[f64]) -> Option<String> {
+        None
+    }
     /// Whether Co-Simulation needs a method for stiff equations.
     fn stiff(&self) -> bool {
         false

@@ -43,6 +43,12 @@ impl FmuModel for Model {
             Self::Controller(m) => m.check(p),
         }
     }
+    fn remark(&self, p: &[f64]) -> Option<String> {
+        match self {
+            Self::Plant(m) => m.remark(p),
+            Self::Controller(m) => m.remark(p),
+        }
+    }
 }
 
 trueup_fmi_export::export_fmu!(Model);

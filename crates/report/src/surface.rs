@@ -33,7 +33,7 @@ fn drawn(x: f64, y: f64, z: f64) -> (f64, f64) {
     let (x, y) = (x - 0.5, y - 0.5);
     let (sin, cos) = 0.6_f64.sin_cos();
     let (right, back) = (x * cos + y * sin, y * cos - x * sin);
-    (0.5 * WIDTH + 360.0 * right, 0.68 * HEIGHT - 150.0 * back - 210.0 * (z - 0.25))
+    (0.5 * WIDTH + 360.0 * right, 0.62 * HEIGHT - 150.0 * back - 200.0 * (z - 0.25))
 }
 
 impl Page {
@@ -97,9 +97,9 @@ impl Page {
         let ends = |list: &[f64]| [0, list.len() - 1].map(|i| number(list[i]));
         let named = |a: [&str; 2], [from, to]: [String; 2]| format!("{} from {from} to {to} {}", a[0], a[1]);
         let (a, b) = drawn(0.5, 0.0, 0.0);
-        text(a - 30.0, b + 40.0, "end", &named(x, ends(at[0])));
+        text((a - 60.0).max(200.0), (b + 34.0).min(HEIGHT - 8.0), "end", &named(x, ends(at[0])));
         let (a, b) = drawn(1.0, 0.5, 0.0);
-        text((a + 14.0).min(WIDTH - 200.0), b + 34.0, "start", &named(y, ends(at[1])));
+        text((a + 14.0).min(WIDTH - 200.0), (b + 44.0).min(HEIGHT - 8.0), "start", &named(y, ends(at[1])));
         text(8.0, 18.0, "start", &format!("height from {} to {} {unit}", number(low), number(high)));
         svg.push_str("</svg></div></figure>");
         self.html(&svg);

@@ -96,7 +96,7 @@ pub(crate) struct Statics {
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Robot {
-    /// A TOML file (see docs/robots.md), or a preset of SpatialFreeFlyer (see `trueup fmu list`)
+    /// A file of TOML (see docs/robots.md) or URDF, or a preset of SpatialFreeFlyer (see `trueup fmu list`)
     pub(crate) file: PathBuf,
     /// Angles of all joints in rad (ways of prismatic ones in m); all 0 when not given
     #[arg(long, value_name = "Q1,Q2,..", value_delimiter = ',', allow_negative_numbers = true)]
@@ -201,8 +201,8 @@ pub(crate) struct Pack {
     /// Parameter set to start from (see `trueup fmu list`)
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Robot of a SpatialFreeFlyer, as a TOML file (see docs/robots.md)
-    #[arg(long, value_name = "FILE.toml", conflicts_with = "preset")]
+    /// Robot of a SpatialFreeFlyer: a file of TOML (see docs/robots.md) or URDF
+    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
@@ -251,8 +251,8 @@ pub(crate) struct Simulate {
     /// Relative tolerance of the coupling and of integrators
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
-    /// Robot of a SpatialFreeFlyer, as a TOML file (see docs/robots.md)
-    #[arg(long, value_name = "FILE.toml", conflicts_with = "preset")]
+    /// Robot of a SpatialFreeFlyer: a file of TOML (see docs/robots.md) or URDF
+    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`); in a system with the component (`arm.linkMass[1]=4`)

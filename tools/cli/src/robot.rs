@@ -1,4 +1,6 @@
-//! Robots: presets, and files of TOML.
+//! Robots: presets, files of TOML, files of URDF.
+
+mod urdf;
 
 use std::path::Path;
 
@@ -134,9 +136,15 @@ pub(crate) fn read(path: &Path) -> Result<Design, Error> {
     let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).collect();
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
-        let all = format!("give a TOML file, or one of {}", presets.join(", "));
+        let all = format!("give a file of TOML or URDF, or one of {}", presets.join(", "));
         Error::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
     })?;
+    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")) || text.trim_start().starts_with('<')
+    {
+        let design = urdf::read(path, &text)?;
+        design.check().map_err(|why| Error::at(path, why))?;
+        return Ok(design);
+    }
     let file: File = toml::from_str(&text).map_err(|e| {
         let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
         Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))

@@ -89,7 +89,7 @@ fn surfaces_of_table_1_have_their_maxima() {
     // Each as a surface and as a map, the claims of S1 beside: two of six do not hold as printed.
     let page = std::fs::read_to_string(&plot).unwrap();
     assert_eq!(page.matches("<figure>").count(), 14);
-    assert!(page.contains("6945") && !page.contains("NaN"));
+    assert!(page.contains("41825") && !page.contains("NaN"));
     assert_eq!((page.matches(">holds<").count(), page.matches(">does not hold here<").count()), (3, 3));
     let parquet = folder.path().join("s.parquet");
     let order = [&order[..6], &["--points", "20", "-o", parquet.to_str().unwrap()]].concat();

@@ -2,6 +2,7 @@
 
 use super::attitude::{IDENTITY, square};
 use super::design::{Design, NOT_UNIT, inertia_fault};
+use super::instant::four;
 use super::layout::Parameters;
 use super::model::{SpatialFreeFlyer, Structure};
 use super::tree::Tree;
@@ -195,6 +196,19 @@ impl SpatialFreeFlyer {
             return Err((begin, message.to_owned()));
         }
         Ok(())
+    }
+}
+
+impl SpatialFreeFlyer {
+    /// What of these parameters is taken otherwise than it is written.
+    pub fn remark(&self, p: &[f64]) -> Option<String> {
+        let [w, x, y, z] = four(p, self.parameter.initial_base_quaternion);
+        let length = square([w, x, y, z]).sqrt();
+        ((length - 1.0).abs() > NOT_UNIT).then(|| {
+            format!(
+                "initialBaseQuaternion = {w}, {x}, {y}, {z} has length {length:.4}: it is taken with length 1"
+            )
+        })
     }
 }
 

@@ -148,6 +148,11 @@ fn what_cannot_be_is_refused() {
         let (_, message) = f.model.check(&p).unwrap_err();
         assert!(message.contains(words), "{message}");
     }
+    assert_eq!(f.model.remark(&f.p), None);
+    let mut p = f.p.clone();
+    p[at.initial_base_quaternion] = 0.9;
+    let said = f.model.remark(&p).unwrap();
+    assert!(said.contains("initialBaseQuaternion = 0.9, 0, 0, 0 has length 0.9000"), "{said}");
     let mut s = everything(false, true).structure();
     s.tree.parent[2] = 5;
     assert!(SpatialFreeFlyer::new(s.clone()).unwrap_err().contains("parent[3] = 5"));

@@ -16,10 +16,7 @@ pub(super) fn html(design: &Design, grid: &Grid) -> String {
     );
     let mut page = Page::new(&design.name, &lead);
     page.contents();
-    page.section(
-        "What the paper says, and what the surfaces say",
-        "Correlations and maxima are those of this grid.",
-    );
+    page.section("What the paper says, and what the surfaces say", "Values are those of this grid.");
     page.table(&["claim of S1", "the surface", ""], &claims(grid));
     page.section("Maxima", "");
     let rows: Vec<Vec<String>> = QUANTITIES
@@ -68,13 +65,16 @@ fn draw(
     page.heat(&Heat { title: &title, x, y, unit, edges: [&edges, &edges], cells: &cells, marks: &mark });
 }
 
-/// Pearson's.
-fn correlation(a: &[f64], b: &[f64]) -> f64 {
-    let mean = |v: &[f64]| v.iter().sum::<f64>() / v.len() as f64;
-    let (ma, mb) = (mean(a), mean(b));
-    let sum = |f: &dyn Fn(f64, f64) -> f64| a.iter().zip(b).map(|(x, y)| f(x - ma, y - mb)).sum::<f64>();
-    sum(&|x, y| x * y) / (sum(&|x, _| x * x) * sum(&|_, y| y * y)).sqrt()
+/// Where one quantity is largest, another one as a share of its own largest value.
+fn at_peak(grid: &Grid, of: &[f64], other: &[f64]) -> f64 {
+    let peak = (0..of.len()).fold(0, |b, k| if of[k] > of[b] { k } else { b });
+    let most = other.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    debug_assert_eq!(grid.largest(of).0, of[peak]);
+    other[peak] / most
 }
+
+/// Less than this share of the largest value is poor, more than 1 less this is large.
+const POOR: f64 = 0.1;
 
 /// What S1 claims of these surfaces, what they say, and whether it holds on this robot.
 fn claims(grid: &Grid) -> Vec<Vec<String>> {
@@ -85,49 +85,51 @@ fn claims(grid: &Grid) -> Vec<Vec<String>> {
     let row = |claim: &str, found: String, holds: bool| {
         vec![claim.to_owned(), found, if holds { "holds".into() } else { "does not hold here".to_owned() }]
     };
-    let largest = |v: &[f64]| grid.largest(v).0;
-    let poor = |a: &[f64], b: &[f64]| correlation(a, b);
-    let (inertial, coriolis) = (largest(&grid.inertial[0]), largest(of("coriolisForce")));
-    let by_measure = poor(of("coriolisForce"), of("forceMeasure"));
-    let by_norm = poor(of("coriolisForce"), &grid.inertial[0]);
-    let (_, peak) = grid.largest(of("centrifugalForce"));
-    // Stretched or folded: the last of both joints leaves the arm straight.
-    let straight = peak[1].sin().abs() < 0.1;
-    let torque = poor(of("centrifugalTorque"), of("torqueMeasure"));
+    let percent = |share: f64| format!("{:.0} % of its maximum", 100.0 * share);
+    let (force, centrifugal, norm) = (of("forceMeasure"), of("centrifugalForce"), &grid.inertial[0]);
+    let (inertial, coriolis) = (grid.largest(norm).0, grid.largest(of("coriolisForce")).0);
+    let by_coriolis = at_peak(grid, of("coriolisForce"), force);
+    let (_, peak) = grid.largest(centrifugal);
+    let (by_norm, by_measure) = (at_peak(grid, centrifugal, norm), at_peak(grid, centrifugal, force));
+    let torque = at_peak(grid, of("centrifugalTorque"), of("torqueMeasure"));
     vec![
         row(
             "the nonlinear forces are small",
             format!(
-                "per unit of rates squared at most {} kg.m, per unit of acceleration {} kg.m: it is the rates that are small",
+                "Coriolis forces per product of rates at most {} kg.m, forces per acceleration {} kg.m: small are the rates",
                 number(coriolis),
                 number(inertial)
             ),
-            coriolis < 0.5 * inertial,
+            coriolis < inertial,
         ),
         row(
             "Coriolis forces are largest where the force measure is poor",
-            format!("correlation with the measure {by_measure:.2}"),
-            by_measure < 0.0,
+            format!("at their maximum the measure is {}", percent(by_coriolis)),
+            by_coriolis < POOR,
         ),
         row(
             "centrifugal forces are largest near kinematic singularities",
             format!("largest at ({:.1}, {:.1}) deg", peak[0].to_degrees(), peak[1].to_degrees()),
-            straight,
+            // Stretched or folded.
+            peak[1].sin().abs() < POOR,
         ),
         row(
-            "nonlinear forces are largest where inertia forces are large: by their norm",
-            format!("correlation with the norm of B_f {by_norm:.2}"),
-            by_norm > 0.0,
+            "centrifugal forces are largest where inertia forces are, by their norm",
+            format!(
+                "at their maximum the norm of B_f is {}; column by column they are equal",
+                percent(by_norm)
+            ),
+            by_norm > 1.0 - POOR,
         ),
         row(
-            "the same by the determinant",
-            format!("correlation with the measure {by_measure:.2}"),
-            by_measure > 0.0,
+            "the same by the force measure",
+            format!("there the measure is {}", percent(by_measure)),
+            by_measure > 1.0 - POOR,
         ),
         row(
             "centrifugal torques are largest near small inertial torques",
-            format!("correlation with the measure {torque:.2}"),
-            torque < 0.0,
+            format!("at their maximum the torque measure is {}", percent(torque)),
+            torque < POOR,
         ),
     ]
 }
