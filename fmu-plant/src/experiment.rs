@@ -4,7 +4,7 @@ use trueup_fmi_export::reference::Schedule;
 
 /// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication points and do
 /// not restart their solver there (FMPy with CVode) give up when it is tighter: inputs that jump are no part of a smooth
-/// solution. In Co-Simulation steps of the default size leave errors of 1e-9 and less at any tolerance.
+/// solution. Co-Simulation has a tolerance of its own where the importer asks for none.
 pub(crate) const TOLERANCE: f64 = 1e-5;
 
 /// Inputs of the reference experiment of a model.

@@ -138,9 +138,10 @@ def error_against(result, reference, jumps):
                     break
         ok = ~np.isnan(have)
         assert ok.mean() > 0.95, f"{name}: only {ok.mean():.0%} of the reference times are there"
-        # Momenta stay at 0, the centre of mass where it is: their error is one of kg.m/s, kg.m2/s and m.
-        still = "Momentum" in name or "centerOfMass" in name
-        scale = 1.0 if still else max(np.max(np.abs(want)), 1e-12)
+        # Momenta stay at 0, the centre of mass where it is: their error is one of kg.m/s, kg.m2/s and m; that of an attitude
+        # is one of its length.
+        plain = any(part in name for part in ("Momentum", "centerOfMass", "Quaternion"))
+        scale = 1.0 if plain else max(np.max(np.abs(want)), 1e-12)
         worst[name] = np.abs(have - want)[ok] / scale
     return worst
 

@@ -103,6 +103,14 @@ pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
     *mut f64,
 );
 
+/// Relative tolerance of Co-Simulation while the importer asks for none. That of the default experiment may be looser: it is
+/// for solvers of importers, which an input that jumps can stop.
+const TOLERANCE: f64 = 1e-9;
+
+fn unasked(layout: &Layout) -> f64 {
+    TOLERANCE.min(layout.table.experiment.tolerance)
+}
+
 impl<M: FmuModel> Instance<M> {
     /// From the configuration packed into the library; the message says why not.
     pub fn new(configuration: &Configuration, settings: Settings) -> Result<Self, String> {
@@ -114,7 +122,7 @@ impl<M: FmuModel> Instance<M> {
             t: 0.0,
             start_time: 0.0,
             stop_time: None,
-            tolerance: layout.table.experiment.tolerance,
+            tolerance: unasked(&layout),
             x: vec![0.0; sizes.states],
             u: layout.inputs.clone(),
             p: layout.parameters.clone(),
@@ -316,7 +324,7 @@ impl<M: FmuModel> Instance<M> {
             return error(format!("stopTime = {stop:?} lies before startTime = {start:?}"));
         }
         let m = &mut self.memory;
-        m.tolerance = tolerance.unwrap_or(self.layout.table.experiment.tolerance);
+        m.tolerance = tolerance.unwrap_or(unasked(&self.layout));
         (m.t, m.start_time, m.stop_time, m.last_successful) = (start, start, stop, start);
         m.start_stale = true;
         self.touch();
@@ -352,7 +360,7 @@ impl<M: FmuModel> Instance<M> {
         let m = &mut self.memory;
         m.state = State::Instantiated;
         (m.t, m.start_time, m.stop_time, m.last_successful) = (0.0, 0.0, None, 0.0);
-        m.tolerance = self.layout.table.experiment.tolerance;
+        m.tolerance = unasked(&self.layout);
         m.x.fill(0.0);
         m.u.copy_from_slice(&self.layout.inputs);
         m.p.copy_from_slice(&self.layout.parameters);

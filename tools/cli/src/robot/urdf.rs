@@ -6,7 +6,7 @@ use roxmltree::{Document, Node};
 use trueup_models::space::design::{Design, Link, Motor, Tip};
 use trueup_models::space::spatial::{Frame, Rigid};
 use trueup_models::space::tree::Joint as Kind;
-use trueup_models::space::vector::{Matrix, Vector, add, identity, product, scale, times};
+use trueup_models::space::vector::{Matrix, Vector, add, identity, product, scale};
 
 use crate::error::Error;
 use crate::near::suggestion;
@@ -34,7 +34,11 @@ struct Body<'a> {
 
 /// Reads a robot; it is not checked yet.
 pub(super) fn read(path: &Path, text: &str) -> Result<Design, Error> {
-    let at = |(line, why): Fault| Error::Failed(format!("{}:{line}: {why}", path.display()));
+    parsed(path, text).map_err(Error::Failed)
+}
+
+fn parsed(path: &Path, text: &str) -> Result<Design, String> {
+    let at = |(line, why): Fault| format!("{}:{line}: {why}", path.display());
     let document = Document::parse(text).map_err(|e| at((e.pos().row, e.to_string())))?;
     design(&document).map_err(at)
 }
@@ -322,23 +326,17 @@ mod tests {
     /// Against numbers by hand: what is fixed to a link is part of it, the base's axes lie in its centre of mass.
     #[test]
     fn an_arm_on_a_base() {
-        let d = read(Path::new("arm.urdf"), ARM).unwrap();
+        let d = parsed(Path::new("arm.urdf"), ARM).unwrap();
         d.check().unwrap();
         assert_eq!((d.name.as_str(), d.held, d.links.len()), ("arm", false, 2));
         // 90 kg at the origin and 10 kg at x = 1.
         assert!((d.base_mass - 100.0).abs() < 1e-12 && (d.base_inertia[0][0] - 10.0).abs() < 1e-12);
         assert!((d.base_inertia[1][1] - (10.0 + 90.0 * 0.01 + 10.0 * 0.81)).abs() < 1e-12);
-        assert!(
-            times(&identity(), d.links[0].position)
-                .iter()
-                .zip([0.4 - 0.1, 0.0, 0.2])
-                .all(|(a, b)| (a - b).abs() < 1e-12)
-        );
+        let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(near(&d.links[0].position, &[0.3, 0.0, 0.2]));
         // Turned by 90 degrees about z.
         let half = 0.5_f64.sqrt();
-        assert!(
-            d.links[0].orientation.iter().zip([half, 0.0, 0.0, half]).all(|(a, b)| (a - b).abs() < 1e-12)
-        );
+        assert!(near(&d.links[0].orientation, &[half, 0.0, 0.0, half]));
         assert_eq!((d.links[1].parent, d.links[1].joint), (1, Kind::Prismatic));
         assert_eq!((d.tips[0].name.as_str(), d.tips[0].body, d.tips[0].offset), ("hand", 2, [0.3, 0.0, 0.0]));
     }
@@ -361,7 +359,7 @@ mod tests {
         ] {
             assert!(ARM.contains(from), "{from}");
             let text = ARM.replacen(from, to, 1);
-            let why = read(Path::new("arm.urdf"), &text).unwrap_err().to_string();
+            let why = parsed(Path::new("arm.urdf"), &text).unwrap_err();
             assert!(why.contains(said) && why.starts_with("arm.urdf:"), "{from}: {why}");
         }
     }
