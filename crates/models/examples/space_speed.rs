@@ -20,7 +20,7 @@ fn row(n: usize) -> Design {
     let link = |k: usize| Link {
         parent: k,
         position: [0.5, 0.0, 0.0],
-        axis: if k % 2 == 0 { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] },
+        axis: if k.is_multiple_of(2) { [0.0, 0.0, 1.0] } else { [0.0, 1.0, 0.0] },
         ..like.clone()
     };
     d.links = (0..n).map(link).collect();
