@@ -9,7 +9,7 @@ mod space;
 
 pub use experiment::schedule;
 pub use model::{Plant, TEST_BED};
-pub use space::configuration as of_design;
+pub use space::of_design;
 
 /// The models of this library.
 pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer"];

@@ -73,7 +73,7 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
 ///
 /// # Errors
 /// A structure that cannot be had, with the mend.
-pub fn configuration(design: &Design) -> Result<Configuration, String> {
+pub fn of_design(design: &Design) -> Result<Configuration, String> {
     let s = design.structure();
     let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
     let shapes = |of: fn(&Shapes) -> usize| s.appendages.iter().map(|a| of(a) as u32).collect();

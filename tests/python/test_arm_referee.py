@@ -7,6 +7,8 @@ carry the links; a motor is a mass-less disc on a revolute joint of its own.
 import numpy as np
 import pytest
 
+from referee import report
+
 STATES = 250
 FLEXIBILITY = [[0], [0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0, 1, 0], [1, 0, 1, 1, 0, 1]]
 
@@ -43,13 +45,6 @@ class Arm:
 @pytest.fixture(scope="module", params=FLEXIBILITY, ids=lambda f: "".join("F" if x else "R" for x in f))
 def arm(request, example):
     return Arm(request.param, example)
-
-
-def report(what, errors, limit):
-    """Prints quantiles of the errors (relative to the largest entry) and holds the largest to the limit."""
-    quantiles = np.quantile(errors, [0.5, 0.9, 0.99, 1.0])
-    print(f"{what}: 50 % {quantiles[0]:.1e}, 90 % {quantiles[1]:.1e}, 99 % {quantiles[2]:.1e}, largest {quantiles[3]:.1e}")
-    assert quantiles[3] < limit
 
 
 def error(ours, theirs):

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from conftest import MODELS
 from fmpy import simulate_fmu
 
-MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 T = np.arange(0, 5.0001, 0.01)
 
 

@@ -12,10 +12,8 @@ import time
 import numpy as np
 import pyarrow.parquet
 import pytest
-from conftest import from_environment
+from conftest import MODELS, from_environment
 from fmpy.util import read_csv
-
-MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
 
 
 def columns(file):

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from referee import report
+
 STATES = 100
 # Bodies and branches of each tree.
 TREES = [(1, 1), (2, 1), (6, 1), (7, 2), (12, 3), (24, 3)]
@@ -82,13 +84,6 @@ class Robot:
 @pytest.fixture(scope="module", params=TREES, ids=lambda t: f"{t[0]} bodies, {t[1]} branches")
 def robot(request, example):
     return Robot(*request.param, example)
-
-
-def report(what, errors, limit):
-    """Prints quantiles of the errors (relative to the largest entry) and holds the largest to the limit."""
-    quantiles = np.quantile(errors, [0.5, 0.9, 0.99, 1.0])
-    print(f"{what}: 50 % {quantiles[0]:.1e}, 90 % {quantiles[1]:.1e}, 99 % {quantiles[2]:.1e}, largest {quantiles[3]:.1e}")
-    assert quantiles[3] < limit
 
 
 def error(ours, theirs):

@@ -27,10 +27,12 @@ impl Node {
     /// The FMU gives no instance.
     pub fn instantiate(planned: &Planned, how: fmi3::CoSimulation) -> Result<Slave, Error> {
         let options = Options::named(planned.name.clone());
-        Ok(match planned.interface {
+        let mut slave = match planned.interface {
             Interface::CoSimulation => Slave::co_simulation(&planned.fmu, options, how)?,
             Interface::ModelExchange => Slave::model_exchange(&planned.fmu, options)?,
-        })
+        };
+        slave.ask_for_reasons(&planned.description().log_categories);
+        Ok(slave)
     }
 
     /// With the instance made of it.

@@ -26,6 +26,9 @@ macro_rules! either {
     };
 }
 
+/// Categories of messages on what went wrong (FMI 2.0, section 2.2.4; FMI 3.0, section 2.4.5).
+const REASONS: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"];
+
 impl Slave {
     /// Instantiates for Co-Simulation, without event mode and early return.
     ///
@@ -55,6 +58,17 @@ impl Slave {
             Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::ModelExchange, options)?)),
             Version::V3 => Self::V3(fmi3::Instance::model_exchange(fmu, options)?),
         })
+    }
+
+    /// Asks for messages on what the FMU refuses, where it offers them by the names of the standard: without them an error has
+    /// no reason. Other messages may be many.
+    pub fn ask_for_reasons(&mut self, offered: &[(String, String)]) {
+        let names = offered.iter().map(|c| c.0.as_str()).filter(|name| REASONS.contains(name));
+        let names: Vec<&str> = names.collect();
+        if !names.is_empty() {
+            // An FMU that does not give them runs as well.
+            let _ = either!(self, i => i.set_debug_logging(true, &names));
+        }
     }
 
     /// Name of the instance.

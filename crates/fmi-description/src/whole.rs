@@ -4,7 +4,7 @@
 //! the same file do not meet. A program that was killed leaves its part; the next one that writes this file takes it away.
 
 use std::fs::{File, TryLockError, read_dir, remove_file};
-use std::io::{Result, Write};
+use std::io::{Error, ErrorKind, Result, Write};
 use std::path::Path;
 
 use tempfile::{Builder, NamedTempFile};
@@ -12,10 +12,14 @@ use tempfile::{Builder, NamedTempFile};
 /// A new part of a file that will be `path`.
 ///
 /// # Errors
-/// The folder cannot be written.
+/// There is no such folder, or it cannot be written.
 pub fn part(path: &Path) -> Result<NamedTempFile> {
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
+    if !folder.is_dir() {
+        let why = format!("there is no folder {}; make it, or name another one", folder.display());
+        return Err(Error::new(ErrorKind::NotFound, why));
+    }
     let prefix = format!(".{name}.");
     sweep(folder, &prefix);
     let mut builder = Builder::new();

@@ -139,18 +139,17 @@ pub(crate) fn read(path: &Path) -> Result<Design, Error> {
         let all = format!("give a file of TOML or URDF, or one of {}", presets.join(", "));
         Error::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
     })?;
-    if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf")) || text.trim_start().starts_with('<')
-    {
-        let design = urdf::read(path, &text)?;
-        design.check().map_err(|why| Error::at(path, why))?;
-        return Ok(design);
-    }
-    let file: File = toml::from_str(&text).map_err(|e| {
-        let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
-        Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
-    })?;
-    let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let design = file.design(fallback).map_err(|why| Error::at(path, why))?;
+    let urdf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
+    let design = if urdf || text.trim_start().starts_with('<') {
+        urdf::read(path, &text)?
+    } else {
+        let file: File = toml::from_str(&text).map_err(|e| {
+            let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
+            Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
+        })?;
+        let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        file.design(fallback).map_err(|why| Error::at(path, why))?
+    };
     design.check().map_err(|why| Error::at(path, why))?;
     Ok(design)
 }
@@ -194,25 +193,12 @@ impl File {
                 }),
             });
         }
-        let mut tips = Vec::new();
-        for (k, t) in self.tip.into_iter().enumerate() {
-            let name = t.name.unwrap_or_else(|| format!("tip {}", k + 1));
-            let body = t.body.as_deref().map_or(Ok(links.len()), |body| find(&name, body))?;
-            // Along its arm to the base.
-            let mut first = body;
-            while first > 0 && links[first - 1].parent > 0 && links[first - 1].parent < first {
-                first = links[first - 1].parent;
-            }
-            let mount =
-                t.mount.unwrap_or_else(|| first.checked_sub(1).map_or([0.0; 3], |k| links[k].position));
-            tips.push(Tip { name, body, offset: t.offset, mount });
-        }
-        Ok(Design {
+        let mut design = Design {
             name: self.name.unwrap_or(fallback),
             base_mass: self.base.mass,
             base_inertia: self.base.inertia,
             links,
-            tips,
+            tips: Vec::new(),
             thrusters: (self.thruster.into_iter())
                 .map(|t| Thruster { position: t.position, direction: t.direction })
                 .collect(),
@@ -232,6 +218,13 @@ impl File {
                 .collect(),
             held: self.base.held,
             geared: true,
-        })
+        };
+        for (k, t) in self.tip.into_iter().enumerate() {
+            let name = t.name.unwrap_or_else(|| format!("tip {}", k + 1));
+            let body = t.body.as_deref().map_or(Ok(design.links.len()), |body| find(&name, body))?;
+            let mount = t.mount.unwrap_or_else(|| design.mount(body));
+            design.tips.push(Tip { name, body, offset: t.offset, mount });
+        }
+        Ok(design)
     }
 }

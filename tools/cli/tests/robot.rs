@@ -202,6 +202,13 @@ fn robots_are_packed() {
     let (code, said) =
         run(&["simulate", fmu.to_str().unwrap(), "--set", "thrusterForce=1", "--stop", "1", "-o", csv]);
     assert_eq!(code, Some(0), "{said}");
+    // An error comes with what the FMU says of it.
+    let set = "initialBaseQuaternion=0,0,0,0";
+    let (code, said) = run(&["simulate", fmu.to_str().unwrap(), "--set", set, "-o", csv]);
+    assert!(code == Some(1) && said.contains("which is no attitude; give w, x, y, z"), "{said}");
+    let gone = folder.path().join("gone/run.csv");
+    let (code, said) = run(&["simulate", fmu.to_str().unwrap(), "-o", gone.to_str().unwrap()]);
+    assert!(code == Some(1) && said.contains("there is no folder") && said.contains("make it"), "{said}");
     for (arguments, wanted, words) in [
         (&["fmu", "pack", "PlanarManipulator", "--robot", name, "-o", to][..], 2, "is for SpatialFreeFlyer"),
         (&["fmu", "pack", "--robot", "chaser", "--preset", "chaser", "-o", to], 2, "cannot be used with"),

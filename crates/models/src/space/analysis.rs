@@ -3,6 +3,7 @@
 
 use super::articulated::{Drive, Moves, Rotor};
 use super::composite::{BASE, forces, mass_matrix, rotor_rows};
+use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Body, Joint, Tree};
 use super::vector::{Vector, cross, dot, sub, times, zero};
@@ -55,7 +56,9 @@ impl<T: Scalar> Robot<T> {
         let placed = self.tree.place(&self.bodies, (here, Motion::zero()), q, rates);
         let mut out = [T::zero(); MAX_DOFS];
         let given = (Motion::zero(), accelerations, accelerations);
-        forces(&self.tree, &self.base, &self.bodies, &placed, &self.drives(rates), given, &mut out);
+        let drives = self.drives(rates);
+        let now = Snapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives);
+        forces(&now, given, &[], &mut out);
         let (force, torque) = ([out[0], out[1], out[2]], [out[3], out[4], out[5]]);
         Wrench { force, torque: sub(torque, cross(point, force)) }
     }
@@ -113,7 +116,7 @@ impl Robot<f64> {
         let drives = self.drives(&rates);
         let (_, size) = rotor_rows(&self.tree, &drives);
         let mut own = vec![0.0; size * size];
-        mass_matrix(&self.tree, &self.base, &self.bodies, &placed, &drives, &mut own);
+        mass_matrix(&Snapshot::rigid(&self.tree, &self.base, &self.bodies, &placed, &drives), &mut own);
         // Base rows and columns from base axes to inertial ones.
         let turn =
             |rows: &mut dyn FnMut(usize) -> Vector<f64>| [rows(0), rows(1)].map(|v| times(&base.rotation, v));

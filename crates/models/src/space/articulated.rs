@@ -2,10 +2,9 @@
 //! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6).
 
 use super::MAX_BODIES;
-use super::flexible::Flexing;
 use super::snapshot::Snapshot;
-use super::spatial::{Articulated, Motion, Rigid, Wrench};
-use super::tree::{All, Body, Placed, Tree, subspace};
+use super::spatial::{Articulated, Motion, Wrench};
+use super::tree::subspace;
 use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
@@ -46,17 +45,6 @@ pub struct Drive<T> {
     pub rate: T,
 }
 
-/// What [`accelerations`] found.
-#[derive(Clone, Copy, Debug)]
-pub struct Accelerations<T> {
-    /// Of the base, own axes: spatial, so that the centre of mass accelerates by linear + angular velocity x velocity.
-    pub base: Motion<T>,
-    /// Of the joints, rad/s2 (m/s2).
-    pub joint: [T; MAX_BODIES],
-    /// Of the rotors, joint side, rad/s2.
-    pub rotor: [T; MAX_BODIES],
-}
-
 /// What is kept of a body on the way from the tips.
 #[derive(Clone, Copy)]
 struct Kept<T> {
@@ -68,29 +56,7 @@ struct Kept<T> {
     rest: T,
 }
 
-/// Accelerations of all coordinates (SFF-11). `applied` acts on the bodies, own axes and origins. `held`: the base does not
-/// accelerate but by this much (own axes; a field of gravity g is a base that accelerates by -g).
-pub fn accelerations<T: Scalar>(
-    tree: &Tree,
-    base: &Articulated<T>,
-    bodies: &All<Body<T>>,
-    placed: &All<Placed<T>>,
-    applied: &All<Wrench<T>>,
-    drives: &[Drive<T>],
-    held: Option<Motion<T>>,
-) -> Accelerations<T> {
-    let none = [T::zero(); MAX_BODIES];
-    let mut found = Accelerations { base: Motion::zero(), joint: none, rotor: none };
-    let flexing = Flexing::none();
-    // The sweeps know the base by `base` alone.
-    let unused = Rigid { mass: T::zero(), first: [T::zero(); 3], inertia: [[T::zero(); 3]; 3] };
-    let at = Snapshot { tree, base: &unused, bodies, placed, drives, flexing };
-    let out = Found { joint: &mut found.joint, rotor: &mut found.rotor, modal: &mut [] };
-    found.base = sized(&at, base, applied, held, out);
-    found
-}
-
-/// Where [`accelerations_flexible`] puts what it found: as much memory as there are joints and modes, or more.
+/// Where [`accelerations`] puts what it found: as much memory as there are joints and modes, or more.
 #[derive(Debug)]
 pub struct Found<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
@@ -101,15 +67,21 @@ pub struct Found<'a, T> {
     pub modal: &'a mut [T],
 }
 
-/// As [`accelerations`], of a robot with flexible appendages (SFF-6); gives the acceleration of the base. Cost is that of
-/// the bodies and modes that are there.
-pub fn accelerations_flexible<T: Scalar>(
+/// Accelerations of all coordinates (SFF-6, SFF-11); gives that of the base, own axes, spatial. `applied` acts on the bodies,
+/// own axes and origins. `held`: the base does not accelerate but by this much (own axes; a field of gravity g is a base that
+/// accelerates by -g). Cost is that of the bodies and modes that are there: memory is filled before it is used, which for few
+/// bodies would cost more than the sweeps, so there is as much as they need, about.
+pub fn accelerations<T: Scalar>(
     at: &Snapshot<'_, T>,
     applied: &[Wrench<T>],
     held: Option<Motion<T>>,
     out: Found<'_, T>,
 ) -> Motion<T> {
-    sized(at, &Articulated::rigid(at.base), applied, held, out)
+    match at.tree.bodies() {
+        0..8 => with_memory::<T, 8>(at, applied, held, out),
+        8..16 => with_memory::<T, 16>(at, applied, held, out),
+        _ => with_memory::<T, { MAX_BODIES + 1 }>(at, applied, held, out),
+    }
 }
 
 /// Memory of the sweeps for `N - 1` bodies.
@@ -134,31 +106,15 @@ impl<T: Scalar, const N: usize> Memory<T, N> {
     }
 }
 
-/// Memory is filled before it is used, which for few bodies would cost more than the sweeps: as much as they need, about.
-fn sized<T: Scalar>(
-    at: &Snapshot<'_, T>,
-    base: &Articulated<T>,
-    applied: &[Wrench<T>],
-    held: Option<Motion<T>>,
-    out: Found<'_, T>,
-) -> Motion<T> {
-    match at.tree.bodies() {
-        0..8 => with_memory::<T, 8>(at, base, applied, held, out),
-        8..16 => with_memory::<T, 16>(at, base, applied, held, out),
-        _ => with_memory::<T, { MAX_BODIES + 1 }>(at, base, applied, held, out),
-    }
-}
-
 #[inline(never)]
 fn with_memory<T: Scalar, const N: usize>(
     at: &Snapshot<'_, T>,
-    base: &Articulated<T>,
     applied: &[Wrench<T>],
     held: Option<Motion<T>>,
     mut out: Found<'_, T>,
 ) -> Motion<T> {
     let mut m = Memory::<T, N>::new();
-    m.inertia[0] = *base;
+    m.inertia[0] = Articulated::rigid(at.base);
     inwards(at, applied, &mut m.inertia, &mut m.bias, &mut m.kept);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
     m.acceleration[0] = root;

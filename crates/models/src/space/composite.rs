@@ -5,10 +5,9 @@
 //! move by themselves, the modes of the appendages.
 
 use super::articulated::{Drive, Rotor};
-use super::flexible::Flexing;
 use super::snapshot::Snapshot;
-use super::spatial::{Motion, Rigid, Wrench};
-use super::tree::{All, Body, Placed, Tree, subspace};
+use super::spatial::{Motion, Wrench};
+use super::tree::{Tree, subspace};
 use super::vector::{add, cross, dot, scale, times};
 use trueup_numerics::Scalar;
 
@@ -31,20 +30,8 @@ pub fn rotor_rows<T: Scalar>(
     (rows, next)
 }
 
-/// M (SFF-8), row by row, into `m` (as many rows as [`rotor_rows`] says).
-pub fn mass_matrix<T: Scalar>(
-    tree: &Tree,
-    base: &Rigid<T>,
-    bodies: &All<Body<T>>,
-    placed: &All<Placed<T>>,
-    drives: &[Drive<T>],
-    m: &mut [T],
-) {
-    mass_matrix_flexible(&Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() }, m);
-}
-
-/// As [`mass_matrix`], with the modes of the appendages after the rotors (SFF-6).
-pub fn mass_matrix_flexible<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
+/// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] says, and those of the modes.
+pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
     let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
@@ -133,23 +120,10 @@ fn component<T: Scalar>(w: Wrench<T>, k: usize) -> T {
     if k < 3 { w.force[k] } else { w.torque[k - 3] }
 }
 
-/// Wrench and torques that accelerations take: of the base (own axes, spatial acceleration), the joints and the rotors
-/// that move by themselves; in the order of the coordinates (SFF-2, SFF-11). With all 0 this is C v.
+/// Wrench and torques that accelerations take: of the base (own axes, spatial acceleration), the joints, the rotors that move
+/// by themselves, and the modes, springs and dampers not counted; in the order of the coordinates (SFF-2, SFF-6, SFF-11). With
+/// all 0 this is C v.
 pub fn forces<T: Scalar>(
-    tree: &Tree,
-    base: &Rigid<T>,
-    bodies: &All<Body<T>>,
-    placed: &All<Placed<T>>,
-    drives: &[Drive<T>],
-    acceleration: (Motion<T>, &[T], &[T]),
-    out: &mut [T],
-) {
-    let now = Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() };
-    forces_flexible(&now, acceleration, &[], out);
-}
-
-/// As [`forces`], with the accelerations of the modes and the forces on them, springs and dampers not counted (SFF-6).
-pub fn forces_flexible<T: Scalar>(
     now: &Snapshot<'_, T>,
     acceleration: (Motion<T>, &[T], &[T]),
     modes: &[T],
@@ -198,19 +172,8 @@ pub fn forces_flexible<T: Scalar>(
     }
 }
 
-/// Momentum of all bodies and rotors about the base's centre of mass, base axes (SFF-9), and the kinetic energy, J.
-pub fn momentum<T: Scalar>(
-    tree: &Tree,
-    base: &Rigid<T>,
-    bodies: &All<Body<T>>,
-    placed: &All<Placed<T>>,
-    drives: &[Drive<T>],
-) -> (Wrench<T>, T) {
-    momentum_flexible(&Snapshot { tree, base, bodies, placed, drives, flexing: Flexing::none() })
-}
-
-/// As [`momentum`], with the appendages (SFF-6).
-pub fn momentum_flexible<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
+/// Momentum of all bodies, appendages and rotors about the base's centre of mass, base axes (SFF-9), and the kinetic energy, J.
+pub fn momentum<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
     let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let mut h = [base.times(placed[0].velocity); super::MAX_BODIES + 1];

@@ -220,6 +220,15 @@ fn principal(m: &Matrix<f64>) -> [f64; 3] {
 }
 
 impl Design {
+    /// Where the arm that this body (from 1; 0 is the base) is on stands on the base, base axes, m: its first joint. A parent that
+    /// does not come before its child ends the way.
+    pub fn mount(&self, mut body: usize) -> Vector<f64> {
+        while body > 0 && (1..body).contains(&self.links[body - 1].parent) {
+            body = self.links[body - 1].parent;
+        }
+        body.checked_sub(1).map_or([0.0; 3], |k| self.links[k].position)
+    }
+
     /// Whether this can be a robot.
     ///
     /// # Errors

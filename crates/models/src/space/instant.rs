@@ -1,7 +1,7 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Drive, Found, Moves, Rotor, accelerations_flexible};
+use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
 use super::attitude::{Quaternion, rotation, unit};
 use super::flexible::{Appendages, Bent};
 use super::model::SpatialFreeFlyer;
@@ -61,7 +61,7 @@ fn turned<T: Scalar>(frame: &Frame<T>, force: Vector<T>, torque: Vector<T>) -> W
 impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
     /// Where everything is and what acts on it.
     pub(super) fn of(model: &SpatialFreeFlyer, at: &At<T>) -> Self {
-        let (s, p, row) = (model.structure(), &model.parameter, &model.at);
+        let (s, p, row) = (model.structure(), &model.parameter, &model.state);
         let n = s.bodies();
         let nothing = Body {
             rigid: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
@@ -110,7 +110,7 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
     }
 
     fn bend(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
-        let (s, row, modes) = (model.structure(), &model.at, model.structure().modes());
+        let (s, row, modes) = (model.structure(), &model.state, model.structure().modes());
         for (k, shapes) in s.appendages.iter().enumerate() {
             if self.appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
                 // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
@@ -141,14 +141,14 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
         let mut found =
             Accelerations { base: Motion::zero(), joint: none, rotor: none, modal: [T::zero(); E] };
         let out = Found { joint: &mut found.joint, rotor: &mut found.rotor, modal: &mut found.modal };
-        found.base = accelerations_flexible(&self.snapshot(model), &self.applied, self.held, out);
+        found.base = accelerations(&self.snapshot(model), &self.applied, self.held, out);
         found
     }
 }
 
 /// Frame of the base and its velocity, own axes.
 fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>) {
-    let (p, row) = (&model.parameter, &model.at);
+    let (p, row) = (&model.parameter, &model.state);
     if model.structure().held {
         let rotation = rotation(four(at.p, p.initial_base_quaternion));
         return (Frame { rotation, origin: three(at.p, p.initial_base_position) }, Motion::zero());

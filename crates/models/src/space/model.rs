@@ -3,7 +3,7 @@
 use super::appendage::Shapes;
 use super::articulated::{Drive, Moves, Rotor};
 use super::attitude;
-use super::composite::{forces_flexible, mass_matrix_flexible, rotor_rows};
+use super::composite::{forces, mass_matrix, rotor_rows};
 use super::instant::{Instant, four};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::shapes::MAX_SHAPES;
@@ -88,6 +88,10 @@ impl Structure {
             ));
         }
         match self.tips.iter().position(|t| *t == 0 || *t > n) {
+            Some(a) if self.tips[a] == 0 => {
+                let why = "it is fixed to the base, whose motion has outputs of its own";
+                Err(format!("tip {}: {why}; fix it to a moving body, or leave it out", a + 1))
+            }
             Some(a) => {
                 Err(format!("tip[{}] = {}: the moving bodies are 1 to {n}; name one", a + 1, self.tips[a]))
             }
@@ -96,14 +100,18 @@ impl Structure {
     }
 }
 
-/// A base with arms: its structure and where its values lie.
+/// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values lie.
 ///
-/// Continuous states: r \[m\], Q, q_1 .. q_n, q_m of the flexible joints, the velocity of the base \[m/s, inertial axes\], its
-/// rate \[rad/s, base axes\], the rates of the joints and of those motors; see [`super::layout::States`].
+/// Continuous states: r \[m\], Q, q_1 .. q_n \[rad; m\], q_m of the flexible joints, eta of the panels \[m; rad\], the velocity
+/// of the base \[m/s, inertial axes\], its rate \[rad/s, base axes\], the rates of joints, those motors and modes; see
+/// [`super::layout::States`].
+///
+/// What it gets wrong: nothing stiffens a panel that spins, no orbit, no gravity gradient, no air; bodies do not touch, plumes
+/// do not push.
 #[derive(Clone, Debug)]
 pub struct SpatialFreeFlyer {
     structure: Structure,
-    pub(super) at: States,
+    pub(super) state: States,
     pub(super) parameter: Parameters,
     pub(super) input: Inputs,
     pub(super) output: Outputs,
@@ -137,20 +145,20 @@ impl SpatialFreeFlyer {
     /// What of it cannot be, with the mend.
     pub fn new(structure: Structure) -> Result<Self, String> {
         structure.check()?;
-        let (at, parameter) = (States::new(&structure), Parameters::new(&structure));
+        let (state, parameter) = (States::new(&structure), Parameters::new(&structure));
         let (input, output) = (Inputs::new(&structure), Outputs::new(&structure));
         let mut spring = [None; MAX_BODIES];
         let flexible = structure.flexible.iter().enumerate().filter(|(_, f)| **f);
         flexible.enumerate().for_each(|(k, (j, _))| spring[j] = Some(k));
         let sizes = Sizes {
-            states: at.count,
+            states: state.count,
             inputs: input.count,
             parameters: parameter.count,
             outputs: output.count,
             modes: 0,
             indicators: 0,
         };
-        Ok(Self { structure, at, parameter, input, output, spring, sizes })
+        Ok(Self { structure, state, parameter, input, output, spring, sizes })
     }
 
     /// What is fixed.
@@ -160,7 +168,7 @@ impl SpatialFreeFlyer {
 
     /// Row of the angle of this joint's motor among the states, if it moves by itself.
     pub fn motor_row(&self, joint: usize) -> Option<usize> {
-        self.spring[joint].map(|k| self.at.motor_angle + k)
+        self.spring[joint].map(|k| self.state.motor_angle + k)
     }
 
     /// A joint with its motor.
@@ -168,10 +176,10 @@ impl SpatialFreeFlyer {
         let p = &self.parameter;
         let torque = at.u[self.input.joint_torque + j];
         let (moves, rotor, rate) = match self.spring[j] {
-            None => (torque, Rotor::Geared, at.x[self.at.joint_velocity + j]),
+            None => (torque, Rotor::Geared, at.x[self.state.joint_velocity + j]),
             Some(k) => {
                 let spring = self.spring_torque(at, j, k);
-                (spring, Rotor::Driven(torque - spring), at.x[self.at.motor_velocity + k])
+                (spring, Rotor::Driven(torque - spring), at.x[self.state.motor_velocity + k])
             }
         };
         Drive {
@@ -185,7 +193,7 @@ impl SpatialFreeFlyer {
 
     /// Of spring `k`, that of joint `j`, on the body: k (q_m - q) + b (d(q_m) - d(q)) (S0 eq. 2).
     fn spring_torque<T: Scalar>(&self, at: &At<T>, j: usize, k: usize) -> T {
-        let (x, row) = (at.x, &self.at);
+        let (x, row) = (at.x, &self.state);
         at.p[self.parameter.joint_stiffness + j] * (x[row.motor_angle + k] - x[row.joint_angle + j])
             + at.p[self.parameter.joint_damping + j] * (x[row.motor_velocity + k] - x[row.joint_velocity + j])
     }
@@ -194,7 +202,7 @@ impl SpatialFreeFlyer {
     pub(super) fn spring_energy<T: Scalar>(&self, at: &At<T>) -> T {
         let mut sum = T::zero();
         for (j, k) in self.spring.iter().enumerate().filter_map(|(j, k)| k.map(|k| (j, k))) {
-            let twist = at.x[self.at.motor_angle + k] - at.x[self.at.joint_angle + j];
+            let twist = at.x[self.state.motor_angle + k] - at.x[self.state.joint_angle + j];
             sum += at.p[self.parameter.joint_stiffness + j] * twist * twist * 0.5;
         }
         sum
@@ -204,7 +212,7 @@ impl SpatialFreeFlyer {
     /// **base axes**, the joints, the motors of flexible joints, the modes.
     pub fn mass_matrix<T: Scalar>(&self, at: &At<T>, m: &mut [T]) -> usize {
         let now = Instant::<T, MOST, MODES>::of(self, at);
-        mass_matrix_flexible(&now.snapshot(self), m);
+        mass_matrix(&now.snapshot(self), m);
         rotor_rows(&self.structure.tree, &now.drives).1 + self.structure.modes()
     }
 
@@ -212,7 +220,7 @@ impl SpatialFreeFlyer {
     pub fn bias<T: Scalar>(&self, at: &At<T>, out: &mut [T]) {
         let now = Instant::<T, MOST, MODES>::of(self, at);
         let none = [T::zero(); MAX_DOFS];
-        forces_flexible(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
+        forces(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
     }
 
     /// It has room in small arrays, which are filled sooner.
@@ -237,7 +245,7 @@ impl SpatialFreeFlyer {
         dx: &mut [T],
     ) {
         let mut now = Instant::<T, N, E>::of(self, at);
-        let (row, n, base) = (&self.at, self.structure.bodies(), now.placed[0]);
+        let (row, n, base) = (&self.state, self.structure.bodies(), now.placed[0]);
         let (omega, v) = (base.velocity.angular, base.velocity.linear);
         if let Some((linear, angular)) = led.base.filter(|_| !self.structure.held) {
             let own = transposed_times(&base.frame.rotation, linear);
@@ -276,7 +284,7 @@ impl Hybrid for SpatialFreeFlyer {
     }
 
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        let (from, to) = (&self.parameter, &self.at);
+        let (from, to) = (&self.parameter, &self.state);
         let mut copy = |from: usize, to: usize, count: usize| {
             x[to..][..count].copy_from_slice(&p[from..][..count]);
         };
@@ -306,9 +314,9 @@ impl Hybrid for SpatialFreeFlyer {
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         if self.small() {
-            self.show::<T, FEW, FEW>(&at, y);
+            self.put_outputs::<T, FEW, FEW>(&at, y);
         } else {
-            self.show::<T, MOST, MODES>(&at, y);
+            self.put_outputs::<T, MOST, MODES>(&at, y);
         }
     }
 

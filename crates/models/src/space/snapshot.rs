@@ -4,6 +4,7 @@ use super::articulated::Drive;
 use super::flexible::Flexing;
 use super::spatial::Rigid;
 use super::tree::{Body, Placed, Tree};
+use trueup_numerics::Scalar;
 
 /// A robot with its values, placed and moving. Slices may be longer than there are bodies.
 #[derive(Clone, Copy, Debug)]
@@ -20,4 +21,17 @@ pub struct Snapshot<'a, T> {
     pub drives: &'a [Drive<T>],
     /// The appendages, bent.
     pub flexing: Flexing<'a, T>,
+}
+
+impl<'a, T: Scalar> Snapshot<'a, T> {
+    /// Of a robot without appendages.
+    pub fn rigid(
+        tree: &'a Tree,
+        base: &'a Rigid<T>,
+        bodies: &'a [Body<T>],
+        placed: &'a [Placed<T>],
+        drives: &'a [Drive<T>],
+    ) -> Self {
+        Self { tree, base, bodies, placed, drives, flexing: Flexing::none() }
+    }
 }

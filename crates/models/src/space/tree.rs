@@ -33,6 +33,13 @@ impl Tree {
     pub fn bodies(&self) -> usize {
         self.parent.len()
     }
+    /// The first body of the arm that this one (from 1) is on: the base carries it.
+    pub fn first_of_arm(&self, mut body: usize) -> usize {
+        while self.parent[body - 1] > 0 {
+            body = self.parent[body - 1];
+        }
+        body
+    }
 }
 
 /// A moving body with its joint, as parameters have it.

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use trueup_models::space::analysis::Robot;
 use trueup_models::space::appendage::{Beam, Shapes};
 use trueup_models::space::attitude::rotation;
-use trueup_models::space::composite::{BASE, forces_flexible, mass_matrix_flexible};
+use trueup_models::space::composite::{BASE, forces, mass_matrix};
 use trueup_models::space::presets;
 use trueup_models::space::shapes::{bending, bending_at, torsion, torsion_at};
 use trueup_models::space::spatial::{Frame, Motion, Rigid};
@@ -108,7 +108,7 @@ fn b39_two_arms_on_one_bus() {
         let v = now.placed[0].velocity;
         let linear = cross(v.linear, v.angular);
         let still = Motion { linear, ..Motion::zero() };
-        forces_flexible(now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
+        forces(now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
     });
     let (force, torque) = (times(&turned, [c[0], c[1], c[2]]), times(&turned, [c[3], c[4], c[5]]));
     let off = worst(&[&force[..], &torque, &c[6..]].concat(), fact("B39"));
@@ -165,7 +165,7 @@ fn frequencies(m: &Machine, x: &[f64]) -> Vec<f64> {
     m.at(x, &vec![0.0; l.n], |now, appendages| {
         let size = BASE + l.n + l.modes;
         let mut mass = vec![0.0; size * size];
-        mass_matrix_flexible(now, &mut mass);
+        mass_matrix(now, &mut mass);
         let all = DMatrix::from_row_slice(size, size, &mass);
         let modal = BASE + l.n;
         let base = all.view((0, 0), (BASE, BASE)).clone_owned();

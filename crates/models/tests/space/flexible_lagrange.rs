@@ -7,8 +7,8 @@ use super::properties::{turned, vector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::appendage::{Beam, Shapes};
-use trueup_models::space::articulated::{Found, accelerations_flexible};
-use trueup_models::space::composite::{BASE, forces_flexible};
+use trueup_models::space::articulated::{Found, accelerations};
+use trueup_models::space::composite::{BASE, forces};
 use trueup_models::space::shapes::{bending_at, torsion_at};
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
 use trueup_models::space::tree::{Body, Joint, Tree};
@@ -285,7 +285,7 @@ fn lagrange_s_equations_from_energy_point_by_point() {
         x[l.eta_rates()..].copy_from_slice(&rates[9..]);
         m.at(&x, &[0.0; 3], |now, _| {
             let mut f = vec![0.0; n];
-            forces_flexible(now, (base, &second[6..9], &[0.0; 3]), &second[9..], &mut f);
+            forces(now, (base, &second[6..9], &[0.0; 3]), &second[9..], &mut f);
             let turned = at.turned.map(|row| row.map(|e| e.v));
             let inertial = |w: [f64; 3]| trueup_models::space::vector::times(&turned, w);
             let (force, torque) = (inertial([f[0], f[1], f[2]]), inertial([f[3], f[4], f[5]]));
@@ -310,7 +310,7 @@ fn lagrange_s_equations_from_energy_point_by_point() {
             applied[0] = Wrench { force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] };
             let [mut joint, mut rotor, mut modal] = [vec![0.0; 3], vec![0.0; 3], vec![0.0; l.modes]];
             let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
-            let a = accelerations_flexible(&forced, &applied, None, out);
+            let a = accelerations(&forced, &applied, None, out);
             let found = [&a.linear[..], &a.angular, &joint, &modal].concat();
             let given = [&base.linear[..], &base.angular, &second[6..]].concat();
             let off = found.iter().zip(&given).map(|(f, w)| (f - w).abs()).fold(0.0, f64::max);

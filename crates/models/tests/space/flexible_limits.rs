@@ -4,7 +4,7 @@ use super::flexible_properties::beam;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use trueup_models::space::appendage::{Beam, Shapes};
-use trueup_models::space::articulated::{Found, accelerations_flexible};
+use trueup_models::space::articulated::{Found, accelerations};
 use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::snapshot::Snapshot;
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
@@ -41,7 +41,7 @@ fn modal<T: Scalar>(
     };
     let mut out = vec![T::zero(); shapes.modes()];
     let found = Found { joint: &mut [], rotor: &mut [], modal: &mut out };
-    accelerations_flexible(&now, &[Wrench::zero()], held, found);
+    accelerations(&now, &[Wrench::zero()], held, found);
     out
 }
 

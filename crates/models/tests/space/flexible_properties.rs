@@ -5,8 +5,8 @@ use super::properties::{inertia, turned, vector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::appendage::{AppendageError, Beam, Shapes, TableMode};
-use trueup_models::space::articulated::{Found, Moves, Rotor, accelerations_flexible};
-use trueup_models::space::composite::{BASE, forces_flexible, mass_matrix_flexible, rotor_rows};
+use trueup_models::space::articulated::{Found, Moves, Rotor, accelerations};
+use trueup_models::space::composite::{BASE, forces, mass_matrix, rotor_rows};
 use trueup_models::space::flexible::Appendages;
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
 use trueup_models::space::tree::{Body, Joint, Tree, subspace};
@@ -104,7 +104,7 @@ fn articulated_and_composite_bodies_agree_with_appendages() {
             let size = modal + l.modes;
             let [mut joint, mut rotor, mut eta] = [vec![0.0; n], vec![0.0; n], vec![0.0; l.modes]];
             let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut eta };
-            let base = accelerations_flexible(now, &applied, None, out);
+            let base = accelerations(now, &applied, None, out);
             // What acts, in the order of the coordinates.
             let (mut w, mut given) = (applied.clone(), vec![0.0; size]);
             let mut a = given.clone();
@@ -126,11 +126,11 @@ fn articulated_and_composite_bodies_agree_with_appendages() {
             a[..3].copy_from_slice(&base.linear);
             a[3..6].copy_from_slice(&base.angular);
             let [mut needed, mut bias] = [vec![0.0; size], vec![0.0; size]];
-            forces_flexible(now, (base, &joint, &rotor), &eta, &mut needed);
+            forces(now, (base, &joint, &rotor), &eta, &mut needed);
             let none = vec![0.0; n.max(l.modes)];
-            forces_flexible(now, (Motion::zero(), &none, &none), &none, &mut bias);
+            forces(now, (Motion::zero(), &none, &none), &none, &mut bias);
             let mut mass = vec![0.0; size * size];
-            mass_matrix_flexible(now, &mut mass);
+            mass_matrix(now, &mut mass);
             let largest = needed.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
             for i in 0..size {
                 let by_mass: f64 = (0..size).map(|j| mass[i * size + j] * a[j]).sum();

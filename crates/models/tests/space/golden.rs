@@ -6,6 +6,7 @@ use trueup_models::space::articulated::{Drive, Moves, Rotor};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::composite::{forces, momentum};
 use trueup_models::space::presets;
+use trueup_models::space::snapshot::Snapshot;
 use trueup_models::space::spatial::{Frame, Motion};
 use trueup_models::space::vector::{add, cross, scale, times, transposed_times};
 
@@ -109,10 +110,11 @@ fn c18_and_c24_bias_and_momenta_of_the_chaser() {
     // The centre of mass does not accelerate: what the spatial acceleration has beyond it is omega x v.
     let still = Motion { angular: [0.0; 3], linear: scale(-1.0, cross(velocity.angular, velocity.linear)) };
     let mut c = [0.0; 12];
-    forces(&robot.tree, &robot.base, &robot.bodies, &placed, &drives, (still, &[0.0; 6], &[0.0; 6]), &mut c);
+    let now = Snapshot::rigid(&robot.tree, &robot.base, &robot.bodies, &placed, &drives);
+    forces(&now, (still, &[0.0; 6], &[0.0; 6]), &[], &mut c);
     let (force, torque) = (times(&turned, [c[0], c[1], c[2]]), times(&turned, [c[3], c[4], c[5]]));
     near("C18", &[&force[..], &torque, &c[6..]].concat(), 1e-10);
-    let (h, energy) = momentum(&robot.tree, &robot.base, &robot.bodies, &placed, &drives);
+    let (h, energy) = momentum(&now);
     let p = times(&turned, h.force);
     let l = add(times(&turned, h.torque), cross(POSITION, p));
     near("C24", &[&p[..], &l, &[energy]].concat(), 1e-9);

@@ -1,9 +1,9 @@
 //! A robot with appendages as numbers, its state as one vector, over any scalar.
 
 use trueup_models::space::appendage::{Beam, Shapes, TableMode};
-use trueup_models::space::articulated::{Drive, Found, Moves, Rotor, accelerations_flexible};
+use trueup_models::space::articulated::{Drive, Found, Moves, Rotor, accelerations};
 use trueup_models::space::attitude::{rate, rotation};
-use trueup_models::space::composite::momentum_flexible;
+use trueup_models::space::composite::momentum;
 use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::snapshot::Snapshot;
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
@@ -159,7 +159,7 @@ impl Machine {
             dx[l.eta()..][..l.modes].copy_from_slice(&x[l.eta_rates()..]);
             let (joint, rest) = dx[l.rates()..].split_at_mut(l.n);
             let (rotor, modal) = rest.split_at_mut(l.n);
-            let a = accelerations_flexible(now, &none, None, Found { joint, rotor, modal });
+            let a = accelerations(now, &none, None, Found { joint, rotor, modal });
             dx[l.velocity()..][..3].copy_from_slice(&a.linear);
             dx[l.velocity() + 3..][..3].copy_from_slice(&a.angular);
             dx
@@ -170,7 +170,7 @@ impl Machine {
     pub(super) fn books<T: Scalar>(&self, x: &[T]) -> ([T; 6], T, T) {
         let l = self.layout();
         self.at(x, &vec![T::zero(); l.n], |now, appendages| {
-            let (h, kinetic) = momentum_flexible(now);
+            let (h, kinetic) = momentum(now);
             let at = now.placed[0].frame;
             let p = times(&at.rotation, h.force);
             let about = add(times(&at.rotation, h.torque), cross(at.origin, p));

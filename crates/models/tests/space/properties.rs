@@ -3,10 +3,11 @@
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use trueup_models::space::MAX_BODIES;
-use trueup_models::space::articulated::{Drive, Moves, Rotor, accelerations};
+use trueup_models::space::articulated::{Drive, Found, Moves, Rotor, accelerations};
 use trueup_models::space::attitude::{rate, rotation, square, unit};
 use trueup_models::space::composite::{BASE, forces, mass_matrix, momentum, rotor_rows};
-use trueup_models::space::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
+use trueup_models::space::snapshot::Snapshot;
+use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
 use trueup_models::space::tree::{All, Body, Joint, Placed, Tree, subspace};
 use trueup_models::space::vector::{Matrix, Vector, dot};
 
@@ -81,6 +82,16 @@ fn case(rng: &mut StdRng, share: f64) -> Case {
 }
 
 impl Case {
+    fn now<'a>(&'a self, drives: &'a [Drive<f64>]) -> Snapshot<'a, f64> {
+        Snapshot::rigid(&self.tree, &self.base, &self.bodies, &self.placed, drives)
+    }
+    /// Of the base, the joints, the rotors.
+    fn accelerations(&self, drives: &[Drive<f64>]) -> (Motion<f64>, Vec<f64>, Vec<f64>) {
+        let (mut joint, mut rotor) = (vec![0.0; MAX_BODIES], vec![0.0; MAX_BODIES]);
+        let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut [] };
+        let base = accelerations(&self.now(drives), &self.applied, None, out);
+        (base, joint, rotor)
+    }
     /// Generalized forces: what acts on the bodies, the joints' and the rotors' torques.
     fn given(&self, size: usize, rows: &[Option<usize>]) -> Vec<f64> {
         let (mut w, mut given) = (self.applied, vec![0.0; size]);
@@ -127,21 +138,20 @@ fn articulated_and_composite_bodies_agree() {
     let mut worst: f64 = 0.0;
     for k in 0..300 {
         let c = case(&mut rng, [1.0, 0.01, 0.2][k % 3]);
-        let (n, root) = (c.tree.bodies(), Articulated::rigid(&c.base));
+        let n = c.tree.bodies();
         let (rows, size) = rotor_rows(&c.tree, &c.drives);
-        let found = accelerations(&c.tree, &root, &c.bodies, &c.placed, &c.applied, &c.drives, None);
+        let (base, joint, rotor) = c.accelerations(&c.drives);
         let given = c.given(size, &rows);
         let mut needed = vec![0.0; size];
-        let accelerated = (found.base, &found.joint[..], &found.rotor[..]);
-        forces(&c.tree, &c.base, &c.bodies, &c.placed, &c.drives, accelerated, &mut needed);
+        forces(&c.now(&c.drives), (base, &joint, &rotor), &[], &mut needed);
         let largest = needed.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         let mut bias = vec![0.0; size];
         let still = (Motion::zero(), &[0.0; MAX_BODIES][..], &[0.0; MAX_BODIES][..]);
-        forces(&c.tree, &c.base, &c.bodies, &c.placed, &c.drives, still, &mut bias);
+        forces(&c.now(&c.drives), still, &[], &mut bias);
         let mut mass = vec![0.0; size * size];
-        mass_matrix(&c.tree, &c.base, &c.bodies, &c.placed, &c.drives, &mut mass);
+        mass_matrix(&c.now(&c.drives), &mut mass);
         let row = |i: usize, v: &[f64]| (0..size).map(|j| mass[i * size + j] * v[j]).sum::<f64>();
-        let a = c.stack(size, &rows, found.base, &found.joint, &found.rotor);
+        let a = c.stack(size, &rows, base, &joint, &rotor);
         for i in 0..size {
             worst = worst.max((needed[i] - given[i]).abs() / largest);
             worst = worst.max((row(i, &a) + bias[i] - given[i]).abs() / largest);
@@ -150,15 +160,15 @@ fn articulated_and_composite_bodies_agree() {
         let mut led = c.drives.clone();
         for i in 0..n {
             if rng.random_bool(0.5) {
-                led[i].moves = Moves::Led(found.joint[i]);
+                led[i].moves = Moves::Led(joint[i]);
             }
             if rng.random_bool(0.5) && led[i].rotor != Rotor::Geared {
-                led[i].rotor = Rotor::Led(found.rotor[i]);
+                led[i].rotor = Rotor::Led(rotor[i]);
             }
         }
-        let again = accelerations(&c.tree, &root, &c.bodies, &c.placed, &c.applied, &led, None);
+        let (base, joint, rotor) = c.accelerations(&led);
         let size_of = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
-        let b = c.stack(size, &rows, again.base, &again.joint, &again.rotor);
+        let b = c.stack(size, &rows, base, &joint, &rotor);
         let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size_of(&a);
         assert!(off < 1e-9, "case {k}: led motion is off by {off:e}");
     }
@@ -174,7 +184,7 @@ fn momentum_and_energy_are_those_of_the_mass_matrix() {
         let c = case(&mut rng, [1.0, 0.01][k % 2]);
         let (rows, size) = rotor_rows(&c.tree, &c.drives);
         let mut mass = vec![0.0; size * size];
-        mass_matrix(&c.tree, &c.base, &c.bodies, &c.placed, &c.drives, &mut mass);
+        mass_matrix(&c.now(&c.drives), &mut mass);
         let rates: Vec<f64> = (1..=c.tree.bodies())
             .map(|i| {
                 // The rate of a joint is what its velocity has beyond its carrier's.
@@ -189,7 +199,7 @@ fn momentum_and_energy_are_those_of_the_mass_matrix() {
         let v = c.stack(size, &rows, c.velocity, &rates, &turning);
         let p: Vec<f64> = (0..size).map(|i| (0..size).map(|j| mass[i * size + j] * v[j]).sum()).collect();
         let twice: f64 = p.iter().zip(&v).map(|(p, v)| p * v).sum();
-        let (h, energy) = momentum(&c.tree, &c.base, &c.bodies, &c.placed, &c.drives);
+        let (h, energy) = momentum(&c.now(&c.drives));
         assert!((0.5 * twice - energy).abs() < 1e-12 * twice, "{energy}, not {}", 0.5 * twice);
         for i in 0..3 {
             assert!((p[i] - h.force[i]).abs() + (p[3 + i] - h.torque[i]).abs() < 1e-12 * twice.max(1.0));

@@ -17,7 +17,7 @@ use trueup_report::{Chart, Page};
 pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
     let folder = &args.output;
     crate::output::folder(folder)?;
-    eprintln!("[1/8] packing the four models for FMI 2.0 and 3.0");
+    eprintln!("[1/8] packing all models for FMI 2.0 and 3.0");
     let pack = |models: &[&str], effects: &[&str]| {
         super::pack::run(&Pack {
             model: models.iter().map(|m| (*m).to_owned()).collect(),

@@ -271,20 +271,12 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         let own = design.links.len();
         if body.joints.is_empty() {
             let (tip, offset) = body.frames.last().copied().unwrap_or((joint.child, [0.0; 3]));
-            let mount = mount(&design, own);
+            let mount = design.mount(own);
             design.tips.push(Tip { name: tip.to_owned(), body: own, offset, mount });
         }
         body.joints.iter().rev().for_each(|(j, f)| rest.push((own, *j, *f)));
     }
     Ok(design)
-}
-
-/// Where the arm that ends in this body stands on the base.
-fn mount(design: &Design, mut body: usize) -> Vector<f64> {
-    while design.links[body - 1].parent > 0 {
-        body = design.links[body - 1].parent;
-    }
-    design.links[body - 1].position
 }
 
 /// Of a rotation, by the largest of its elements.

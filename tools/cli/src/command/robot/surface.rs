@@ -4,11 +4,12 @@ mod page;
 
 use std::fmt::Write;
 
+use nalgebra::DMatrix;
 use trueup_models::space::analysis::{Column, norm};
 use trueup_models::space::design::{Design, Tip};
 use trueup_signals::Table;
 
-use super::measures;
+use super::{form, measures};
 use crate::args::Robot;
 use crate::error::Error;
 use crate::output::{say, write as write_file};
@@ -29,8 +30,8 @@ const fn quantity(name: &'static str, figure: u32, what: &'static str, unit: &'s
 }
 
 pub(super) const QUANTITIES: [Quantity; 7] = [
-    quantity("forceMeasure", 4, "det(B_f^T B_f)", "(kg.m)^6"),
-    quantity("torqueMeasure", 5, "det(B_tau0^T B_tau0)", "(kg.m2)^2k"),
+    quantity("forceMeasure", 4, "det(B_f^T B_f)", ""),
+    quantity("torqueMeasure", 5, "det(B_tau0^T B_tau0)", ""),
     quantity("combinedMeasure", 6, "det of both", ""),
     quantity("coriolisForce", 7, "norm of N_Rf", "kg.m"),
     quantity("centrifugalForce", 8, "norm of N_Cf", "kg.m"),
@@ -46,8 +47,10 @@ pub(super) struct Grid {
     angles: Vec<f64>,
     /// Per quantity its values, by the first joint, then the second.
     values: Vec<Vec<f64>>,
-    /// Norms of B_f and B_tau0, in the same order: what the others are compared with.
-    inertial: [Vec<f64>; 2],
+    /// Norm of B_f, and how far the hand is from a kinematic singularity (sqrt det J J^T of its position, base held; Yoshikawa
+    /// 1985), in the same order: what the others are compared with.
+    inertial: Vec<f64>,
+    manipulability: Vec<f64>,
 }
 
 impl Grid {
@@ -59,7 +62,8 @@ impl Grid {
             joints,
             angles,
             values: vec![Vec::new(); QUANTITIES.len()],
-            inertial: [Vec::new(), Vec::new()],
+            inertial: Vec::new(),
+            manipulability: Vec::new(),
         };
         let mut q = q.to_vec();
         for a in grid.angles.clone() {
@@ -81,8 +85,8 @@ impl Grid {
                     of(&r.centrifugal, |c| c.torque),
                 ];
                 grid.values.iter_mut().zip(row).for_each(|(list, v)| list.push(v));
-                grid.inertial[0].push(of(&r.inertial, |c| c.force));
-                grid.inertial[1].push(of(&r.inertial, |c| c.torque));
+                grid.inertial.push(of(&r.inertial, |c| c.force));
+                grid.manipulability.push(manipulability(&form(design, tip, &q).j_m));
             }
         }
         grid
@@ -96,13 +100,8 @@ impl Grid {
 
     /// The largest of these values and where it is.
     fn largest(&self, values: &[f64]) -> (f64, [f64; 2]) {
-        let mut best = 0;
-        (1..values.len()).filter(|k| values[*k].is_finite()).for_each(|k| {
-            if values[k] > values[best] {
-                best = k;
-            }
-        });
-        (values.get(best).copied().unwrap_or(f64::NAN), self.place(best))
+        let at = peak(values);
+        (values.get(at).copied().unwrap_or(f64::NAN), self.place(at))
     }
 
     fn table(&self) -> Table {
@@ -112,6 +111,18 @@ impl Grid {
         let named = QUANTITIES.iter().zip(&self.values).map(|(q, v)| (q.name.to_owned(), v.clone()));
         Table { columns: places.into_iter().chain(named).collect() }
     }
+}
+
+/// Of a hand's position: the product of the singular values of the first three rows of J_M (6 x n, row by row).
+fn manipulability(j_m: &[f64]) -> f64 {
+    let n = j_m.len() / 6;
+    DMatrix::from_row_slice(3, n, &j_m[..3 * n]).singular_values().iter().product()
+}
+
+/// Which of these values is the largest.
+fn peak(values: &[f64]) -> usize {
+    let finite = (0..values.len()).filter(|k| values[*k].is_finite());
+    finite.reduce(|best, k| if values[k] > values[best] { k } else { best }).unwrap_or(0)
 }
 
 /// Over two joints, both from -180 to 180 degrees.

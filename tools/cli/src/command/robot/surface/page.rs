@@ -3,7 +3,7 @@
 use trueup_models::space::design::Design;
 use trueup_report::{Heat, Page, Surface, number};
 
-use super::{Grid, QUANTITIES};
+use super::{Grid, QUANTITIES, peak};
 
 /// Fewer points than this leave out what lies between.
 const CELLS: usize = 90;
@@ -11,7 +11,8 @@ const CELLS: usize = 90;
 pub(super) fn html(design: &Design, grid: &Grid) -> String {
     let lead = format!(
         "What the motion of joints {} and {} does to the base, over all their angles. Measures and norms are per unit of \
-         acceleration (figures 4 to 6) and of products of rates (figures 7 to 10).",
+         acceleration (figures 4 to 6) and of products of rates (figures 7 to 10); measures are in kg.m and kg.m2 to twice \
+         the number of columns.",
         grid.joints[0], grid.joints[1]
     );
     let mut page = Page::new(&design.name, &lead);
@@ -61,16 +62,14 @@ fn draw(
         .collect();
     let (_, at) = grid.largest(values);
     let mark = [(at[0].to_degrees(), at[1].to_degrees())];
-    let title = format!("{what}; the ring is the maximum");
-    page.heat(&Heat { title: &title, x, y, unit, edges: [&edges, &edges], cells: &cells, marks: &mark });
+    let title = if unit.is_empty() { what.to_owned() } else { format!("{what}, {unit}") };
+    let title = format!("{title}; the ring is the maximum");
+    page.heat(&Heat { title: &title, x, y, unit: "", edges: [&edges, &edges], cells: &cells, marks: &mark });
 }
 
 /// Where one quantity is largest, another one as a share of its own largest value.
-fn at_peak(grid: &Grid, of: &[f64], other: &[f64]) -> f64 {
-    let peak = (0..of.len()).fold(0, |b, k| if of[k] > of[b] { k } else { b });
-    let most = other.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    debug_assert_eq!(grid.largest(of).0, of[peak]);
-    other[peak] / most
+fn at_peak(of: &[f64], other: &[f64]) -> f64 {
+    other[peak(of)] / other[peak(other)]
 }
 
 /// Less than this share of the largest value is poor, more than 1 less this is large.
@@ -86,12 +85,12 @@ fn claims(grid: &Grid) -> Vec<Vec<String>> {
         vec![claim.to_owned(), found, if holds { "holds".into() } else { "does not hold here".to_owned() }]
     };
     let percent = |share: f64| format!("{:.0} % of its maximum", 100.0 * share);
-    let (force, centrifugal, norm) = (of("forceMeasure"), of("centrifugalForce"), &grid.inertial[0]);
+    let (force, centrifugal, norm) = (of("forceMeasure"), of("centrifugalForce"), &grid.inertial);
     let (inertial, coriolis) = (grid.largest(norm).0, grid.largest(of("coriolisForce")).0);
-    let by_coriolis = at_peak(grid, of("coriolisForce"), force);
-    let (_, peak) = grid.largest(centrifugal);
-    let (by_norm, by_measure) = (at_peak(grid, centrifugal, norm), at_peak(grid, centrifugal, force));
-    let torque = at_peak(grid, of("centrifugalTorque"), of("torqueMeasure"));
+    let by_coriolis = at_peak(of("coriolisForce"), force);
+    let singular = at_peak(centrifugal, &grid.manipulability);
+    let (by_norm, by_measure) = (at_peak(centrifugal, norm), at_peak(centrifugal, force));
+    let torque = at_peak(of("centrifugalTorque"), of("torqueMeasure"));
     vec![
         row(
             "the nonlinear forces are small",
@@ -109,9 +108,8 @@ fn claims(grid: &Grid) -> Vec<Vec<String>> {
         ),
         row(
             "centrifugal forces are largest near kinematic singularities",
-            format!("largest at ({:.1}, {:.1}) deg", peak[0].to_degrees(), peak[1].to_degrees()),
-            // Stretched or folded.
-            peak[1].sin().abs() < POOR,
+            format!("at their maximum the hand's manipulability is {}", percent(singular)),
+            singular < POOR,
         ),
         row(
             "centrifugal forces are largest where inertia forces are, by their norm",

@@ -1,7 +1,7 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
 use super::attitude::{about_axis, normalized, product as turned_by, unit};
-use super::composite::momentum_flexible;
+use super::composite::momentum;
 use super::instant::{Instant, four, three};
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Rigid};
@@ -14,7 +14,7 @@ use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
     #[inline(never)]
-    pub(super) fn show<T: Scalar, const N: usize, const E: usize>(&self, at: &At<T>, y: &mut [T]) {
+    pub(super) fn put_outputs<T: Scalar, const N: usize, const E: usize>(&self, at: &At<T>, y: &mut [T]) {
         let now = Instant::<T, N, E>::of(self, at);
         let base = &now.frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
@@ -30,7 +30,7 @@ impl SpatialFreeFlyer {
     }
 
     fn joints<T: Scalar>(&self, at: &At<T>, put: &mut impl FnMut(usize, &[T])) {
-        let (to, row) = (&self.output, &self.at);
+        let (to, row) = (&self.output, &self.state);
         for j in 0..self.structure().bodies() {
             let (q, rate) = (at.x[row.joint_angle + j], at.x[row.joint_velocity + j]);
             let motor = self.motor_row(j);
@@ -51,7 +51,7 @@ impl SpatialFreeFlyer {
         let base = if s.held {
             q(at.p, self.parameter.initial_base_quaternion)
         } else {
-            q(at.x, self.at.base_quaternion)
+            q(at.x, self.state.base_quaternion)
         };
         let mut all = [base; MAX_BODIES + 1];
         for i in 1..=s.bodies() {
@@ -61,7 +61,7 @@ impl SpatialFreeFlyer {
                 Joint::Prismatic => carried,
                 Joint::Revolute => {
                     let axis = unit(three(at.p, self.parameter.joint_axis + 3 * (i - 1)));
-                    turned_by(carried, about_axis(axis, at.x[self.at.joint_angle + i - 1]))
+                    turned_by(carried, about_axis(axis, at.x[self.state.joint_angle + i - 1]))
                 }
             };
         }
@@ -89,7 +89,7 @@ impl SpatialFreeFlyer {
     }
 
     fn appendages<T: Scalar>(&self, at: &At<T>, base: &Frame<T>, put: &mut impl FnMut(usize, &[T])) {
-        let (s, row, to, modes) = (self.structure(), &self.at, &self.output, self.structure().modes());
+        let (s, row, to, modes) = (self.structure(), &self.state, &self.output, self.structure().modes());
         let eta = &at.x[row.modal_coordinate..][..modes];
         put(to.modal_coordinate, eta);
         put(to.modal_velocity, &at.x[row.modal_velocity..][..modes]);
@@ -121,10 +121,7 @@ impl SpatialFreeFlyer {
         put(to.reaction_force, &inertial(whole.force));
         put(to.reaction_torque, &inertial(whole.torque));
         for (a, tip) in s.tips.iter().enumerate() {
-            let mut first = *tip;
-            while s.tree.parent[first - 1] > 0 {
-                first = s.tree.parent[first - 1];
-            }
+            let first = s.tree.first_of_arm(*tip);
             let of_arm = by_joint[first].times(minus);
             let mount = three(at.p, self.parameter.joint_position + 3 * (first - 1));
             put(to.arm_force + 3 * a, &inertial(of_arm.force));
@@ -141,7 +138,7 @@ impl SpatialFreeFlyer {
         let (s, to) = (self.structure(), &self.output);
         let base: &Frame<T> = &now.frames[0];
         let robot = now.snapshot(self);
-        let (h, kinetic) = momentum_flexible(&robot);
+        let (h, kinetic) = momentum(&robot);
         let linear = times(&base.rotation, h.force);
         put(to.linear_momentum, &linear);
         put(
@@ -159,7 +156,7 @@ impl SpatialFreeFlyer {
         appendages.for_each(|(part, bent)| count(&bent.rigid, &now.frames[part.on]));
         put(to.center_of_mass, &scale(T::one() / mass, first));
         let field = if s.held { three(at.p, self.parameter.gravity) } else { zero() };
-        let bent = now.appendages.potential(&at.x[self.at.modal_coordinate..][..s.modes()]);
+        let bent = now.appendages.potential(&at.x[self.state.modal_coordinate..][..s.modes()]);
         put(to.potential_energy, &[self.spring_energy(at) + bent - dot(field, first)]);
     }
 }
