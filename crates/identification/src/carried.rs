@@ -14,9 +14,9 @@
 use nalgebra::{DMatrix, DVector};
 use trueup_numerics::{Dual, Scalar};
 
-use crate::output_error::OutputError;
 use crate::plant::Plant;
-use crate::predict::{Moment, PredictError};
+use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
+use crate::run::Run;
 
 /// How a reading enters the filter: residuals are in the readings' deviations.
 #[derive(Clone, Debug)]
@@ -75,34 +75,38 @@ impl Carried {
 /// # Errors
 /// See [`PredictError`].
 pub fn carried<M: Plant>(
-    problem: &OutputError<M>,
-    run: usize,
-    theta: &[f64],
+    model: &M,
+    recording: &Run,
+    plan: &Plan,
+    p: &[f64],
+    map: &InputMap<f64>,
 ) -> Result<Option<Carried>, PredictError> {
-    let noisy = problem.runs()[run].drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).count();
+    let noisy = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).count();
     if noisy == 0 {
         return Ok(None);
     }
-    match problem.model().sizes().states + noisy {
-        0..=4 => linearised::<M, 4>(problem, run, theta),
-        5..=6 => linearised::<M, 6>(problem, run, theta),
-        7..=10 => linearised::<M, 10>(problem, run, theta),
-        11..=20 => linearised::<M, 20>(problem, run, theta),
-        21..=40 => linearised::<M, 40>(problem, run, theta),
+    match model.sizes().states + noisy {
+        0..=4 => linearised::<M, 4>(model, recording, plan, p, map),
+        5..=6 => linearised::<M, 6>(model, recording, plan, p, map),
+        7..=10 => linearised::<M, 10>(model, recording, plan, p, map),
+        11..=20 => linearised::<M, 20>(model, recording, plan, p, map),
+        21..=40 => linearised::<M, 40>(model, recording, plan, p, map),
         _ => Ok(None),
     }
 }
 
 fn linearised<M: Plant, const N: usize>(
-    problem: &OutputError<M>,
-    run: usize,
-    theta: &[f64],
+    model: &M,
+    recording: &Run,
+    plan: &Plan,
+    p: &[f64],
+    map: &InputMap<f64>,
 ) -> Result<Option<Carried>, PredictError> {
-    let (recording, plan) = (&problem.runs()[run], &problem.plans()[run]);
-    let states = problem.model().sizes().states;
+    let states = model.sizes().states;
     let drives: Vec<_> = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).collect();
     let size = states + drives.len();
-    let (p, map, _) = problem.arguments(run, theta, |_, v, _| Dual::<N>::constant(v));
+    let constant = |v: &[f64]| -> Vec<Dual<N>> { v.iter().map(|v| Dual::constant(*v)).collect() };
+    let map = InputMap { gain: constant(&map.gain), bias: constant(&map.bias) };
     // The next sample of each noisy drive.
     let mut next = vec![0; drives.len()];
     let mut covariance = DMatrix::<f64>::zeros(size, size);
@@ -110,7 +114,7 @@ fn linearised<M: Plant, const N: usize>(
     let mut carried =
         Carried { steps: Vec::with_capacity(plan.nodes()), size, deviation: vec![0.0; plan.len()] };
     let mut finite = true;
-    problem.follow(run, &p, &map, &mut |m: Moment<Dual<N>>| match m {
+    follow(model, plan, &constant(p), &map, recording.at_rest, &mut |m: Moment<Dual<N>>| match m {
         Moment::Begin { t, x, u } => {
             // Noise that holds since the last sample stays, new samples bring their own.
             let mut transition = DMatrix::zeros(size, size);

@@ -16,7 +16,6 @@ use crate::covariance::{Information, correlation};
 use crate::fit::{FitOptions, refine, search};
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, Stop, solve};
 use crate::output_error::OutputError;
-use crate::plant::Predictor;
 use crate::predict::PredictError;
 use crate::run::Channel;
 use crate::scatter::{as_normal, scatter};
@@ -105,10 +104,7 @@ pub struct Estimate {
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn estimate<M: Predictor>(
-    problem: &OutputError<M>,
-    settings: &Settings,
-) -> Result<Estimate, PredictError> {
+pub fn estimate(problem: &OutputError, settings: &Settings) -> Result<Estimate, PredictError> {
     let options = FitOptions {
         starts: settings.starts.clone(),
         loss: settings.loss,
@@ -129,7 +125,7 @@ pub fn estimate<M: Predictor>(
 }
 
 /// The uncertainty of a solution that [`search`] found.
-pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings: &Settings) -> Estimate {
+pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> Estimate {
     let unknowns = problem.unknowns();
     let n = unknowns.len();
     let information = Information::weighed(&found.residuals, &found.jacobian, settings.loss);
@@ -195,8 +191,8 @@ pub fn assess<M: Predictor>(problem: &OutputError<M>, found: &Solution, settings
     }
 }
 
-fn why_not<M: Predictor>(
-    problem: &OutputError<M>,
+fn why_not(
+    problem: &OutputError,
     found: &Solution,
     information: &Information,
     k: usize,
@@ -266,8 +262,8 @@ impl<P: Problem> Problem for Held<'_, P> {
 }
 
 /// One end of the profile-likelihood interval; `None` if it is open.
-fn profile<M: Predictor>(
-    problem: &OutputError<M>,
+fn profile(
+    problem: &OutputError,
     found: &Solution,
     information: &Information,
     k: usize,
@@ -319,7 +315,7 @@ fn profile<M: Predictor>(
     Some(u.scale.value(found.x[k] + sign * distance).0)
 }
 
-fn channels<M: Predictor>(problem: &OutputError<M>, residuals: &DVector<f64>) -> Vec<ChannelFit> {
+fn channels(problem: &OutputError, residuals: &DVector<f64>) -> Vec<ChannelFit> {
     let mut all = Vec::new();
     for (run, plan) in problem.plans().iter().enumerate() {
         let begin = problem.residuals_of(run).start;

@@ -8,12 +8,11 @@ use trueup_signals::process::{nrmse, rms};
 use crate::covariance::Information;
 use crate::interval::SLACKS;
 use crate::lsq::{Loss, Options, Problem, Solution, Stop, solve};
-use crate::model::Subject;
 use crate::output_error::OutputError;
-use crate::plant::{Plant, Predictor};
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
+use crate::subject::Subject;
 
 /// How to fit.
 #[derive(Clone, Debug)]
@@ -109,10 +108,7 @@ pub struct Origins {
 ///
 /// # Errors
 /// If the model can be simulated from none of them.
-pub fn search<M: Predictor>(
-    problem: &OutputError<M>,
-    options: &FitOptions,
-) -> Result<(Solution, Origins), PredictError> {
+pub fn search(problem: &OutputError, options: &FitOptions) -> Result<(Solution, Origins), PredictError> {
     let first = Options {
         max_iterations: options.first_iterations,
         cost_tolerance: 1e-3,
@@ -136,7 +132,7 @@ pub fn search<M: Predictor>(
 }
 
 /// How many times the noise the readings miss, at least 1: of a wrong model chance is that much larger.
-pub(crate) fn misfit<M: Predictor>(problem: &OutputError<M>, found: &Solution) -> f64 {
+pub(crate) fn misfit(problem: &OutputError, found: &Solution) -> f64 {
     rms(&found.residuals.as_slice()[..problem.readings()]).max(1.0)
 }
 
@@ -144,14 +140,14 @@ pub(crate) fn misfit<M: Predictor>(problem: &OutputError<M>, found: &Solution) -
 ///
 /// # Errors
 /// If the model can be simulated from none of the starts.
-pub fn fit<M: Predictor>(problem: &OutputError<M>, options: &FitOptions) -> Result<Fit, PredictError> {
+pub fn fit(problem: &OutputError, options: &FitOptions) -> Result<Fit, PredictError> {
     let (solution, origins) = search(problem, options)?;
     of_solution(problem, solution, options.loss, origins)
 }
 
 /// All that there is to say of a solution.
-pub(crate) fn of_solution<M: Predictor>(
-    problem: &OutputError<M>,
+pub(crate) fn of_solution(
+    problem: &OutputError,
     solution: Solution,
     loss: Loss,
     origins: Origins,
@@ -183,15 +179,14 @@ pub(crate) const MODEL_ERROR: f64 = 5.0;
 ///
 /// # Errors
 /// As [`fit`].
-pub fn fit_carried<M: Plant>(
-    problem: &mut OutputError<M>,
-    options: &FitOptions,
-) -> Result<Fit, PredictError> {
+pub fn fit_carried(problem: &mut OutputError, options: &FitOptions) -> Result<Fit, PredictError> {
     let first = fit(problem, options)?;
     if problem.runs().iter().all(|r| r.drives.iter().all(|d| d.sigma <= 0.0)) {
         return Ok(first);
     }
-    problem.carry_noise(&first.theta)?;
+    if !problem.carry_noise(&first.theta)? {
+        return Ok(first);
+    }
     let halfway = FitOptions {
         starts: vec![first.theta.clone()],
         iterations: options.iterations / 2,
@@ -210,11 +205,7 @@ pub fn fit_carried<M: Plant>(
 /// From a solution with normal errors on to one that takes the readings of counting sensors as intervals
 /// ([`OutputError::read_intervals`]), the slack made smaller for as long as that makes the recordings more likely. `None`:
 /// nothing counts, the model is not as right as that, or normal errors explain the readings better.
-pub fn refine<M: Predictor>(
-    problem: &OutputError<'_, M>,
-    found: &Solution,
-    loss: Loss,
-) -> Option<(f64, Solution)> {
+pub fn refine(problem: &OutputError, found: &Solution, loss: Loss) -> Option<(f64, Solution)> {
     let counting = problem.runs().iter().flat_map(|r| &r.channels).any(crate::run::Channel::counts);
     let carried = (0..problem.runs().len()).any(|r| problem.carried(r).is_some());
     let misfit = rms(&found.residuals.as_slice()[..problem.readings()]);
@@ -243,10 +234,7 @@ pub fn refine<M: Predictor>(
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn compare<M: Predictor>(
-    problem: &OutputError<M>,
-    theta: &[f64],
-) -> Result<Vec<Comparison>, PredictError> {
+pub fn compare(problem: &OutputError, theta: &[f64]) -> Result<Vec<Comparison>, PredictError> {
     let mut all: Vec<Comparison> = Vec::new();
     for (r, run) in problem.runs().iter().enumerate() {
         let found = problem.predict(r, theta)?;
@@ -281,11 +269,7 @@ pub fn compare<M: Predictor>(
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn free_run<M: Subject>(
-    model: &M,
-    values: &[f64],
-    runs: &[Run],
-) -> Result<Vec<Comparison>, PredictError> {
+pub fn free_run(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Result<Vec<Comparison>, PredictError> {
     let one = |(r, run): (usize, &Run)| {
         let alone = std::slice::from_ref(run);
         let problem = OutputError::new(model, values, alone, nuisance(model, values, alone));
@@ -315,7 +299,7 @@ pub fn free_run<M: Subject>(
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn cost<M: Predictor>(problem: &OutputError<M>, theta: &[f64], loss: Loss) -> Result<f64, PredictError> {
+pub fn cost(problem: &OutputError, theta: &[f64], loss: Loss) -> Result<f64, PredictError> {
     let e = problem.evaluate(theta, false)?;
     Ok(0.5 * e.residuals.iter().map(|r| loss.cost(*r)).sum::<f64>())
 }

@@ -28,9 +28,12 @@ use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::{Role, Value, element_name};
 
-use crate::model::{Coordinate, ModelError, Named, Quantity, Subject};
-use crate::plant::Predictor;
+use crate::carried::Carried;
+use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
+use crate::predictor::{Predictor, ReadingsAlong};
+use crate::run::Run;
+use crate::subject::Subject;
 use instance::Slave;
 
 /// An FMU that cannot be fitted.
@@ -454,8 +457,23 @@ impl Predictor for FmuModel {
         self.simulate(plan, p, map)
     }
 
+    fn carries_noise(&self) -> bool {
+        false
+    }
+    fn carried(
+        &self,
+        _: &Run,
+        _: &Plan,
+        _: &[f64],
+        _: &InputMap<f64>,
+    ) -> Result<Option<Carried>, PredictError> {
+        Ok(None)
+    }
+}
+
+impl<const N: usize> ReadingsAlong<N> for FmuModel {
     /// Along the way where the FMU gives directional derivatives by these parameters; else by differences.
-    fn readings_along<const N: usize>(
+    fn readings_along(
         &self,
         plan: &Plan,
         p: &[Dual<N>],

@@ -18,12 +18,13 @@ use trueup_signals::process::Misfit;
 use crate::estimate::{ChannelFit, Estimated};
 use crate::fit::{Comparison, free_run};
 use crate::fmu::FmuModel;
-use crate::model::{Model, ModelError, Quantity, Subject};
+use crate::model::{Model, ModelError, Quantity};
 use crate::predict::PredictError;
 use crate::quasi_static::StaticError;
 use crate::recorded::{RecordedError, led, runs, runs_of};
 use crate::regress::{RegressError, Regressed};
 use crate::run::Run;
+use crate::subject::Subject;
 use crate::unknown::Unknown;
 
 use simulation::by_simulation;
@@ -275,8 +276,8 @@ pub fn identify_fmu(
 }
 
 /// Recordings that were not fitted, and how it was before.
-fn finish<M: Subject>(
-    model: &M,
+fn finish(
+    model: &dyn Subject,
     nominal: &[f64],
     train: &[Run],
     holdout: &[Run],
@@ -296,7 +297,7 @@ fn finish<M: Subject>(
 }
 
 /// Pooled by sample over recordings.
-fn figures<M: Subject>(model: &M, compared: &[Comparison]) -> Vec<Figure> {
+fn figures(model: &dyn Subject, compared: &[Comparison]) -> Vec<Figure> {
     let mut names: Vec<&str> = Vec::new();
     for c in compared {
         if !names.contains(&c.channel.as_str()) {
@@ -312,7 +313,7 @@ fn figures<M: Subject>(model: &M, compared: &[Comparison]) -> Vec<Figure> {
     names.into_iter().map(figure).collect()
 }
 
-fn found<M: Subject>(model: &M, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
+fn found(model: &dyn Subject, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
     use crate::unknown::Target;
     let (unit, nominal) = match u.target {
         Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),

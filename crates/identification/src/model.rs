@@ -1,7 +1,5 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use std::collections::BTreeMap;
-
 use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Scope};
@@ -10,7 +8,7 @@ use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_signals::{Case, Role, Takes, Value, Variable, base_name, element_name};
 
-use crate::plant::{Plant, Predictor};
+use crate::plant::Plant;
 
 /// Which plant, how it is built, what acts in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,8 +110,8 @@ pub trait Named {
         self.outputs().iter().position(|q| q.name == name)
     }
     /// Parameters that belong to one array, or the one of that name.
-    fn named<'a>(&'a self, name: &'a str) -> impl Iterator<Item = &'a Quantity> {
-        self.parameters().iter().filter(move |q| q.name == name || base_name(&q.name) == name)
+    fn named(&self, name: &str) -> Vec<&Quantity> {
+        self.parameters().iter().filter(|q| q.name == name || base_name(&q.name) == name).collect()
     }
 }
 
@@ -126,35 +124,6 @@ impl Named for Model {
     }
     fn outputs(&self) -> &[Quantity] {
         &self.outputs
-    }
-}
-
-/// What recordings are fitted with: a model of ours, or an FMU.
-pub trait Subject: Named + Predictor {
-    /// Its coordinates, each with where it begins and what shows it.
-    fn begins(&self) -> Vec<Coordinate>;
-    /// States that are shown as they are: parameter that is their start value, output.
-    fn shown_states(&self) -> &[(usize, usize)] {
-        &[]
-    }
-    /// All parameters by name from another list, the rest from `base`.
-    ///
-    /// # Errors
-    /// A value that is no number, or none that the parameter can have.
-    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError>;
-    /// What is estimated unless the case says otherwise.
-    fn fits(&self) -> Vec<String>;
-}
-
-impl Subject for Model {
-    fn begins(&self) -> Vec<Coordinate> {
-        self.coordinates()
-    }
-    fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError> {
-        self.set(base, given)
-    }
-    fn fits(&self) -> Vec<String> {
-        self.usual()
     }
 }
 

@@ -9,11 +9,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use trueup_numerics::{Dual, Scalar};
 
-use crate::carried::{Carried, carried};
+use crate::carried::Carried;
 use crate::interval;
 use crate::lsq::{Evaluation, Problem};
-use crate::plant::{Plant, Predictor};
-use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
+use crate::predict::{InputMap, Plan, PredictError};
+use crate::predictor::{Predictor, ReadingsAlong};
 use crate::run::{Channel, Run};
 use crate::unknown::{Target, Unknown};
 
@@ -21,9 +21,9 @@ use crate::unknown::{Target, Unknown};
 type Columns = Vec<(usize, Vec<f64>)>;
 
 /// Recordings, a model and what is unknown.
-#[derive(Debug)]
-pub struct OutputError<'a, M> {
-    model: &'a M,
+#[derive(Clone, Debug)]
+pub struct OutputError<'a> {
+    model: &'a dyn Predictor,
     /// The values of what is not estimated.
     nominal: Vec<f64>,
     runs: &'a [Run],
@@ -37,25 +37,9 @@ pub struct OutputError<'a, M> {
     slack: Option<f64>,
 }
 
-// Derived, it would ask for a model that can be cloned.
-impl<M> Clone for OutputError<'_, M> {
-    fn clone(&self) -> Self {
-        Self {
-            model: self.model,
-            nominal: self.nominal.clone(),
-            runs: self.runs,
-            plans: self.plans.clone(),
-            unknowns: self.unknowns.clone(),
-            begin: self.begin.clone(),
-            carried: self.carried.clone(),
-            slack: self.slack,
-        }
-    }
-}
-
-impl<'a, M: Predictor> OutputError<'a, M> {
+impl<'a> OutputError<'a> {
     /// `nominal` are all parameters of the model.
-    pub fn new(model: &'a M, nominal: &[f64], runs: &'a [Run], unknowns: Vec<Unknown>) -> Self {
+    pub fn new(model: &'a dyn Predictor, nominal: &[f64], runs: &'a [Run], unknowns: Vec<Unknown>) -> Self {
         let plans: Vec<Plan> = runs.iter().map(|r| Plan::new(r, model.counts().inputs)).collect();
         let mut begin = vec![0];
         plans.iter().for_each(|p| begin.push(begin[begin.len() - 1] + p.len()));
@@ -204,7 +188,7 @@ impl<'a, M: Predictor> OutputError<'a, M> {
         (p, map, offsets)
     }
     /// The model.
-    pub fn model(&self) -> &M {
+    pub fn model(&self) -> &'a dyn Predictor {
         self.model
     }
 
@@ -222,7 +206,10 @@ impl<'a, M: Predictor> OutputError<'a, M> {
         run: usize,
         theta: &[f64],
         acting: &[usize],
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError>
+    where
+        dyn Predictor + 'a: ReadingsAlong<N>,
+    {
         let (p, map, offsets) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Dual::<N>::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
@@ -282,33 +269,27 @@ impl<'a, M: Predictor> OutputError<'a, M> {
         all.iter_mut().for_each(|(_, column)| self.whiten(run, column));
         Ok((residuals, all))
     }
-}
 
-impl<M: Plant> OutputError<'_, M> {
-    /// Weighs residuals by the noise of the measured inputs too ([`crate::carried`]), as it is at `theta`.
+    /// Weighs residuals by the noise of the measured inputs too ([`crate::carried`]), as it is at `theta`; whether the model
+    /// can say what that does.
     ///
     /// # Errors
     /// See [`PredictError`].
-    pub fn carry_noise(&mut self, theta: &[f64]) -> Result<(), PredictError> {
-        let all: Result<Vec<_>, _> =
-            (0..self.runs.len()).into_par_iter().map(|run| carried(self, run, theta)).collect();
+    pub fn carry_noise(&mut self, theta: &[f64]) -> Result<bool, PredictError> {
+        if !self.model.carries_noise() {
+            return Ok(false);
+        }
+        let carried = |run: usize| {
+            let (p, map, _) = self.arguments(run, theta, |_, v, _| v);
+            self.model.carried(&self.runs[run], &self.plans[run], &p, &map)
+        };
+        let all: Result<Vec<_>, _> = (0..self.runs.len()).into_par_iter().map(carried).collect();
         self.carried = all?;
-        Ok(())
-    }
-
-    /// Simulates a run before the eyes of an onlooker.
-    pub(crate) fn follow<T: Scalar>(
-        &self,
-        run: usize,
-        p: &[T],
-        map: &InputMap<T>,
-        each: &mut dyn FnMut(Moment<T>),
-    ) -> Result<(), PredictError> {
-        follow(self.model, &self.plans[run], p, map, self.runs[run].at_rest, each).map(|_| ())
+        Ok(true)
     }
 }
 
-impl<M: Predictor> Problem for OutputError<'_, M> {
+impl Problem for OutputError<'_> {
     type Error = PredictError;
 
     fn bounds(&self) -> (Vec<f64>, Vec<f64>) {

@@ -1,14 +1,14 @@
 //! What identification has to know of a model beyond its equations.
 
+use std::fmt::Debug;
+
 use trueup_models::effect::EffectSet;
 use trueup_models::joint::{TwoMassJoint, input as ji, parameter as j};
-use trueup_numerics::hybrid::{Hybrid, Sizes};
-use trueup_numerics::{Dual, Scalar};
-
-use crate::predict::{InputMap, Plan, PredictError, predict};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::Hybrid;
 
 /// A model whose parameters can be fitted.
-pub trait Plant: Hybrid + Sync {
+pub trait Plant: Hybrid + Debug + Sync {
     /// Rates and outputs are affine in states and inputs while the modes are frozen, and do not depend on time: steps
     /// are then exact, by the matrix exponential. Wrongly claimed, predictions are wrong.
     fn affine(&self) -> bool {
@@ -22,58 +22,6 @@ pub trait Plant: Hybrid + Sync {
     /// Sets the initial-state parameters such that the run starts at rest, in equilibrium with the inputs `u`.
     /// What the equilibrium does not determine stays.
     fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]);
-}
-
-/// What can be simulated along a recording: a model of ours, or an FMU.
-pub trait Predictor: Sync {
-    /// How many inputs, parameters and outputs it has; what else is left 0 may be unknown.
-    fn counts(&self) -> Sizes;
-    /// Readings of a recording with parameters `p`, channel after channel.
-    ///
-    /// # Errors
-    /// See [`PredictError`].
-    fn readings(
-        &self,
-        plan: &Plan,
-        p: &[f64],
-        map: &InputMap<f64>,
-        at_rest: bool,
-    ) -> Result<Vec<f64>, PredictError>;
-    /// The same with derivatives.
-    ///
-    /// # Errors
-    /// See [`PredictError`].
-    fn readings_along<const N: usize>(
-        &self,
-        plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
-        at_rest: bool,
-    ) -> Result<Vec<Dual<N>>, PredictError>;
-}
-
-impl<M: Plant> Predictor for M {
-    fn counts(&self) -> Sizes {
-        self.sizes()
-    }
-    fn readings(
-        &self,
-        plan: &Plan,
-        p: &[f64],
-        map: &InputMap<f64>,
-        at_rest: bool,
-    ) -> Result<Vec<f64>, PredictError> {
-        Ok(predict(self, plan, p, map, at_rest)?.y)
-    }
-    fn readings_along<const N: usize>(
-        &self,
-        plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
-        at_rest: bool,
-    ) -> Result<Vec<Dual<N>>, PredictError> {
-        Ok(predict(self, plan, p, map, at_rest)?.y)
-    }
 }
 
 /// Effects that leave a joint affine between its events.

@@ -5,8 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use trueup_signals::spline::Spline;
 use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
-use crate::model::{Model, ModelError, Subject};
+use crate::model::{Model, ModelError};
 use crate::run::{Between, Channel, Drive, Run};
+use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
 /// Standard deviation of a channel's readings by its name; `None`: not known.
@@ -59,8 +60,8 @@ pub fn run(model: &Model, recording: &Recording, noise: Noise) -> Result<Run, Re
 }
 
 /// A recording for any subject; the channels of `leading` are left out.
-fn read<M: Subject>(
-    model: &M,
+fn read(
+    model: &dyn Subject,
     recording: &Recording,
     noise: Noise,
     leading: &[String],
@@ -160,7 +161,7 @@ pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), Reco
 ///
 /// # Errors
 /// See [`RecordedError`].
-pub fn runs_of<M: Subject>(model: &M, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
+pub fn runs_of(model: &dyn Subject, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), RecordedError> {
     both(loaded, |r, floor| read(model, r, floor, &[]))
 }
 
@@ -222,7 +223,7 @@ fn believed(name: &str, target: Target, run: usize, (mean, sd): (f64, f64)) -> U
 ///
 /// Priors come from the first readings, widened. What no sensor shows stays near the coordinate that it is joined to by
 /// a spring.
-pub fn nuisance<M: Subject>(model: &M, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
+pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknown> {
     let mut all = Vec::new();
     for (r, run) in runs.iter().enumerate() {
         let of = |output: usize| run.channels.iter().find(|c| c.output == output);
@@ -285,7 +286,7 @@ pub fn nuisance<M: Subject>(model: &M, values: &[f64], runs: &[Run]) -> Vec<Unkn
 }
 
 /// Standard deviation of an offset that is to be estimated: wide against the sensor and against what it measures.
-fn offset_size<M: Subject>(channel: Option<&Channel>, values: &[f64], model: &M) -> f64 {
+fn offset_size(channel: Option<&Channel>, values: &[f64], model: &dyn Subject) -> f64 {
     let Some(c) = channel else { return 0.0 };
     let least = c.y.iter().copied().fold(f64::INFINITY, f64::min);
     let most = c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -295,7 +296,7 @@ fn offset_size<M: Subject>(channel: Option<&Channel>, values: &[f64], model: &M)
 }
 
 /// The twist that the largest torque of the motor makes, motor side, rad.
-fn largest_twist<M: Subject>(model: &M, values: &[f64], run: &Run) -> f64 {
+fn largest_twist(model: &dyn Subject, values: &[f64], run: &Run) -> f64 {
     let value = |name: &str| model.parameter(name).map_or(0.0, |i| values[i]);
     let largest = |input: &str| {
         let drive = run.drives.iter().find(|d| Some(d.input) == model.input(input));

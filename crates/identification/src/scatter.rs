@@ -20,7 +20,6 @@ use crate::covariance::Information;
 use crate::interval;
 use crate::lsq::{Evaluation, Loss, Options, Problem, Solution, solve};
 use crate::output_error::OutputError;
-use crate::plant::Predictor;
 use crate::unknown::Target;
 
 /// Residuals so many times the noise come from a wrong model.
@@ -35,8 +34,8 @@ const REACH: f64 = 8.0;
 const INNER: f64 = 5.0;
 
 /// Covariance of the estimates.
-pub(crate) fn scatter<M: Predictor>(
-    problem: &OutputError<M>,
+pub(crate) fn scatter(
+    problem: &OutputError,
     found: &Solution,
     information: &Information,
     normal: &Normal,
@@ -68,7 +67,7 @@ pub(crate) struct Normal {
 }
 
 /// A solution as if readings had normal errors, whatever the fit took them for.
-pub(crate) fn as_normal<M: Predictor>(problem: &OutputError<M>, found: &Solution) -> Normal {
+pub(crate) fn as_normal(problem: &OutputError, found: &Solution) -> Normal {
     let mut normal = problem.clone();
     normal.read_intervals(None);
     let again = problem.reads_intervals().then(|| normal.evaluate(&found.x, true).ok()).flatten();
@@ -79,14 +78,14 @@ pub(crate) fn as_normal<M: Predictor>(problem: &OutputError<M>, found: &Solution
 }
 
 /// Where the residuals of a channel lie: first and how many.
-fn place<M: Predictor>(problem: &OutputError<M>, run: usize, c: usize) -> (usize, usize) {
+fn place(problem: &OutputError, run: usize, c: usize) -> (usize, usize) {
     let w = &problem.plans()[run].channels()[c..];
     (problem.residuals_of(run).start + w[0], w[1] - w[0])
 }
 
 /// Covariance of the scores of one channel.
-fn scores<M: Predictor>(
-    problem: &OutputError<M>,
+fn scores(
+    problem: &OutputError,
     found: &Solution,
     rows: &DMatrix<f64>,
     loss: Loss,
@@ -221,8 +220,8 @@ impl Problem for Again<'_> {
 }
 
 /// Covariance of fits to counts made anew; of what is not `counted`, `m` is the covariance of the scores.
-fn bootstrap<M: Predictor>(
-    problem: &OutputError<M>,
+fn bootstrap(
+    problem: &OutputError,
     found: &Solution,
     information: &Information,
     normal: &Normal,

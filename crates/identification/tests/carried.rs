@@ -6,13 +6,15 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 use trueup_identification::fit::{FitOptions, fit, fit_carried};
-use trueup_identification::model::{Model, Structure};
+use trueup_identification::model::Model;
 use trueup_identification::output_error::OutputError;
-use trueup_identification::predict::{InputMap, Plan, predict};
+use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::recorded::nuisance;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_identification::unknown::Unknown;
 use trueup_models::joint::{input, output, parameter as p};
+
+use crate::plants::joint;
 
 const NAMES: [&str; 4] = ["stiffness", "damping", "coulombFriction", "viscousFriction"];
 /// A small geared drive.
@@ -66,7 +68,7 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
         ..Run::default()
     };
     let plan = Plan::new(&run, 2);
-    let shown = predict(model, &plan, q, &InputMap::default(), false).unwrap();
+    let shown = model.predict(&plan, q, &InputMap::default(), false).unwrap();
     for (c, channel) in run.channels.iter_mut().enumerate() {
         let noise = Normal::new(0.0, [4.4e-4, 1.0e-5][c]).unwrap();
         for (y, s) in channel.y.iter_mut().zip(&shown.y[plan.channels()[c]..]) {
@@ -80,13 +82,7 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
 
 #[test]
 fn estimates_are_as_sure_as_they_say() {
-    let model = Model::new(Structure {
-        model: "TwoMassJoint".into(),
-        flexible: vec![true],
-        effects: vec![],
-        led: vec![],
-    })
-    .unwrap();
+    let model = joint(&[]);
     let q = truth(&model);
     let (mut z, mut worse, mut floor) = (Vec::new(), 0.0, Vec::new());
     for seed in 0..12 {

@@ -9,12 +9,15 @@ use rand::{Rng, SeedableRng};
 use trueup_identification::covariance::Information;
 use trueup_identification::fit::{cost, refine};
 use trueup_identification::lsq::{Loss, Options, Problem, solve};
+use trueup_identification::model::Model;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_identification::unknown::{Target, Unknown};
-use trueup_models::joint::{TwoMassJoint, output, parameter as p};
+use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::driver::{Options as DriverOptions, simulate};
+
+use crate::plants::joint;
 
 const FITTED: [(&str, usize); 4] = [
     ("stiffness", p::STIFFNESS),
@@ -25,7 +28,7 @@ const FITTED: [(&str, usize); 4] = [
 const AMR: f64 = TAU / 360.0 * 1e-3;
 
 /// Four runs of the joint at 1 kHz by the adaptive driver, without noise; 16 counts per turn of the motor.
-fn exact(model: &TwoMassJoint, q: &[f64], level: f64) -> Run {
+fn exact(model: &Model, q: &[f64], level: f64) -> Run {
     let t: Vec<f64> = (0..1500).map(|k| f64::from(k) * 1e-3).collect();
     let current = |t: f64| if t < 0.05 || (0.55..0.9).contains(&t) { 0.0 } else { level };
     let input = |time: f64, v: &mut [f64]| v[0] = current(((time * 1000.0 + 1e-9).floor()) / 1000.0);
@@ -54,7 +57,7 @@ fn exact(model: &TwoMassJoint, q: &[f64], level: f64) -> Run {
 
 #[test]
 fn counts_know_more_than_white_noise_of_their_size() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     let q = delian(2).unwrap();
     let clean: Vec<Run> = [0.018, 0.021, 0.025, -0.03].map(|level| exact(&model, &q, level)).to_vec();
     let mut rng = StdRng::seed_from_u64(7);
@@ -99,7 +102,7 @@ fn counts_know_more_than_white_noise_of_their_size() {
 /// Where the model is not as right as a count, nothing is read into the counts.
 #[test]
 fn a_wrong_model_is_left_with_normal_errors() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     let q = delian(2).unwrap();
     let mut run = exact(&model, &q, 0.021);
     for channel in &mut run.channels {
@@ -117,7 +120,7 @@ fn a_wrong_model_is_left_with_normal_errors() {
 /// A sensor that stands still says one thing, however often.
 #[test]
 fn a_rest_says_no_more_for_lasting() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     let q = delian(2).unwrap();
     let step = TAU / 16.0;
     for length in [100, 1000] {

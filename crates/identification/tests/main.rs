@@ -8,6 +8,7 @@ mod identify;
 mod intervals;
 mod names;
 mod output_error;
+mod plants;
 mod predict;
 mod quasi_static;
 mod testbed;

@@ -3,12 +3,15 @@
 #![allow(clippy::unwrap_used)]
 
 use trueup_identification::lsq::{Options, solve};
+use trueup_identification::model::Model;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_identification::unknown::{Target, Unknown};
-use trueup_models::joint::{TwoMassJoint, output, parameter as p};
+use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::driver::{Options as DriverOptions, simulate};
+
+use crate::plants::joint;
 
 const FITTED: [(&str, usize); 6] = [
     ("stiffness", p::STIFFNESS),
@@ -20,7 +23,7 @@ const FITTED: [(&str, usize); 6] = [
 ];
 
 /// Positive and negative pulses with coasting in between, as ramps between samples.
-fn recording(model: &TwoMassJoint, q: &[f64], amplitude: f64) -> Run {
+fn recording(model: &Model, q: &[f64], amplitude: f64) -> Run {
     let t: Vec<f64> = (0..1500).map(|k| k as f64 * 2e-3).collect();
     let u: Vec<f64> = t.iter().map(|t| amplitude * (2.0 * (7.3 * t).sin()).clamp(-1.0, 1.0)).collect();
     let input = |time: f64, v: &mut [f64]| {
@@ -46,7 +49,7 @@ fn recording(model: &TwoMassJoint, q: &[f64], amplitude: f64) -> Run {
 
 #[test]
 fn truth_comes_back_from_noise_free_recordings() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     for joint in 1..=3 {
         let q = delian(joint).unwrap();
         let runs = [recording(&model, &q, 0.018), recording(&model, &q, 0.025)];

@@ -2,13 +2,17 @@
 
 #![allow(clippy::unwrap_used)]
 
+use trueup_identification::model::Model;
 use trueup_identification::plant::Plant;
-use trueup_identification::predict::{InputMap, Plan, predict};
+use trueup_identification::predict::{InputMap, Plan};
+use trueup_identification::predictor::ReadingsAlong;
 use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_models::joint::{TwoMassJoint, output, parameter as p};
+use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::{Dual, Scalar, hybrid::Hybrid};
+
+use crate::plants::joint;
 
 /// Readings of motor and load angle at a rate, driven by `current`.
 fn run(rate: f64, stop: f64, between: Between, current: impl Fn(f64) -> f64) -> Run {
@@ -37,13 +41,13 @@ fn rocking(t: f64) -> f64 {
     0.018 * (2.0 * std::f64::consts::PI * 1.3 * t).sin() + 0.006 * (9.1 * t).cos()
 }
 
-fn angles<M: Plant>(model: &M, run: &Run, q: &[f64]) -> (Vec<f64>, usize) {
+fn angles(model: &Model, run: &Run, q: &[f64]) -> (Vec<f64>, usize) {
     let plan = Plan::new(run, 2);
-    let found = predict(model, &plan, q, &InputMap::default(), false).unwrap();
+    let found = model.predict(&plan, q, &InputMap::default(), false).unwrap();
     (found.y, found.events.len())
 }
 
-fn against_driver(model: &TwoMassJoint, q: &[f64], tolerance: f64) {
+fn against_driver(model: &Model, q: &[f64], tolerance: f64) {
     let run = run(500.0, 4.0, Between::Linear, rocking);
     let (y, events) = angles(model, &run, q);
     let drive = &run.drives[0];
@@ -70,30 +74,30 @@ fn against_driver(model: &TwoMassJoint, q: &[f64], tolerance: f64) {
 
 #[test]
 fn exact_steps_agree_with_the_adaptive_driver_through_stick_slip() {
-    against_driver(&TwoMassJoint::new(true, &[] as &[&str]).unwrap(), &delian(2).unwrap(), 1e-9);
+    against_driver(&joint(&[]), &delian(2).unwrap(), 1e-9);
 }
 
 #[test]
 fn runge_kutta_steps_agree_with_the_adaptive_driver() {
-    let model = TwoMassJoint::new(true, &["nonlinear-stiffness"]).unwrap();
+    let model = joint(&["nonlinear-stiffness"]);
     assert!(!model.affine());
     let mut q = delian(2).unwrap().to_vec();
     q.resize(model.sizes().parameters, 1e-7);
     against_driver(&model, &q, 1e-5);
 }
 
-fn derivatives(model: &TwoMassJoint, q: &[f64], run: &Run, at_rest: bool, tolerance: f64) -> usize {
+fn derivatives(model: &Model, q: &[f64], run: &Run, at_rest: bool, tolerance: f64) -> usize {
     const N: usize = 9;
     let plan = Plan::new(run, 2);
-    let predict_f = |q: &[f64]| predict(model, &plan, q, &InputMap::default(), at_rest).unwrap();
-    let dual: Vec<Dual<N>> = q
+    let predict_f = |q: &[f64]| model.predict(&plan, q, &InputMap::default(), at_rest).unwrap();
+    let dual: Vec<Dual<16>> = q
         .iter()
         .enumerate()
         .map(|(i, v)| if i < N { Dual::variable(*v, i) } else { Dual::constant(*v) })
         .collect();
-    let found = predict(model, &plan, &dual, &InputMap::default(), at_rest).unwrap();
+    let found = model.readings_along(&plan, &dual, &InputMap::default(), at_rest).unwrap();
     let plain = predict_f(q);
-    for (a, b) in found.y.iter().zip(&plain.y) {
+    for (a, b) in found.iter().zip(&plain.y) {
         assert_eq!(a.re.to_bits(), b.to_bits());
     }
     for i in (0..N).filter(|&i| q[i] != 0.0) {
@@ -108,7 +112,7 @@ fn derivatives(model: &TwoMassJoint, q: &[f64], run: &Run, at_rest: bool, tolera
         let [a, b, c, d] = [&moved[0].y, &moved[1].y, &moved[2].y, &moved[3].y];
         for channel in 0..run.channels.len() {
             let range = plan.channels()[channel]..plan.channels()[channel + 1];
-            let exact: Vec<f64> = range.clone().map(|k| found.y[k].eps[i] * q[i]).collect();
+            let exact: Vec<f64> = range.clone().map(|k| found[k].eps[i] * q[i]).collect();
             let scale = exact.iter().fold(0.0f64, |m, v| m.max(v.abs()));
             let motion = plain.y[range.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
             for (k, exact) in range.clone().zip(exact) {
@@ -133,7 +137,7 @@ fn derivatives(model: &TwoMassJoint, q: &[f64], run: &Run, at_rest: bool, tolera
 
 #[test]
 fn derivatives_are_those_of_central_differences_through_many_events() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     for joint in 1..=3 {
         let mut q = delian(joint).unwrap();
         q[p::STATIC_FRICTION] = 1.6e-4;
@@ -144,7 +148,7 @@ fn derivatives_are_those_of_central_differences_through_many_events() {
 
 #[test]
 fn derivatives_hold_with_runge_kutta_and_play() {
-    let model = TwoMassJoint::new(true, &["backlash", "nonlinear-stiffness"]).unwrap();
+    let model = joint(&["backlash", "nonlinear-stiffness"]);
     let mut q = delian(2).unwrap().to_vec();
     q.extend([0.5, 1e-7, 0.0, 2.0]);
     let events = derivatives(&model, &q, &run(500.0, 3.0, Between::Linear, rocking), false, 1e-4);
@@ -153,7 +157,7 @@ fn derivatives_hold_with_runge_kutta_and_play() {
 
 #[test]
 fn at_rest_the_spring_carries_the_load_torque_and_nothing_moves() {
-    let model = TwoMassJoint::new(true, &[] as &[&str]).unwrap();
+    let model = joint(&[]);
     let mut run = run(100.0, 1.0, Between::Hold, |_| 0.0);
     run.drives.push(Drive {
         input: 1,
@@ -164,7 +168,7 @@ fn at_rest_the_spring_carries_the_load_torque_and_nothing_moves() {
     });
     let q = delian(2).unwrap();
     let plan = Plan::new(&run, 2);
-    let found = predict(&model, &plan, &q, &InputMap::default(), true).unwrap();
+    let found = model.predict(&plan, &q, &InputMap::default(), true).unwrap();
     let len = run.channels[0].t.len();
     let twist = -5.0 / (q[p::GEAR_RATIO] * q[p::STIFFNESS]);
     for k in 0..len {

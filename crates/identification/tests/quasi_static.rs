@@ -3,18 +3,17 @@
 #![allow(clippy::unwrap_used)]
 
 use nalgebra::DMatrix;
-use trueup_identification::model::{Model, Structure};
-use trueup_identification::predict::{InputMap, Plan, predict};
+use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::quasi_static::*;
 use trueup_identification::run::{Channel, Drive, Run};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 
+use crate::plants::joint;
+
 #[test]
 fn static_friction_from_slow_ramps_of_every_joint() {
-    let structure =
-        Structure { model: "TwoMassJoint".into(), flexible: vec![true], effects: vec![], led: vec![] };
-    let model = Model::new(structure).unwrap();
+    let model = joint(&[]);
     for joint in 1..=3 {
         let q = delian(joint).unwrap();
         let count = 2.0 * std::f64::consts::PI / 16.0;
@@ -34,7 +33,7 @@ fn static_friction_from_slow_ramps_of_every_joint() {
                 channels: vec![channel],
                 ..Run::default()
             };
-            let angle = predict(&model, &Plan::new(&run, 2), &q, &InputMap::default(), false).unwrap().y;
+            let angle = model.predict(&Plan::new(&run, 2), &q, &InputMap::default(), false).unwrap().y;
             let read: Vec<f64> = angle.iter().map(|q| (q / count).round() * count).collect();
             all.push(breakaway(&t, &u, &read, q[p::TORQUE_CONSTANT], 0.0, 2.0 * count).unwrap());
         }

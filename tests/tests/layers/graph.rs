@@ -29,6 +29,8 @@ const RULES: &[Rule] = &[
         never: &["clap", "libloading"],
     },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
+    // Statistics: numbers in, numbers out; it reads no recording and judges nothing.
+    Rule { name: "trueup-estimation", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
     // What is fitted may be a model of ours or anybody's FMU.
     Rule {
         name: "trueup-identification",
@@ -43,7 +45,13 @@ const RULES: &[Rule] = &[
     },
     Rule {
         name: "trueup-diagnosis",
-        ours: &["trueup-numerics", "trueup-models", "trueup-signals", "trueup-identification"],
+        ours: &[
+            "trueup-numerics",
+            "trueup-models",
+            "trueup-signals",
+            "trueup-estimation",
+            "trueup-identification",
+        ],
         never: ARCHIVES,
     },
     // Finished results in, a page out: it never simulates or fits; of a diagnosis it knows what it says.
@@ -92,9 +100,11 @@ const STRANGERS: &[(&str, &str)] = &[
     ("trueup-fmi-import", "trueup-fmi-export"),
     ("trueup-trials", "trueup-numerics"),
     ("trueup-trials", "trueup-models"),
+    ("trueup-trials", "trueup-estimation"),
     ("trueup-trials", "trueup-identification"),
     ("trueup-trials", "trueup-diagnosis"),
     ("trueup-models", "trueup-trials"),
+    ("trueup-estimation", "trueup-trials"),
     ("trueup-identification", "trueup-trials"),
     ("trueup-diagnosis", "trueup-trials"),
 ];

@@ -18,11 +18,12 @@ use synthetic::{Cell, Data, simulate};
 use trueup_identification::covariance::Information;
 use trueup_identification::estimate::{Settings, estimate};
 use trueup_identification::lsq::{Loss, Problem};
+use trueup_identification::model::Model;
 use trueup_identification::output_error::OutputError;
 use trueup_identification::regress::{Known, Regression, regress};
 use trueup_identification::run::Run;
 use trueup_identification::unknown::{Target, Unknown};
-use trueup_models::joint::{TwoMassJoint, input, output, parameter as p};
+use trueup_models::joint::{input, output, parameter as p};
 
 pub(crate) const FITTED: [(&str, usize); 4] = [
     ("stiffness", p::STIFFNESS),
@@ -117,7 +118,7 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
             found = r.values;
         }
     }
-    let model = TwoMassJoint::new(true, &[] as &[&str]).expect("no effects");
+    let model = synthetic::joint();
     let sane = |v: [f64; 4]| -> [f64; 4] {
         std::array::from_fn(|k| {
             let guess = 1.5 * q[FITTED[k].1];
@@ -162,11 +163,11 @@ fn one(text: &mut String, c: usize, cell: &Cell, seed: u64, profile: bool) {
 
 /// The problem that output error solves, started `wrong` times off, and its true coordinates.
 fn output_error<'a>(
-    model: &'a TwoMassJoint,
+    model: &'a Model,
     cell: &Cell,
     data: &'a Data,
     wrong: f64,
-) -> (OutputError<'a, TwoMassJoint>, Vec<f64>) {
+) -> (OutputError<'a>, Vec<f64>) {
     let q = &data.truth;
     let mut unknowns: Vec<Unknown> =
         FITTED.iter().map(|(name, i)| Unknown::positive(name, *i, wrong * q[*i])).collect();

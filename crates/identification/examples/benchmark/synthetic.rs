@@ -3,11 +3,12 @@
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
-use trueup_identification::plant::Plant;
-use trueup_identification::predict::{InputMap, Plan, predict};
+use trueup_identification::model::{Model, Structure};
+use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_models::joint::{TwoMassJoint, output, parameter as p};
+use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
+use trueup_numerics::hybrid::Hybrid;
 
 /// Step of the angle sensor on the load, rad.
 pub(crate) const AMR: f64 = 0.001 * std::f64::consts::PI / 180.0;
@@ -61,7 +62,7 @@ impl Cell {
             | (self.rate as u64) << 16
             | self.counts as u64;
         let mut rng = StdRng::seed_from_u64(key ^ seed.wrapping_mul(0x9E37_79B9_7F4A_7C15));
-        let model = TwoMassJoint::new(true, &[] as &[&str]).expect("no effects");
+        let model = joint();
         let truth = delian(self.joint).expect("joints 1 to 3");
         let load_offset = rng.random_range(-3.0 * AMR..3.0 * AMR);
         let count = 2.0 * std::f64::consts::PI / self.counts;
@@ -90,15 +91,7 @@ impl Cell {
     }
 
     /// Without noise: four current steps, each until the motor is fast, with coasting in between.
-    fn run(
-        &self,
-        model: &TwoMassJoint,
-        q: &[f64; p::COUNT],
-        i: usize,
-        sign: f64,
-        load: f64,
-        first: usize,
-    ) -> Run {
+    fn run(&self, model: &Model, q: &[f64; p::COUNT], i: usize, sign: f64, load: f64, first: usize) -> Run {
         let inertia = q[p::MOTOR_INERTIA] + q[p::LOAD_INERTIA] / q[p::GEAR_RATIO].powi(2);
         let (d, c) = (q[p::VISCOUS_FRICTION], q[p::COULOMB_FRICTION]);
         // From one speed to another under a constant torque.
@@ -154,10 +147,17 @@ impl Cell {
     }
 }
 
+/// A flexible joint without effects.
+pub(crate) fn joint() -> Model {
+    let structure =
+        Structure { model: "TwoMassJoint".into(), flexible: vec![true], effects: vec![], led: vec![] };
+    Model::new(structure).expect("no effects")
+}
+
 /// Fills the readings of a run with what a model with these parameters shows.
-pub(crate) fn simulate<M: Plant>(model: &M, run: &mut Run, q: &[f64]) -> bool {
+pub(crate) fn simulate(model: &Model, run: &mut Run, q: &[f64]) -> bool {
     let plan = Plan::new(run, model.sizes().inputs);
-    let Ok(found) = predict(model, &plan, q, &InputMap::default(), run.at_rest) else {
+    let Ok(found) = model.predict(&plan, q, &InputMap::default(), run.at_rest) else {
         return false;
     };
     for (c, channel) in run.channels.iter_mut().enumerate() {

@@ -9,7 +9,6 @@ use crate::estimate::{Estimated, Held, Settings, assess};
 use crate::fit::{Fit, misfit, of_solution};
 use crate::lsq::{Loss, Options, Problem, Solution, solve};
 use crate::output_error::OutputError;
-use crate::plant::Predictor;
 use crate::predict::PredictError;
 use crate::unknown::{Target, Unknown};
 
@@ -36,8 +35,8 @@ impl Kept {
 ///
 /// # Errors
 /// See [`PredictError`].
-pub(super) fn of<M: Predictor>(
-    problem: &OutputError<M>,
+pub(super) fn of(
+    problem: &OutputError,
     fit: Fit,
     nominal: &[f64],
     shared: &[Unknown],
@@ -81,12 +80,7 @@ pub(super) fn of<M: Predictor>(
 }
 
 /// The best fit with some unknowns held, if it is as good as the free one but for chance.
-fn as_good<M: Predictor>(
-    problem: &OutputError<M>,
-    free: &Solution,
-    at: &[(usize, f64)],
-    loss: Loss,
-) -> Option<Solution> {
+fn as_good(problem: &OutputError, free: &Solution, at: &[(usize, f64)], loss: Loss) -> Option<Solution> {
     if at.is_empty() {
         return None;
     }

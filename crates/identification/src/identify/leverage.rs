@@ -23,10 +23,10 @@ const JOINT: [&str; 4] = ["motorInertia", "torqueConstant", "gearRatio", "loadIn
 const ARM: [&str; 7] =
     ["baseMass", "baseInertia", "linkMass", "linkInertia", "linkLength", "motorInertia", "jointStiffness"];
 
-pub(super) fn of<M: Searched>(
-    model: &M,
+pub(super) fn of(
+    model: &dyn Searched,
     nominal: &[f64],
-    problem: &OutputError<M>,
+    problem: &OutputError,
     fit: &Fit,
     order: &[usize],
 ) -> Leverage {
@@ -56,7 +56,7 @@ pub(super) fn of<M: Searched>(
     let unknowns = [problem.unknowns(), &extra].concat();
     let mut wider = OutputError::new(model, nominal, problem.runs(), unknowns);
     let weighed = (0..problem.runs().len()).any(|r| problem.carried(r).is_some());
-    if weighed && M::carry(&mut wider, &theta).is_err() {
+    if weighed && wider.carry_noise(&theta).is_err() {
         return none;
     }
     let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };
@@ -79,7 +79,7 @@ pub(super) fn of<M: Searched>(
 }
 
 /// Errors of one step that come again with every turn of an angle sensor, sine and cosine: names, columns.
-fn periodic<M: Searched>(problem: &OutputError<M>, rows: usize) -> (Vec<String>, DMatrix<f64>) {
+fn periodic(problem: &OutputError, rows: usize) -> (Vec<String>, DMatrix<f64>) {
     let mut names: Vec<String> = Vec::new();
     let angles = problem.runs().iter().flat_map(|r| &r.channels).filter(|c| c.name.contains("Angle"));
     for c in angles {

@@ -7,7 +7,6 @@
 use crate::fit::{Fit, Origins, misfit, of_solution};
 use crate::lsq::{Loss, Options, Solution, solve};
 use crate::output_error::OutputError;
-use crate::plant::Predictor;
 use crate::predict::PredictError;
 
 /// Logarithm of the odds, 20 to 1, beyond which the recordings tell one set of values from another.
@@ -22,8 +21,8 @@ const FOLLOWED: usize = 4;
 ///
 /// # Errors
 /// See [`PredictError`].
-pub(super) fn lowest<M: Predictor>(
-    problem: &OutputError<M>,
+pub(super) fn lowest(
+    problem: &OutputError,
     fit: Fit,
     shared: usize,
     loss: Loss,

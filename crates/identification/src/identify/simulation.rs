@@ -12,16 +12,17 @@ use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
 use crate::fmu::FmuModel;
 use crate::lsq::{Loss, Problem, Stop, solve};
-use crate::model::{Model, Subject};
+use crate::model::Model;
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
+use crate::subject::Subject;
 use crate::unknown::Unknown;
 
 /// What differs between a model of ours and an FMU.
-pub(super) trait Searched: Subject + Sized {
+pub(super) trait Searched: Subject {
     /// Its name.
     fn title(&self) -> String;
     /// Intervals by profiles cost hundreds of fits.
@@ -30,10 +31,6 @@ pub(super) trait Searched: Subject + Sized {
     fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start>;
     /// Further starts from a solution.
     fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>>;
-    /// The last fit.
-    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError>;
-    /// Weighs a problem by the noise of its inputs, as it is at `theta`; whether it can.
-    fn carry(problem: &mut OutputError<Self>, theta: &[f64]) -> Result<bool, PredictError>;
 }
 
 impl Searched for Model {
@@ -49,12 +46,6 @@ impl Searched for Model {
     fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
         starts::above_coulomb(self, unknowns, fit)
     }
-    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
-        fit_carried(problem, options)
-    }
-    fn carry(problem: &mut OutputError<Self>, theta: &[f64]) -> Result<bool, PredictError> {
-        problem.carry_noise(theta).map(|()| true)
-    }
 }
 
 impl Searched for FmuModel {
@@ -69,12 +60,6 @@ impl Searched for FmuModel {
     }
     fn again(&self, _: &[Unknown], _: &Fit) -> Vec<Vec<f64>> {
         Vec::new()
-    }
-    fn last(problem: &mut OutputError<Self>, options: &FitOptions) -> Result<Fit, PredictError> {
-        fit(problem, options)
-    }
-    fn carry(_: &mut OutputError<Self>, _: &[f64]) -> Result<bool, PredictError> {
-        Ok(false)
     }
 }
 
@@ -111,8 +96,8 @@ fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
     names
 }
 
-pub(super) fn by_simulation<M: Searched>(
-    model: &M,
+pub(super) fn by_simulation(
+    model: &dyn Searched,
     loaded: &Loaded,
     nominal: &[f64],
     mut train: Vec<Run>,
@@ -130,7 +115,7 @@ pub(super) fn by_simulation<M: Searched>(
     };
     (settings.progress)("starts from regressions and from the case");
     let starts = model.starts(nominal, &train, &fitted);
-    let coordinates = |problem: &OutputError<M>| -> Vec<Vec<f64>> {
+    let coordinates = |problem: &OutputError| -> Vec<Vec<f64>> {
         starts.iter().map(|s| s.coordinates(problem.unknowns())).collect()
     };
     if !free.is_empty() {
@@ -212,7 +197,7 @@ pub(super) fn by_simulation<M: Searched>(
     } else {
         (settings.progress)("weighing by the noise of the inputs");
         let options = FitOptions { starts: vec![rough.theta.clone()], loss, ..FitOptions::default() };
-        let fit = M::last(&mut problem, &options)?;
+        let fit = fit_carried(&mut problem, &options)?;
         let iterations = fit.iterations + rough.iterations;
         (Fit { origins: rough.origins, ..fit }, iterations)
     };
@@ -316,7 +301,7 @@ const HOPELESS: f64 = 50.0;
 
 /// By how much residuals usually exceed the noise, that of the inputs included, whatever a few outliers do; `None` if
 /// not by so much, or if it cannot be said.
-fn hopeless<M: Searched>(problem: &OutputError<M>, fit: &Fit) -> Option<f64> {
+fn hopeless(problem: &OutputError, fit: &Fit) -> Option<f64> {
     let usual = |residuals: &[f64]| {
         let mut all: Vec<f64> = residuals[..problem.readings()].iter().map(|r| r.abs()).collect();
         let middle = all.len() / 2;
@@ -328,7 +313,7 @@ fn hopeless<M: Searched>(problem: &OutputError<M>, fit: &Fit) -> Option<f64> {
         return Some(times);
     }
     let mut weighed = problem.clone();
-    if !M::carry(&mut weighed, &fit.theta).ok()? {
+    if !weighed.carry_noise(&fit.theta).ok()? {
         return None;
     }
     let found = weighed.evaluate(&fit.theta, false).ok()?;
@@ -340,8 +325,8 @@ const SIMPLEX: usize = 200;
 
 /// The downhill simplex over the shared unknowns; what belongs to single recordings follows by least squares, from where
 /// it was last. Whether it has shrunk, and its simulations.
-fn simplex<M: Searched>(
-    problem: &OutputError<M>,
+fn simplex(
+    problem: &OutputError,
     starts: &[Vec<f64>],
     shared: usize,
     loss: Loss,

@@ -3,8 +3,8 @@
 use trueup_signals::{Case, base_name};
 
 use super::IdentifyError;
-use crate::model::Subject;
 use crate::run::Run;
+use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
 /// An unknown of all recordings.
@@ -18,8 +18,8 @@ pub(super) struct Fitted {
 }
 
 /// Asked for, then uncertain ones that are not.
-pub(super) fn of<M: Subject>(
-    model: &M,
+pub(super) fn of(
+    model: &dyn Subject,
     case: &Case,
     nominal: &[f64],
     runs: &[Run],
@@ -55,8 +55,8 @@ pub(super) fn of<M: Subject>(
     Ok(all)
 }
 
-fn one<M: Subject>(
-    model: &M,
+fn one(
+    model: &dyn Subject,
     case: &Case,
     nominal: &[f64],
     runs: &[Run],
@@ -86,7 +86,7 @@ fn one<M: Subject>(
 }
 
 /// How large a value is likely to be of which the case says 0.
-fn typical<M: Subject>(model: &M, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
+fn typical(model: &dyn Subject, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
     let value = |n: &str| model.parameter(n).map_or(1.0, |i| nominal[i]);
     let largest = |i: usize| {
         let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == i).flat_map(|d| &d.u);

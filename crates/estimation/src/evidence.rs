@@ -1,0 +1,79 @@
+//! Evidence of a set of columns: what is unknown and enters linearly, with normal priors, integrated out in closed form.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// A normal prior.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation, above 0.
+    pub deviation: f64,
+}
+
+/// Products of the columns with each other and with the innovations, over all recordings.
+#[derive(Clone, Debug)]
+pub struct Gram {
+    products: DMatrix<f64>,
+    with_data: DVector<f64>,
+    data: f64,
+    log_determinant: f64,
+}
+
+/// What recordings say of a set of columns.
+#[derive(Clone, Debug)]
+pub struct Posterior {
+    /// Amplitudes, in the order of the set.
+    pub mean: DVector<f64>,
+    /// Their covariance.
+    pub covariance: DMatrix<f64>,
+    /// ln p(y | the set), amplitudes integrated out.
+    pub log_evidence: f64,
+}
+
+impl Gram {
+    /// Of no recording yet.
+    pub fn new(columns: usize) -> Self {
+        Self {
+            products: DMatrix::zeros(columns, columns),
+            with_data: DVector::zeros(columns),
+            data: 0.0,
+            log_determinant: 0.0,
+        }
+    }
+    /// Adds a recording: its innovations, its columns, and the log determinant of its filter.
+    pub fn add(&mut self, whitened: &[f64], columns: &[Vec<f64>], log_determinant: f64) {
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        for (i, a) in columns.iter().enumerate() {
+            self.with_data[i] += dot(a, whitened);
+            for (j, b) in columns.iter().enumerate().take(i + 1) {
+                let product = dot(a, b);
+                self.products[(i, j)] += product;
+                if i != j {
+                    self.products[(j, i)] += product;
+                }
+            }
+        }
+        self.data += dot(whitened, whitened);
+        self.log_determinant += log_determinant;
+    }
+    /// ln p(y) without any column.
+    pub fn log_likelihood(&self) -> f64 {
+        -0.5 * (self.log_determinant + self.data)
+    }
+    /// Of a set of columns, each with its prior; `None` where the numbers are not finite.
+    pub fn posterior(&self, set: &[(usize, Prior)]) -> Option<Posterior> {
+        let n = set.len();
+        let precision = |k: usize| set[k].1.deviation.powi(-2);
+        let a = DMatrix::from_fn(n, n, |i, j| {
+            self.products[(set[i].0, set[j].0)] + if i == j { precision(i) } else { 0.0 }
+        });
+        let b = DVector::from_fn(n, |i, _| precision(i) * set[i].1.mean - self.with_data[set[i].0]);
+        let factor = Cholesky::new(a)?;
+        let mean = factor.solve(&b);
+        let prior: f64 = (0..n).map(|k| precision(k) * set[k].1.mean.powi(2)).sum();
+        let occam: f64 = (0..n).map(|k| 2.0 * factor.l_dirty()[(k, k)].ln() - precision(k).ln()).sum();
+        let log_evidence = self.log_likelihood() - 0.5 * (prior - b.dot(&mean) + occam); // (EST-5)
+        log_evidence.is_finite().then(|| Posterior { mean, covariance: factor.inverse(), log_evidence })
+    }
+}

@@ -1,0 +1,13 @@
+//! Recordings and a model with latent forces, compared by the likelihood of the innovations.
+//!
+//! A model that is linear about a trajectory ([`system`]), with a latent force of limited bandwidth at each place where
+//! something unmodelled may enter, is filtered once for each recording ([`filter`]). Whatever is unknown and enters
+//! linearly is a *column* of innovations; a Gram matrix of columns is all that [`evidence`] needs for any set of them. The
+//! [`smoother`] tells the latent forces themselves, with their deviations. [`joint`] makes such a system of the two-mass
+//! joint.
+
+pub mod evidence;
+pub mod filter;
+pub mod joint;
+pub mod smoother;
+pub mod system;

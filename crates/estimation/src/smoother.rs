@@ -1,0 +1,64 @@
+//! The smoother of Bryson and Frazier in its modified form: one backward pass, nothing inverted.
+//!
+//! Its co-state is the score: the derivative of the log likelihood by whatever enters at an instant. So it tells what a
+//! force of any course would gain, before one is tried.
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::filter::{Filter, Pass};
+use crate::system::System;
+
+/// States at all nodes, given all readings.
+#[derive(Clone, Debug)]
+pub struct Smoothed<const N: usize, const P: usize> {
+    /// Means.
+    pub states: Vec<SVector<f64, N>>,
+    /// Covariances.
+    pub covariances: Vec<SMatrix<f64, N, N>>,
+    /// d ln p / d f for a force at each place in each step.
+    pub scores: Vec<SVector<f64, P>>,
+    /// Variance of these scores where the model is right.
+    pub score_variances: Vec<SVector<f64, P>>,
+}
+
+/// Smooths what passed a filter, its states kept.
+///
+/// The result is empty where the states of the pass were not kept.
+pub fn smooth<const N: usize, const P: usize>(
+    system: &System<N, P>,
+    filter: &Filter<N>,
+    pass: &Pass<N>,
+) -> Smoothed<N, P> {
+    let nodes = pass.states.len();
+    let mut all = Smoothed {
+        states: vec![SVector::zeros(); nodes],
+        covariances: vec![SMatrix::zeros(); nodes],
+        scores: vec![SVector::zeros(); nodes.saturating_sub(1)],
+        score_variances: vec![SVector::zeros(); nodes.saturating_sub(1)],
+    };
+    let mut at = pass.whitened.len();
+    // d ln p / d x of what was read from here on, and its covariance.
+    let mut score = SVector::<f64, N>::zeros();
+    let mut information = SMatrix::<f64, N, N>::zeros();
+    for k in (0..nodes).rev() {
+        for (reading, gain) in system.nodes[k].iter().zip(&filter.gains[k]).rev() {
+            at -= 1;
+            let h = &reading.row;
+            let deviation = gain.variance.sqrt();
+            score += h * (pass.whitened[at] / deviation - gain.gain.dot(&score));
+            let left = SMatrix::<f64, N, N>::identity() - gain.gain * h.transpose();
+            information = h * h.transpose() / gain.variance + left.transpose() * information * left;
+        }
+        let p = &filter.covariances[k];
+        all.states[k] = pass.states[k] + p * score; // (EST-6)
+        all.covariances[k] = p - p * information * p;
+        if k > 0 {
+            let step = &system.steps[k - 1];
+            all.scores[k - 1] = step.forces.transpose() * score;
+            all.score_variances[k - 1] = (step.forces.transpose() * information * step.forces).diagonal();
+            score = step.transition.transpose() * score;
+            information = step.transition.transpose() * information * step.transition;
+        }
+    }
+    all
+}

@@ -1,0 +1,57 @@
+//! What fits and judges recordings sees of a model.
+
+use std::fmt::Debug;
+
+use trueup_numerics::Dual;
+use trueup_numerics::hybrid::Sizes;
+
+use crate::carried::Carried;
+use crate::predict::{InputMap, Plan, PredictError};
+use crate::run::Run;
+
+/// Readings with derivatives to `N` unknowns.
+pub trait ReadingsAlong<const N: usize> {
+    /// Readings of a recording with parameters `p`, channel after channel, with derivatives.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    fn readings_along(
+        &self,
+        plan: &Plan,
+        p: &[Dual<N>],
+        map: &InputMap<Dual<N>>,
+        at_rest: bool,
+    ) -> Result<Vec<Dual<N>>, PredictError>;
+}
+
+/// What can be simulated along a recording: a model of ours, or an FMU. What fits and judges takes it as a trait object,
+/// so that it is compiled once, not for each model.
+pub trait Predictor: ReadingsAlong<4> + ReadingsAlong<8> + ReadingsAlong<16> + Debug + Sync {
+    /// How many inputs, parameters and outputs it has; what else is left 0 may be unknown.
+    fn counts(&self) -> Sizes;
+    /// Readings of a recording with parameters `p`, channel after channel.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    fn readings(
+        &self,
+        plan: &Plan,
+        p: &[f64],
+        map: &InputMap<f64>,
+        at_rest: bool,
+    ) -> Result<Vec<f64>, PredictError>;
+    /// Whether it can say what noise of measured inputs does to its readings.
+    fn carries_noise(&self) -> bool;
+    /// What noise of the measured inputs does to the readings of a recording with parameters `p`; `None` where no input
+    /// is declared to be noisy, or where it cannot say.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    fn carried(
+        &self,
+        recording: &Run,
+        plan: &Plan,
+        p: &[f64],
+        map: &InputMap<f64>,
+    ) -> Result<Option<Carried>, PredictError>;
+}

@@ -1,0 +1,10 @@
+//! Plants under test: as the library has them compiled, not compiled anew for a test.
+
+use trueup_identification::model::{Model, Structure};
+
+/// A flexible joint with these effects.
+pub(crate) fn joint(effects: &[&str]) -> Model {
+    let effects = effects.iter().map(|e| (*e).to_owned()).collect();
+    Model::new(Structure { model: "TwoMassJoint".into(), flexible: vec![true], effects, led: vec![] })
+        .unwrap()
+}
