@@ -240,7 +240,9 @@ fn what_a_pose_is_worth_in_the_fmu() {
     let (file, out) = (folder.path().join("arm.toml"), folder.path().join("out"));
     let panel = "\n[[appendage]]\nshapes = [1, 0, 0]\nposition = [0, 0.5, 0]\norientation = [0.6, 0.8, 0, 0]\nlength = 3.0\n\
                  mass-per-length = 2.0\nbending-stiffness = [200.0, 800.0]\ntorsion-stiffness = 60.0\npolar-inertia-per-length = 0.02\n";
-    let text = format!("analysis = true\n{ARM}mount = [0.1, 0.2, 0.0]\n{panel}");
+    // Out of the plane: in a plane all torques are parallel.
+    let arm = ARM.replacen("axis = [1.0, 0.0, 0.0]", "axis = [1.0, 0.0, 1.0]", 1);
+    let text = format!("analysis = true\n{arm}mount = [0.1, 0.2, 0.0]\n{panel}");
     std::fs::write(&file, text).unwrap();
     let (name, to) = (file.to_str().unwrap(), out.to_str().unwrap());
     let done = trueup(&["fmu", "pack", "--robot", name, "-o", to]);
