@@ -321,8 +321,8 @@ impl Design {
                 return fault(&t.name, message.into());
             }
             for (m, mode) in t.modes.iter().enumerate() {
-                let fits = mode.frequency > 0.0 && mode.frequency.is_finite() && finite(&mode.participation);
-                if !fits || !(mode.damping_ratio >= 0.0 && mode.damping_ratio.is_finite()) {
+                let all = finite(&[mode.frequency, mode.damping_ratio]) && finite(&mode.participation);
+                if !all || mode.frequency <= 0.0 || mode.damping_ratio < 0.0 {
                     let message = format!(
                         "mode {}: give a frequency above 0, a damping ratio of 0 or above, and six finite numbers",
                         m + 1
