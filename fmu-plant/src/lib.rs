@@ -16,11 +16,13 @@ pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator", "SpatialFreeF
 
 #[cfg(test)]
 mod tests {
-    use crate::Plant;
+    use crate::{Plant, of_design};
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
     use trueup_models::effect::Choice;
+    use trueup_models::space::presets;
+    use trueup_models::space::table::{Table, TabledMode};
     use trueup_numerics::hybrid::Hybrid;
 
     #[test]
@@ -37,8 +39,25 @@ mod tests {
             ("SpatialFreeFlyer", vec![], vec![]),
             ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
         ];
-        for (model, joint_flexible, effects) in cases {
-            let c = Configuration { joint_flexible, effects, ..Configuration::of(model) };
+        let mut tabled = presets::table_1_with_panels();
+        tabled.analysis = true;
+        tabled.tables.push(Table {
+            name: "array".to_owned(),
+            position: [0.0; 3],
+            orientation: [1.0, 0.0, 0.0, 0.0],
+            mass: 1.0,
+            center_of_mass: [0.0; 3],
+            inertia: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            modes: vec![TabledMode { frequency: 3.0, damping_ratio: 0.0, participation: [0.5; 6] }],
+        });
+        let robots =
+            [presets::table_1_with_panels(), presets::test_bed(), tabled].map(|d| of_design(&d).unwrap());
+        let plain = cases.into_iter().map(|(model, joint_flexible, effects)| Configuration {
+            joint_flexible,
+            effects,
+            ..Configuration::of(model)
+        });
+        for c in plain.chain(robots) {
             let m = Plant::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {
@@ -52,6 +71,33 @@ mod tests {
             assert_eq!(count(|s| matches!(s, S::Input(_))), s.inputs, "{c:?}");
             assert_eq!(t.parameter_starts().len(), s.parameters, "{c:?}");
             m.check(&t.parameter_starts()).unwrap();
+        }
+    }
+
+    /// The presets' one tip has one terminal, and nothing of another tip is in it (decision 0012).
+    #[test]
+    fn a_robot_of_one_tip_has_one_terminal_for_it() {
+        for preset in presets::PRESETS {
+            let t = Plant::build(&of_design(&(preset.design)()).unwrap()).unwrap().table();
+            let members = |name: &str| {
+                let terminal = t.terminals.iter().find(|t| t.name == name).unwrap();
+                terminal.members.iter().map(|m| t.find(&m.1).unwrap()).collect::<Vec<_>>()
+            };
+            let tip: Vec<&str> = members("tip").iter().map(|v| v.name.as_str()).collect();
+            assert_eq!(
+                tip,
+                [
+                    "tipForce",
+                    "tipTorque",
+                    "tipPosition",
+                    "tipQuaternion",
+                    "tipVelocity",
+                    "tipAngularVelocity"
+                ]
+            );
+            assert!(members("tip").iter().all(|v| v.dimensions[0] == 1), "{}", preset.name);
+            assert_eq!(members("base").len(), 6);
+            assert_eq!(members("drive").len(), 5);
         }
     }
 }

@@ -7,6 +7,7 @@ use trueup_fmi_export::FmuModel;
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::{TwoMassJoint, parameter};
 use trueup_models::space::SpatialFreeFlyer;
+use trueup_numerics::hybrid::At;
 
 /// A plant and its variable table.
 #[derive(Clone, Debug)]
@@ -63,6 +64,12 @@ impl FmuModel for Plant {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
+        }
+    }
+    fn watch(&self, at: At<'_, f64>) -> Option<String> {
+        match self {
+            Self::Space(m, _) => m.too_fast(&at),
+            Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {

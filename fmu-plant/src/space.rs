@@ -17,6 +17,8 @@ const JOINT_TYPE: &str = "jointType";
 const TIP: &str = "tip";
 const THRUSTERS: &str = "thrusters";
 const HELD: &str = "held";
+const ANALYSIS: &str = "analysis";
+const TABLE_MODES: &str = "modesOfTable";
 const SHAPES: [&str; 3] = ["shapesX", "shapesY", "shapesTorsion"];
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
@@ -66,6 +68,8 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
         tips: found(TIP).collect(),
         thrusters: first(THRUSTERS),
         held: first(HELD) == 1,
+        analysis: first(ANALYSIS) == 1,
+        tables: found(TABLE_MODES).collect(),
     })
 }
 
@@ -77,7 +81,7 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     let s = design.structure();
     let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
     let shapes = |of: fn(&Shapes) -> usize| s.appendages.iter().map(|a| of(a) as u32).collect();
-    let structure = [
+    let mut structure = vec![
         (SHAPES[0], shapes(|a| a.x)),
         (SHAPES[1], shapes(|a| a.y)),
         (SHAPES[2], shapes(|a| a.torsion)),
@@ -87,6 +91,12 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
         (THRUSTERS, vec![s.thrusters as u32]),
         (HELD, vec![u32::from(s.held)]),
     ];
+    if s.analysis {
+        structure.push((ANALYSIS, vec![1]));
+    }
+    if !s.tables.is_empty() {
+        structure.push((TABLE_MODES, numbers(&s.tables)));
+    }
     let model = SpatialFreeFlyer::new(s.clone())?;
     let (own, wanted) = (model.defaults(), design.parameters());
     let table = table(&model, &own);
@@ -95,7 +105,7 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     let start = names.zip(own.iter().zip(&wanted));
     Ok(Configuration {
         joint_flexible: s.flexible,
-        structure: structure.map(|(name, values)| (name.to_owned(), values)).to_vec(),
+        structure: structure.into_iter().map(|(name, values)| (name.to_owned(), values)).collect(),
         start: start.filter(|(_, (a, b))| a != b).map(|(name, (_, b))| (name, *b)).collect(),
         ..Configuration::of("SpatialFreeFlyer")
     })
@@ -172,6 +182,11 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
             let numbers: Vec<f64> = s.appendages.iter().map(|a| of(a) as f64).collect();
             b.constant(name, Kind::Integer, &[panels], &numbers, text);
         }
+    }
+
+    if !s.tables.is_empty() {
+        let text = "Modes of an appendage that is given by a table, behind the beams (fixed when packed)";
+        b.constant(TABLE_MODES, Kind::Integer, &[s.tables.len()], &reals(&s.tables), text);
     }
 
     let mut rest = start;

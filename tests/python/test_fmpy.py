@@ -160,7 +160,9 @@ def test_matches_the_native_run(fmu, kind):
     points = 4 if "actuator-lag" in fmu.name else 1
     bounds = [(1e-12, 1e-7), (1e-8, 1e-3)] if amplified else [(1e-12, 1e-9), (1e-8, 1e-6)]
     if model == "SpatialFreeFlyer":
-        bounds[1] = (1e-8, 1e-5)  # a tip 4 m away from a base that turns slowly: what all rates miss adds up
+        # CVode leaves 1.2e-6 at a tip 4 m out. Its relative tolerance does that (at 1e-9: 1.4e-7): nominals of attitude and
+        # rates a tenth or a four-hundredth as large leave the same.
+        bounds[1] = (1e-8, 3e-6)
     for tolerance, bound in bounds:
         worst = error_against(run(str(fmu), kind, tolerance, points), reference, jumps)
         assert len(worst) >= 1

@@ -148,3 +148,36 @@ def test_panels_swing_and_nothing_drifts(trueup, tmp_path):
     drift, swing = largest(result, MOMENTA), np.max(np.abs(result["modalCoordinate"]))
     print(f"P, L drift {drift:.1e}, panels swing by {1e3 * swing:.0f} mm")
     assert drift < 1e-8 and swing > 1e-3
+
+
+@pytest.mark.parametrize("kind", ("ModelExchange", "CoSimulation"))
+@pytest.mark.parametrize("version", (2, 3))
+def test_a_base_that_spins_too_fast_is_told_once(trueup, tmp_path, version, kind):
+    """Panels do not stiffen when they spin: a warning where a run begins above a fifth of their first frequency (3.1077 rad/s)
+    or comes there, once, and none below."""
+    done = trueup("fmu", "pack", "SpatialFreeFlyer", "--preset", "table-1-with-panels", "--fmi", version, "-o", tmp_path)
+    assert done.returncode == 0, done.stderr
+
+    def told(rate, torque):
+        said = []
+        names = ["baseTorque[1]", "baseTorque[2]", "baseTorque[3]"]
+        columns = [("baseTorque", float, (3,))] if version == 3 else [(n, float) for n in names]
+        signal = np.zeros(2, dtype=[("time", float), *columns])
+        signal["time"] = [0.0, 1.0]
+        if version == 3:
+            signal["baseTorque"][:, 2] = torque
+        else:
+            signal["baseTorque[3]"] = torque
+        simulate_fmu(
+            tmp_path / f"SpatialFreeFlyer.fmi{version}.fmu", fmi_type=kind, stop_time=1.0, output_interval=0.01, input=signal,
+            start_values=flat(version, {"initialBaseAngularVelocity": [0.0, 0.0, rate]}), debug_logging=True,
+            # FMI 3.0 leaves out the name of the instance.
+            logger=lambda *of: said.append(" ".join(part.decode() if isinstance(part, bytes) else str(part) for part in of[1:])),
+        )
+        return [s for s in said if "above a fifth of the first frequency of appendage 1 (3.1077" in s]
+
+    assert told(0.5, 0.0) == []
+    at_first, under_way = told(0.7, 0.0), told(0.6, 20.0)
+    print(under_way)
+    assert len(at_first) == 1 and "0.7000 rad/s at time 0.0 s" in at_first[0]
+    assert len(under_way) == 1 and "at time 0.0 s" not in under_way[0] and "logStatusWarning" in under_way[0]

@@ -13,6 +13,7 @@ use trueup_models::effect::{Choice, Plant};
 mod robots {
     pub(super) use trueup_models::space::design::{Design, Thruster};
     pub(super) use trueup_models::space::presets::{chaser, table_1, table_1_with_panels, test_bed};
+    pub(super) use trueup_models::space::table::{Table, TabledMode};
 }
 
 const MODELS: [&str; 5] =
@@ -74,7 +75,23 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
     satellite.tips.clear();
     satellite.thrusters.push(robots::Thruster { position: [1.0, 0.0, 0.0], direction: [0.0, 1.0, 0.0] });
     let held = robots::Design { held: true, ..robots::table_1() };
-    let robots = [robots::table_1_with_panels(), robots::test_bed(), satellite, held]
+    let analysed = robots::Design { analysis: true, ..robots::table_1_with_panels() };
+    let mut tabled = analysed.clone();
+    let mode = robots::TabledMode {
+        frequency: 3.0,
+        damping_ratio: 0.01,
+        participation: [1.0, 0.0, 0.0, 0.0, 2.0, 0.0],
+    };
+    tabled.tables.push(robots::Table {
+        name: "array".to_owned(),
+        position: [0.0, 0.0, 1.0],
+        orientation: [1.0, 0.0, 0.0, 0.0],
+        mass: 8.0,
+        center_of_mass: [0.0, 0.0, 2.0],
+        inertia: [[11.0, 0.0, 0.0], [0.0, 11.0, 0.0], [0.0, 0.0, 0.2]],
+        modes: vec![mode; 2],
+    });
+    let robots = [robots::table_1_with_panels(), robots::test_bed(), satellite, held, analysed, tabled]
         .map(|d| fmu_library::of_design(&d).expect("a robot that can be had"));
     for configuration in plain.into_iter().chain(with_effect).chain(structures).chain(robots) {
         for version in Version::ALL {

@@ -241,6 +241,7 @@ impl<M: FmuModel> Instance<M> {
         match result {
             Ok(reached) => {
                 self.enter(State::Step);
+                self.watch();
                 let timed = || self.next_event().is_some_and(|next| next <= reached.t);
                 let event = self.settings.event_mode_used && (reached.pending.is_some() || timed());
                 Ok(StepEnd { t: reached.t, event, early: reached.t < job.t_end })

@@ -134,7 +134,9 @@ impl<M: FmuModel> Instance<M> {
     }
     /// fmiXCompletedIntegratorStep: this model has no step events.
     pub fn completed_integrator_step(&mut self) -> Outcome {
-        self.permit(Call::Integrator)
+        self.permit(Call::Integrator)?;
+        self.watch();
+        Ok(())
     }
     /// fmiXGetContinuousStates.
     pub fn get_states(&mut self, x: &mut [f64]) -> Outcome {

@@ -77,6 +77,8 @@ pub struct Instance<M: FmuModel> {
     pub(crate) token: String,
     pub(crate) memory: Memory,
     pub(crate) cache: Cache,
+    /// Something was said of the states of this run.
+    watched: bool,
     /// Where messages go.
     pub log: Log,
     /// Boxed, because their addresses are the importer's handles.
@@ -150,6 +152,7 @@ impl<M: FmuModel> Instance<M> {
             token: configuration.token.clone(),
             memory,
             cache,
+            watched: false,
             log: Log::default(),
             snapshots: Vec::new(),
             duals: crate::derivatives::Duals::default(),
@@ -242,6 +245,18 @@ impl<M: FmuModel> Instance<M> {
         }
         Ok(())
     }
+    /// Warns of states that the model is not made for, once a run.
+    pub(crate) fn watch(&mut self) {
+        if self.watched || !self.log.wants(WARNINGS) {
+            return;
+        }
+        let m = &self.memory;
+        let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
+        if let Some(warning) = self.model.watch(at) {
+            self.watched = true;
+            self.log.say(Status::Warning, WARNINGS, warning);
+        }
+    }
     pub(crate) fn finite_states(&self) -> Outcome {
         match self.memory.x.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
@@ -289,6 +304,10 @@ impl<M: FmuModel> Instance<M> {
         self.model.outputs(at, &mut self.cache.y);
         self.finite(&self.cache.y, Storage::Output)?;
         self.cache.y_valid = true;
+        // Importers need not tell of completed steps, but read outputs where they stand.
+        if self.settings.interface == Interface::ModelExchange && !self.is_initial() {
+            self.watch();
+        }
         Ok(())
     }
     /// Computes the event indicators if they are out of date.
@@ -334,6 +353,7 @@ impl<M: FmuModel> Instance<M> {
     pub fn enter_initialization(&mut self) -> Outcome {
         self.permit(Call::EnterInitialization)?;
         self.enter(State::Initialization);
+        self.watched = false;
         Ok(())
     }
     /// fmiXExitInitializationMode.
@@ -346,6 +366,7 @@ impl<M: FmuModel> Instance<M> {
             Interface::ModelExchange => self.enter(State::Event),
             Interface::CoSimulation => self.begin_co_simulation()?,
         }
+        self.watch();
         Ok(())
     }
     /// fmiXTerminate.

@@ -2,7 +2,7 @@
 
 use trueup_fmi::configuration::{Configuration, ConfigurationError};
 use trueup_fmi::table::ModelTable;
-use trueup_numerics::hybrid::Hybrid;
+use trueup_numerics::hybrid::{At, Hybrid};
 
 /// A hybrid model together with its variable table; one type per shared library, which may stand for
 /// several models (an enum), chosen by the configuration packed into the library.
@@ -18,6 +18,12 @@ pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
     /// What of parameters that [`Self::check`] lets pass is taken otherwise than it is written, and how: a warning to the
     /// importer.
     fn remark(&self, _p: &[f64]) -> Option<String> {
+        None
+    }
+    /// What the model is not made for at this state, and the mend: a warning to the importer, at most one a run. Asked where a run
+    /// begins and at communication points (Model Exchange: completed steps, and where outputs are read) while there was none;
+    /// must not allocate unless it answers.
+    fn watch(&self, _at: At<'_, f64>) -> Option<String> {
         None
     }
     /// Whether Co-Simulation needs a method for stiff equations.

@@ -10,6 +10,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_fmi_export::reference::{Reference, reference};
+use trueup_numerics::hybrid::At;
 
 /// Any model of the project.
 #[derive(Clone, Debug)]
@@ -41,6 +42,12 @@ impl FmuModel for Model {
         match self {
             Self::Plant(m) => m.check(p),
             Self::Controller(m) => m.check(p),
+        }
+    }
+    fn watch(&self, at: At<'_, f64>) -> Option<String> {
+        match self {
+            Self::Plant(m) => m.watch(at),
+            Self::Controller(m) => m.watch(at),
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {

@@ -1,12 +1,12 @@
 //! Robots: presets, files of TOML, files of URDF.
 
+mod panel;
 mod urdf;
 
 use std::path::Path;
 
 use serde::Deserialize;
-use trueup_models::space::appendage::Shapes;
-use trueup_models::space::design::{Appendage, Design, Link, Motor, Thruster, Tip};
+use trueup_models::space::design::{Design, Link, Motor, Thruster, Tip};
 use trueup_models::space::presets::PRESETS;
 use trueup_models::space::tree::Joint;
 
@@ -17,6 +17,9 @@ use crate::near::suggestion;
 #[serde(deny_unknown_fields)]
 struct File {
     name: Option<String>,
+    /// Its FMU has outputs of what a pose is worth.
+    #[serde(default)]
+    analysis: bool,
     base: Base,
     #[serde(default)]
     body: Vec<Body>,
@@ -25,7 +28,7 @@ struct File {
     #[serde(default)]
     thruster: Vec<Nozzle>,
     #[serde(default)]
-    appendage: Vec<Panel>,
+    appendage: Vec<panel::Panel>,
 }
 
 #[derive(Deserialize)]
@@ -51,25 +54,6 @@ struct Drive {
     stiffness: f64,
     #[serde(default)]
     damping: f64,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields, rename_all = "kebab-case")]
-struct Panel {
-    name: Option<String>,
-    /// Along x, along y, of torsion.
-    shapes: [usize; 3],
-    position: [f64; 3],
-    #[serde(default = "unturned")]
-    orientation: [f64; 4],
-    length: f64,
-    mass_per_length: f64,
-    /// Along x, along y.
-    bending_stiffness: [f64; 2],
-    torsion_stiffness: f64,
-    polar_inertia_per_length: f64,
-    #[serde(default)]
-    damping_ratio: f64,
 }
 
 #[derive(Deserialize)]
@@ -193,6 +177,7 @@ impl File {
                 }),
             });
         }
+        let (appendages, tables) = panel::sorted(self.appendage)?;
         let mut design = Design {
             name: self.name.unwrap_or(fallback),
             base_mass: self.base.mass,
@@ -202,22 +187,11 @@ impl File {
             thrusters: (self.thruster.into_iter())
                 .map(|t| Thruster { position: t.position, direction: t.direction })
                 .collect(),
-            appendages: (self.appendage.into_iter().enumerate())
-                .map(|(k, a)| Appendage {
-                    name: a.name.unwrap_or_else(|| format!("appendage {}", k + 1)),
-                    shapes: Shapes { x: a.shapes[0], y: a.shapes[1], torsion: a.shapes[2] },
-                    position: a.position,
-                    orientation: a.orientation,
-                    length: a.length,
-                    mass_per_length: a.mass_per_length,
-                    bending_stiffness: a.bending_stiffness,
-                    torsion_stiffness: a.torsion_stiffness,
-                    polar_inertia_per_length: a.polar_inertia_per_length,
-                    damping_ratio: a.damping_ratio,
-                })
-                .collect(),
+            appendages,
+            tables,
             held: self.base.held,
             geared: true,
+            analysis: self.analysis,
         };
         for (k, t) in self.tip.into_iter().enumerate() {
             let name = t.name.unwrap_or_else(|| format!("tip {}", k + 1));

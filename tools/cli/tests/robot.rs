@@ -232,3 +232,125 @@ fn robots_are_packed() {
     let (code, said) = run(&["fmu", "pack", "--robot", name, "-o", to]);
     assert!(code == Some(1) && said.contains("`appendage 1`: length, mass per length"), "{said}");
 }
+
+/// Outputs of `analysis = true` are what `trueup robot` shows at the pose, over both ways of running an FMU.
+#[test]
+fn what_a_pose_is_worth_in_the_fmu() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("arm.toml"), folder.path().join("out"));
+    let panel = "\n[[appendage]]\nshapes = [1, 0, 0]\nposition = [0, 0.5, 0]\norientation = [0.6, 0.8, 0, 0]\nlength = 3.0\n\
+                 mass-per-length = 2.0\nbending-stiffness = [200.0, 800.0]\ntorsion-stiffness = 60.0\npolar-inertia-per-length = 0.02\n";
+    // Out of the plane: in a plane all torques are parallel.
+    let arm = ARM.replacen("axis = [1.0, 0.0, 0.0]", "axis = [1.0, 0.0, 1.0]", 1);
+    let text = format!("analysis = true\n{arm}mount = [0.1, 0.2, 0.0]\n{panel}");
+    std::fs::write(&file, text).unwrap();
+    let (name, to) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let done = trueup(&["fmu", "pack", "--robot", name, "-o", to]);
+    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    let found = json(&["robot", name, "--pose", "0.4,0.5", "--json"]);
+    let csv = folder.path().join("run.csv");
+    for version in ["2", "3"] {
+        let fmu = out.join(format!("SpatialFreeFlyer.fmi{version}.fmu"));
+        let pose = ["--set", "initialJointAngle[1]=0.4", "--set", "initialJointAngle[2]=0.5"];
+        let run = ["simulate", fmu.to_str().unwrap(), "--stop", "0.01", "-o", csv.to_str().unwrap()];
+        let done = trueup(&[&run[..], &pose].concat());
+        assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+        let rows = std::fs::read_to_string(&csv).unwrap();
+        let mut lines = rows.lines();
+        let (names, first) = (lines.next().unwrap(), lines.next().unwrap());
+        // Names with a comma are quoted: the ones looked for are after all of them.
+        let from_end = |name: &str| names.rsplit(',').position(|n| n.trim_matches('"') == name).unwrap();
+        let at = |name: &str| -> f64 { first.rsplit(',').nth(from_end(name)).unwrap().parse().unwrap() };
+        let measure = |name: &str| found["measures"][name].as_f64().unwrap();
+        let smallest = numbers(&found["singularValues"]["J_g"]).last().copied().unwrap();
+        for (name, wanted) in [
+            ("forceMeasure[1]", measure("force")),
+            ("torqueMeasure[1]", measure("torque")),
+            ("combinedMeasure[1]", measure("combined")),
+            ("generalizedJacobianSmallest[1]", smallest),
+            ("manipulability[1]", found["manipulability"]["J_g"].as_f64().unwrap()),
+        ] {
+            let value = at(name);
+            assert!(value > 0.0 && (value / wanted - 1.0).abs() < 1e-12, "{name}: {value}, not {wanted}");
+        }
+    }
+}
+
+const TABLE: &str = r#"
+[[appendage]]
+name = "array"
+position = [0.0, 0.5, 0.0]
+mass = 8.0
+center-of-mass = [0.0, 0.0, 2.0]
+inertia = [[11.0, 0.0, 0.0], [0.0, 11.0, 0.0], [0.0, 0.0, 0.2]]
+damping-ratio = 0.01
+[[appendage.mode]]
+frequency = 0.5
+participation = [2.2, 0.0, 0.0, 0.0, 6.4, 0.0]
+[[appendage.mode]]
+frequency = 1.0
+damping-ratio = 0.0
+participation = [0.0, 2.2, 0.0, -6.4, 0.0, 0.0]
+"#;
+
+/// A table of modes in a file and in its FMU; what cannot be is refused with name, value and mend.
+#[test]
+fn tables_of_modes_are_packed_and_checked() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, out) = (folder.path().join("arm.toml"), folder.path().join("out"));
+    let text = format!("{ARM}{TABLE}");
+    std::fs::write(&file, &text).unwrap();
+    let (name, to) = (file.to_str().unwrap(), out.to_str().unwrap());
+    let run = |arguments: &[&str]| {
+        let done = trueup(arguments);
+        (done.status.code(), String::from_utf8_lossy(&[done.stdout, done.stderr].concat()).into_owned())
+    };
+    let (code, said) = run(&["fmu", "pack", "--robot", name, "-o", to]);
+    assert_eq!(code, Some(0), "{said}");
+    let csv = folder.path().join("run.csv");
+    let csv = csv.to_str().unwrap();
+    for version in ["2", "3"] {
+        let fmu = out.join(format!("SpatialFreeFlyer.fmi{version}.fmu"));
+        let (code, said) = run(&["fmu", "info", fmu.to_str().unwrap()]);
+        assert!(code == Some(0) && said.contains("modeParticipation"), "{said}");
+        // An eighth of a period of the second mode, by 0.1 at first, free of damping: it comes back faster on a free base.
+        let swing = [
+            "simulate",
+            fmu.to_str().unwrap(),
+            "--set",
+            "initialModalCoordinate[2]=0.1",
+            "--stop",
+            "0.01",
+            "-o",
+            csv,
+        ];
+        let (code, said) = run(&swing);
+        assert_eq!(code, Some(0), "{said}");
+        let too_much = ["simulate", fmu.to_str().unwrap(), "--set", "modeParticipation[1,1]=2.9", "-o", csv];
+        let (code, said) = run(&too_much);
+        assert!(code == Some(1) && said.contains("modeParticipation of table 1, from mode 1: its modes move 8.4100 kg along x, and it has 8.0000"), "{said}");
+    }
+    for ((old, new), words) in [
+        (
+            ("participation = [0.0, 2.2", "participation = [0.0, 3.0"),
+            "`array`: its modes move 9.0000 kg along y, and it has 8.0000; give mass-normalised",
+        ),
+        (
+            ("6.4, 0.0]", "8.0, 0.0]"),
+            "`array`: its modes move 64.0000 kg.m2 through its root about y, and it has 43.0000",
+        ),
+        (("frequency = 1.0", "frequency = 0.0"), "`array`: mode 2: give a frequency above 0"),
+        (("mass = 8.0", ""), "`array`: `mass` is missing; a table of modes has mass"),
+        (
+            ("mass = 8.0", "mass = 8.0\nshapes = [1, 1, 1]"),
+            "`array`: a table of modes has mass, center-of-mass, inertia",
+        ),
+        (("[[11.0,", "[[99.0,"), "`array`: its principal moments"),
+        (("participation = [2.2, 0.0, 0.0, 0.0, 6.4, 0.0]", "participation = [2.2]"), "invalid length 1"),
+    ] {
+        assert!(text.contains(old), "{old}");
+        std::fs::write(&file, text.replacen(old, new, 1)).unwrap();
+        let (code, said) = run(&["robot", name]);
+        assert!(code == Some(1) && said.contains(words) && said.contains("arm.toml"), "{said}");
+    }
+}

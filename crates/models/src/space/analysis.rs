@@ -203,39 +203,6 @@ impl MomentumForm {
     }
 }
 
-/// det(A^T A) of columns (SFF-4), by Gram-Schmidt: columns that depend on each other give 0, not a difference of large
-/// numbers.
-pub fn measure(columns: &[Vec<f64>]) -> f64 {
-    let mut kept: Vec<Vec<f64>> = Vec::new();
-    let mut product = 1.0;
-    for column in columns {
-        let mut rest = column.clone();
-        for _ in 0..2 {
-            for k in &kept {
-                let along: f64 = k.iter().zip(&rest).map(|(a, b)| a * b).sum();
-                rest.iter_mut().zip(k).for_each(|(r, k)| *r -= along * k);
-            }
-        }
-        let square: f64 = rest.iter().map(|r| r * r).sum();
-        product *= square; // (SFF-4)
-        let length = square.sqrt();
-        if length > 0.0 {
-            kept.push(rest.iter().map(|r| r / length).collect());
-        }
-    }
-    product
-}
-
-/// The columns of forces, of torques, of both.
-pub fn stacked<T: Scalar>(columns: &[Column<T>]) -> [Vec<Vec<f64>>; 3] {
-    let of = |v: Vector<T>| v.map(T::value).to_vec();
-    [
-        columns.iter().map(|c| of(c.force)).collect(),
-        columns.iter().map(|c| of(c.torque)).collect(),
-        columns.iter().map(|c| [of(c.force), of(c.torque)].concat()).collect(),
-    ]
-}
-
 /// Frobenius norm of columns.
 pub fn norm<T: Scalar>(columns: &[Vector<T>]) -> f64 {
     columns.iter().map(|c| dot(*c, *c).value()).sum::<f64>().sqrt()

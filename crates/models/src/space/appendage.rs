@@ -57,7 +57,7 @@ pub struct TableMode<T> {
 }
 
 /// An appendage that does not fit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AppendageError {
     /// More of them than [`MAX_APPENDAGES`].
     Appendages,
@@ -65,8 +65,9 @@ pub enum AppendageError {
     Modes,
     /// A mode without mass: its number in the appendage, from 0.
     Massless(usize),
-    /// Modes that move more mass than the appendage has.
-    Participation,
+    /// Modes that move more mass than the appendage has: along x, y, z (0 to 2, kg) or about x, y, z through the root (3 to 5,
+    /// kg.m2) what they move and what there is; `None`: not along an axis, but together.
+    Participation(Option<(usize, f64, f64)>),
 }
 
 impl std::fmt::Display for AppendageError {
@@ -82,10 +83,21 @@ impl std::fmt::Display for AppendageError {
                 "mode {} has no mass above 0; give length, mass and polar inertia per length above 0, or no shapes of this kind",
                 j + 1
             ),
-            Self::Participation => write!(
-                f,
-                "its modes move more than its mass and inertia; are they mass-normalised, and their moments about the root?"
-            ),
+            Self::Participation(direction) => {
+                match direction {
+                    Some((k, moved, there)) => {
+                        let axis = ["x", "y", "z"][k % 3];
+                        let (way, unit) =
+                            if *k < 3 { ("along", "kg") } else { ("about", "kg.m2 through its root") };
+                        write!(f, "its modes move {moved:.4} {unit} {way} {axis}, and it has {there:.4}")?;
+                    }
+                    None => write!(f, "its modes together move more than its mass and inertia")?,
+                }
+                write!(
+                    f,
+                    "; give mass-normalised participation (kg^0.5, about the root kg^0.5.m), or all of its mass and inertia"
+                )
+            }
         }
     }
 }
@@ -165,7 +177,21 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
         rigid: &Rigid<T>,
         table: &[TableMode<T>],
     ) -> Result<(), AppendageError> {
-        let fits = participation_fits(rigid, table);
+        participation(rigid, table)?;
+        self.put_table(on, frame, rigid, table.iter().copied())
+    }
+
+    /// As [`Self::add_table`], of modes that are known not to move more than there is.
+    ///
+    /// # Errors
+    /// No room.
+    pub(super) fn put_table(
+        &mut self,
+        on: usize,
+        frame: &Frame<T>,
+        rigid: &Rigid<T>,
+        table: impl ExactSizeIterator<Item = TableMode<T>>,
+    ) -> Result<(), AppendageError> {
         self.open(on, rigid.outwards(frame), table.len())?;
         for mode in table {
             self.put(Mode {
@@ -176,9 +202,6 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
                 stiffness: mode.frequency * mode.frequency,
                 damping: mode.damping_ratio * mode.frequency * 2.0,
             })?;
-        }
-        if !fits {
-            return Err(AppendageError::Participation);
         }
         self.count += 1;
         Ok(())
@@ -206,7 +229,10 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
 }
 
 /// Whether the inertia that is left when the modes move freely is that of a body, or 0 within rounding.
-fn participation_fits<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> bool {
+///
+/// # Errors
+/// It is not.
+pub fn participation<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> Result<(), AppendageError> {
     let mut left = Articulated::rigid(rigid);
     let diagonal = |m: &Matrix<T>| (m[0][0] + m[1][1] + m[2][2]).value();
     // A complete set leaves nothing, and a rod nothing about its axis.
@@ -222,7 +248,32 @@ fn participation_fits<T: Scalar>(rigid: &Rigid<T>, table: &[TableMode<T>]) -> bo
         m[7 * i] += little[0];
         m[7 * (i + 3)] += little[1];
     }
-    ldl_factor(&mut m, 6).is_ok()
+    if ldl_factor(&mut m, 6).is_ok() {
+        return Ok(());
+    }
+    let direction = (0..6).find_map(|k| {
+        let there = if k < 3 { rigid.mass } else { rigid.inertia[k - 3][k - 3] }.value();
+        let part = |w: &Wrench<T>| if k < 3 { w.force[k] } else { w.torque[k - 3] }.value();
+        let moved: f64 = table.iter().map(|m| part(&m.participation).powi(2)).sum();
+        (moved > there).then_some((k, moved, there))
+    });
+    Err(AppendageError::Participation(direction))
+}
+
+impl Beam<f64> {
+    /// The lowest of its frequencies, clamped, rad/s; infinite without shapes.
+    pub fn first_frequency(&self, shapes: Shapes) -> f64 {
+        let root = bending(0).map_or(0.0, |s| s.root);
+        let bent =
+            |stiffness: f64| root * root * (stiffness / self.mass_per_length).sqrt() / self.length.powi(2);
+        let turned = (self.torsion_stiffness / self.polar_inertia_per_length).sqrt() / self.length;
+        let all = [
+            (shapes.x, bent(self.bending_stiffness[0])),
+            (shapes.y, bent(self.bending_stiffness[1])),
+            (shapes.torsion, torsion(0).map_or(0.0, |s| s.root) * turned),
+        ];
+        all.iter().filter(|(shapes, _)| *shapes > 0).map(|(_, f)| *f).fold(f64::INFINITY, f64::min)
+    }
 }
 
 impl<T: Scalar> Beam<T> {

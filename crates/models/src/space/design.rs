@@ -6,6 +6,7 @@ use super::appendage::{Beam, Shapes};
 use super::attitude::{Quaternion, rotation, square, unit};
 use super::flexible::Appendages;
 use super::spatial::{Frame, Rigid};
+use super::table::Table;
 use super::tree::{Body, Joint, Tree};
 use super::vector::{Matrix, Vector, dot};
 
@@ -135,10 +136,14 @@ pub struct Design {
     pub thrusters: Vec<Thruster>,
     /// What bends on the base.
     pub appendages: Vec<Appendage>,
+    /// What bends on the base by tables of modes.
+    pub tables: Vec<Table>,
     /// The base does not move.
     pub held: bool,
     /// Rotors sit behind their gears; else they are as S0 prints them.
     pub geared: bool,
+    /// Its model has outputs of what a pose is worth: measures, singular values.
+    pub analysis: bool,
 }
 
 /// A design that cannot be: which body and value, and the mend.
@@ -304,6 +309,31 @@ impl Design {
                 return fault(&a.name, why.to_string());
             }
         }
+        for t in &self.tables {
+            if !(t.mass > 0.0 && t.mass.is_finite()) {
+                return fault(&t.name, format!("mass = {}: give it a mass above 0", t.mass));
+            }
+            if let Some(why) = inertia_fault(&t.inertia) {
+                return fault(&t.name, why);
+            }
+            if off_unit(t.orientation) || !finite(&t.position) || !finite(&t.center_of_mass) {
+                let message = "give finite position and center-of-mass, and a unit quaternion as orientation";
+                return fault(&t.name, message.into());
+            }
+            for (m, mode) in t.modes.iter().enumerate() {
+                let all = finite(&[mode.frequency, mode.damping_ratio]) && finite(&mode.participation);
+                if !all || mode.frequency <= 0.0 || mode.damping_ratio < 0.0 {
+                    let message = format!(
+                        "mode {}: give a frequency above 0, a damping ratio of 0 or above, and six finite numbers",
+                        m + 1
+                    );
+                    return fault(&t.name, message);
+                }
+            }
+            if let Err(why) = appendages.add_table(0, &t.frame(), &t.rigid(), &t.rows()) {
+                return fault(&t.name, why.to_string());
+            }
+        }
         for (k, t) in self.thrusters.iter().enumerate() {
             if !finite(&t.position) || !finite(&t.direction) || dot(t.direction, t.direction) == 0.0 {
                 let message = "position and direction must be finite numbers, the direction not 0";
@@ -313,7 +343,19 @@ impl Design {
         Ok(())
     }
 
-    /// The robot with these values.
+    /// The robot with its appendages as they are unbent, parts of the base.
+    pub fn unbent(&self) -> Robot<f64> {
+        let mut appendages = Appendages::<f64>::new();
+        let fit = self.appendages.iter().all(|a| appendages.add_beam(0, a.shapes, &a.beam()).is_ok())
+            && self.tables.iter().all(|t| appendages.add_table(0, &t.frame(), &t.rigid(), &t.rows()).is_ok());
+        let mut robot = self.robot();
+        if fit {
+            appendages.parts().iter().for_each(|part| robot.base = robot.base.plus(&part.rigid));
+        }
+        robot
+    }
+
+    /// The robot with these values, without its appendages.
     pub fn robot(&self) -> Robot<f64> {
         let body = |l: &Link| Body {
             rigid: Rigid::new(l.mass, l.center_of_mass, &l.inertia),

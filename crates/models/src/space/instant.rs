@@ -20,7 +20,8 @@ pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
 pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
     [v[at], v[at + 1], v[at + 2], v[at + 3]]
 }
-fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
+/// Nine elements, row by row.
+pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
     [three(v, at), three(v, at + 3), three(v, at + 6)]
 }
 
@@ -116,6 +117,14 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
                 // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
                 self.base.mass = T::constant(f64::NAN);
             }
+        }
+        let mut first = 0;
+        for (k, count) in s.tables.iter().enumerate() {
+            let (frame, rigid) = model.table(at.p, k);
+            if self.appendages.put_table(0, &frame, &rigid, model.table_modes(at.p, first, *count)).is_err() {
+                self.base.mass = T::constant(f64::NAN);
+            }
+            first += count;
         }
         let eta = &at.x[row.modal_coordinate..][..modes];
         let rates = &at.x[row.modal_velocity..][..modes];

@@ -154,8 +154,8 @@ layout! {
         "How the rotors are coupled to the bodies that carry them (SFF-12)";
     thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";
     thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(Allowed::Any), "Of the force on the base, base axes";
-    appendage_position "appendagePosition" [s.appendages.len(), 3], "m", tunable(Allowed::Any), "The appendage's root, base axes (SFF-5)";
-    appendage_orientation "appendageOrientation" [s.appendages.len(), 4], "1", tunable(Allowed::Any),
+    appendage_position "appendagePosition" [s.panels(), 3], "m", tunable(Allowed::Any), "The appendage's root, base axes (SFF-5)";
+    appendage_orientation "appendageOrientation" [s.panels(), 4], "1", tunable(Allowed::Any),
         "Appendage's axes (z along it) to base axes, quaternion w, x, y, z";
     appendage_length "appendageLength" [s.appendages.len()], "m", tunable(Positive), "From root to tip (SFF-5)";
     mass_per_length "appendageMassPerLength" [s.appendages.len()], "kg/m", tunable(Positive), "rho A (SFF-5)";
@@ -164,6 +164,13 @@ layout! {
     torsion "torsionStiffness" [s.appendages.len()], "N.m2", tunable(Positive), "G J (SFF-5)";
     polar_inertia "polarInertiaPerLength" [s.appendages.len()], "kg.m", tunable(Positive), "rho I_p (SFF-5)";
     damping_ratio "dampingRatio" [s.appendages.len()], "1", tunable(NotNegative), "Of every mode of the appendage";
+    table_mass "appendageMass" [s.tables.len()], "kg", tunable(Positive), "Of an appendage given by a table of modes (SFF-5)";
+    table_center "appendageCenterOfMass" [s.tables.len(), 3], "m", tunable(Allowed::Any), "Its centre of mass from its root, own axes";
+    table_inertia "appendageInertia" [s.tables.len(), 3, 3], "kg.m2", tunable(Allowed::Any), "About its centre of mass, own axes";
+    mode_frequency "modeFrequency" [s.tabled()], "rad/s", tunable(Positive), "Of the modes of tables, clamped, one table after the other";
+    mode_damping "modeDampingRatio" [s.tabled()], "1", tunable(NotNegative), "Of the modes of tables";
+    mode_participation "modeParticipation" [s.tabled(), 6], "", tunable(Allowed::Any),
+        "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
     gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
     initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
     initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
@@ -177,6 +184,8 @@ layout! {
         "d(q_mi) at the start; unset: the joint's";
     initial_modal_coordinate "initialModalCoordinate" [s.modes()], "m", FIXED, "eta at the start (rad of torsion)";
     initial_modal_velocity "initialModalVelocity" [s.modes()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
+    arm_mount "armMount" [s.tips.len(), 3] if s.analysis, "m", tunable(Allowed::Any),
+        "Point of the base that the measures take this tip's arm's torques about, base axes (SFF-3)";
 }
 
 layout! {
@@ -206,7 +215,7 @@ layout! {
     tip_velocity "tipVelocity" [s.tips.len(), 3], "m/s", Shows::States, "Inertial axes, v_ee (SFF-7)";
     tip_angular_velocity "tipAngularVelocity" [s.tips.len(), 3], "rad/s", Shows::States, "Inertial axes, omega_ee (SFF-7)";
     modal_coordinate "modalCoordinate" [s.modes()], "m", Shows::State("modalCoordinate"),
-        "eta: what each shape moves the appendage's tip, along x, then y, then torsion (rad), appendage by appendage (SFF-5)";
+        "eta: what each shape moves the appendage's tip, along x, then y, then torsion (rad), appendage by appendage; of tables (kg^0.5 m) behind them (SFF-5)";
     modal_velocity "modalVelocity" [s.modes()], "m/s", Shows::State("modalVelocity"), "d(eta)/dt (rad/s of torsion)";
     appendage_tip "appendageTipPosition" [s.appendages.len(), 3], "m", Shows::States, "Tip of the appendage, inertial axes";
     reaction_force "reactionForce" [3], "N", Shows::All, "Of all that the base carries on the base, inertial axes, F_IF (SFF-3)";
@@ -218,6 +227,14 @@ layout! {
     kinetic_energy "kineticEnergy" [], "J", Shows::States, "T, rotors included (SFF-8)";
     potential_energy "potentialEnergy" [], "J", Shows::States, "Of springs and appendages, and of the weight where the base is held";
     center_of_mass "centerOfMass" [3], "m", Shows::States, "Of the whole system, inertial axes";
+    force_measure "forceMeasure" [s.tips.len()] if s.analysis, "", Shows::States,
+        "det(B_f^T B_f) of this tip's arm, (kg.m) to the power of twice its joints (SFF-4); 0 of more than 3 joints";
+    torque_measure "torqueMeasure" [s.tips.len()] if s.analysis, "", Shows::States,
+        "det(B_tau^T B_tau), (kg.m2) to the power of twice the joints (SFF-4); 0 where joints give parallel torques, and of more than 3";
+    combined_measure "combinedMeasure" [s.tips.len()] if s.analysis, "", Shows::States, "det(B^T B) of force and torque together (SFF-4); 0 of more than 6 joints";
+    jacobian_smallest "generalizedJacobianSmallest" [s.tips.len()] if s.analysis, "", Shows::States,
+        "Smallest singular value of J_g, twist of the tip by all joints (SFF-10), rows m and rad; of J_M where the base is held";
+    manipulability "manipulability" [s.tips.len()] if s.analysis, "", Shows::States, "sqrt(det(J J^T)) of that matrix: the product of its singular values";
 }
 
 layout! {

@@ -34,8 +34,12 @@ pub struct Structure {
     pub thrusters: usize,
     /// Per appendage of the base the numbers of its shapes.
     pub appendages: Vec<Shapes>,
+    /// Per appendage that is a table of modes, behind those: their number.
+    pub tables: Vec<usize>,
     /// The base does not move.
     pub held: bool,
+    /// There are outputs of what a pose is worth.
+    pub analysis: bool,
 }
 
 impl Structure {
@@ -50,9 +54,17 @@ impl Structure {
     fn most_shapes(&self) -> usize {
         self.appendages.iter().flat_map(|a| [a.x, a.y, a.torsion]).max().unwrap_or(0)
     }
+    /// Appendages, beams and tables.
+    pub fn panels(&self) -> usize {
+        self.appendages.len() + self.tables.len()
+    }
+    /// Modes of tables.
+    pub fn tabled(&self) -> usize {
+        self.tables.iter().sum()
+    }
     /// Modal coordinates.
     pub fn modes(&self) -> usize {
-        self.appendages.iter().map(Shapes::modes).sum()
+        self.appendages.iter().map(Shapes::modes).chain(self.tables.iter().copied()).sum()
     }
 
     /// Whether there can be such a model.
@@ -65,7 +77,7 @@ impl Structure {
             ("moving bodies", n, MAX_BODIES),
             ("tips", self.tips.len(), MAX_TIPS),
             ("thrusters", self.thrusters, MAX_THRUSTERS),
-            ("appendages", self.appendages.len(), MAX_APPENDAGES),
+            ("appendages", self.panels(), MAX_APPENDAGES),
             ("modal coordinates", self.modes(), MAX_MODES_OF_ALL),
             ("shapes in a direction", self.most_shapes(), MAX_SHAPES),
         ] {

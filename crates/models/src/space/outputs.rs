@@ -3,6 +3,7 @@
 use super::attitude::{about_axis, normalized, product as turned_by, unit};
 use super::composite::momentum;
 use super::instant::{Instant, four, three};
+use super::measures::Arms;
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
@@ -27,6 +28,9 @@ impl SpatialFreeFlyer {
         self.appendages(at, base, &mut put);
         self.reactions(at, &now, &mut put);
         self.totals(at, &now, &mut put);
+        if self.structure().analysis {
+            self.analysis(at, &now, &mut put);
+        }
     }
 
     fn joints<T: Scalar>(&self, at: &At<T>, put: &mut impl FnMut(usize, &[T])) {
@@ -126,6 +130,26 @@ impl SpatialFreeFlyer {
             let mount = three(at.p, self.parameter.joint_position + 3 * (first - 1));
             put(to.arm_force + 3 * a, &inertial(of_arm.force));
             put(to.arm_torque + 3 * a, &inertial(sub(of_arm.torque, cross(mount, of_arm.force))));
+        }
+    }
+
+    fn analysis<T: Scalar, const N: usize, const E: usize>(
+        &self,
+        at: &At<T>,
+        now: &Instant<T, N, E>,
+        put: &mut impl FnMut(usize, &[T]),
+    ) {
+        let (s, to, p) = (self.structure(), &self.output, &self.parameter);
+        let robot = now.snapshot(self);
+        let arms = Arms::<T, N>::of(&robot, s.held);
+        for (a, tip) in s.tips.iter().enumerate() {
+            let [force, torque, both] = arms.measures(&robot, *tip, three(at.p, p.arm_mount + 3 * a));
+            put(to.force_measure + a, &[force]);
+            put(to.torque_measure + a, &[torque]);
+            put(to.combined_measure + a, &[both]);
+            let (smallest, all) = arms.dexterity(&robot, *tip, three(at.p, p.tip_offset + 3 * a));
+            put(to.jacobian_smallest + a, &[smallest]);
+            put(to.manipulability + a, &[all]);
         }
     }
 

@@ -49,8 +49,10 @@ pub fn table_1() -> Design {
         tips: tool(3, [0.8, 0.0, 0.0], [0.0; 3]),
         thrusters: Vec::new(),
         appendages: Vec::new(),
+        tables: Vec::new(),
         held: false,
         geared: true,
+        analysis: false,
     }
 }
 
@@ -116,8 +118,10 @@ pub fn chaser() -> Design {
         tips: tool(6, [0.15, 0.0, 0.0], [0.9, 0.0, 0.6]),
         thrusters: pairs(0.8),
         appendages: Vec::new(),
+        tables: Vec::new(),
         held: false,
         geared: true,
+        analysis: false,
     }
 }
 
@@ -159,8 +163,10 @@ pub fn test_bed() -> Design {
         tips: tool(n, [p[planar::link_length(n) + n - 1], 0.0, 0.0], [p[mount], p[mount + 1], 0.0]),
         thrusters: Vec::new(),
         appendages: Vec::new(),
+        tables: Vec::new(),
         held: false,
         geared: false,
+        analysis: false,
     }
 }
 

@@ -33,6 +33,11 @@ impl Tree {
     pub fn bodies(&self) -> usize {
         self.parent.len()
     }
+    /// Bodies (from 1) from this one to the base, itself first.
+    pub fn arm(&self, body: usize) -> impl Iterator<Item = usize> + '_ {
+        let on = |b: &usize| (*b > 0).then_some(*b);
+        std::iter::successors(on(&body), move |b| on(&self.parent[b - 1]))
+    }
     /// The first body of the arm that this one (from 1) is on: the base carries it.
     pub fn first_of_arm(&self, mut body: usize) -> usize {
         while self.parent[body - 1] > 0 {

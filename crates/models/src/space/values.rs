@@ -27,7 +27,9 @@ impl Design {
             tips: self.tips.iter().map(|t| t.body).collect(),
             thrusters: self.thrusters.len(),
             appendages: self.appendages.iter().map(|a| a.shapes).collect(),
+            tables: self.tables.iter().map(|t| t.modes.len()).collect(),
             held: self.held,
+            analysis: self.analysis,
         }
     }
 
@@ -75,6 +77,9 @@ impl Design {
         }
         for (a, t) in self.tips.iter().enumerate() {
             put(&mut p, at.tip_offset + 3 * a, &t.offset);
+            if s.analysis {
+                put(&mut p, at.arm_mount + 3 * a, &t.mount);
+            }
         }
         for (k, t) in self.thrusters.iter().enumerate() {
             put(&mut p, at.thruster_position + 3 * k, &t.position);
@@ -90,6 +95,21 @@ impl Design {
             p[at.torsion + k] = a.torsion_stiffness;
             p[at.polar_inertia + k] = a.polar_inertia_per_length;
             p[at.damping_ratio + k] = a.damping_ratio;
+        }
+        let mut m = 0;
+        for (k, t) in self.tables.iter().enumerate() {
+            let part = self.appendages.len() + k;
+            put(&mut p, at.appendage_position + 3 * part, &t.position);
+            put(&mut p, at.appendage_orientation + 4 * part, &t.orientation);
+            p[at.table_mass + k] = t.mass;
+            put(&mut p, at.table_center + 3 * k, &t.center_of_mass);
+            put(&mut p, at.table_inertia + 9 * k, t.inertia.as_flattened());
+            for mode in &t.modes {
+                p[at.mode_frequency + m] = mode.frequency;
+                p[at.mode_damping + m] = mode.damping_ratio;
+                put(&mut p, at.mode_participation + 6 * m, &mode.participation);
+                m += 1;
+            }
         }
         p
     }
@@ -115,8 +135,13 @@ fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
         }
     }
     (0..s.thrusters).for_each(|k| p[at.thruster_direction + 3 * k] = 1.0);
+    (0..s.panels()).for_each(|k| p[at.appendage_orientation + 4 * k] = 1.0);
+    for k in 0..s.tables.len() {
+        p[at.table_mass + k] = 1.0;
+        DIAGONAL.iter().for_each(|i| p[at.table_inertia + 9 * k + i] = 0.1);
+    }
+    (0..s.tabled()).for_each(|m| p[at.mode_frequency + m] = 10.0);
     for k in 0..s.appendages.len() {
-        p[at.appendage_orientation + 4 * k] = 1.0;
         for begin in [at.appendage_length, at.mass_per_length, at.polar_inertia] {
             p[begin + k] = 1.0;
         }
@@ -183,12 +208,22 @@ impl SpatialFreeFlyer {
                 return Err((begin, message));
             }
         }
-        for k in 0..s.appendages.len() {
+        for k in 0..s.panels() {
             quaternion(
                 p,
                 at.appendage_orientation + 4 * k,
                 &format!("appendageOrientation of appendage {}", k + 1),
             )?;
+        }
+        for k in 0..s.tables.len() {
+            let begin = at.table_inertia + 9 * k;
+            if let Some(why) = inertia_fault(&inertia(begin)) {
+                return Err((begin, format!("appendageInertia of table {}: {why}", k + 1)));
+            }
+        }
+        if let Some((k, first, why)) = self.table_fault(p) {
+            let message = format!("modeParticipation of table {}, from mode {}: {why}", k + 1, first + 1);
+            return Err((at.mode_participation + 6 * first, message));
         }
         let begin = at.initial_base_quaternion;
         if p[begin..begin + 4].iter().all(|v| *v == 0.0) {

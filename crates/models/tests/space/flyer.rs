@@ -1,8 +1,10 @@
 //! `SpatialFreeFlyer` as a model: what its tests share.
 
+mod analysis;
 mod balances;
 mod limits;
 mod runs;
+mod tables;
 
 use trueup_models::space::design::{Design, Motor, Thruster, Tip};
 use trueup_models::space::layout::{Inputs, Outputs, Parameters, States};
@@ -55,11 +57,15 @@ impl Flyer {
     }
     /// Outputs and their rates of change, the inputs held.
     pub(crate) fn moving(&self, x: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        self.along(x, &self.rates(x, u), u)
+    }
+    /// Outputs and how they change with the states along `slope`.
+    pub(crate) fn along(&self, x: &[f64], slope: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let along = |v: &[f64], slope: &[f64]| -> Vec<Dual<1>> {
             v.iter().zip(slope).map(|(re, e)| Dual { re: *re, eps: [*e] }).collect()
         };
         let zeros = vec![0.0; self.p.len().max(u.len())];
-        let (x, u, p) = (along(x, &self.rates(x, u)), along(u, &zeros), along(&self.p, &zeros));
+        let (x, u, p) = (along(x, slope), along(u, &zeros), along(&self.p, &zeros));
         let mut y = vec![Dual { re: 0.0, eps: [0.0] }; self.output.count];
         self.model.outputs(At { t: Dual { re: 0.0, eps: [0.0] }, x: &x, u: &u, p: &p, modes: &[] }, &mut y);
         (y.iter().map(|y| y.re).collect(), y.iter().map(|y| y.eps[0]).collect())

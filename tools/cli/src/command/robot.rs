@@ -7,9 +7,10 @@ use std::fmt::Write;
 
 use nalgebra::DMatrix;
 use serde_json::{Value, json};
-use trueup_models::space::analysis::{Column, MomentumForm, Reaction, measure, stacked};
+use trueup_models::space::analysis::{Column, MomentumForm, Reaction};
 use trueup_models::space::attitude::rotation;
 use trueup_models::space::design::{Design, Tip};
+use trueup_models::space::measures::measures as measures_of;
 use trueup_models::space::spatial::Frame;
 
 use crate::args::Robot;
@@ -100,20 +101,24 @@ fn singular_values(j: &[f64]) -> Vec<f64> {
     all
 }
 
+/// Yoshikawa's manipulability, sqrt det J J^T.
+fn product(singular_values: &[f64]) -> f64 {
+    singular_values.iter().product()
+}
+
 /// The robot's momentum form with the base at the origin, turned by nothing.
 fn form(design: &Design, tip: &Tip, q: &[f64]) -> MomentumForm {
     let base = Frame { rotation: rotation([1.0, 0.0, 0.0, 0.0]), origin: [0.0; 3] };
-    design.robot().momentum_form(base, q, (tip.body, tip.offset))
+    design.unbent().momentum_form(base, q, (tip.body, tip.offset))
 }
 
-/// Measures of force, torque and both of a reaction; of the torque those of these joints (from 1) alone, if any are named:
-/// columns that are parallel by construction make the whole 0.
-fn measures(reaction: &Reaction<f64>, torque_joints: &[usize]) -> [f64; 3] {
-    let [force, mut torque, both] = stacked(&reaction.inertial);
-    if !torque_joints.is_empty() {
-        torque = torque_joints.iter().filter_map(|j| torque.get(j.checked_sub(1)?).cloned()).collect();
-    }
-    [measure(&force), measure(&torque), measure(&both)]
+/// Measures of force, torque and both of the arm that carries the hand; of the torque those of these joints (from 1) alone, if
+/// any are named: columns that are parallel by construction make the whole 0.
+fn measures(design: &Design, tip: &Tip, reaction: &Reaction<f64>, torque_joints: &[usize]) -> [f64; 3] {
+    let arm: Vec<usize> = design.structure().tree.arm(tip.body).map(|body| body - 1).collect();
+    let columns = arm.iter().filter_map(|j| reaction.inertial.get(*j));
+    let named = |j: &&usize| torque_joints.is_empty() || torque_joints.contains(&(**j + 1));
+    measures_of(columns, arm.iter().filter(named).filter_map(|j| reaction.inertial.get(*j)))
 }
 
 impl Pose {
@@ -121,7 +126,7 @@ impl Pose {
         let reaction = design.robot().reaction(q, tip.mount);
         let form = form(design, tip, q);
         let j_g = form.generalized_jacobian().ok();
-        Self { q: q.to_vec(), measures: measures(&reaction, torque_joints), reaction, form, j_g }
+        Self { q: q.to_vec(), measures: measures(design, tip, &reaction, torque_joints), reaction, form, j_g }
     }
 
     /// Name, what it is, rows.
@@ -171,6 +176,7 @@ impl Pose {
             "pairs": self.reaction.coriolis.iter().map(|c| [c.0 + 1, c.1 + 1]).collect::<Vec<_>>(),
             "measures": {"force": self.measures[0], "torque": self.measures[1], "combined": self.measures[2]},
             "singularValues": {"J_M": held, "J_g": floating},
+            "manipulability": {"J_M": product(&held), "J_g": product(&floating)},
         })
     }
 
@@ -198,6 +204,8 @@ impl Pose {
         let [held, floating] = self.values();
         let _ = writeln!(out, "singular values of J_M: {}", list(&held));
         let _ = writeln!(out, "singular values of J_g: {}", list(&floating));
+        let (held, floating) = (product(&held), product(&floating));
+        let _ = writeln!(out, "manipulability: J_M {held:.6e}, J_g {floating:.6e}");
         out
     }
 }

@@ -239,6 +239,8 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         appendages: Vec::new(),
         held,
         geared: true,
+        analysis: false,
+        tables: Vec::new(),
     };
     // Base axes lie in the centre of mass.
     let mut rest: Vec<(usize, &Joint<'_>, Frame<f64>)> = Vec::new();

@@ -70,7 +70,7 @@ impl Grid {
             for b in grid.angles.clone() {
                 (q[joints[0] - 1], q[joints[1] - 1]) = (a, b);
                 let r = robot.reaction(&q, tip.mount);
-                let [force, torque, both] = measures(&r, &args.torque_joints);
+                let [force, torque, both] = measures(design, tip, &r, &args.torque_joints);
                 let pairs: Vec<Column<f64>> = r.coriolis.iter().map(|c| c.2).collect();
                 let of = |columns: &[Column<f64>], part: fn(&Column<f64>) -> [f64; 3]| {
                     norm(&columns.iter().map(part).collect::<Vec<_>>())
