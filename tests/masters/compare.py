@@ -9,6 +9,7 @@ the packages of tools/python/requirements.txt. What cannot run is printed with i
 """
 
 import argparse
+import csv
 import ctypes.util
 import os
 import subprocess
@@ -59,9 +60,28 @@ def build(folder):
 CONNECTIONS = [("l", "x1", "r", "x1"), ("l", "v1", "r", "v1"), ("r", "F", "l", "force")]
 
 
-def plain_loop(folder, pairs, steps):
-    out = subprocess.run([folder / "floor", folder / "left.so", folder / "right.so", str(pairs), str(steps)], check=True, capture_output=True, text=True)
-    return float(out.stdout.split()[0])
+def plain_loop(folder, pairs, steps, *options):
+    return loop(folder, pairs, steps, *options)[0]
+
+
+def loop(folder, pairs, steps, *options):
+    """ns, and x1 of the first pair at the end."""
+    command = [folder / "floor", folder / "left.so", folder / "right.so", str(pairs), str(steps), *options]
+    out = subprocess.run(command, check=True, capture_output=True, text=True)
+    return [float(x) for x in out.stdout.split()]
+
+
+def deviations(folder, steps=10000):
+    """Largest difference of x1 between Trueup and the loop of the same work, over x1's largest, of both algorithms."""
+    results = folder / "same.csv"
+    for name, algorithm, options in (("held inputs", "jacobi", ()), ("linear inputs", "extrapolate", ("lines",))):
+        trueup(folder, 1, steps, algorithm, results)
+        with open(results) as file:
+            rows = list(csv.DictReader(file))
+        x1 = [float(row["l0.x1"]) for row in rows]
+        ends = range(steps // 10, steps + 1, steps // 10)
+        apart = max(abs(loop(folder, 1, n, *options)[1] - x1[n]) for n in ends)
+        yield name, apart / max(map(abs, x1))
 
 
 def trueup(folder, pairs, steps, *options):
@@ -224,6 +244,7 @@ def libcosim(folder, pairs, steps, workers=None):
 MASTERS = [
     ("plain C loop", plain_loop),
     ("Trueup", trueup),
+    ("C loop, linear inputs", lambda *a: plain_loop(*a, "lines")),
     ("Trueup, linear inputs", lambda *a: trueup(*a, "extrapolate")),
     ("FMPy, Container FMU", container),
     ("ecos", ecos),
@@ -276,6 +297,7 @@ def main():
                 ("CSV", trueup(Path(folder), 1, steps, "jacobi", Path(folder) / "r.csv")),
             ):
                 logged.setdefault(name, []).append(value)
+        apart = list(deviations(Path(folder)))
     print(f"ns per FMU and step, fastest of {options.rounds} rounds; in brackets times the plain C loop\n")
     print("| master | " + " | ".join(f"{2 * n} FMUs, {3 * n} connections" for n in sizes) + " |")
     print("|---|" + "---|" * len(sizes))
@@ -288,6 +310,11 @@ def main():
             else:
                 cells.append(why.get((name, n), "-")[:60])
         print(f"| {name} | " + " | ".join(cells) + " |")
+    same = [("Trueup, linear inputs", n) in best and min(best["Trueup, linear inputs", n]) / min(best["C loop, linear inputs", n]) for n in sizes]
+    print("| Trueup, linear inputs, times the C loop of the same work | " + " | ".join(f"{x:.2f}" if x else "-" for x in same) + " |")
+    print("\nlargest difference of x1 between Trueup and the C loop of the same work, relative to the largest x1")
+    for name, value in apart:
+        print(f"| {name} | {value:.1e} |")
     print("\nns per step of 2 FMUs with all 5 outputs logged at every step, the whole run, fastest round")
     for name, values in logged.items():
         print(f"| {name} | {min(values):.0f} |")

@@ -1,101 +1,120 @@
-//! docs/cases.md has every key that the reader of cases knows, and no other; its examples are cases.
+//! docs/cases.md has every key that the reader of cases knows, as the reader has it, and no other; its examples are cases.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use trueup_signals::{Case, Recording};
+use trueup_signals::keys::{self, Keys};
+use trueup_signals::{Case, Error, Finding, Recording};
 
-type Keys = BTreeMap<String, BTreeSet<String>>;
-
-fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+fn path() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cases.md")
 }
 
 fn document() -> String {
-    std::fs::read_to_string(root().join("docs/cases.md")).unwrap()
+    std::fs::read_to_string(path()).unwrap()
 }
 
-/// Texts in double quotes.
-fn quoted(text: &str) -> Vec<String> {
-    text.split('"').skip(1).step_by(2).map(str::to_owned).collect()
+/// The table as docs/cases.md has it, below its head.
+fn rows(keys: &Keys) -> String {
+    let row = |k: &keys::Key| format!("| `{}` | {} | {} | {} |\n", k.name, k.meaning, k.unit, k.default);
+    keys.list.iter().map(row).collect::<String>().replace("|  |", "| |")
 }
 
-/// The keys that `Reader::known` is asked for, by table: every call of it names the table and lists its keys.
-fn known(source: &str) -> Keys {
-    let mut all = Keys::new();
-    for call in source.split(".known(").skip(1) {
-        let call = call.split(");").next().unwrap_or_default();
-        let list = match call.split_once("&[") {
-            Some((_, list)) => list.to_owned(),
-            None => {
-                let constant = source.split("const KEYS: &[&str] =").nth(1).unwrap_or_default();
-                constant.split("];").next().unwrap_or_default().to_owned()
-            }
-        };
-        // `what` is the text of the call, or of the variable that was made for it just before.
-        let said = quoted(call.split("&[").next().unwrap_or_default());
-        let made = source.split(call).next().unwrap_or_default().rsplit("let what = format!(").next();
-        let table = said.into_iter().next().or_else(|| quoted(made?).into_iter().next()).unwrap_or_default();
-        let table = table.split('.').next().unwrap_or_default().to_owned();
-        all.entry(table).or_default().extend(quoted(&list));
-    }
-    all
-}
-
-fn sources(folder: &Path, text: &mut Vec<String>) {
-    for entry in std::fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, text);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            text.push(std::fs::read_to_string(path).unwrap());
-        }
-    }
-}
-
-/// The first column of each table below a `<!-- keys of: NAME -->`.
-fn told(document: &str) -> Keys {
-    let blocks = document.split("<!-- keys of: ").skip(1);
-    let of = |block: &str| {
-        let (name, rest) = block.split_once(" -->").unwrap();
-        let rows = rest.trim_start().lines().take_while(|l| l.starts_with('|')).skip(2);
-        let key = |row: &str| row.split('`').nth(1).unwrap_or_default().to_owned();
-        (name.to_owned(), rows.map(key).collect())
+/// Where the rows of each table lie that stands below a `<!-- keys of: NAME -->`.
+fn told(document: &str) -> BTreeMap<String, Range<usize>> {
+    let mark = "<!-- keys of: ";
+    let of = |(at, _): (usize, &str)| {
+        let (name, rest) = document[at + mark.len()..].split_once(" -->").unwrap();
+        let table = rest.trim_start();
+        let lines = || table.split_inclusive('\n').take_while(|l| l.starts_with('|'));
+        let begin = document.len() - table.len();
+        let length = |n: usize| lines().take(n).map(str::len).sum::<usize>();
+        (name.to_owned(), begin + length(2)..begin + length(usize::MAX))
     };
-    blocks.map(of).collect()
+    document.match_indices(mark).map(of).collect()
 }
 
+/// `TRUEUP_BLESS=1` writes the tables anew.
 #[test]
 fn every_key_of_the_reader_is_told_and_no_other() {
-    let mut files = Vec::new();
-    sources(&root().join("crates/signals/src"), &mut files);
-    let mut read = Keys::new();
-    files
-        .iter()
-        .for_each(|text| known(text).into_iter().for_each(|(t, k)| read.entry(t).or_default().extend(k)));
-    assert!(
-        read.len() >= 5 && read["a case"].contains("train"),
-        "the reader's lists are not found: {read:?}"
+    let (mut document, there) = (document(), told(&document()));
+    let tables: BTreeSet<_> = keys::ALL.iter().map(|k| k.of).collect();
+    assert_eq!(tables.len(), keys::ALL.len(), "each table once");
+    assert_eq!(
+        tables.into_iter().collect::<Vec<_>>(),
+        there.keys().collect::<Vec<_>>(),
+        "tables of the reader, then those of docs/cases.md"
     );
-    let told = told(&document());
-    for (table, keys) in &read {
-        let said =
-            told.get(table).unwrap_or_else(|| panic!("docs/cases.md has no table of `{table}`: {keys:?}"));
-        assert_eq!(keys, said, "keys of `{table}`: the reader's, then those of docs/cases.md");
+    if std::env::var_os("TRUEUP_BLESS").is_some() {
+        for keys in keys::ALL {
+            let range = told(&document).remove(keys.of).unwrap();
+            document.replace_range(range, &rows(keys));
+        }
+        std::fs::write(path(), document).unwrap();
+        return;
     }
-    assert_eq!(read.keys().collect::<Vec<_>>(), told.keys().collect::<Vec<_>>(), "tables that nothing reads");
+    for keys in keys::ALL {
+        assert_eq!(
+            document[there[keys.of].clone()],
+            rows(keys),
+            "docs/cases.md, keys of {}: TRUEUP_BLESS=1 writes them anew",
+            keys.of
+        );
+    }
 }
 
 #[test]
-fn a_key_that_is_missing_on_either_side_is_found() {
-    let source = "reader.known(root, \"a case\", &[\"model\", \"new\"]);";
-    assert_eq!(known(source)["a case"], ["model", "new"].map(str::to_owned).into());
-    let source = "let what = format!(\"columns.{name}\");\n self.known(table, &what, &[\"unit\"]);";
-    assert_eq!(known(source)["columns"], ["unit".to_owned()].into());
-    let text = "<!-- keys of: a case -->\n\n| key | m |\n|---|---|\n| `model` | x |\n\nmore";
-    assert_eq!(told(text)["a case"], ["model".to_owned()].into());
+fn the_rows_of_a_table_are_found() {
+    let text = "<!-- keys of: a -->\n\n| key | m |\n|---|---|\n| `x` | 1 |\n| `y` | 2 |\n\n<!-- keys of: b -->\n| k |\n|---|\n| `z` |";
+    let found: Vec<_> = told(text).into_values().map(|range| &text[range]).collect();
+    assert_eq!(found, ["| `x` | 1 |\n| `y` | 2 |\n", "| `z` |"]);
+}
+
+fn errors(result: Result<Vec<Finding>, Error>) -> Vec<Finding> {
+    match result {
+        Ok(_) => Vec::new(),
+        Err(Error::Wrong(findings)) => findings.into_iter().filter(Finding::is_error).collect(),
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// A key that nothing reads may have any value: a date is none for any of them.
+#[test]
+fn every_key_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let recording = folder.path().join("run.csv");
+    std::fs::write(&recording, "time,motorAngle\n0,0\n1,1\n").unwrap();
+    let case =
+        |text: &str| errors(Case::parse(Path::new("case.toml"), text, &[]).map(|(_, findings)| findings));
+    let sidecar = |text: &str| {
+        std::fs::write(folder.path().join("run.toml"), text).unwrap();
+        errors(Recording::read(&recording, &[], &BTreeMap::new()).map(|(_, findings)| findings))
+    };
+    let base = [("model", "model = \"TwoMassJoint\"\n"), ("train", "train = [\"run.csv\"]\n")];
+    for keys in keys::ALL {
+        for name in keys.names().chain(["unknown"]) {
+            let line = format!("{name} = 2024-01-01\n");
+            let without: String =
+                base.iter().filter(|(key, _)| *key != name).map(|(_, text)| *text).collect();
+            let whole: String = base.iter().map(|(_, text)| *text).collect();
+            let said = match keys.of {
+                "a case" => case(&format!("{line}{without}")),
+                "fit" => case(&format!("{whole}[fit]\n{line}")),
+                "channels" => case(&format!("{whole}[channels.motorAngle]\n{line}")),
+                "a sidecar" => sidecar(&line),
+                "columns" => sidecar(&format!("[columns.motorAngle]\n{line}")),
+                other => panic!("say here how a value of {other} is given"),
+            };
+            let of = keys.of;
+            let about = said.iter().any(|f| f.what.contains(&format!("`{name}`")));
+            assert!(about, "`{name}` of {of}: {said:?}");
+            let unknown = said.iter().any(|f| f.what.contains(&format!("has no `{name}`")));
+            assert_eq!(unknown, name == "unknown", "`{name}` of {of}: {said:?}");
+        }
+    }
 }
 
 /// The examples use every key, and are read without an error.
@@ -118,7 +137,7 @@ fn the_examples_are_read_and_use_every_key() {
     assert!((last("motorAngle") - 1.7339808).abs() < 1e-9 && (last("motorCurrent") - 2.0).abs() < 1e-12);
     assert!((last("motorVelocity") - std::f64::consts::TAU).abs() < 1e-9, "60 rpm is a turn a second");
     let all = format!("{case}{sidecar}");
-    for key in told(&document).values().flatten() {
-        assert!(all.contains(key.as_str()), "`{key}` is in no example");
+    for key in keys::ALL.iter().flat_map(Keys::names) {
+        assert!(all.contains(key), "`{key}` is in no example");
     }
 }

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use trueup_numerics::Figure;
+
 use crate::mistake::Mistake;
 
 /// Any failure of this crate.
@@ -11,7 +13,7 @@ pub enum Error {
     #[error(transparent)]
     Fmu(#[from] trueup_fmi_import::Error),
     /// A call failed during the run.
-    #[error("at t = {time:?} s: {source}")]
+    #[error("at t = {} s: {source}", Figure(*.time))]
     Call {
         /// Time in s.
         time: f64,
@@ -19,7 +21,7 @@ pub enum Error {
         source: trueup_fmi_import::Error,
     },
     /// The FMU does not come further.
-    #[error("at t = {time:?} s: {reason}{}", tail(.log))]
+    #[error("at t = {} s: {reason}{}", Figure(*.time), tail(.log))]
     Stuck {
         /// Time in s.
         time: f64,
@@ -29,7 +31,7 @@ pub enum Error {
         log: Vec<String>,
     },
     /// A value that is not finite.
-    #[error("at t = {time:?} s: {variable} of instance \"{instance}\" is {value}{}", tail(.log))]
+    #[error("at t = {} s: {variable} of instance \"{instance}\" is {value}{}", Figure(*.time), tail(.log))]
     NotFinite {
         /// Time in s.
         time: f64,
@@ -43,7 +45,7 @@ pub enum Error {
         log: Vec<String>,
     },
     /// An algebraic loop that has no solution, or none that was found.
-    #[error("at t = {time:?} s: the algebraic loop has no solution: {reason}{}", residuals(.variables))]
+    #[error("at t = {} s: the algebraic loop has no solution: {reason}{}", Figure(*.time), residuals(.variables))]
     Loop {
         /// Time in s.
         time: f64,
@@ -53,7 +55,7 @@ pub enum Error {
         variables: Vec<Residual>,
     },
     /// A step whose iteration does not settle, however short.
-    #[error("at t = {time:?} s: the inputs do not settle over the step: {reason}{}", residuals(.variables))]
+    #[error("at t = {} s: the inputs do not settle over the step: {reason}{}", Figure(*.time), residuals(.variables))]
     Unsettled {
         /// Time in s.
         time: f64,
@@ -78,8 +80,8 @@ pub enum Error {
     },
     /// An FMU led the process into another folder, which gives names of files another meaning.
     #[error(
-        "at t = {time:?} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
-         have a process of its own"
+        "at t = {} s: the FMU of {who} changed the working directory to {to}; it is changed back, and the run ends: let the FMU \
+         have a process of its own", Figure(*.time)
     )]
     Moved {
         /// Time in s.
@@ -90,7 +92,7 @@ pub enum Error {
         to: PathBuf,
     },
     /// The user ended the run, through a [sink](crate::Sink) that watches for it.
-    #[error("at t = {time:?} s: interrupted")]
+    #[error("at t = {} s: interrupted", Figure(*.time))]
     Interrupted {
         /// Time in s.
         time: f64,

@@ -17,6 +17,7 @@
 //! ```
 
 use trueup_fmi_import::{Experiment, Folder};
+use trueup_numerics::Figure;
 
 use crate::adaptive::{self, Adaptive};
 use crate::choose::{choose, order, units};
@@ -375,7 +376,7 @@ impl Master {
             let rigid = coupling.takes_equal_steps();
             if halvings > HALVINGS || rigid {
                 let why = if rigid { "and an FMU takes no shorter step" } else { "however short the step" };
-                let reason = format!("a step of {step:?} s does not settle, {why}");
+                let reason = format!("a step of {} s does not settle, {why}", Figure(step));
                 return Err(coupling.unsettled(time, end, tolerance, reason));
             }
             self.log.rejected += 1;

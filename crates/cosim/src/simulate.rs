@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Variability, Variable};
 use trueup_fmi_import::Fmu;
+use trueup_numerics::Figure;
 
 use crate::error::Error;
 use crate::grid::Grid;
@@ -241,8 +242,9 @@ fn grid(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Option<G
     match grid {
         None => wrong.push(format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step")),
         Some(g) if stepped && !offered.can_handle_variable_communication_step_size && !g.is_even() => wrong.push(format!(
-            "the FMU takes steps of equal length only, and {step:?} s does not divide {:?} s; choose another step or stop",
-            stop - start
+            "the FMU takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
+            Figure(step),
+            Figure(stop - start)
         )),
         Some(_) => {}
     }

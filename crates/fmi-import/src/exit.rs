@@ -22,7 +22,7 @@ thread_local! {
 
 /// The process may not end now unless an FMU ends it.
 static WATCHED: AtomicBool = AtomicBool::new(false);
-static TELL: OnceLock<fn(&str)> = OnceLock::new();
+static TELL: OnceLock<fn(Option<f64>, &str)> = OnceLock::new();
 
 /// An instance is called.
 #[inline]
@@ -41,10 +41,11 @@ pub(crate) fn calls_at(id: usize, time: f64) {
 #[derive(Debug)]
 pub struct Watch(());
 
-/// From now on, an FMU in this process that calls `exit` ends it with status 1, after a sentence to `tell` that names the FMU.
+/// From now on, an FMU in this process that calls `exit` ends it with status 1, after a sentence to `tell` that names the FMU,
+/// with the time in s that it was told last.
 ///
 /// A program that itself ends by `exit` says so before: [`expect`].
-pub fn watch(tell: fn(&str)) -> Watch {
+pub fn watch(tell: fn(Option<f64>, &str)) -> Watch {
     // SAFETY: the function is there for good, and does not unwind.
     static REGISTERED: OnceLock<c_int> = OnceLock::new();
     REGISTERED.get_or_init(|| unsafe { atexit(at_exit) });
@@ -80,14 +81,14 @@ extern "C" fn at_exit() {
                 format!("one of the instances {}", all.join(", "))
             }
         };
-        let time = TIME.try_with(Cell::get).unwrap_or(f64::NAN);
-        let at = if time.is_finite() { format!("at t = {time:?} s: ") } else { String::new() };
+        let time = TIME.try_with(Cell::get).ok().filter(|t| t.is_finite());
         let tail = called.map(|it| crate::error::tail(&it.tail())).unwrap_or_default();
         if let Some(tell) = TELL.get() {
-            tell(&format!(
-                "{at}the FMU of {who} called exit, which ends this program; what was computed is lost, run it in a process of its \
-                 own to keep that{tail}"
-            ));
+            let what = format!(
+                "the FMU of {who} called exit, which ends this program; what was computed is lost, run it in a process of its own to \
+                 keep that{tail}"
+            );
+            tell(time, &what);
         }
     });
     // SAFETY: ends the process.

@@ -3,11 +3,12 @@
 //! * [`Scalar`]: what a kernel is written over, so that one formula serves `f64` and [`Dual`].
 //! * [`hybrid`]: the form that every model takes here: rates, outputs, event indicators, updates.
 //! * [`integrate`], [`event`]: one-step methods and event location; [`driver`] joins them into a simulation.
-//! * [`linear`]: small dense systems.
+//! * [`linear`]: small dense systems. [`Figure`]: a number in a message.
 
 pub mod driver;
 pub mod dual;
 pub mod event;
+mod figure;
 pub mod hybrid;
 pub mod integrate;
 pub mod linear;
@@ -15,4 +16,5 @@ pub mod scalar;
 
 pub use driver::Driver;
 pub use dual::Dual;
+pub use figure::Figure;
 pub use scalar::Scalar;

@@ -3,6 +3,7 @@
 //!
 //! - [`Recording`] and its [`Channel`]s, a [`Case`] of several, [`Loaded`] from its folder with [`Case::load`];
 //! - [`Finding`]: what is wrong with one of them, where, and the mend;
+//! - [`keys`]: what a case and a sidecar may say;
 //! - [`Variable`]: what the caller knows of a model, so that this crate needs to know none;
 //!
 //! ```
@@ -22,6 +23,7 @@ mod case;
 pub mod check;
 mod error;
 mod finding;
+pub mod keys;
 mod names;
 pub mod noise;
 mod outlier;

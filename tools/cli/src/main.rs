@@ -21,6 +21,7 @@ mod voice;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches};
+use trueup_numerics::Figure;
 
 fn main() -> ExitCode {
     let matches = help::dressed(args::Args::command()).get_matches();
@@ -29,7 +30,10 @@ fn main() -> ExitCode {
         return isolate::serve();
     }
     progress::keep_hangup_ignored();
-    let _watch = trueup_fmi_import::exit::watch(voice::error);
+    let _watch = trueup_fmi_import::exit::watch(|time, what| {
+        let at = time.map_or_else(String::new, |t| format!("at t = {} s: ", Figure(t)));
+        voice::error(&format!("{at}{what}"));
+    });
     match command::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(e) => {

@@ -1,5 +1,7 @@
 //! When: from where to where, in which steps.
 
+use trueup_numerics::Figure;
+
 use super::{Parts, Report};
 use crate::grid::Grid;
 use crate::inputs::Inputs;
@@ -22,7 +24,7 @@ pub(super) fn grid(
     let place = if run.place.file.as_os_str().is_empty() { &whole } else { &run.place };
     let default = |what: &str, name: &str, value: f64, report: &mut Report| {
         let of = if name.is_empty() { String::new() } else { format!(" of `{name}`") };
-        report.note(format!("{what} {value:?} s: from the default experiment{of}"));
+        report.note(format!("{what} {} s: from the default experiment{of}", Figure(value)));
         value
     };
     let start = run.start.unwrap_or_else(|| {
@@ -36,11 +38,11 @@ pub(super) fn grid(
     let stop = run.stop.unwrap_or_else(|| match (latest, end) {
         (Some((t, c)), _) => default("stop", &c.name, t, report),
         (None, Some(t)) => {
-            report.note(format!("stop {t:?} s: the end of the inputs"));
+            report.note(format!("stop {} s: the end of the inputs", Figure(t)));
             t
         }
         (None, None) => {
-            report.note(format!("stop {:?} s: nothing says when to stop", start + 1.0));
+            report.note(format!("stop {} s: nothing says when to stop", Figure(start + 1.0)));
             start + 1.0
         }
     });
@@ -78,8 +80,9 @@ pub(super) fn grid(
                 format!("the FMU of `{}`", component.name)
             };
             report.wrong(&component.place, format!(
-                "{name} takes steps of equal length only, and {own:?} s does not divide {:?} s; choose another step or stop",
-                stop - start
+                "{name} takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
+                Figure(own),
+                Figure(stop - start)
             ));
         }
         let fixed =
@@ -88,8 +91,9 @@ pub(super) fn grid(
             let n = step * f64::from(every[i]) / h;
             if (n - n.round()).abs() > 1e-6 * n.max(1.0) || n < 0.5 {
                 report.note(format!(
-                    "the step {:?} s is no whole multiple of the internal step {h:?} s of {}",
-                    step * f64::from(every[i]),
+                    "the step {} s is no whole multiple of the internal step {} s of {}",
+                    Figure(step * f64::from(every[i])),
+                    Figure(h),
                     part.d().model_name
                 ));
             }
@@ -116,12 +120,15 @@ fn step(system: &System, parts: &Parts, start: f64, stop: f64, report: &mut Repo
     match wanted.min_by(|a, b| a.0.total_cmp(&b.0)) {
         Some((h, c)) => {
             let of = if c.name.is_empty() { "of the FMU".to_owned() } else { format!("of `{}`", c.name) };
-            report.note(format!("communication step {h:?} s: that {of}, the smallest"));
+            report.note(format!("communication step {} s: that {of}, the smallest", Figure(h)));
             h
         }
         None => {
             let h = (stop - start).max(f64::MIN_POSITIVE) / 500.0;
-            report.note(format!("communication step {h:?} s: a 500th of the run, since no FMU names one"));
+            report.note(format!(
+                "communication step {} s: a 500th of the run, since no FMU names one",
+                Figure(h)
+            ));
             h
         }
     }

@@ -1,5 +1,6 @@
 //! [`Group::advance`]: steps of the integrator, located events, time events.
 
+use trueup_numerics::Figure;
 use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper as OneStep, System};
 use trueup_numerics::event::Direction;
 
@@ -157,7 +158,8 @@ impl Group {
         if directional && !still {
             self.distrusted = true;
             self.notes.push(format!(
-                "directional derivatives of the FMU contradict its derivatives at t = {before:?} s; the Jacobian is made of differences"
+                "directional derivatives of the FMU contradict its derivatives at t = {} s; the Jacobian is made of differences",
+                Figure(before)
             ));
         }
         let crossed = result.map_err(|error| self.stuck(nodes, error, value, refused))?;
@@ -180,7 +182,7 @@ impl Group {
             self.mode.fresh = true;
             let nominal = self.stepper.nominal_mut().to_vec();
             self.stepper = OneStep::new(self.settings.integrator.solver(true), nominal, self.indicators);
-            self.notes.push(format!("stiff from t = {:?} s on: integrated by RODAS4", self.time));
+            self.notes.push(format!("stiff from t = {} s on: integrated by RODAS4", Figure(self.time)));
         }
     }
 

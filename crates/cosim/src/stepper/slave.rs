@@ -7,6 +7,7 @@ use trueup_fmi_description::Version;
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
 use trueup_fmi_import::program::Following;
 use trueup_fmi_import::{StateId, Step, fmi3};
+use trueup_numerics::Figure;
 
 use super::{Advance, SLOTS, Stepper, Within};
 use crate::error::Error;
@@ -319,8 +320,9 @@ impl SlaveStepper {
 #[cold]
 fn stuck(node: &Node, time: f64, step: f64, came: f64, reason: &str) -> Error {
     let name = node.slave.name();
+    let (step, came) = (Figure(step), Figure(came));
     let reason =
-        format!("doStep of instance \"{name}\" over {step:?} s ended early at {came:?} s (Discard) {reason}");
+        format!("doStep of instance \"{name}\" over {step} s ended early at {came} s (Discard) {reason}");
     Error::Stuck { time, reason, log: node.slave.log() }
 }
 

@@ -216,7 +216,7 @@ fn of_times() {
         (
             "stop = 1\nstep = 0.3",
             "[components.e]\nfmu = \"even.fmu\"\n",
-            ": the FMU of `e` takes steps of equal length only, and 0.3 s does not divide 1.0 s",
+            ": the FMU of `e` takes steps of equal length only, and 0.3 s does not divide 1 s",
         ),
         (
             "stop = 1\nstep = 0.1",

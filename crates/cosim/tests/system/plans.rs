@@ -182,7 +182,7 @@ fn the_smallest_default_step_and_the_latest_stop_are_taken_and_said() {
     assert_eq!((plan.grid.stop, plan.grid.step), (9.0, 0.01));
     assert_eq!(plan.components[1].every, 50);
     let notes = plan.notes.join("\n");
-    assert!(notes.contains("stop 9.0 s: from the default experiment of `s`"), "{notes}");
+    assert!(notes.contains("stop 9 s: from the default experiment of `s`"), "{notes}");
     assert!(notes.contains("communication step 0.01 s: that of `a`, the smallest"), "{notes}");
 }
 

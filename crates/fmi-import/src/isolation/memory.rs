@@ -21,6 +21,14 @@ pub(super) const HOST: u32 = 1;
 
 /// Looks at whose turn it is before falling asleep: a few microseconds, which is what falling asleep and waking up cost.
 const LOOKS: u32 = 200;
+/// Memories of this process as a master, each with a host.
+static HOSTS: AtomicU32 = AtomicU32::new(0);
+
+/// How often a host looks: where there is no core for each of them beside the master's, one that looks would keep the core from
+/// the one whose turn it is.
+fn looks_of_host(hosts: u32, cores: u32) -> u32 {
+    if hosts < cores { LOOKS } else { 1 }
+}
 /// Bytes of the ring of messages.
 const RING: usize = 1 << 16;
 /// Where the ring begins; also where data begins behind it, in pages of any usual size.
@@ -45,6 +53,8 @@ struct Control {
     /// Messages that found no room.
     lost: AtomicU32,
     master: AtomicU32,
+    /// How often the host looks at whose turn it is before it falls asleep.
+    looks: AtomicU32,
     /// Bytes ever written to the ring, and read from it.
     written: AtomicU64,
     read: AtomicU64,
@@ -88,11 +98,19 @@ pub(super) struct Memory {
     /// The FMU may be in the middle of a call with addresses in these.
     outgrown: Vec<Mapping>,
     me: u32,
-    looks: u32,
+    cores: u32,
 }
 
 // SAFETY: the addresses are valid on every thread; one thread at a time uses an instance.
 unsafe impl Send for Memory {}
+
+impl Drop for Memory {
+    fn drop(&mut self) {
+        if self.me == MASTER {
+            HOSTS.fetch_sub(1, Ordering::Relaxed);
+        }
+    }
+}
 
 fn broken() -> IoError {
     IoError::other("the shared memory is in disorder")
@@ -108,6 +126,7 @@ impl Memory {
         let this = Self::map(file, MASTER, FIRST)?;
         this.control().size.store(FIRST as u64, Ordering::Relaxed);
         this.control().master.store(std::process::id(), Ordering::Relaxed);
+        HOSTS.fetch_add(1, Ordering::Relaxed);
         Ok(this)
     }
 
@@ -125,8 +144,9 @@ impl Memory {
     fn map(file: OwnedFd, me: u32, size: usize) -> Result<Self, IoError> {
         let control = Mapping::of(file.as_fd(), 0, DATA_AT)?;
         let data = Mapping::of(file.as_fd(), DATA_AT, size)?;
-        let alone = std::thread::available_parallelism().is_ok_and(|n| n.get() == 1);
-        Ok(Self { file, control, data, outgrown: Vec::new(), me, looks: if alone { 1 } else { LOOKS } })
+        let cores =
+            std::thread::available_parallelism().map_or(2, |n| u32::try_from(n.get()).unwrap_or(u32::MAX));
+        Ok(Self { file, control, data, outgrown: Vec::new(), me, cores })
     }
 
     pub(super) fn file(&self) -> BorrowedFd<'_> {
@@ -160,6 +180,10 @@ impl Memory {
         control.kind.store(note.kind, Ordering::Relaxed);
         control.begin.store(note.begin as u64, Ordering::Relaxed);
         control.end.store(note.end as u64, Ordering::Relaxed);
+        if self.me == MASTER {
+            let looks = looks_of_host(HOSTS.load(Ordering::Relaxed), self.cores);
+            control.looks.store(looks, Ordering::Relaxed);
+        }
         control.turn.store(other, Ordering::Release);
         fence(Ordering::SeqCst); // the other one says that it sleeps, then looks at the turn
         if control.sleeping[other as usize].load(Ordering::Relaxed) != 0 {
@@ -171,7 +195,11 @@ impl Memory {
     #[inline]
     pub(super) fn wait(&self, longest: Duration) -> bool {
         let turn = &self.control().turn;
-        for _ in 0..self.looks {
+        let looks = match self.me {
+            MASTER => looks_of_host(1, self.cores),
+            _ => self.control().looks.load(Ordering::Relaxed),
+        };
+        for _ in 0..looks {
             if turn.load(Ordering::Acquire) == self.me {
                 return true;
             }
@@ -339,4 +367,18 @@ impl Memory {
 
     /// The longest message that the ring takes.
     pub(super) const LONGEST: usize = RING / 4;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{LOOKS, looks_of_host};
+
+    #[test]
+    fn hosts_look_while_each_has_a_core_beside_the_masters() {
+        assert_eq!([(1, 2), (3, 4), (7, 16)].map(|(hosts, cores)| looks_of_host(hosts, cores)), [LOOKS; 3]);
+        assert_eq!(
+            [(1, 1), (2, 2), (4, 4), (20, 16)].map(|(hosts, cores)| looks_of_host(hosts, cores)),
+            [1; 4]
+        );
+    }
 }

@@ -11,6 +11,7 @@ mod step;
 pub use run::{Run, simulate};
 pub use step::{Stepper, System};
 
+use crate::figure::Figure;
 use crate::hybrid::{At, Hybrid, Sizes};
 use crate::integrate::not_finite;
 use frozen::Work;
@@ -213,7 +214,7 @@ pub enum Quantity {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum DriveError {
     /// The tolerance cannot be met.
-    #[error("step of {h:e} s at t = {t} s is too small: loosen the tolerance or use the stiff solver")]
+    #[error("step of {} s at t = {} s is too small: loosen the tolerance or use the stiff solver", Figure(*.h), Figure(*.t))]
     StepTooSmall {
         /// Time in s.
         t: f64,
@@ -221,7 +222,7 @@ pub enum DriveError {
         h: f64,
     },
     /// NaN or infinity.
-    #[error("{what:?} is not finite at t = {t} s")]
+    #[error("{what:?} is not finite at t = {} s", Figure(*.t))]
     NotFinite {
         /// Time in s.
         t: f64,
@@ -229,7 +230,7 @@ pub enum DriveError {
         what: Quantity,
     },
     /// Events without progress in time.
-    #[error("endless events ({cause:?}) at t = {t} s")]
+    #[error("endless events ({cause:?}) at t = {} s", Figure(*.t))]
     Chattering {
         /// Time in s.
         t: f64,
@@ -237,13 +238,13 @@ pub enum DriveError {
         cause: Cause,
     },
     /// An event iteration does not settle.
-    #[error("event iteration at t = {t} s does not settle")]
+    #[error("event iteration at t = {} s does not settle", Figure(*.t))]
     EventIteration {
         /// Time in s.
         t: f64,
     },
     /// Too many steps in one call.
-    #[error("more than {steps} steps up to t = {t} s in one call")]
+    #[error("more than {steps} steps up to t = {} s in one call", Figure(*.t))]
     MaxSteps {
         /// Time in s.
         t: f64,

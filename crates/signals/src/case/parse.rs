@@ -7,6 +7,7 @@ use toml::de::{DeTable, DeValue};
 use super::Case;
 use crate::error::Error;
 use crate::finding::{Finding, Kind, verdict};
+use crate::keys;
 use crate::names::{base_name, suggestion};
 use crate::read::toml::{Reader, text};
 use crate::read::{doubts, parameters};
@@ -59,9 +60,7 @@ impl Case {
     }
 
     fn fill(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
-        const KEYS: &[&str] =
-            &["model", "train", "holdout", "repeats", "rest", "parameters", "uncertain", "fit", "channels"];
-        reader.known(root, "a case", KEYS);
+        reader.known(root, keys::CASE.of, keys::CASE);
         match root.get("model") {
             Some(node) => self.model = reader.text(node, "model").unwrap_or_default(),
             None => reader.wrong(
@@ -173,7 +172,7 @@ impl Case {
     }
 
     fn fitted(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
-        reader.known(table, "fit", &["parameters"]);
+        reader.known(table, keys::FIT.of, keys::FIT);
         let Some(node) = table.get("parameters") else { return };
         let names = reader.texts(node, "parameters");
         if node.get_ref().as_array().is_some_and(|list| list.is_empty()) {

@@ -9,6 +9,7 @@ use super::parameters::parameters;
 use super::toml::{Node, Reader, text};
 use crate::case::Value;
 use crate::finding::{Finding, Kind};
+use crate::keys;
 use crate::names::{base_name, suggestion};
 use crate::recording::Settings;
 use crate::unit::Unit;
@@ -98,7 +99,7 @@ impl Sidecar {
     }
 
     fn read(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
-        reader.known(root, "a sidecar", &["columns", "channels", "parameters"]);
+        reader.known(root, keys::SIDECAR.of, keys::SIDECAR);
         if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
             for (key, node) in table.iter() {
                 if let Some(column) = column(reader, key.get_ref(), node, known) {
@@ -126,8 +127,8 @@ fn column(reader: &mut Reader, name: &str, node: &Node, known: &[Variable]) -> O
         DeValue::String(variable) => column.variable = Some(variable.to_string()),
         DeValue::Boolean(false) => column.variable = None,
         DeValue::Table(table) => {
-            let what = format!("columns.{name}");
-            reader.known(table, &what, &["variable", "scale", "offset", "unit"]);
+            let what = format!("{}.{name}", keys::COLUMNS.of);
+            reader.known(table, &what, keys::COLUMNS);
             if let Some(node) = table.get("variable") {
                 column.variable = Some(reader.text(node, "variable")?);
                 said = node.span();

@@ -8,6 +8,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::case::Value;
 use crate::finding::{Finding, Kind};
+use crate::keys::{self, Keys};
 use crate::names::{element_name, suggestion};
 use crate::outlier::LARGEST;
 use crate::recording::{Interpolation, Settings};
@@ -78,12 +79,12 @@ impl<'a> Reader<'a> {
         self.findings.push(Finding::warning(kind, self.file, what, mend).line(line));
     }
 
-    /// Tells keys that are none of these.
-    pub(crate) fn known(&mut self, table: &DeTable, what: &str, keys: &[&str]) {
+    /// Tells keys of `what` that are none of these.
+    pub(crate) fn known(&mut self, table: &DeTable, what: &str, keys: Keys) {
         for (key, _) in table.iter() {
             let name = key.get_ref().as_ref();
-            if !keys.contains(&name) {
-                let mend = suggestion(name, keys.iter().copied(), "remove it");
+            if !keys.names().any(|known| known == name) {
+                let mend = suggestion(name, keys.names(), "remove it");
                 self.wrong(Kind::UnknownKey, key.span(), format!("{what} has no `{name}`"), mend);
             }
         }
@@ -162,10 +163,10 @@ impl<'a> Reader<'a> {
 
     /// What is known of a channel.
     pub(crate) fn settings(&mut self, node: &Node, name: &str) -> Settings {
-        let what = format!("channels.{name}");
+        let what = format!("{}.{name}", keys::CHANNELS.of);
         let mut settings = Settings::default();
         let Some(table) = self.table(node, &what) else { return settings };
-        self.known(table, &what, &["resolution", "noise", "delay", "offset", "interpolation"]);
+        self.known(table, &what, keys::CHANNELS);
         for (key, node) in table.iter() {
             let span = node.span();
             match key.get_ref().as_ref() {

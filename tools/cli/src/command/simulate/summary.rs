@@ -8,6 +8,7 @@ use trueup_cosim::RunLog;
 use trueup_cosim::exchange::LoopLog;
 use trueup_cosim::plan::Plan;
 use trueup_fmi_description::description::Causality;
+use trueup_numerics::Figure;
 
 /// Algebraic loops that are told one by one.
 const LOOPS: usize = 3;
@@ -38,7 +39,14 @@ pub(super) fn of(plan: &Plan) -> String {
     let g = &plan.grid;
     let (links, from_file, columns) = (plan.links.len(), plan.driven.len(), plan.recorded.len());
     let _ = writeln!(out, "{links} values handed on, {from_file} driven by a file, {columns} recorded");
-    let _ = writeln!(out, "from {:?} s to {:?} s in {} steps of {:?} s", g.start, g.stop, g.steps, g.step);
+    let _ = writeln!(
+        out,
+        "from {} s to {} s in {} steps of {} s",
+        Figure(g.start),
+        Figure(g.stop),
+        g.steps,
+        Figure(g.step)
+    );
     match plan.algorithm {
         Some(algorithm) => drop(writeln!(out, "algorithm: {algorithm}")),
         None => out.push_str("algorithm: the master chooses\n"),
@@ -68,7 +76,7 @@ pub(super) fn log(log: &RunLog) -> String {
     ];
     let counts = counts.iter().filter(|(n, _)| *n > 0).map(|(n, what)| format!(", {n} {what}"));
     let counts: String = counts.collect();
-    let _ = writeln!(out, "{} steps{counts}, to {:?} s{ended}", log.steps, log.time);
+    let _ = writeln!(out, "{} steps{counts}, to {} s{ended}", log.steps, Figure(log.time));
     let _ = writeln!(out, "algorithm {}: {}", log.algorithm, log.reason);
     if let Some(adapted) = &log.adapted {
         let (least, most) = adapted.steps;

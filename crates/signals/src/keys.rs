@@ -1,0 +1,147 @@
+//! The keys of `case.toml` and of sidecars: the readers know these and no other, docs/cases.md has the same tables.
+
+/// A key.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Key {
+    /// As it is written.
+    pub name: &'static str,
+    /// What its value says.
+    pub meaning: &'static str,
+    /// Unit of the value, or what kind of value it is; empty: the meaning says it.
+    pub unit: &'static str,
+    /// What holds where it is not written.
+    pub default: &'static str,
+}
+
+/// The keys of one table of a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Keys {
+    /// What has these keys.
+    pub of: &'static str,
+    /// In the order in which they are told.
+    pub list: &'static [Key],
+}
+
+impl Keys {
+    /// Their names.
+    pub fn names(&self) -> impl Iterator<Item = &'static str> + Clone {
+        self.list.iter().map(|key| key.name)
+    }
+}
+
+/// All tables.
+pub const ALL: &[Keys] = &[CASE, FIT, CHANNELS, SIDECAR, COLUMNS];
+
+const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
+    Key { name, meaning, unit, default }
+}
+
+/// Of `case.toml`.
+pub const CASE: Keys = Keys {
+    of: "a case",
+    list: &[
+        key("model", "the model that the recordings are compared with", "name", "must be given"),
+        key("train", "recordings that may be fitted", "file names in the folder", "must be given"),
+        key(
+            "holdout",
+            "recordings that are never fitted: the reported figures are of them",
+            "file names",
+            "none: figures are of `train`, and a note says so",
+        ),
+        key(
+            "repeats",
+            "groups of runs of the same command: their differences are noise",
+            "lists of file names",
+            "none",
+        ),
+        key("rest", "recordings at rest: what varies in them is noise", "file names", "none"),
+        key("parameters", "table: the nominal simulation, see below", "", "the model's own values"),
+        key("uncertain", "table: how far these values may be off, see below", "", "none is doubted"),
+        key("fit", "table: what `identify` estimates, see below", "", "see there"),
+        key(
+            "channels",
+            "tables `[channels.NAME]`: what is known of a sensor, see below",
+            "",
+            "nothing is known",
+        ),
+    ],
+};
+
+/// Of `[fit]`.
+pub const FIT: Keys = Keys {
+    of: "fit",
+    list: &[key(
+        "parameters",
+        "what `identify` estimates; an array's name stands for its elements",
+        "names",
+        "of a joint stiffness, damping and frictions, of an arm motor inertia, stiffness and damping of flexible joints",
+    )],
+};
+
+/// Of `[channels.NAME]`, in a case and in a sidecar.
+pub const CHANNELS: Keys = Keys {
+    of: "channels",
+    list: &[
+        key("resolution", "step of the reading: one count", "the channel's", "none: not quantised"),
+        key(
+            "noise",
+            "standard deviation of white noise",
+            "the channel's",
+            "from `repeats` or `rest`, else guessed from the highest frequencies",
+        ),
+        key("delay", "by how much the reading is late", "s", "0"),
+        key(
+            "offset",
+            "`\"estimate\"`: the reading may be off by a constant, which is estimated",
+            "",
+            "no offset",
+        ),
+        key(
+            "interpolation",
+            "of an input, between samples: `\"linear\"`, or `\"hold\"` until the next one",
+            "",
+            "`\"linear\"`",
+        ),
+    ],
+};
+
+/// Of a sidecar.
+pub const SIDECAR: Keys = Keys {
+    of: "a sidecar",
+    list: &[
+        key(
+            "columns",
+            "table: what a column of the file is: the variable's name, a table as below, or `false` to leave it out",
+            "",
+            "columns bear names of variables",
+        ),
+        key(
+            "channels",
+            "tables `[channels.NAME]` as in `case.toml`, of this recording alone",
+            "",
+            "as `case.toml` says",
+        ),
+        key(
+            "parameters",
+            "table: start values known for this run, such as `initialMotorAngle`",
+            "the parameter's",
+            "as `case.toml` says",
+        ),
+    ],
+};
+
+/// Of a column in a sidecar's `[columns]`.
+pub const COLUMNS: Keys = Keys {
+    of: "columns",
+    list: &[
+        key("variable", "the FMU variable that it measures", "name", "the column's name"),
+        key(
+            "scale",
+            "factor of the reading: the value is `scale` times the reading plus `offset`",
+            "the variable's per the reading's",
+            "1, or that of `unit`",
+        ),
+        key("offset", "what is added then", "the variable's, or `unit`", "0"),
+        key("unit", "the unit of the result, converted to SI: deg, rpm, mA, Nmm, ms and others", "", "SI"),
+    ],
+};
