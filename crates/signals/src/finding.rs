@@ -73,6 +73,7 @@ pub enum Kind {
     NoOutput,
     MissingInput,
     InputShort,
+    InputOffset,
     TooShort,
     LittleExcitation,
     MissingFile,

@@ -92,7 +92,7 @@ pub const CHANNELS: Keys = Keys {
         key("delay", "by how much the reading is late", "s", "0"),
         key(
             "offset",
-            "`\"estimate\"`: the reading may be off by a constant, which is estimated",
+            "`\"estimate\"`: the reading may be off by a constant, which is estimated; of an input by `identify` alone",
             "",
             "no offset",
         ),

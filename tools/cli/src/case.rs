@@ -48,6 +48,9 @@ pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding
         };
         findings.retain(|f| !needless(f));
     }
+    if purpose == Purpose::Diagnose {
+        findings.extend(check::input_offsets(&loaded, &model.variables()));
+    }
     if purpose == Purpose::BreakAway {
         findings.retain(|f| f.kind != Kind::LittleExcitation);
     }
