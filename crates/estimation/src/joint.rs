@@ -12,7 +12,7 @@ mod columns;
 mod trajectory;
 
 pub use columns::{Column, of_effect, of_error, of_parameter};
-pub use trajectory::{begin, smoothed};
+pub use trajectory::{sensed_trajectory, smoothed_trajectory};
 
 use nalgebra::{SMatrix, SVector};
 use trueup_models::friction::STUCK;
@@ -115,9 +115,8 @@ impl Model<'_> {
         let d: [Dual<N>; PLACES] = core::array::from_fn(|i| Dual::variable(torques[i], STATES + i));
         let p: Vec<Dual<N>> = self.p.iter().map(|v| Dual::constant(*v)).collect();
         let whole = Dual::constant(dt);
-        let turned =
-            if mode == STUCK || !self.dry() { None } else { self.turn(&x, &p, (inputs, d), mode, dt) };
-        let Some(before) = turned else {
+        let turns = mode != STUCK && self.dry();
+        let Some(before) = turns.then(|| self.turn(t, dt, &x, &p, inputs, d)).flatten() else {
             runge_kutta(&mut x, t, whole, |t, x| self.rates(t, x, &p, inputs, d, &self.modes(mode)));
             return x;
         };
@@ -136,22 +135,21 @@ impl Model<'_> {
         x
     }
 
-    /// How long after the node the motor turns, if it does within the step `dt`, with derivatives: its event moves with all
-    /// that moves the speed.
+    /// How long after the node at `t` the motor turns, if it does within the step `dt`, with derivatives: its event moves with
+    /// all that moves the speed.
     fn turn(
         &self,
+        t: f64,
+        dt: f64,
         x: &[Dual<N>; STATES],
         p: &[Dual<N>],
-        (inputs, torques): (&[f64; input::COUNT], [Dual<N>; PLACES]),
-        mode: i32,
-        dt: f64,
+        inputs: &[f64; input::COUNT],
+        torques: [Dual<N>; PLACES],
     ) -> Option<Dual<N>> {
         let now = if x[1].re < 0.0 { -1 } else { 1 };
-        let rates = self.rates(0.0, x, p, inputs, torques, &self.modes(now));
+        let rates = self.rates(t, x, p, inputs, torques, &self.modes(now));
         let after = -(x[1] / rates[1]);
-        let within = after.re > 0.0 && after.re < dt;
-        // Only where the trajectory turns too.
-        (within && (mode != now || after.re < 0.5 * dt)).then_some(after)
+        (after.re > 0.0 && after.re < dt).then_some(after)
     }
 
     /// A recording as a linear system about a trajectory and latent torques along it; its states are what differs from the
@@ -186,7 +184,11 @@ impl Model<'_> {
                     step.push[i] -= to[i].eps[STATES + place] * torques[place];
                 }
             }
-            set_latent(&mut step, latent);
+            for (place, (rho, noise)) in latent.into_iter().enumerate() {
+                let at = STATES + place;
+                step.transition[(at, at)] = rho;
+                step.noise[(at, at)] = noise;
+            }
             let stuck = mode == STUCK && self.dry();
             if stuck {
                 // Friction holds: the speed is 0 to what the sensor resolves, whatever it was.
@@ -244,25 +246,6 @@ impl Model<'_> {
             all[STATES + place] = latent.deviation.powi(2);
         }
         SMatrix::from_diagonal(&all)
-    }
-}
-
-fn set_latent(step: &mut Step<N, PLACES>, latent: [(f64, f64); PLACES]) {
-    for (place, (rho, noise)) in latent.into_iter().enumerate() {
-        let at = STATES + place;
-        (0..N).for_each(|j| step.transition[(at, j)] = 0.0);
-        step.transition[(at, at)] = rho;
-        step.noise[(at, at)] = noise;
-    }
-}
-
-/// Gives a system other latent torques; about a trajectory nothing else depends on them.
-pub fn relatent(system: &mut System<N, PLACES>, dt: f64, latent: [Latent; PLACES]) {
-    let over = latent.map(|l| l.over(dt));
-    system.steps.iter_mut().for_each(|step| set_latent(step, over));
-    for (place, latent) in latent.iter().enumerate() {
-        let at = STATES + place;
-        system.start_covariance[(at, at)] = latent.deviation.powi(2);
     }
 }
 

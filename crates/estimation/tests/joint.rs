@@ -5,7 +5,9 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 use trueup_estimation::evidence::{Gram, Prior};
 use trueup_estimation::filter::{Filter, log_likelihood};
-use trueup_estimation::joint::{Model, Recording, begin, of_effect, of_error, of_parameter, smoothed};
+use trueup_estimation::joint::{
+    Model, Recording, of_effect, of_error, of_parameter, sensed_trajectory, smoothed_trajectory,
+};
 use trueup_estimation::smoother::{Smoothed, smooth};
 use trueup_estimation::system::{Latent, System};
 use trueup_models::joint::{TwoMassJoint, input, output, parameter as p};
@@ -82,7 +84,7 @@ struct Found {
 
 /// Linearised about what the sensors show, then three times about what was smoothed.
 fn found(model: &Model, recording: &Recording) -> Found {
-    let mut trajectory = begin(model, recording);
+    let mut trajectory = sensed_trajectory(model, recording);
     let mut torques = vec![[0.0; 2]; trajectory.len() - 1];
     for round in 0.. {
         let system = model.about(recording, &trajectory, &torques);
@@ -92,7 +94,7 @@ fn found(model: &Model, recording: &Recording) -> Found {
         if round == 3 {
             return Found { system, filter, whitened: pass.whitened, smoothed: all, trajectory };
         }
-        (trajectory, torques) = smoothed(&trajectory, &all);
+        (trajectory, torques) = smoothed_trajectory(&trajectory, &all);
     }
     unreachable!()
 }

@@ -28,11 +28,9 @@ use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::{Role, Value, element_name};
 
-use crate::carried::Carried;
 use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::{Predictor, ReadingsAlong};
-use crate::run::Run;
 use crate::subject::Subject;
 use instance::Slave;
 
@@ -455,19 +453,6 @@ impl Predictor for FmuModel {
         _at_rest: bool,
     ) -> Result<Vec<f64>, PredictError> {
         self.simulate(plan, p, map)
-    }
-
-    fn carries_noise(&self) -> bool {
-        false
-    }
-    fn carried(
-        &self,
-        _: &Run,
-        _: &Plan,
-        _: &[f64],
-        _: &InputMap<f64>,
-    ) -> Result<Option<Carried>, PredictError> {
-        Ok(None)
     }
 }
 

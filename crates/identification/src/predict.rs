@@ -12,7 +12,7 @@
 
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Scalar};
+use trueup_numerics::{Dual, Figure, Scalar};
 
 use crate::law::{Frozen, Law};
 use crate::plant::Plant;
@@ -22,7 +22,7 @@ use crate::run::{Between, Run};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PredictError {
     /// A state left the real numbers.
-    #[error("the simulation of {run} diverges at t = {t} s: state {state} is not finite")]
+    #[error("the simulation of {run} diverges at t = {} s: state {state} is not finite", Figure(*.t))]
     NotFinite {
         /// Recording.
         run: String,
@@ -33,7 +33,8 @@ pub enum PredictError {
     },
     /// Events without end.
     #[error(
-        "the simulation of {run} has more than {MOST_EVENTS} events between t = {t} s and the next sample"
+        "the simulation of {run} has more than {MOST_EVENTS} events between t = {} s and the next sample",
+        Figure(*.t)
     )]
     Chatter {
         /// Recording.
@@ -50,7 +51,7 @@ pub enum PredictError {
         what: String,
     },
     /// The model is too fast for these samples.
-    #[error("the simulation of {run} needs steps of {step} s at t = {t} s: too stiff for these parameters")]
+    #[error("the simulation of {run} needs steps of {} s at t = {} s: too stiff for these parameters", Figure(*.step), Figure(*.t))]
     Stiff {
         /// Recording.
         run: String,

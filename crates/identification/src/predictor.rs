@@ -41,7 +41,9 @@ pub trait Predictor: ReadingsAlong<4> + ReadingsAlong<8> + ReadingsAlong<16> + D
         at_rest: bool,
     ) -> Result<Vec<f64>, PredictError>;
     /// Whether it can say what noise of measured inputs does to its readings.
-    fn carries_noise(&self) -> bool;
+    fn carries_noise(&self) -> bool {
+        false
+    }
     /// What noise of the measured inputs does to the readings of a recording with parameters `p`; `None` where no input
     /// is declared to be noisy, or where it cannot say.
     ///
@@ -49,9 +51,11 @@ pub trait Predictor: ReadingsAlong<4> + ReadingsAlong<8> + ReadingsAlong<16> + D
     /// See [`PredictError`].
     fn carried(
         &self,
-        recording: &Run,
-        plan: &Plan,
-        p: &[f64],
-        map: &InputMap<f64>,
-    ) -> Result<Option<Carried>, PredictError>;
+        _recording: &Run,
+        _plan: &Plan,
+        _p: &[f64],
+        _map: &InputMap<f64>,
+    ) -> Result<Option<Carried>, PredictError> {
+        Ok(None)
+    }
 }

@@ -51,7 +51,7 @@ pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<
     findings
 }
 
-/// Inputs of a case whose constant offset is to be estimated. For who does not estimate it: left in, it looks like something
+/// Inputs of a case whose constant offset is to be estimated, for a caller that does not: left in, it looks like something
 /// else.
 pub fn input_offsets(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
     let inputs = known.iter().filter(|v| v.role == Role::Input);

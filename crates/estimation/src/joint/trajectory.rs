@@ -50,7 +50,7 @@ fn kinematic(read: &[Option<f64>], variance: f64, dt: f64) -> Vec<[f64; 2]> {
 
 /// The trajectory that the sensors show, each by itself. A sensor without readings is taken to follow the other one
 /// through a stiff gear.
-pub fn begin(model: &Model, recording: &Recording) -> Trajectory {
+pub fn sensed_trajectory(model: &Model, recording: &Recording) -> Trajectory {
     let n = model.p[parameter::GEAR_RATIO];
     let [motor, load] = [0, 1].map(|c| {
         let read: Vec<Option<f64>> = recording.readings.iter().map(|r| r[c]).collect();
@@ -68,7 +68,7 @@ pub fn begin(model: &Model, recording: &Recording) -> Trajectory {
 }
 
 /// The trajectory and the latent torques that a smoother found about another trajectory.
-pub fn smoothed(
+pub fn smoothed_trajectory(
     trajectory: &[[f64; STATES]],
     found: &Smoothed<{ super::N }, PLACES>,
 ) -> (Trajectory, Vec<[f64; PLACES]>) {

@@ -2,9 +2,9 @@
 
 use trueup_fmi_description::description::Interface;
 use trueup_fmi_import::{Error, Experiment};
-use trueup_numerics::Dual;
 use trueup_numerics::driver::{DriveError, Memory, Options, Reached, Solver, Stepper, System};
 use trueup_numerics::event::Direction;
+use trueup_numerics::{Dual, Figure};
 
 use super::field::{Columns, Field};
 use super::instance::Slave;
@@ -342,7 +342,10 @@ impl Under<'_> {
                 break;
             }
             if pass > MOST {
-                return Err(Stopped::Other(format!("its event iteration at t = {} s does not end", self.t)));
+                return Err(Stopped::Other(format!(
+                    "its event iteration at t = {} s does not end",
+                    Figure(self.t)
+                )));
             }
         }
         self.slave.enter_continuous_time_mode()?;

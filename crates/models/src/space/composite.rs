@@ -6,7 +6,7 @@
 
 use super::articulated::{Drive, Rotor};
 use super::snapshot::Snapshot;
-use super::spatial::{Motion, Wrench};
+use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{Tree, subspace};
 use super::vector::{add, cross, dot, scale, times};
 use trueup_numerics::Scalar;
@@ -30,9 +30,24 @@ pub fn rotor_rows<T: Scalar>(
     (rows, next)
 }
 
+/// Of each body (own axes; index 0: the base) the rigid inertia of it and of all that it carries, appendages as they are bent.
+pub(super) fn composite_bodies<T: Scalar, const N: usize>(now: &Snapshot<'_, T>) -> [Rigid<T>; N] {
+    let Snapshot { tree, base, bodies, placed, flexing, .. } = *now;
+    let mut composite = [*base; N];
+    (1..=tree.bodies()).for_each(|i| composite[i] = bodies[i].rigid);
+    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
+        composite[part.on] = composite[part.on].plus(&bent.rigid);
+    }
+    for i in (1..=tree.bodies()).rev() {
+        let parent = tree.parent[i - 1];
+        composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
+    }
+    composite
+}
+
 /// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] says, and those of the modes.
 pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
-    let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
+    let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
     let size = modal + flexing.modes.len();
@@ -43,15 +58,7 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
             m[j * size + i] += value;
         }
     };
-    let mut composite = [*base; super::MAX_BODIES + 1];
-    (1..=n).for_each(|i| composite[i] = bodies[i].rigid);
-    for (part, bent) in flexing.parts.iter().zip(flexing.now) {
-        composite[part.on] = composite[part.on].plus(&bent.rigid);
-    }
-    for i in (1..=n).rev() {
-        let parent = tree.parent[i - 1];
-        composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
-    }
+    let composite = composite_bodies::<T, { super::MAX_BODIES + 1 }>(now);
     for k in 0..BASE {
         let f = composite[0].times(unit(k));
         for j in k..BASE {

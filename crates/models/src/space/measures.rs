@@ -2,7 +2,7 @@
 //! SFF-10). All of it is of the arms as they stand; rotors do not count, appendages do as they are bent.
 
 use super::MAX_BODIES;
-use super::composite::BASE;
+use super::composite::{BASE, composite_bodies};
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Frame, Wrench};
 use super::tree::{Joint, subspace};
@@ -125,19 +125,11 @@ pub(super) struct Arms<T, const N: usize> {
 
 impl<T: Scalar, const N: usize> Arms<T, N> {
     pub(super) fn of(now: &Snapshot<'_, T>, held: bool) -> Self {
-        let Snapshot { tree, base, bodies, placed, flexing, .. } = *now;
+        let Snapshot { tree, bodies, placed, .. } = *now;
         let n = tree.bodies();
         let mut frames = [Frame { rotation: identity(), origin: zero() }; N];
         (1..=n).for_each(|i| frames[i] = frames[tree.parent[i - 1]].then(&placed[i].frame));
-        let mut composite = [*base; N];
-        (1..=n).for_each(|i| composite[i] = bodies[i].rigid);
-        for (part, bent) in flexing.parts.iter().zip(flexing.now) {
-            composite[part.on] = composite[part.on].plus(&bent.rigid);
-        }
-        for i in (1..=n).rev() {
-            let parent = tree.parent[i - 1];
-            composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
-        }
+        let composite = composite_bodies::<T, N>(now);
         let mut pull = [Wrench::zero(); N];
         for i in 1..=n {
             let w = composite[i].times(subspace(tree.joint[i - 1], bodies[i].axis));

@@ -128,16 +128,16 @@ impl SpatialFreeFlyer {
         let (part, first) = (0..s.appendages.len() + s.tables.len())
             .map(|part| (part, self.first_frequency(at, part)))
             .reduce(|a, b| if b.1 < a.1 { b } else { a })?;
-        (spin > FIFTH * first).then(|| {
+        (spin > SLOW_SPIN * first).then(|| {
             format!(
                 "the base spins at {spin:.4} rad/s at time {:?} s, above a fifth of the first frequency of appendage {} ({first:.4} rad/s clamped): nothing stiffens an appendage that spins in this model, so it bends too far; spin below {:.4} rad/s, or give it the frequencies that it has when it spins",
                 at.t,
                 part + 1,
-                FIFTH * first
+                SLOW_SPIN * first
             )
         })
     }
 }
 
 /// Share of the first frequency up to which spin may be left out of the stiffness.
-const FIFTH: f64 = 0.2;
+const SLOW_SPIN: f64 = 0.2;

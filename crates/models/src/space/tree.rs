@@ -39,11 +39,8 @@ impl Tree {
         std::iter::successors(on(&body), move |b| on(&self.parent[b - 1]))
     }
     /// The first body of the arm that this one (from 1) is on: the base carries it.
-    pub fn first_of_arm(&self, mut body: usize) -> usize {
-        while self.parent[body - 1] > 0 {
-            body = self.parent[body - 1];
-        }
-        body
+    pub fn first_of_arm(&self, body: usize) -> usize {
+        self.arm(body).last().unwrap_or(body)
     }
 }
 
