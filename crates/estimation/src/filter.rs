@@ -7,6 +7,9 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::system::System;
 
+/// Columns that pass side by side.
+const LANES: usize = 8;
+
 /// What one reading does to the states.
 #[derive(Clone, Debug)]
 pub struct Gain<const N: usize> {
@@ -85,29 +88,63 @@ impl<const N: usize> Filter<N> {
         pass
     }
 
-    /// What a unit of something unknown takes from the innovations: `forces` at the places in each step, `errors` of the
-    /// readings, one after the other; either may be empty.
-    pub fn column<const P: usize>(
+    /// What a unit of each unknown takes from the innovations: forces at the places in each step, errors of the readings,
+    /// one after the other; either may be empty. Columns pass side by side.
+    pub fn columns<const P: usize>(
         &self,
         system: &System<N, P>,
-        forces: &[SVector<f64, P>],
-        errors: &[f64],
-    ) -> Vec<f64> {
-        let mut x = SVector::<f64, N>::zeros();
-        let mut whitened = Vec::with_capacity(system.readings());
-        for (k, (readings, gains)) in system.nodes.iter().zip(&self.gains).enumerate() {
+        columns: &[(&[[f64; P]], &[f64])],
+    ) -> Vec<Vec<f64>> {
+        columns.chunks(LANES).flat_map(|lanes| self.lanes(system, lanes)).collect()
+    }
+
+    fn lanes<const P: usize>(
+        &self,
+        system: &System<N, P>,
+        columns: &[(&[[f64; P]], &[f64])],
+    ) -> Vec<Vec<f64>> {
+        let readings = system.readings();
+        let mut whitened = vec![Vec::with_capacity(readings); columns.len()];
+        let mut x = [[0.0; LANES]; N];
+        let mut at = 0;
+        for (k, (node, gains)) in system.nodes.iter().zip(&self.gains).enumerate() {
             if k > 0 {
                 let step = &system.steps[k - 1];
-                x = step.transition * x;
-                if let Some(f) = forces.get(k - 1) {
-                    x += step.forces * f;
+                let mut f = [[0.0; LANES]; P];
+                for (lane, (forces, _)) in columns.iter().enumerate() {
+                    if let Some(force) = forces.get(k - 1) {
+                        (0..P).for_each(|p| f[p][lane] = force[p]);
+                    }
                 }
+                let mut next = [[0.0; LANES]; N];
+                for (i, next) in next.iter_mut().enumerate() {
+                    for (j, x) in x.iter().enumerate() {
+                        let a = step.transition[(i, j)];
+                        (0..LANES).for_each(|l| next[l] += a * x[l]);
+                    }
+                    for (p, f) in f.iter().enumerate() {
+                        let b = step.forces[(i, p)];
+                        (0..LANES).for_each(|l| next[l] += b * f[l]);
+                    }
+                }
+                x = next;
             }
-            for (reading, gain) in readings.iter().zip(gains) {
-                let error = errors.get(whitened.len()).copied().unwrap_or(0.0);
-                let innovation = -(reading.row.dot(&x) + error);
-                x += gain.gain * innovation;
-                whitened.push(innovation / gain.variance.sqrt()); // (EST-4)
+            for (reading, gain) in node.iter().zip(gains) {
+                let mut innovation = [0.0; LANES];
+                for (lane, (_, errors)) in columns.iter().enumerate() {
+                    innovation[lane] = -errors.get(at).copied().unwrap_or(0.0);
+                }
+                for (x, h) in x.iter().zip(reading.row.iter()) {
+                    (0..LANES).for_each(|l| innovation[l] -= h * x[l]);
+                }
+                for (x, g) in x.iter_mut().zip(gain.gain.iter()) {
+                    (0..LANES).for_each(|l| x[l] += g * innovation[l]);
+                }
+                let scale = 1.0 / gain.variance.sqrt();
+                for (whitened, innovation) in whitened.iter_mut().zip(innovation) {
+                    whitened.push(innovation * scale); // (EST-4)
+                }
+                at += 1;
             }
         }
         whitened

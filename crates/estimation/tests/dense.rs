@@ -154,14 +154,15 @@ fn evidence_of_columns_is_that_of_the_whole_distribution() {
         let system = random(seed);
         let (filter, dense) = (Filter::new(&system), Dense::new(&system));
         let rng = &mut StdRng::seed_from_u64(1000 + seed);
-        let columns: Vec<(Vec<SVector<f64, P>>, Vec<f64>)> = (0..3)
+        let columns: Vec<(Vec<[f64; P]>, Vec<f64>)> = (0..3)
             .map(|_| {
                 let forces =
-                    (1..NODES).map(|_| SVector::from_fn(|_, _| rng.random_range(-1.0..1.0))).collect();
+                    (1..NODES).map(|_| core::array::from_fn(|_| rng.random_range(-1.0..1.0))).collect();
                 (forces, (0..system.readings()).map(|_| rng.random_range(-1.0..1.0)).collect())
             })
             .collect();
-        let passed: Vec<Vec<f64>> = columns.iter().map(|(f, e)| filter.column(&system, f, e)).collect();
+        let passed =
+            filter.columns(&system, &columns.iter().map(|(f, e)| (&f[..], &e[..])).collect::<Vec<_>>());
         let mut gram = Gram::new(3);
         gram.add(&filter.data(&system, false).whitened, &passed, filter.log_determinant);
         let set = [(2, Prior { mean: 0.3, deviation: 0.8 }), (0, Prior { mean: -1.0, deviation: 2.0 })];

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Normal};
 use trueup_estimation::evidence::{Gram, Prior};
 use trueup_estimation::filter::{Filter, log_likelihood};
 use trueup_estimation::joint::{
-    Model, Recording, of_effect, of_error, of_parameter, sensed_trajectory, smoothed_trajectory,
+    Along, Channel, Column, Model, Recording, Sample, sensed_trajectory, smoothed_trajectory,
 };
 use trueup_estimation::smoother::{Smoothed, smooth};
 use trueup_estimation::system::{Latent, System};
@@ -53,17 +53,47 @@ fn record(joint: &TwoMassJoint, q: &[f64], seed: u64, load: impl Fn(f64) -> f64)
     let truth = simulate(joint, q, &nominal, options, &drive, &t).unwrap();
     let rng = &mut StdRng::seed_from_u64(seed);
     let noise = NOISE.map(|s| Normal::new(0.0, s).unwrap());
-    let read = |y: &Vec<f64>, rng: &mut StdRng| {
-        [y[output::MOTOR_ANGLE] + noise[0].sample(rng), y[output::LOAD_ANGLE] + noise[1].sample(rng)]
-            .map(Some)
+    let mut channel = |c: usize, output: usize| Channel {
+        output,
+        variance: NOISE[c].powi(2),
+        delay: 0.0,
+        samples: truth.y.iter().map(|y| Some(Sample::at_node(y[output] + noise[c].sample(rng)))).collect(),
     };
     Recording {
         dt: DT,
         inputs: (0..nodes).map(|k| [current(k), 0.0]).collect(),
-        readings: truth.y.iter().map(|y| read(y, rng)).collect(),
-        variance: NOISE.map(|s| s * s),
+        input_variance: [0.0; 2],
+        channels: vec![channel(0, output::MOTOR_ANGLE), channel(1, output::LOAD_ANGLE)],
         resolved_speed: NOISE[0] / DT,
     }
+}
+
+/// What a model does beyond another one, passed by a filter.
+fn passed(found: &Found, with: &Model, without: &Model, recording: &Recording, scale: f64) -> Vec<f64> {
+    let inertia = [without.p[p::MOTOR_INERTIA], without.p[p::LOAD_INERTIA]];
+    let [with, without] = [with, without].map(|m| Along::new(m, recording, &found.trajectory, inertia));
+    pass(found, &with.beyond(&without).scaled(scale))
+}
+
+fn pass(found: &Found, column: &Column) -> Vec<f64> {
+    found.filter.columns(&found.system, &[column.parts()]).remove(0)
+}
+
+/// A constant error of the load's reading, per rad.
+fn load_error(recording: &Recording) -> Column {
+    Column { torques: Vec::new(), errors: [0.0, 1.0].repeat(recording.nodes()) }
+}
+
+/// What a parameter does per unit of its logarithm.
+fn parameter(found: &Found, model: &Model, index: usize, recording: &Recording) -> Vec<f64> {
+    let moved = |by: f64| {
+        let mut p = model.p.to_vec();
+        p[index] *= 1.0 + by;
+        p
+    };
+    let (up, down) = (moved(1e-4), moved(-1e-4));
+    let of = |p| Model { p, ..model.clone() };
+    passed(found, &of(&up), &of(&down), recording, 0.5e4)
 }
 
 fn joint(effects: &[&str]) -> TwoMassJoint {
@@ -163,11 +193,9 @@ fn parameters_come_back_with_their_deviations() {
         for _ in 0..6 {
             let model = Model { joint: &joint, p: &q, latent: latent([1e-4, 0.02]) };
             let found = found(&model, &recording);
-            let column = |i: &usize| {
-                of_parameter(&model, *i, &recording, &found.trajectory).pass(&found.system, &found.filter)
-            };
+            let column = |i: &usize| parameter(&found, &model, *i, &recording);
             let mut columns: Vec<Vec<f64>> = fitted.iter().map(column).collect();
-            columns.push(of_error(1, &recording).pass(&found.system, &found.filter));
+            columns.push(pass(&found, &load_error(&recording)));
             let mut gram = Gram::new(columns.len());
             gram.add(&found.whitened, &columns, found.filter.log_determinant);
             // About where it is now.
@@ -214,7 +242,7 @@ fn the_effect_that_acts_has_the_evidence() {
     let columns: Vec<Vec<f64>> = models
         .iter()
         .map(|(joint, p)| Model { joint, p, ..model.clone() })
-        .map(|m| of_effect(&m, &model, &recording, &found.trajectory).pass(&found.system, &found.filter))
+        .map(|m| passed(&found, &m, &model, &recording, 1.0))
         .collect();
     let mut gram = Gram::new(columns.len());
     gram.add(&found.whitened, &columns, found.filter.log_determinant);

@@ -5,20 +5,57 @@ use trueup_numerics::hybrid::{At, Hybrid};
 
 use super::{MOST_STATES, Model, Recording, STATES, mode};
 
-/// All states of the joint and its effects at an instant, and all modes.
+/// States of the effects and all modes of a model, at each node of a trajectory.
 #[derive(Clone, Debug)]
-pub(super) struct Instant {
-    pub(super) x: Vec<f64>,
-    pub(super) modes: Vec<i32>,
+pub(super) struct Instants {
+    effects: Vec<f64>,
+    modes: Vec<i32>,
+    states: usize,
+    count: usize,
+}
+
+impl Instants {
+    /// States of the effects at a node.
+    pub(super) fn effects(&self, node: usize) -> &[f64] {
+        &self.effects[node * self.states..][..self.states]
+    }
+    /// States of the effects in the middle between a node and the next.
+    pub(super) fn middle(&self, node: usize) -> ([f64; MOST_STATES], usize) {
+        let mut all = [0.0; MOST_STATES];
+        let both = self.effects(node).iter().zip(self.effects(node + 1));
+        all.iter_mut().zip(both).for_each(|(to, (a, b))| *to = 0.5 * (a + b));
+        (all, self.states)
+    }
+    /// All modes from a node to the next.
+    pub(super) fn modes(&self, node: usize) -> &[i32] {
+        &self.modes[node * self.count..][..self.count]
+    }
 }
 
 /// Parts of a step in which the states of effects are taken.
 const PARTS: usize = 4;
 
-/// At each node of a trajectory. The joint's own states are the trajectory's; those of effects follow from it.
-pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64; STATES]]) -> Vec<Instant> {
+/// Along a trajectory. The joint's own states are the trajectory's; those of effects follow from it.
+pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64; STATES]]) -> Instants {
     let sizes = model.joint.sizes();
-    let Some(first) = trajectory.first() else { return Vec::new() };
+    let own = model.own();
+    let states = sizes.states - own;
+    let nodes = trajectory.len();
+    let mut all = Instants {
+        effects: Vec::with_capacity(nodes * states),
+        modes: Vec::with_capacity(nodes * sizes.modes),
+        states,
+        count: sizes.modes,
+    };
+    let dry = model.dry();
+    if states == 0 && sizes.modes == 1 {
+        for w in trajectory.windows(2) {
+            all.modes.push(if dry { mode(recording, &w[0], &w[1]) } else { 0 });
+        }
+        all.modes.push(0);
+        return all;
+    }
+    let Some(first) = trajectory.first() else { return all };
     let mut x = vec![0.0; sizes.states];
     let mut p = model.p.to_vec();
     let n = p[parameter::GEAR_RATIO];
@@ -31,40 +68,37 @@ pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64;
         p[at] = value;
     }
     model.joint.start(&p, &mut x);
-    let mut modes = model.modes(1);
-    let mut all = Vec::with_capacity(trajectory.len());
-    for (k, w) in trajectory.windows(2).enumerate() {
+    let mut modes = vec![0; sizes.modes];
+    for k in 0..nodes {
+        let next = trajectory[(k + 1).min(nodes - 1)];
         let t = k as f64 * recording.dt;
         let u: [f64; input::COUNT] = recording.inputs[k];
-        let sliding = model.modes(mode(recording, &w[0], &w[1]))[0];
-        x[..STATES].copy_from_slice(&w[0]);
+        x[..own].copy_from_slice(&trajectory[k][..own]);
         settle(model, t, &x, &u, &mut modes);
-        modes[0] = sliding;
-        all.push(Instant { x: x.clone(), modes: modes.clone() });
-        if sizes.states > STATES {
+        modes[0] = if dry { mode(recording, &trajectory[k], &next) } else { 0 };
+        all.effects.extend(&x[own..]);
+        all.modes.extend(&modes);
+        if states > 0 {
             let h = recording.dt / PARTS as f64;
             for part in 0..PARTS {
                 let s = (part as f64 + 0.5) / PARTS as f64;
-                (0..STATES).for_each(|i| x[i] = w[0][i] + s * (w[1][i] - w[0][i]));
+                (0..own).for_each(|i| x[i] = trajectory[k][i] + s * (next[i] - trajectory[k][i]));
                 advance(model, t + s * recording.dt, &mut x, &u, &modes, h);
             }
         }
-    }
-    if let Some(last) = trajectory.last() {
-        x[..STATES].copy_from_slice(last);
-        all.push(Instant { x, modes });
     }
     all
 }
 
 /// Modes of effects as they fit the instant.
 fn settle(model: &Model, t: f64, x: &[f64], u: &[f64; input::COUNT], modes: &mut [i32]) {
-    let mut copy = x.to_vec();
+    let mut copy = [0.0; MOST_STATES];
+    let copy = &mut copy[..x.len()];
     for _ in 0..4 {
-        if model.joint.update(t, &mut copy, u, model.p, modes).settled() {
+        copy.copy_from_slice(x);
+        if model.joint.update(t, copy, u, model.p, modes).settled() {
             return;
         }
-        copy.copy_from_slice(x);
     }
 }
 
@@ -76,14 +110,16 @@ fn advance(model: &Model, t: f64, x: &mut [f64], u: &[f64; input::COUNT], modes:
         dx
     };
     let now = rates(x);
-    let mut next = x.to_vec();
-    for i in STATES..x.len() {
+    let mut other = [0.0; MOST_STATES];
+    let other = &mut other[..x.len()];
+    other.copy_from_slice(x);
+    for i in model.own()..x.len() {
         let moved = 1e-6 * x[i].abs().max(1e-9 + now[i].abs() * h);
-        let mut other = x.to_vec();
+        let before = other[i];
         other[i] += moved;
-        let own = (rates(&other)[i] - now[i]) / moved;
+        let own = (rates(other)[i] - now[i]) / moved;
+        other[i] = before;
         let factor = if (own * h).abs() < 1e-6 { h } else { (own * h).exp_m1() / own };
-        next[i] += factor * now[i];
+        x[i] += factor * now[i];
     }
-    x.copy_from_slice(&next);
 }

@@ -1,7 +1,7 @@
 //! Where a joint was, from its readings: first from each sensor alone, then by the model.
 
 use nalgebra::{SMatrix, SVector};
-use trueup_models::joint::parameter;
+use trueup_models::joint::{output, parameter};
 
 use super::{Model, PLACES, Recording, STATES, Trajectory};
 use crate::filter::{Filter, log_likelihood};
@@ -49,22 +49,26 @@ fn kinematic(read: &[Option<f64>], variance: f64, dt: f64) -> Vec<[f64; 2]> {
 }
 
 /// The trajectory that the sensors show, each by itself. A sensor without readings is taken to follow the other one
-/// through a stiff gear.
+/// through a stiff gear. Nothing moves where neither angle was read.
 pub fn sensed_trajectory(model: &Model, recording: &Recording) -> Trajectory {
     let n = model.p[parameter::GEAR_RATIO];
-    let [motor, load] = [0, 1].map(|c| {
-        let read: Vec<Option<f64>> = recording.readings.iter().map(|r| r[c]).collect();
+    let [motor, load] = [output::MOTOR_ANGLE, output::LOAD_ANGLE].map(|output| {
+        let channel = recording.channel(output)?;
+        let read: Vec<Option<f64>> = channel.samples.iter().map(|s| s.map(|s| s.value)).collect();
         let seen = read.iter().flatten().count() > 1;
-        seen.then(|| kinematic(&read, recording.variance[c], recording.dt))
+        seen.then(|| kinematic(&read, channel.variance, recording.dt))
     });
     let follow = |x: &[f64; 2], by: f64| [x[0] * by, x[1] * by];
     let (motor, load) = match (motor, load) {
         (Some(m), Some(l)) => (m, l),
         (Some(m), None) => (m.clone(), m.iter().map(|x| follow(x, 1.0 / n)).collect()),
         (None, Some(l)) => (l.iter().map(|x| follow(x, n)).collect(), l),
-        (None, None) => return vec![[0.0; STATES]; recording.readings.len()],
+        (None, None) => return vec![[0.0; STATES]; recording.nodes()],
     };
-    motor.iter().zip(&load).map(|(m, l)| [m[0], m[1], m[0] - n * l[0], l[1]]).collect()
+    let node = |(m, l): (&[f64; 2], &[f64; 2])| {
+        if model.joint.flexible() { [m[0], m[1], m[0] - n * l[0], l[1]] } else { [m[0], m[1], 0.0, m[1] / n] }
+    };
+    motor.iter().zip(&load).map(node).collect()
 }
 
 /// The trajectory and the latent torques that a smoother found about another trajectory.

@@ -1,0 +1,218 @@
+//! A recording as a linear system about a trajectory of the joint.
+
+use nalgebra::{SMatrix, SVector};
+use trueup_models::friction::{SMOOTH, STUCK};
+use trueup_models::joint::{input, parameter};
+use trueup_numerics::{Dual, Scalar};
+
+use super::along::{Instants, instants};
+use super::columns::shown;
+use super::{MOST_MODES, Model, N, PLACES, Recording, STATES, mode};
+use crate::system::{Reading, Step, System};
+
+/// One step of the joint with all that is held over it.
+struct Held<'a> {
+    t: f64,
+    dt: f64,
+    inputs: &'a [f64; input::COUNT],
+    torques: [f64; PLACES],
+    effects: &'a [f64],
+    modes: &'a [i32],
+    friction: i32,
+    dry: bool,
+}
+
+impl Held<'_> {
+    /// The modes with this one of the joint's friction.
+    fn with(&self, friction: i32) -> [i32; MOST_MODES] {
+        let mut all = [0; MOST_MODES];
+        all[..self.modes.len()].copy_from_slice(self.modes);
+        all[0] = if self.dry { friction } else { SMOOTH };
+        all
+    }
+}
+
+impl Model<'_> {
+    /// The states after a step, with derivatives by states and torques.
+    fn step(&self, from: &[f64; STATES], p: &[Dual<N>], held: &Held) -> [Dual<N>; STATES] {
+        let mut x: [Dual<N>; STATES] = core::array::from_fn(|i| Dual::variable(from[i], i));
+        let d: [Dual<N>; PLACES] = core::array::from_fn(|i| Dual::variable(held.torques[i], STATES + i));
+        let count = held.modes.len();
+        let rates = |friction: i32| {
+            let modes = held.with(friction);
+            move |t: f64, x: &[Dual<N>; STATES]| {
+                self.rates(t, (x, held.effects), p, held.inputs, d, &modes[..count])
+            }
+        };
+        let whole = Dual::constant(held.dt);
+        let now = if x[1].re < 0.0 { -1 } else { 1 };
+        let before = if held.friction != STUCK && held.dry {
+            turn(&x, held.dt, &rates(now)(held.t, &x))
+        } else {
+            None
+        };
+        let Some(before) = before else {
+            runge_kutta(&mut x, held.t, whole, rates(held.friction));
+            return x;
+        };
+        runge_kutta(&mut x, held.t, before, rates(now));
+        // On the other side friction turns with it, or holds it.
+        let later = held.t + before.re;
+        let beyond = rates(-now)(later, &x)[1].re;
+        let second = if beyond * f64::from(-now) > 0.0 { -now } else { STUCK };
+        if second == STUCK {
+            x[1] = Dual::constant(0.0);
+        }
+        runge_kutta(&mut x, later, whole - before, rates(second));
+        x
+    }
+
+    /// A recording as a linear system about a trajectory and latent torques along it; its states are what differs from the
+    /// trajectory, then the latent torques themselves.
+    ///
+    /// `torques` are held from each node to the next.
+    pub fn about(
+        &self,
+        recording: &Recording,
+        trajectory: &[[f64; STATES]],
+        torques: &[[f64; PLACES]],
+    ) -> System<N, PLACES> {
+        let dt = recording.dt;
+        let latent = self.latent.map(|l| l.over(dt));
+        let p: Vec<Dual<N>> = self.p.iter().map(|v| Dual::constant(*v)).collect();
+        let along = instants(self, recording, trajectory);
+        let dry = self.dry();
+        // Held over a step, a torque's noise moves the states as the torque does.
+        let noisy = recording.input_variance.iter().any(|v| *v > 0.0);
+        let per_input = [self.p[parameter::TORQUE_CONSTANT], 1.0];
+        let mut before = None;
+        let steps = trajectory.windows(2).enumerate().map(|(k, w)| {
+            let friction = mode(recording, &w[0], &w[1]);
+            let (effects, states) = along.middle(k);
+            let held = Held {
+                t: k as f64 * dt,
+                dt,
+                inputs: &recording.inputs[k],
+                torques: torques[k],
+                effects: &effects[..states],
+                modes: along.modes(k),
+                friction,
+                dry,
+            };
+            let to = self.step(&w[0], &p, &held);
+            let mut step = Step::<N, PLACES> {
+                transition: SMatrix::zeros(),
+                push: SVector::zeros(),
+                noise: SMatrix::zeros(),
+                forces: SMatrix::zeros(),
+            };
+            for i in 0..STATES {
+                (0..N).for_each(|j| step.transition[(i, j)] = to[i].eps[j]);
+                step.push[i] = to[i].re - w[1][i];
+                for place in 0..PLACES {
+                    step.forces[(i, place)] = to[i].eps[STATES + place];
+                    step.push[i] -= to[i].eps[STATES + place] * torques[k][place];
+                }
+            }
+            for (place, (rho, noise)) in latent.into_iter().enumerate() {
+                let at = STATES + place;
+                step.transition[(at, at)] = rho;
+                step.noise[(at, at)] = noise;
+            }
+            if noisy {
+                for (place, scale) in per_input.into_iter().enumerate() {
+                    let moved = step.forces.column(place) * scale;
+                    step.noise += moved * moved.transpose() * recording.input_variance[place];
+                }
+            }
+            let stuck = friction == STUCK && dry;
+            if stuck {
+                // Friction holds: the speed is 0 to what the sensor resolves, whatever it was.
+                (0..N).for_each(|j| {
+                    step.transition[(1, j)] = 0.0;
+                    step.noise[(1, j)] = 0.0;
+                    step.noise[(j, 1)] = 0.0;
+                });
+                step.push[1] = -w[1][1];
+                step.noise[(1, 1)] = recording.resolved_speed.powi(2);
+            } else if before == Some(STUCK) && dry {
+                // When it broke away within the step is not known.
+                let level = self.p[parameter::COULOMB_FRICTION].max(self.p[parameter::STATIC_FRICTION]);
+                step.noise[(1, 1)] += (dt * level / self.inertia()[0]).powi(2);
+            }
+            before = Some(friction);
+            step
+        });
+        System {
+            start: SVector::zeros(),
+            start_covariance: self.start_covariance(recording, trajectory),
+            steps: steps.collect(),
+            nodes: self.nodes(recording, trajectory, &along, &p),
+        }
+    }
+
+    fn nodes(
+        &self,
+        recording: &Recording,
+        trajectory: &[[f64; STATES]],
+        along: &Instants,
+        p: &[Dual<N>],
+    ) -> Vec<Vec<Reading<N>>> {
+        let series = self.series(recording, trajectory, along);
+        let node = |(k, x): (usize, &[f64; STATES])| {
+            let x: [Dual<N>; STATES] = core::array::from_fn(|i| Dual::variable(x[i], i));
+            let t = k as f64 * recording.dt;
+            let y = self.outputs(t, (&x, along.effects(k)), p, &recording.inputs[k], along.modes(k));
+            let reading = |(c, s): (&super::Channel, &super::Sample)| Reading {
+                row: SVector::from(y[c.output].eps),
+                value: s.value - shown(&series, recording.dt, k, c, s),
+                variance: c.variance,
+            };
+            recording.read(k).map(reading).collect()
+        };
+        trajectory.iter().enumerate().map(node).collect()
+    }
+
+    /// Nothing is known of the first states but the size of the motion.
+    fn start_covariance(&self, recording: &Recording, trajectory: &[[f64; STATES]]) -> SMatrix<f64, N, N> {
+        let size = |i: usize| trajectory.iter().map(|x| x[i].abs()).fold(0.0, f64::max);
+        let resolved = recording.resolved_speed * recording.dt;
+        let mut all = SVector::<f64, N>::zeros();
+        for i in 0..STATES {
+            all[i] = (size(i) + if i % 2 == 0 { resolved } else { resolved / recording.dt }).powi(2);
+        }
+        if !self.joint.flexible() {
+            (all[2], all[3]) = (0.0, 0.0);
+        }
+        for (place, latent) in self.latent.iter().enumerate() {
+            all[STATES + place] = latent.deviation.powi(2);
+        }
+        SMatrix::from_diagonal(&all)
+    }
+}
+
+/// How long after the node the motor turns, if it does within the step, with derivatives: its event moves with all that
+/// moves the speed.
+fn turn(x: &[Dual<N>; STATES], dt: f64, rates: &[Dual<N>; STATES]) -> Option<Dual<N>> {
+    let after = -(x[1] / rates[1]);
+    (after.re > 0.0 && after.re < dt).then_some(after)
+}
+
+/// A step of order 4 whose length may have derivatives.
+fn runge_kutta(
+    x: &mut [Dual<N>; STATES],
+    t: f64,
+    h: Dual<N>,
+    rates: impl Fn(f64, &[Dual<N>; STATES]) -> [Dual<N>; STATES],
+) {
+    let along = |x: &[Dual<N>; STATES], k: &[Dual<N>; STATES], h: Dual<N>| -> [Dual<N>; STATES] {
+        core::array::from_fn(|i| x[i] + k[i] * h)
+    };
+    let first = rates(t, x);
+    let second = rates(t + 0.5 * h.re, &along(x, &first, h * 0.5));
+    let third = rates(t + 0.5 * h.re, &along(x, &second, h * 0.5));
+    let fourth = rates(t + h.re, &along(x, &third, h));
+    for i in 0..STATES {
+        x[i] += (first[i] + (second[i] + third[i]) * 2.0 + fourth[i]) * (h * (1.0 / 6.0));
+    }
+}
