@@ -134,7 +134,7 @@ impl Model<'_> {
             || self.joint.effects().dry(self.p, 0)
     }
     /// Inertia that a torque on the motor moves, and the load's.
-    pub(crate) fn inertia(&self) -> [f64; PLACES] {
+    pub fn inertia(&self) -> [f64; PLACES] {
         let (motor, load, n) = (
             self.p[parameter::MOTOR_INERTIA],
             self.p[parameter::LOAD_INERTIA],

@@ -8,6 +8,9 @@
 
 pub mod evidence;
 pub mod filter;
+pub mod fit;
+pub mod intake;
 pub mod joint;
 pub mod smoother;
 pub mod system;
+pub mod unknown;

@@ -19,6 +19,11 @@ pub struct Smoothed<const N: usize, const P: usize> {
     pub scores: Vec<SVector<f64, P>>,
     /// Variance of these scores where the model is right.
     pub score_variances: Vec<SVector<f64, P>>,
+    /// Squares of the scores of what drives each latent force, summed, and what is expected of that sum: equal where the
+    /// force's intensity is likeliest.
+    pub latent_score: SVector<f64, P>,
+    /// What is expected of it.
+    pub latent_information: SVector<f64, P>,
 }
 
 /// Smooths what passed a filter, its states kept.
@@ -35,6 +40,8 @@ pub fn smooth<const N: usize, const P: usize>(
         covariances: vec![SMatrix::zeros(); nodes],
         scores: vec![SVector::zeros(); nodes.saturating_sub(1)],
         score_variances: vec![SVector::zeros(); nodes.saturating_sub(1)],
+        latent_score: SVector::zeros(),
+        latent_information: SVector::zeros(),
     };
     let mut at = pass.whitened.len();
     // d ln p / d x of what was read from here on, and its covariance.
@@ -54,6 +61,11 @@ pub fn smooth<const N: usize, const P: usize>(
         all.covariances[k] = p - p * information * p;
         if k > 0 {
             let step = &system.steps[k - 1];
+            for p in 0..P {
+                let at = N - P + p;
+                all.latent_score[p] += score[at].powi(2);
+                all.latent_information[p] += information[(at, at)];
+            }
             all.scores[k - 1] = step.forces.transpose() * score;
             all.score_variances[k - 1] = (step.forces.transpose() * information * step.forces).diagonal();
             score = step.transition.transpose() * score;

@@ -39,6 +39,22 @@ pub mod parameter {
     pub const INITIAL_LOAD_ANGLE: usize = 11;
     pub const INITIAL_LOAD_VELOCITY: usize = 12;
     pub const COUNT: usize = 13;
+    /// FMU variables with their units.
+    pub const NAMES: [(&str, &str); COUNT] = [
+        ("motorInertia", "kg.m2"),
+        ("loadInertia", "kg.m2"),
+        ("gearRatio", "1"),
+        ("torqueConstant", "N.m/A"),
+        ("stiffness", "N.m/rad"),
+        ("damping", "N.m.s/rad"),
+        ("coulombFriction", "N.m"),
+        ("staticFriction", "N.m"),
+        ("viscousFriction", "N.m.s/rad"),
+        ("initialMotorAngle", "rad"),
+        ("initialMotorVelocity", "rad/s"),
+        ("initialLoadAngle", "rad"),
+        ("initialLoadVelocity", "rad/s"),
+    ];
 }
 
 /// Indices of the inputs.
@@ -47,6 +63,8 @@ pub mod input {
     pub const MOTOR_CURRENT: usize = 0;
     pub const EXTERNAL_TORQUE: usize = 1;
     pub const COUNT: usize = 2;
+    /// FMU variables with their units.
+    pub const NAMES: [(&str, &str); COUNT] = [("motorCurrent", "A"), ("externalTorque", "N.m")];
 }
 
 /// Indices of the outputs.
@@ -63,6 +81,19 @@ pub mod output {
     pub const FRICTION_TORQUE: usize = 8;
     pub const STICKING: usize = 9;
     pub const COUNT: usize = 10;
+    /// FMU variables with their units.
+    pub const NAMES: [(&str, &str); COUNT] = [
+        ("motorAngle", "rad"),
+        ("motorVelocity", "rad/s"),
+        ("motorAcceleration", "rad/s2"),
+        ("loadAngle", "rad"),
+        ("loadVelocity", "rad/s"),
+        ("loadAcceleration", "rad/s2"),
+        ("motorTorque", "N.m"),
+        ("transmissionTorque", "N.m"),
+        ("frictionTorque", "N.m"),
+        ("sticking", ""),
+    ];
 }
 
 /// Most modes: friction, and every effect in every place.

@@ -83,35 +83,6 @@ pub struct Named {
     pub unit: String,
 }
 
-const JOINT_PARAMETERS: [(&str, &str); joint::parameter::COUNT] = [
-    ("motorInertia", "kg.m2"),
-    ("loadInertia", "kg.m2"),
-    ("gearRatio", "1"),
-    ("torqueConstant", "N.m/A"),
-    ("stiffness", "N.m/rad"),
-    ("damping", "N.m.s/rad"),
-    ("coulombFriction", "N.m"),
-    ("staticFriction", "N.m"),
-    ("viscousFriction", "N.m.s/rad"),
-    ("initialMotorAngle", "rad"),
-    ("initialMotorVelocity", "rad/s"),
-    ("initialLoadAngle", "rad"),
-    ("initialLoadVelocity", "rad/s"),
-];
-const JOINT_OUTPUTS: [&str; joint::output::COUNT] = [
-    "motorAngle",
-    "motorVelocity",
-    "motorAcceleration",
-    "loadAngle",
-    "loadVelocity",
-    "loadAcceleration",
-    "motorTorque",
-    "transmissionTorque",
-    "frictionTorque",
-    "sticking",
-];
-const JOINT_INPUTS: [&str; joint::input::COUNT] = ["motorCurrent", "externalTorque"];
-
 fn arm_unit(name: &str) -> &'static str {
     match name {
         "baseMass" | "linkMass" => "kg",
@@ -181,21 +152,21 @@ impl Subject {
     /// Inputs in their order.
     pub fn inputs(&self) -> Vec<String> {
         match self.plant {
-            effect::Plant::Joint => JOINT_INPUTS.map(str::to_owned).to_vec(),
+            effect::Plant::Joint => joint::input::NAMES.map(|n| n.0.to_owned()).to_vec(),
             effect::Plant::Arm => arm_names(arm::input::NAMES, self.joints()),
         }
     }
     /// Outputs in their order (those of the plant without effects).
     pub fn outputs(&self) -> Vec<String> {
         match self.plant {
-            effect::Plant::Joint => JOINT_OUTPUTS.map(str::to_owned).to_vec(),
+            effect::Plant::Joint => joint::output::NAMES.map(|n| n.0.to_owned()).to_vec(),
             effect::Plant::Arm => arm_names(arm::output::NAMES, self.joints()),
         }
     }
     /// All parameters of a model in their order.
     pub fn parameters(&self, model: &Model) -> Vec<Named> {
         let mut all: Vec<Named> = match model {
-            Model::Joint(_) => JOINT_PARAMETERS
+            Model::Joint(_) => joint::parameter::NAMES
                 .iter()
                 .map(|(name, unit)| Named { name: (*name).into(), unit: (*unit).into() })
                 .collect(),

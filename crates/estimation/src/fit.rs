@@ -1,0 +1,233 @@
+//! The posterior mode of what is unknown of a joint, with its evidence: filter, smooth, columns, a step; linearised anew
+//! each round about the hypothesis itself.
+
+use trueup_models::joint::output;
+
+use crate::evidence::{Gram, Posterior, Prior};
+use crate::filter::Filter;
+use crate::intake::Raw;
+use crate::joint::{
+    Along, Column, Model, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
+};
+use crate::smoother::{Smoothed, smooth};
+use crate::system::{Latent, System};
+use crate::unknown::{Assigned, Stated, Target};
+
+/// A recording about which a model is linearised.
+#[derive(Clone, Debug)]
+pub struct Run {
+    /// On its grid.
+    pub recording: Recording,
+    /// Where the joint was.
+    pub trajectory: Trajectory,
+    /// The latent torques along it, N.m.
+    pub torques: Vec<[f64; PLACES]>,
+}
+
+/// Where the intensities of the latent torques may be, N.m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Walls {
+    /// Least.
+    pub floor: [f64; PLACES],
+    /// Most.
+    pub ceiling: [f64; PLACES],
+}
+
+/// A hypothesis at the mode of its posterior.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// Coordinates of what is unknown.
+    pub theta: Vec<f64>,
+    /// Their standard deviations.
+    pub deviations: Vec<f64>,
+    /// The latent torques.
+    pub latent: [Latent; PLACES],
+    /// Recordings with what was smoothed.
+    pub runs: Vec<Run>,
+    /// ln p(y | hypothesis, intensities).
+    pub log_evidence: f64,
+}
+
+/// A recording's system with its filter.
+pub struct Filtered {
+    /// About the run's trajectory.
+    pub system: System<{ crate::joint::N }, PLACES>,
+    /// Gains.
+    pub filter: Filter<{ crate::joint::N }>,
+}
+
+/// Coordinates are moved by this for a column.
+const MOVED: f64 = 1e-4;
+/// Largest step of a round, in coordinates: a factor e^0.5, half a typical size.
+const LONGEST: f64 = 0.5;
+/// How fast an intensity follows what its score says.
+const FOLLOW: f64 = 0.6;
+
+impl Run {
+    /// A recording as its sensors show it.
+    pub fn sensed(recording: Recording, model: &Model) -> Self {
+        let trajectory = sensed_trajectory(model, &recording);
+        let torques = vec![[0.0; PLACES]; trajectory.len().saturating_sub(1)];
+        Self { recording, trajectory, torques }
+    }
+    /// The model's system about it, `offsets` taken off the readings.
+    pub fn filtered(&self, model: &Model, offsets: &[f64; output::COUNT]) -> Filtered {
+        let mut system = model.about(&self.recording, &self.trajectory, &self.torques);
+        if offsets.iter().any(|o| *o != 0.0) {
+            for (k, node) in system.nodes.iter_mut().enumerate() {
+                let read = self.recording.channels.iter().filter(|c| c.samples[k].is_some());
+                node.iter_mut().zip(read).for_each(|(r, c)| r.value -= offsets[c.output]);
+            }
+        }
+        let filter = Filter::new(&system);
+        Filtered { system, filter }
+    }
+    /// Errors of one for every reading of an output.
+    pub fn error_of(&self, output: usize) -> Column {
+        let nodes = 0..self.recording.nodes();
+        let read = |k: usize| self.recording.channels.iter().filter(move |c| c.samples[k].is_some());
+        let errors = nodes.flat_map(|k| read(k).map(|c| if c.output == output { 1.0 } else { 0.0 }));
+        Column { torques: Vec::new(), errors: errors.collect() }
+    }
+    /// What each unknown does per unit of its coordinate, about `theta`.
+    pub fn columns(
+        &self,
+        raw: &Raw,
+        stated: &Stated,
+        theta: &[f64],
+        latent: [Latent; PLACES],
+    ) -> Vec<Column> {
+        let at = stated.assign(theta);
+        let model = Model { joint: &stated.joint, p: &at.p, latent };
+        let inertia = model.inertia();
+        let base = Along::new(&model, &self.recording, &self.trajectory, inertia);
+        let column = |k: usize| {
+            let u = &stated.unknowns[k];
+            if let Target::Offset(output) = u.target {
+                return self.error_of(output).scaled(u.scale.value(theta[k] + 1.0) - u.scale.value(theta[k]));
+            }
+            // Away from a wall.
+            let by = if theta[k] + MOVED > u.upper { -MOVED } else { MOVED };
+            let mut moved = theta.to_vec();
+            moved[k] += by;
+            let to = stated.assign(&moved);
+            let other = Model { joint: &stated.joint, p: &to.p, latent };
+            let along = self.moved(raw, &at, &to, &other, inertia);
+            along.beyond(&base).scaled(1.0 / by)
+        };
+        (0..stated.unknowns.len()).map(column).collect()
+    }
+    /// What a model does along it, signals as late as `to` says beyond what they were on its grid.
+    pub fn moved(&self, raw: &Raw, at: &Assigned, to: &Assigned, model: &Model, inertia: [f64; 2]) -> Along {
+        if at.late == to.late {
+            return Along::new(model, &self.recording, &self.trajectory, inertia);
+        }
+        let mut recording = self.recording.clone();
+        if (at.late.inputs, at.late.lags) != (to.late.inputs, to.late.lags) {
+            recording.inputs = raw.grid(&to.late).inputs;
+        }
+        for c in &mut recording.channels {
+            c.delay += to.late.outputs[c.output] - at.late.outputs[c.output];
+        }
+        Along::new(model, &recording, &self.trajectory, inertia)
+    }
+}
+
+/// How a hypothesis is fitted.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Rounds, each linearised anew.
+    pub rounds: usize,
+    /// The intensities are estimated with it.
+    pub intensities: bool,
+    /// Where these may be.
+    pub walls: Walls,
+}
+
+/// Fits a hypothesis from these coordinates, latent torques and trajectories on; `None` where numbers are not finite.
+///
+/// Of all rounds that with the most evidence is kept.
+pub fn fit(
+    raw: &[Raw],
+    stated: &Stated,
+    start: &[f64],
+    latent: [Latent; PLACES],
+    runs: &[Run],
+    effort: Effort,
+) -> Option<Fit> {
+    let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
+    let mut best: Option<Fit> = None;
+    for _ in 0..effort.rounds {
+        let at = stated.assign(&theta);
+        let model = Model { joint: &stated.joint, p: &at.p, latent };
+        let mut gram = Gram::new(theta.len());
+        let mut scores = [[0.0; 2]; PLACES];
+        let mut smoothed = Vec::new();
+        for (run, raw) in runs.iter_mut().zip(raw) {
+            if stated.unknowns.iter().any(|u| shifts(u.target)) {
+                run.recording = raw.grid(&at.late);
+            }
+            let Filtered { system, filter } = run.filtered(&model, &at.offsets);
+            let pass = filter.data(&system, true);
+            let columns = run.columns(raw, stated, &theta, latent);
+            let parts: Vec<_> = columns.iter().map(Column::parts).collect();
+            gram.add(&pass.whitened, &filter.columns(&system, &parts), filter.log_determinant);
+            let all = smooth(&system, &filter, &pass);
+            for (place, s) in scores.iter_mut().enumerate() {
+                *s = [s[0] + all.latent_score[place], s[1] + all.latent_information[place]];
+            }
+            smoothed.push(all);
+        }
+        let posterior = gram.posterior(&priors(stated, &theta))?;
+        if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
+            best = Some(Fit {
+                theta: theta.clone(),
+                deviations: deviations(&posterior),
+                latent,
+                runs: runs.clone(),
+                log_evidence: posterior.log_evidence,
+            });
+        }
+        advance(&mut theta, stated, &posterior);
+        for (run, all) in runs.iter_mut().zip(&smoothed) {
+            follow(run, all);
+        }
+        if effort.intensities {
+            for place in 0..PLACES {
+                let [score, information] = scores[place];
+                let factor = (score / information.max(f64::MIN_POSITIVE)).powf(FOLLOW).clamp(0.05, 20.0);
+                let deviation = latent[place].deviation * factor.sqrt();
+                latent[place].deviation =
+                    deviation.clamp(effort.walls.floor[place], effort.walls.ceiling[place]);
+            }
+        }
+    }
+    best
+}
+
+/// It changes when signals happened.
+fn shifts(target: Target) -> bool {
+    matches!(target, Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_))
+}
+
+/// Priors of what is added to `theta`.
+pub fn priors(stated: &Stated, theta: &[f64]) -> Vec<(usize, Prior)> {
+    let of = |(k, u): (usize, &crate::unknown::Unknown)| {
+        (k, Prior { mean: u.prior.mean - theta[k], deviation: u.prior.deviation })
+    };
+    stated.unknowns.iter().enumerate().map(of).collect()
+}
+
+fn deviations(posterior: &Posterior) -> Vec<f64> {
+    posterior.covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
+}
+
+fn advance(theta: &mut [f64], stated: &Stated, posterior: &Posterior) {
+    for ((t, u), by) in theta.iter_mut().zip(&stated.unknowns).zip(posterior.mean.iter()) {
+        *t = (*t + by.clamp(-LONGEST, LONGEST)).clamp(u.lower, u.upper);
+    }
+}
+
+fn follow(run: &mut Run, all: &Smoothed<{ crate::joint::N }, PLACES>) {
+    (run.trajectory, run.torques) = smoothed_trajectory(&run.trajectory, all);
+}

@@ -1,0 +1,43 @@
+//! Screens cases: `screen FOLDER..` prints what leads, what a refit makes of it, and how long each part took.
+
+use std::time::Instant;
+
+use trueup_hypotheses::plain::Plain;
+use trueup_hypotheses::refit::refit;
+use trueup_hypotheses::screen::screen;
+use trueup_signals::Case;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    for folder in std::env::args().skip(1) {
+        let (loaded, _) = Case::load(std::path::Path::new(&folder), |_| Ok(Vec::new()))?;
+        let begun = Instant::now();
+        let plain = match Plain::new(&loaded) {
+            Ok(p) => p,
+            Err(e) => {
+                println!("{folder}: {e}");
+                continue;
+            }
+        };
+        let fitted = begun.elapsed().as_secs_f64();
+        let share = [0, 1].map(|k| plain.fit.latent[k].deviation / plain.sizes.torques()[k]);
+        let begun = Instant::now();
+        let seen = screen(&plain);
+        let screened = begun.elapsed().as_secs_f64();
+        let begun = Instant::now();
+        let mut all: Vec<(String, f64, f64, [f64; 2])> = Vec::new();
+        for s in seen.iter().take(6) {
+            let fit = refit(&plain, s);
+            let gain = fit.as_ref().map_or(f64::NAN, |f| f.log_evidence - plain.fit.log_evidence);
+            let left = fit
+                .map_or([f64::NAN; 2], |f| [0, 1].map(|k| f.latent[k].deviation / plain.sizes.torques()[k]));
+            all.push((s.cause.label(), s.gain, gain, left));
+        }
+        let refitted = begun.elapsed().as_secs_f64();
+        all.sort_by(|a, b| b.2.total_cmp(&a.2));
+        println!("{folder}: latent {share:.4?} of torque; {fitted:.1} + {screened:.1} + {refitted:.1} s");
+        for (label, screened, gain, left) in all {
+            println!("    {label:32} {screened:10.1} -> {gain:10.1}   latent {left:.4?}");
+        }
+    }
+    Ok(())
+}

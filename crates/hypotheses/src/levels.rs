@@ -1,0 +1,18 @@
+//! Numbers that judge or bound.
+
+/// Correlation time of a latent torque, s.
+pub const CORRELATION: f64 = 0.1;
+/// Least standard deviation of a latent torque, in units of the typical torque: what any model may miss.
+pub const FLOOR: f64 = 5e-4;
+/// Most: beyond, readings alone would tell the motion.
+pub const CEILING: f64 = 1.0;
+/// Doubt of a parameter that its owner holds to be known, of its logarithm.
+pub const KNOWN: f64 = 0.01;
+/// Doubt of the parameters where they are said to be the cause, of their logarithms.
+pub const WRONG: f64 = 0.5;
+/// Standard deviation of the amplitude of a form of fixed size about 1.
+pub const FIXED: f64 = 0.06;
+/// A form is linear in its amplitude where half of it is half to this share.
+pub const LINEAR: f64 = 0.05;
+/// Intensities that a screen looks at, in units of the plain model's.
+pub const INTENSITIES: [f64; 3] = [1.0, 0.3, 0.1];

@@ -1,0 +1,254 @@
+//! A cause in numbers: its unknowns, and shapes to look at.
+
+use trueup_estimation::evidence::Prior;
+use trueup_estimation::unknown::{Scale, Stated, Target, Unknown};
+use trueup_models::effect::{EffectError, Measure, Neutral, PUSHES, ParameterSpec, Plant, Role, Scope};
+use trueup_models::joint::{TwoMassJoint, input, parameter as q};
+use trueup_numerics::hybrid::Hybrid;
+
+use crate::catalogue::Cause;
+use crate::plain::Plain;
+
+/// An amplitude of a cause.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Amplitude {
+    /// Which of the cause's unknowns.
+    pub unknown: usize,
+    /// Its coordinate where the effect vanishes; infinite where it has none.
+    pub neutral: f64,
+}
+
+/// A model with causes beside what the plain one has unknown.
+#[derive(Clone, Debug)]
+pub struct Posed {
+    /// The plain model's unknowns first, then the cause's.
+    pub stated: Stated,
+    /// How many of the unknowns are the plain model's.
+    pub own: usize,
+    /// Of the cause, numbered from the first of its own unknowns.
+    pub amplitudes: Vec<Amplitude>,
+    /// Coordinates of the cause's unknowns to look at, amplitudes at a size that shows.
+    pub looks: Vec<Vec<f64>>,
+}
+
+/// An unknown with the coordinates to look at.
+struct Asked {
+    unknown: Unknown,
+    looks: Vec<f64>,
+    neutral: Option<f64>,
+}
+
+/// Multiples of a size where a form may not be linear in its amplitude.
+const SIZES: &[f64] = &[0.3, 1.0, 2.5];
+const SHAPES: &[f64] = &[0.03, 0.1, 0.3, 1.0, 4.0];
+const ORDERS: &[f64] = &[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 12.0];
+/// Natural frequencies of a link, in units of the joint's, and its damping ratio and share of the load's inertia.
+const RESONANCES: [f64; 10] = [0.15, 0.25, 0.4, 0.55, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0];
+const RESONATOR: [f64; 2] = [0.04, 0.03];
+
+impl Cause {
+    /// In numbers, beside what is unknown of the plain model.
+    ///
+    /// # Errors
+    /// The joint cannot have it.
+    pub fn pose(&self, plain: &Plain) -> Result<Posed, EffectError> {
+        let base = &plain.stated;
+        let ids: Vec<String> = if self.built() { vec![self.choice.id()] } else { Vec::new() };
+        let joint = TwoMassJoint::new(base.joint.flexible(), &ids)?;
+        let mut p = base.p.clone();
+        for e in joint.effects().iter() {
+            p.extend(e.choice.parameters().iter().map(|s| match s.role {
+                Role::Amplitude => s.neutral,
+                _ => s.joint_start,
+            }));
+        }
+        p.resize(joint.sizes().parameters, 0.0);
+        let mut asked = Vec::new();
+        if self.built() {
+            self.borrowed(plain, &mut asked);
+            self.parameters(plain, &mut p, &mut asked);
+        } else {
+            self.shifts(&mut asked);
+        }
+        let mut looks = vec![Vec::new()];
+        for a in &asked {
+            let with =
+                |look: &Vec<f64>| a.looks.iter().map(|l| [&look[..], &[*l]].concat()).collect::<Vec<_>>();
+            looks = looks.iter().flat_map(with).collect();
+        }
+        if self.choice.spec().id == "flexible-link" {
+            looks = self.resonances(plain, &asked);
+        }
+        let amplitude = |(unknown, a): (usize, &Asked)| Some(Amplitude { unknown, neutral: a.neutral? });
+        let amplitudes = asked.iter().enumerate().filter_map(amplitude).collect();
+        let own = base.unknowns.len();
+        let unknowns = base.unknowns.iter().cloned().chain(asked.into_iter().map(|a| a.unknown)).collect();
+        let stated = Stated { joint, p, ties: self.ties(base), unknowns };
+        Ok(Posed { stated, own, amplitudes, looks })
+    }
+
+    /// Static friction no longer follows Coulomb's where it is the cause.
+    fn ties(&self, base: &Stated) -> Vec<(usize, usize)> {
+        let sets = |which: usize| {
+            self.choice
+                .spec()
+                .borrows
+                .iter()
+                .any(|b| q::NAMES[which].0 == b.joint_name && matches!(b.neutral, Neutral::Of(_)))
+        };
+        let mut ties: Vec<_> = base.ties.iter().copied().filter(|t| !sets(t.0)).collect();
+        let coulomb = (q::STATIC_FRICTION, q::COULOMB_FRICTION);
+        let levels = self.choice.spec().borrows.iter().any(|b| b.joint_name == "coulombFriction");
+        if levels && !ties.contains(&coulomb) {
+            ties.push(coulomb);
+        }
+        ties
+    }
+
+    fn borrowed(&self, plain: &Plain, asked: &mut Vec<Asked>) {
+        let index = |name: &str| q::NAMES.iter().position(|n| n.0 == name);
+        for b in self.choice.spec().borrows {
+            let Some(at) = index(b.joint_name) else { continue };
+            if b.known {
+                continue;
+            }
+            let size = b.scale.value(|m| plain.sizes.get(m, self.output));
+            let linear = |target| Asked {
+                unknown: unknown(b.joint_name, target, Scale::Linear(size), [0.0, f64::INFINITY], [0.0, 1.0]),
+                looks: b.looks.to_vec(),
+                neutral: Some(0.0),
+            };
+            asked.push(match b.neutral {
+                Neutral::Of(base) => {
+                    let Some(base) = index(base) else { continue };
+                    linear(Target::Above { at, base })
+                }
+                Neutral::Value(_) => linear(Target::Parameter(at)),
+                Neutral::Structure => {
+                    let bounds = [(size * 1e-4).ln(), (size * 1e4).ln()];
+                    let target = Target::Parameter(at);
+                    Asked {
+                        unknown: unknown(b.joint_name, target, Scale::Log, bounds, [size.ln(), 3.0]),
+                        looks: b.looks.iter().map(|l| (l * size).ln()).collect(),
+                        neutral: None,
+                    }
+                }
+            });
+        }
+    }
+
+    fn parameters(&self, plain: &Plain, p: &mut [f64], asked: &mut Vec<Asked>) {
+        let all = self.choice.parameters();
+        let count = if self.is_push() { all.len() / PUSHES } else { all.len() };
+        let first = q::COUNT;
+        for (k, s) in all.iter().enumerate().take(count) {
+            let size = s.scale.value(|m| plain.sizes.get(m, self.output));
+            let at = first + k;
+            let name = self.choice.variable(s.name);
+            match s.role {
+                // The typical size at hand is the unit of measure.
+                Role::Reference => p[at] = size,
+                Role::Amplitude if s.neutral.is_infinite() => {
+                    let look = |l: &f64| (l * size).ln();
+                    let looks = [0.6, 1.0, 1.6, 2.4].iter().map(look).collect();
+                    let bounds = [(s.min.max(size * 1e-3)).ln(), (size * 1e3).ln()];
+                    let target = Target::Parameter(at);
+                    let unknown = unknown(&name, target, Scale::Log, bounds, [size.ln(), 0.7]);
+                    asked.push(Asked { unknown, looks, neutral: Some(f64::INFINITY) });
+                }
+                Role::Amplitude => {
+                    let below =
+                        s.below.map_or(f64::INFINITY, |b| b.value(|m| plain.sizes.get(m, self.output)));
+                    let bounds = [s.min.max(-below) / size, s.max.min(s.search.most) / size];
+                    let target = Target::Parameter(at);
+                    let neutral = s.neutral / size;
+                    let unknown = unknown(&name, target, Scale::Linear(size), bounds, [neutral, 1.0]);
+                    let usual = if s.search.looks.is_empty() { &[1.0] } else { s.search.looks };
+                    let looks = usual.iter().map(|l| neutral + l).collect();
+                    asked.push(Asked { unknown, looks, neutral: Some(neutral) });
+                }
+                Role::Shape => asked.push(shape(s, &name, at, size)),
+            }
+        }
+    }
+
+    /// Lag and dead time of an actuator, or delay of a sensor.
+    fn shifts(&self, asked: &mut Vec<Asked>) {
+        let targets = match (self.choice.scope(), self.output) {
+            (Scope::Channel, Some(output)) => vec![Target::SensorDelay(output)],
+            _ => vec![Target::InputLag(input::MOTOR_CURRENT), Target::InputDelay(input::MOTOR_CURRENT)],
+        };
+        for (s, target) in self.choice.parameters().iter().zip(targets) {
+            let (size, search) = (s.scale.factor, s.search_in(Plant::Joint));
+            let bounds = [s.min / size, s.max.min(search.most) / size];
+            let name = self.choice.variable(s.name);
+            let unknown = unknown(&name, target, Scale::Linear(size), bounds, [0.0, 1.0]);
+            asked.push(Asked { unknown, looks: search.looks.to_vec(), neutral: Some(0.0) });
+        }
+    }
+
+    /// A small inertia on a spring: resonances are narrow, so many frequencies.
+    fn resonances(&self, plain: &Plain, asked: &[Asked]) -> Vec<Vec<f64>> {
+        let [share, ratio] = RESONATOR;
+        let inertia = share * plain.sizes.get(Measure::LoadInertia, None);
+        let mode = plain.sizes.get(Measure::Mode, None);
+        let look = |f: &f64| {
+            let w = f * mode;
+            let values = [inertia, inertia * w * w, 2.0 * ratio * inertia * w];
+            asked.iter().zip(values).map(|(a, v)| a.unknown.scale.coordinate(v)).collect()
+        };
+        RESONANCES.iter().map(look).collect()
+    }
+}
+
+fn shape(s: &ParameterSpec, name: &str, at: usize, size: f64) -> Asked {
+    let target = Target::Parameter(at);
+    let chosen = |usual: &'static [f64]| if s.search.looks.is_empty() { usual } else { s.search.looks };
+    if s.log {
+        let order = s.name.ends_with("Order");
+        let bounds = if order {
+            [0.02f64.ln(), 200f64.ln()]
+        } else {
+            [s.min.max(size * 1e-5).ln(), s.max.min(size * 1e5).ln()]
+        };
+        let looks = if order {
+            ORDERS.iter().map(|o| o.ln()).collect()
+        } else {
+            chosen(SHAPES).iter().map(|l| (l * size).ln().clamp(bounds[0], bounds[1])).collect()
+        };
+        let doubt = if order { 1.5 } else { s.search.doubt };
+        return Asked {
+            unknown: unknown(name, target, Scale::Log, bounds, [size.ln(), doubt]),
+            looks,
+            neutral: None,
+        };
+    }
+    let angle = s.unit == "rad";
+    let size = if angle { 1.0 } else { size };
+    const ANGLES: &[f64] =
+        &[-core::f64::consts::FRAC_PI_2, 0.0, core::f64::consts::FRAC_PI_2, core::f64::consts::PI];
+    let looks = chosen(if angle { ANGLES } else { &[-1.0, 0.0, 1.0] }).to_vec();
+    let bounds = [s.min / size, s.max / size];
+    Asked { unknown: unknown(name, target, Scale::Linear(size), bounds, [0.0, 2.0]), looks, neutral: None }
+}
+
+fn unknown(name: &str, target: Target, scale: Scale, [lower, upper]: [f64; 2], prior: [f64; 2]) -> Unknown {
+    let prior = Prior { mean: prior[0], deviation: prior[1] };
+    Unknown { name: name.to_owned(), target, scale, lower, upper, prior }
+}
+
+impl Posed {
+    /// The looks with each amplitude at several multiples of its size, for forms that are not linear in it.
+    pub fn sized(&self) -> Vec<Vec<f64>> {
+        let finite = || self.amplitudes.iter().filter(|a| a.neutral.is_finite());
+        let scaled = |look: &Vec<f64>, by: f64| {
+            let mut look = look.clone();
+            finite().for_each(|a| look[a.unknown] = a.neutral + by * (look[a.unknown] - a.neutral));
+            look
+        };
+        if finite().next().is_none() {
+            return self.looks.clone();
+        }
+        self.looks.iter().flat_map(|look| SIZES.iter().map(move |s| scaled(look, *s))).collect()
+    }
+}

@@ -1,0 +1,141 @@
+//! The joint as its owner believes it, fitted to a case's recordings.
+
+use trueup_estimation::evidence::Prior;
+use trueup_estimation::fit::{Effort, Fit, Run, Walls, fit};
+use trueup_estimation::intake::{IntakeError, Lateness, Raw};
+use trueup_estimation::joint::Model;
+use trueup_estimation::system::Latent;
+use trueup_estimation::unknown::{Scale, Stated, Target, Unknown};
+use trueup_models::joint::{TwoMassJoint, parameter as q};
+use trueup_models::presets;
+use trueup_signals::Loaded;
+
+use crate::levels::{CEILING, CORRELATION, FLOOR, KNOWN};
+use crate::sizes::Sizes;
+
+/// Rounds of a fit.
+const ROUNDS: usize = 8;
+
+/// A case that cannot be looked at.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlainError {
+    /// See there.
+    #[error(transparent)]
+    Intake(#[from] IntakeError),
+    /// The structure cannot be built.
+    #[error("{0}")]
+    Structure(String),
+    /// Not one of the plants that this is made for.
+    #[error("the filter is made for TwoMassJoint, not for {0}")]
+    Model(String),
+    /// Nothing can be computed.
+    #[error("the nominal model cannot be compared with the recordings; look at the parameters of case.toml")]
+    Nominal,
+}
+
+/// The plain model at its posterior mode.
+#[derive(Clone, Debug)]
+pub struct Plain {
+    /// The recordings for fitting.
+    pub raw: Vec<Raw>,
+    /// The joint with its parameters, each as sure as its owner holds it to be.
+    pub stated: Stated,
+    /// Its fit.
+    pub fit: Fit,
+    /// Typical sizes.
+    pub sizes: Sizes,
+    /// Of intensities.
+    pub walls: Walls,
+}
+
+fn parameter(p: &[f64], index: usize, doubt: f64) -> Unknown {
+    let mean = p[index].ln();
+    Unknown {
+        name: q::NAMES[index].0.to_owned(),
+        target: Target::Parameter(index),
+        scale: Scale::Log,
+        lower: mean - 4.0,
+        upper: mean + 4.0,
+        prior: Prior { mean, deviation: doubt },
+    }
+}
+
+/// Parameters that may be refitted. Lengths of time and first states are not among them.
+fn own(p: &[f64], flexible: bool) -> Vec<usize> {
+    let mut all = vec![q::MOTOR_INERTIA, q::LOAD_INERTIA, q::TORQUE_CONSTANT];
+    if flexible {
+        all.extend([q::STIFFNESS, q::DAMPING]);
+    }
+    all.extend([q::COULOMB_FRICTION, q::VISCOUS_FRICTION]);
+    if p[q::STATIC_FRICTION] > p[q::COULOMB_FRICTION] {
+        all.push(q::STATIC_FRICTION);
+    }
+    all.retain(|i| p[*i] > 0.0);
+    all
+}
+
+impl Plain {
+    /// Of a case's recordings for fitting.
+    ///
+    /// # Errors
+    /// See [`PlainError`].
+    pub fn new(loaded: &Loaded) -> Result<Self, PlainError> {
+        let case = &loaded.case;
+        if case.model != "TwoMassJoint" {
+            return Err(PlainError::Model(case.model.clone()));
+        }
+        let flexible = case.elements("jointFlexible").first().and_then(|v| v.boolean()).unwrap_or(true);
+        let joint =
+            TwoMassJoint::new(flexible, &[] as &[&str]).map_err(|e| PlainError::Structure(e.to_string()))?;
+        let mut p = presets::delian(1).map_or_else(Vec::new, |p| p.to_vec());
+        for (value, name) in p.iter_mut().zip(q::NAMES) {
+            *value = case.number(name.0).unwrap_or(*value);
+        }
+        if case.number("staticFriction").is_none() {
+            p[q::STATIC_FRICTION] = p[q::COULOMB_FRICTION];
+        }
+        let tied = p[q::STATIC_FRICTION] == p[q::COULOMB_FRICTION];
+        let ties = if tied { vec![(q::STATIC_FRICTION, q::COULOMB_FRICTION)] } else { Vec::new() };
+        let doubt = |i: usize| case.doubt(q::NAMES[i].0).unwrap_or(KNOWN);
+        let mut unknowns: Vec<Unknown> =
+            own(&p, flexible).into_iter().map(|i| parameter(&p, i, doubt(i))).collect();
+        let raw = Raw::train(loaded, &p)?;
+        let model = Model { joint: &joint, p: &p, latent: [Latent { deviation: 0.0, time: CORRELATION }; 2] };
+        let runs: Vec<Run> = raw.iter().map(|r| Run::sensed(r.grid(&Lateness::default()), &model)).collect();
+        let sizes = Sizes::new(&runs, &p, flexible);
+        let mut offsets: Vec<usize> = raw.iter().flat_map(Raw::offsets).collect();
+        offsets.sort_unstable();
+        offsets.dedup();
+        for output in offsets {
+            let size = sizes.get(trueup_models::effect::Measure::Reading, Some(output));
+            unknowns.push(Unknown {
+                name: "offset".into(),
+                target: Target::Offset(output),
+                scale: Scale::Linear(size),
+                lower: f64::NEG_INFINITY,
+                upper: f64::INFINITY,
+                prior: Prior { mean: 0.0, deviation: 1.0 },
+            });
+        }
+        let stated = Stated { joint, p, ties, unknowns };
+        let torques = sizes.torques();
+        let walls = Walls { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
+        let latent = torques.map(|t| Latent { deviation: 0.03 * t, time: CORRELATION });
+        let effort = Effort { rounds: ROUNDS, intensities: true, walls };
+        let fit = fit(&raw, &stated, &stated.start(), latent, &runs, effort).ok_or(PlainError::Nominal)?;
+        Ok(Self { raw, stated, fit, sizes, walls })
+    }
+
+    /// With all its own parameters this much in doubt, from where it is.
+    pub fn doubted(&self, doubt: f64) -> Option<(Stated, Fit)> {
+        let mut stated = self.stated.clone();
+        for u in &mut stated.unknowns {
+            if matches!(u.target, Target::Parameter(_)) {
+                u.prior.deviation = u.prior.deviation.max(doubt);
+            }
+        }
+        let effort = Effort { rounds: ROUNDS, intensities: true, walls: self.walls };
+        let fit = fit(&self.raw, &stated, &self.fit.theta, self.fit.latent, &self.fit.runs, effort)?;
+        Some((stated, fit))
+    }
+}
