@@ -56,12 +56,25 @@ pub struct Filtered {
     pub filter: Filter<{ crate::joint::N }>,
 }
 
+impl Filtered {
+    /// Puts so much of each column into what is known: where the joint was follows what is unknown, to first order.
+    fn add(&mut self, columns: &[Column], by: &[f64]) {
+        for (column, by) in columns.iter().zip(by) {
+            for (step, torques) in self.system.steps.iter_mut().zip(&column.torques) {
+                step.push += step.forces * nalgebra::SVector::from(*torques) * *by;
+            }
+            let readings = self.system.nodes.iter_mut().flatten();
+            readings.zip(&column.errors).for_each(|(r, e)| r.value -= e * by);
+        }
+    }
+}
+
 /// Coordinates are moved by this for a column.
 const MOVED: f64 = 1e-4;
 /// Largest step of a round, in coordinates: a factor e^0.5, half a typical size.
 const LONGEST: f64 = 0.5;
 /// How fast an intensity follows what its score says.
-const FOLLOW: f64 = 0.6;
+const FOLLOW: f64 = 1.0;
 
 impl Run {
     /// A recording as its sensors show it.
@@ -138,6 +151,8 @@ impl Run {
 pub struct Effort {
     /// Rounds, each linearised anew.
     pub rounds: usize,
+    /// How many of the first ones leave what is unknown as it is: trajectory and intensities come first.
+    pub held: usize,
     /// The intensities are estimated with it.
     pub intensities: bool,
     /// Where these may be.
@@ -157,28 +172,24 @@ pub fn fit(
 ) -> Option<Fit> {
     let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
     let mut best: Option<Fit> = None;
-    for _ in 0..effort.rounds {
+    for round in 0..effort.rounds {
         let at = stated.assign(&theta);
         let model = Model { joint: &stated.joint, p: &at.p, latent };
         let mut gram = Gram::new(theta.len());
-        let mut scores = [[0.0; 2]; PLACES];
-        let mut smoothed = Vec::new();
+        let mut looked = Vec::new();
         for (run, raw) in runs.iter_mut().zip(raw) {
             if stated.unknowns.iter().any(|u| shifts(u.target)) {
-                run.recording = raw.grid(&at.late);
+                let resolved_speed = run.recording.resolved_speed;
+                run.recording = Recording { resolved_speed, ..raw.grid(&at.late) };
             }
             let Filtered { system, filter } = run.filtered(&model, &at.offsets);
-            let pass = filter.data(&system, true);
+            let pass = filter.data(&system, false);
             let columns = run.columns(raw, stated, &theta, latent);
             let parts: Vec<_> = columns.iter().map(Column::parts).collect();
             gram.add(&pass.whitened, &filter.columns(&system, &parts), filter.log_determinant);
-            let all = smooth(&system, &filter, &pass);
-            for (place, s) in scores.iter_mut().enumerate() {
-                *s = [s[0] + all.latent_score[place], s[1] + all.latent_information[place]];
-            }
-            smoothed.push(all);
+            looked.push((Filtered { system, filter }, columns));
         }
-        let posterior = gram.posterior(&priors(stated, &theta))?;
+        let Some(posterior) = gram.posterior(&priors(stated, &theta)) else { break };
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
             best = Some(Fit {
                 theta: theta.clone(),
@@ -188,9 +199,20 @@ pub fn fit(
                 log_evidence: posterior.log_evidence,
             });
         }
-        advance(&mut theta, stated, &posterior);
-        for (run, all) in runs.iter_mut().zip(&smoothed) {
-            follow(run, all);
+        let before = theta.clone();
+        if round >= effort.held {
+            advance(&mut theta, stated, &posterior);
+        }
+        let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
+        let mut scores = [[0.0; 2]; PLACES];
+        for (run, (mut filtered, columns)) in runs.iter_mut().zip(looked) {
+            filtered.add(&columns, &by);
+            let Filtered { system, filter } = filtered;
+            let all = smooth(&system, &filter, &filter.data(&system, true));
+            for (place, s) in scores.iter_mut().enumerate() {
+                *s = [s[0] + all.latent_score[place], s[1] + all.latent_information[place]];
+            }
+            follow(run, &all);
         }
         if effort.intensities {
             for place in 0..PLACES {

@@ -7,6 +7,7 @@ use trueup_hypotheses::refit::refit;
 use trueup_hypotheses::screen::screen;
 use trueup_signals::Case;
 
+#[allow(clippy::print_stdout)]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for folder in std::env::args().skip(1) {
         let (loaded, _) = Case::load(std::path::Path::new(&folder), |_| Ok(Vec::new()))?;

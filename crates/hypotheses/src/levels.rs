@@ -16,3 +16,6 @@ pub const FIXED: f64 = 0.06;
 pub const LINEAR: f64 = 0.05;
 /// Intensities that a screen looks at, in units of the plain model's.
 pub const INTENSITIES: [f64; 3] = [1.0, 0.3, 0.1];
+/// Speeds of the motor below which friction may hold it, in units of its typical speed; the likeliest is taken. On 30
+/// recordings without a gap (seed 9801) the first against none: +13,700 nats, better in 6, worse in 2.
+pub const REST: [f64; 3] = [0.001, 0.003, 0.01];

@@ -6,15 +6,20 @@ use trueup_estimation::intake::{IntakeError, Lateness, Raw};
 use trueup_estimation::joint::Model;
 use trueup_estimation::system::Latent;
 use trueup_estimation::unknown::{Scale, Stated, Target, Unknown};
+use trueup_models::effect::Measure;
 use trueup_models::joint::{TwoMassJoint, parameter as q};
 use trueup_models::presets;
 use trueup_signals::Loaded;
 
-use crate::levels::{CEILING, CORRELATION, FLOOR, KNOWN};
+use crate::levels::{CEILING, CORRELATION, FLOOR, KNOWN, REST};
 use crate::sizes::Sizes;
 
 /// Rounds of a fit.
-const ROUNDS: usize = 8;
+const ROUNDS: usize = 10;
+/// Of these, those before parameters move.
+const HELD: usize = 2;
+/// Rounds of each further look.
+const AGAIN: usize = 3;
 
 /// A case that cannot be looked at.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -74,6 +79,15 @@ fn own(p: &[f64], flexible: bool) -> Vec<usize> {
     all
 }
 
+/// The runs with a motor that is slower than this taken to be at rest, where its sensor resolves more.
+fn at_rest_below(runs: &[Run], speed: f64) -> Vec<Run> {
+    let mut runs = runs.to_vec();
+    for r in &mut runs {
+        r.recording.resolved_speed = r.recording.resolved_speed.max(speed);
+    }
+    runs
+}
+
 impl Plain {
     /// Of a case's recordings for fitting.
     ///
@@ -107,7 +121,7 @@ impl Plain {
         offsets.sort_unstable();
         offsets.dedup();
         for output in offsets {
-            let size = sizes.get(trueup_models::effect::Measure::Reading, Some(output));
+            let size = sizes.get(Measure::Reading, Some(output));
             unknowns.push(Unknown {
                 name: "offset".into(),
                 target: Target::Offset(output),
@@ -120,10 +134,26 @@ impl Plain {
         let stated = Stated { joint, p, ties, unknowns };
         let torques = sizes.torques();
         let walls = Walls { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
-        let latent = torques.map(|t| Latent { deviation: 0.03 * t, time: CORRELATION });
-        let effort = Effort { rounds: ROUNDS, intensities: true, walls };
-        let fit = fit(&raw, &stated, &stated.start(), latent, &runs, effort).ok_or(PlainError::Nominal)?;
-        Ok(Self { raw, stated, fit, sizes, walls })
+        let latent = torques.map(|t| Latent { deviation: 0.3 * t, time: CORRELATION });
+        let speed = sizes.get(Measure::Speed, None);
+        let first = at_rest_below(&runs, REST[0] * speed);
+        let effort = Effort { rounds: ROUNDS, held: HELD, intensities: true, walls };
+        let mut best =
+            fit(&raw, &stated, &stated.start(), latent, &first, effort).ok_or(PlainError::Nominal)?;
+        // How slow is rest? What is likeliest.
+        let effort = Effort { rounds: AGAIN, held: 0, ..effort };
+        for share in &REST[1..] {
+            let resolved = runs.iter().map(|r| r.recording.resolved_speed).fold(0.0, f64::max);
+            if share * speed <= resolved {
+                continue;
+            }
+            let other = at_rest_below(&best.runs, share * speed);
+            let fitted = fit(&raw, &stated, &best.theta, best.latent, &other, effort);
+            if let Some(fitted) = fitted.filter(|f| f.log_evidence > best.log_evidence) {
+                best = fitted;
+            }
+        }
+        Ok(Self { raw, stated, fit: best, sizes, walls })
     }
 
     /// With all its own parameters this much in doubt, from where it is.
@@ -134,7 +164,7 @@ impl Plain {
                 u.prior.deviation = u.prior.deviation.max(doubt);
             }
         }
-        let effort = Effort { rounds: ROUNDS, intensities: true, walls: self.walls };
+        let effort = Effort { rounds: ROUNDS, held: 0, intensities: true, walls: self.walls };
         let fit = fit(&self.raw, &stated, &self.fit.theta, self.fit.latent, &self.fit.runs, effort)?;
         Some((stated, fit))
     }

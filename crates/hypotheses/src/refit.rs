@@ -12,6 +12,6 @@ const ROUNDS: usize = 6;
 pub fn refit(plain: &Plain, seen: &Seen) -> Option<Fit> {
     let mut start = plain.fit.theta.clone();
     start.extend(&seen.at);
-    let effort = Effort { rounds: ROUNDS, intensities: true, walls: plain.walls };
+    let effort = Effort { rounds: ROUNDS, held: 0, intensities: true, walls: plain.walls };
     fit(&plain.raw, &seen.posed.stated, &start, seen.latent, &plain.fit.runs, effort)
 }
