@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut all: Vec<(String, f64, f64, [f64; 2])> = Vec::new();
         for s in seen.iter().take(6) {
             let fit = refit(&plain, s);
-            let gain = fit.as_ref().map_or(f64::NAN, |f| f.log_evidence - plain.fit.log_evidence);
+            let gain = fit.as_ref().map_or(f64::NEG_INFINITY, |f| f.log_evidence - plain.fit.log_evidence);
             let left = fit
                 .map_or([f64::NAN; 2], |f| [0, 1].map(|k| f.latent[k].deviation / plain.sizes.torques()[k]));
             all.push((s.cause.label(), s.gain, gain, left));

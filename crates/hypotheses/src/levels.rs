@@ -10,8 +10,8 @@ pub const CEILING: f64 = 1.0;
 pub const KNOWN: f64 = 0.01;
 /// Doubt of the parameters where they are said to be the cause, of their logarithms.
 pub const WRONG: f64 = 0.5;
-/// Standard deviation of the amplitude of a form of fixed size about 1.
-pub const FIXED: f64 = 0.06;
+/// Standard deviation of the amplitude of a form of fixed size about 1: sizes that are looked at are a factor 1.5 apart.
+pub const FIXED: f64 = 0.08;
 /// A form is linear in its amplitude where half of it is half to this share.
 pub const LINEAR: f64 = 0.05;
 /// Intensities that a screen looks at, in units of the plain model's.

@@ -8,6 +8,7 @@ pub mod catalogue;
 pub mod levels;
 pub mod parametrize;
 pub mod plain;
+pub mod pushes;
 pub mod refit;
 pub mod screen;
 pub mod sizes;

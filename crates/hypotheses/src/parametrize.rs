@@ -8,6 +8,7 @@ use trueup_numerics::hybrid::Hybrid;
 
 use crate::catalogue::Cause;
 use crate::plain::Plain;
+use crate::pushes::{Push, pushes};
 
 /// An amplitude of a cause.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,12 +40,14 @@ struct Asked {
 }
 
 /// Multiples of a size where a form may not be linear in its amplitude.
-const SIZES: &[f64] = &[0.3, 1.0, 2.5];
+const SIZES: [f64; 9] = [0.1, 0.15, 0.23, 0.35, 0.55, 0.85, 1.3, 2.0, 3.0];
 const SHAPES: &[f64] = &[0.03, 0.1, 0.3, 1.0, 4.0];
 const ORDERS: &[f64] = &[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 12.0];
 /// Natural frequencies of a link, in units of the joint's, and its damping ratio and share of the load's inertia.
 const RESONANCES: [f64; 10] = [0.15, 0.25, 0.4, 0.55, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0];
 const RESONATOR: [f64; 2] = [0.04, 0.03];
+/// Length of a push's edges, s.
+const EDGE: f64 = 0.02;
 
 impl Cause {
     /// In numbers, beside what is unknown of the plain model.
@@ -70,11 +73,15 @@ impl Cause {
         } else {
             self.shifts(&mut asked);
         }
+        let pushes = if self.is_push() { self.pushes(plain, &mut asked) } else { Vec::new() };
         let mut looks = vec![Vec::new()];
         for a in &asked {
             let with =
                 |look: &Vec<f64>| a.looks.iter().map(|l| [&look[..], &[*l]].concat()).collect::<Vec<_>>();
             looks = looks.iter().flat_map(with).collect();
+        }
+        if self.is_push() {
+            looks = pushes;
         }
         if self.choice.spec().id == "flexible-link" {
             looks = self.resonances(plain, &asked);
@@ -139,7 +146,7 @@ impl Cause {
 
     fn parameters(&self, plain: &Plain, p: &mut [f64], asked: &mut Vec<Asked>) {
         let all = self.choice.parameters();
-        let count = if self.is_push() { all.len() / PUSHES } else { all.len() };
+        let count = if self.is_push() { 0 } else { all.len() };
         let first = q::COUNT;
         for (k, s) in all.iter().enumerate().take(count) {
             let size = s.scale.value(|m| plain.sizes.get(m, self.output));
@@ -185,6 +192,40 @@ impl Cause {
             let unknown = unknown(&name, target, Scale::Linear(size), bounds, [0.0, 1.0]);
             asked.push(Asked { unknown, looks: search.looks.to_vec(), neutral: Some(0.0) });
         }
+    }
+
+    /// Unknowns of all pushes, and looks with the first, the first two, all of those that would be likely, length by length.
+    fn pushes(&self, plain: &Plain, asked: &mut Vec<Asked>) -> Vec<Vec<f64>> {
+        let place = usize::from(self.choice.component() == "load");
+        let found = pushes(plain, place, PUSHES);
+        let all = self.choice.parameters();
+        let each = all.len() / PUSHES;
+        let duration = plain.sizes.get(Measure::Duration, None);
+        let size = |k: usize| all[k].scale.value(|m| plain.sizes.get(m, None)).max(1e-12);
+        for (k, s) in all.iter().enumerate() {
+            let name = self.choice.variable(s.name);
+            let target = Target::Parameter(q::COUNT + k);
+            let (scale, bounds, prior, neutral) = match k % each {
+                0 => (Scale::Linear(size(k)), [f64::NEG_INFINITY, f64::INFINITY], [0.0, 1.0], Some(0.0)),
+                1 => (Scale::Linear(1.0), [0.0, duration], [0.5 * duration, duration], None),
+                2 => (Scale::Log, [1e-2f64.ln(), duration.ln()], [0.3f64.ln(), 1.0], None),
+                // As long as two nodes are apart: an edge keeps derivatives by times.
+                _ => (Scale::Log, [EDGE.ln(), EDGE.ln()], [EDGE.ln(), 1.0], None),
+            };
+            asked.push(Asked {
+                unknown: unknown(&name, target, scale, bounds, prior),
+                looks: Vec::new(),
+                neutral,
+            });
+        }
+        let look = |found: &[Push]| {
+            let one = |n: usize| match found.get(n) {
+                Some(p) => [p.torque.signum(), p.start, p.duration.ln(), EDGE.ln()],
+                None => [0.0, 0.5 * duration, 0.3f64.ln(), EDGE.ln()],
+            };
+            (0..PUSHES).flat_map(one).collect()
+        };
+        found.iter().flat_map(|of| (1..=of.len()).map(|count| look(&of[..count]))).collect()
     }
 
     /// A small inertia on a spring: resonances are narrow, so many frequencies.

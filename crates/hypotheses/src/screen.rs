@@ -18,8 +18,22 @@ struct Shaped {
     /// A column an amplitude where the form is linear in them, else one; by recording.
     columns: Vec<Vec<Column>>,
     priors: Vec<Prior>,
+    /// Which amplitude each column is; none: the form as a whole.
+    of: Vec<usize>,
     /// Bounds of the factors.
     bounds: Vec<[f64; 2]>,
+}
+
+impl Shaped {
+    /// Factors on all amplitudes: of those without a column 1.
+    fn each(&self, factors: &[f64], amplitudes: usize) -> Vec<f64> {
+        if self.of.is_empty() {
+            return factors.to_vec();
+        }
+        let mut all = vec![1.0; amplitudes];
+        self.of.iter().zip(factors).for_each(|(k, f)| all[*k] = *f);
+        all
+    }
 }
 
 /// A cause where it is best.
@@ -43,7 +57,6 @@ pub struct Seen {
 pub fn screen(plain: &Plain) -> Vec<Seen> {
     let posed: Vec<(Cause, Posed)> =
         all(plain).into_iter().filter_map(|c| Some((c.clone(), c.pose(plain).ok()?))).collect();
-    let posed: Vec<_> = posed.into_iter().filter(|(c, _)| !c.is_push()).collect();
     let latent = plain.fit.latent;
     let at = plain.stated.assign(&plain.fit.theta);
     let model = Model { joint: &plain.stated.joint, p: &at.p, latent };
@@ -96,7 +109,7 @@ pub fn screen(plain: &Plain) -> Vec<Seen> {
             let better = best[s.cause].as_ref().is_none_or(|b| posterior.log_evidence > b.gain);
             if allowed && better {
                 let (cause, posed) = &posed[s.cause];
-                let at = posed.grown(&s.look, &factors);
+                let at = posed.grown(&s.look, &s.each(&factors, posed.amplitudes.len()));
                 let gain = posterior.log_evidence;
                 let (cause, posed) = (cause.clone(), posed.clone());
                 best[s.cause] = Some(Seen { cause, posed, at, amplitudes: factors, gain, latent });
@@ -140,7 +153,13 @@ fn shapes(plain: &Plain, cause: usize, posed: &Posed, base: &[Along], inertia: [
         off <= LINEAR * LINEAR * size
     };
     let looks = if linear { posed.looks.clone() } else { posed.sized() };
+    // Of an amplitude that a look leaves out there is no column.
+    let there = |look: &[f64]| -> Vec<usize> {
+        let differs = |a: &crate::parametrize::Amplitude| look[a.unknown] != a.neutral;
+        (0..posed.amplitudes.len()).filter(|k| differs(&posed.amplitudes[*k])).collect()
+    };
     let shaped = |look: Vec<f64>| {
+        let there = there(&look);
         let by_run = |all: Vec<Vec<Column>>| {
             // From amplitude by recording to recording by amplitude.
             let runs = all.first().map_or(0, Vec::len);
@@ -149,11 +168,13 @@ fn shapes(plain: &Plain, cause: usize, posed: &Posed, base: &[Along], inertia: [
         if !linear {
             let columns = by_run(vec![columns(&look)]);
             let priors = vec![Prior { mean: 1.0, deviation: FIXED }];
+            let of = Vec::new();
             return Shaped {
                 cause,
                 look,
                 columns,
                 priors,
+                of,
                 bounds: vec![[1.0 - 3.0 * FIXED, 1.0 + 3.0 * FIXED]],
             };
         }
@@ -162,7 +183,7 @@ fn shapes(plain: &Plain, cause: usize, posed: &Posed, base: &[Along], inertia: [
                 (0..posed.amplitudes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
             columns(&posed.grown(&look, &factors))
         };
-        let all = (0..posed.amplitudes.len()).map(only).collect();
+        let all = there.iter().map(|k| only(*k)).collect();
         let size = |k: usize| look[posed.amplitudes[k].unknown] - posed.amplitudes[k].neutral;
         let prior = |k: usize| Prior { mean: 0.0, deviation: 1.0 / size(k).abs().max(1e-12) };
         let bound = |k: usize| {
@@ -172,12 +193,12 @@ fn shapes(plain: &Plain, cause: usize, posed: &Posed, base: &[Along], inertia: [
             // A bound that is nearly met is met.
             [a.min(b) - 1e-3, a.max(b) + 1e-3]
         };
-        let count = posed.amplitudes.len();
         Shaped {
             cause,
             columns: by_run(all),
-            priors: (0..count).map(prior).collect(),
-            bounds: (0..count).map(bound).collect(),
+            priors: there.iter().map(|k| prior(*k)).collect(),
+            bounds: there.iter().map(|k| bound(*k)).collect(),
+            of: there,
             look,
         }
     };

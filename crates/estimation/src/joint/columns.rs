@@ -2,10 +2,11 @@
 //!
 //! A torque is the difference of the models' rates, times inertia: the laws stand in the models alone.
 
+use trueup_models::friction::STUCK;
 use trueup_models::joint::output;
 
 use super::along::{Instants, instants};
-use super::{Channel, Model, PLACES, Recording, STATES, Sample};
+use super::{Channel, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
 
 /// Torques at the places in each step, and errors of the readings, one after the other; either may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -57,7 +58,15 @@ impl Along {
             let (effects, states) = along.middle(k);
             let inputs = &recording.inputs[k];
             let x = (&middle, &effects[..states]);
-            let rates = model.rates(t, x, model.p, inputs, [0.0; PLACES], along.modes(k));
+            // At rest friction balances what it is asked to, which is no law of it; where a filter holds the motor it asks
+            // for no torque there, and where it does not, friction is as if the motor slid.
+            let mut modes = [0; MOST_MODES];
+            let modes = &mut modes[..along.modes(k).len()];
+            modes.copy_from_slice(along.modes(k));
+            if modes[0] == STUCK {
+                modes[0] = if middle[1] < 0.0 { -1 } else { 1 };
+            }
+            let rates = model.rates(t, x, model.p, inputs, [0.0; PLACES], modes);
             [rates[1] * inertia[0], rates[3] * inertia[1]]
         };
         let torques = trajectory.windows(2).enumerate().map(step).collect();
