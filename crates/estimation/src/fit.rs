@@ -206,7 +206,7 @@ pub fn fit(
         let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
         let mut scores = [[0.0; 2]; PLACES];
         for (run, (mut filtered, columns)) in runs.iter_mut().zip(looked) {
-            filtered.add(&columns, &by);
+            filtered.add(&columns, &by); // (EST-8)
             let Filtered { system, filter } = filtered;
             let all = smooth(&system, &filter, &filter.data(&system, true));
             for (place, s) in scores.iter_mut().enumerate() {

@@ -64,7 +64,7 @@ pub fn smooth<const N: usize, const P: usize>(
             for p in 0..P {
                 let at = N - P + p;
                 all.latent_score[p] += score[at].powi(2);
-                all.latent_information[p] += information[(at, at)];
+                all.latent_information[p] += information[(at, at)]; // (EST-7)
             }
             all.scores[k - 1] = step.forces.transpose() * score;
             all.score_variances[k - 1] = (step.forces.transpose() * information * step.forces).diagonal();

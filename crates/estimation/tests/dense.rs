@@ -181,6 +181,28 @@ fn evidence_of_columns_is_that_of_the_whole_distribution() {
     }
 }
 
+/// Checks EST-7: the derivative of the likelihood by how much a latent force is driven.
+#[test]
+fn the_score_of_an_intensity_is_the_derivative_of_the_likelihood() {
+    for seed in 60..70 {
+        let system = random(seed);
+        let likelihood = |place: usize, by: f64| {
+            let mut other = system.clone();
+            let at = N - P + place;
+            other.steps.iter_mut().for_each(|s| s.noise[(at, at)] += by);
+            let filter = Filter::new(&other);
+            log_likelihood(filter.log_determinant, &filter.data(&other, false).whitened)
+        };
+        let filter = Filter::new(&system);
+        let all = smooth(&system, &filter, &filter.data(&system, true));
+        for place in 0..P {
+            let score = 0.5 * (all.latent_score[place] - all.latent_information[place]);
+            let difference = (likelihood(place, 1e-5) - likelihood(place, -1e-5)) / 2e-5;
+            assert!((score - difference).abs() < 1e-6 * score.abs().max(1.0), "{score} {difference}");
+        }
+    }
+}
+
 /// Checks EST-2: the variance stays what it is, the correlation falls by e in its time.
 #[test]
 fn a_latent_force_is_stationary() {

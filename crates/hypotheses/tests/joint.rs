@@ -114,7 +114,7 @@ fn where_nothing_lacks_nothing_is_left_to_latent_torques() {
     assert!(best.gain < 10.0, "{} {}", best.cause.label(), best.gain);
 }
 
-/// What is missing leads before and after it is refitted; then nothing is left, and its size comes back.
+/// Checks EST-8: what is missing leads before and after it is refitted; then nothing is left, and its size comes back.
 #[test]
 fn what_lacks_leads_and_its_size_comes_back() {
     let size: [(&str, &[f64], f64); 2] =
