@@ -29,8 +29,17 @@ const RULES: &[Rule] = &[
         never: &["clap", "libloading"],
     },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
-    // Statistics: numbers in, numbers out; it reads no recording and judges nothing.
-    Rule { name: "trueup-estimation", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
+    // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
+    Rule {
+        name: "trueup-estimation",
+        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
+        never: ARCHIVES,
+    },
+    Rule {
+        name: "trueup-hypotheses",
+        ours: &["trueup-numerics", "trueup-models", "trueup-signals", "trueup-estimation"],
+        never: ARCHIVES,
+    },
     // What is fitted may be a model of ours or anybody's FMU.
     Rule {
         name: "trueup-identification",
@@ -101,10 +110,12 @@ const STRANGERS: &[(&str, &str)] = &[
     ("trueup-trials", "trueup-numerics"),
     ("trueup-trials", "trueup-models"),
     ("trueup-trials", "trueup-estimation"),
+    ("trueup-trials", "trueup-hypotheses"),
     ("trueup-trials", "trueup-identification"),
     ("trueup-trials", "trueup-diagnosis"),
     ("trueup-models", "trueup-trials"),
     ("trueup-estimation", "trueup-trials"),
+    ("trueup-hypotheses", "trueup-trials"),
     ("trueup-identification", "trueup-trials"),
     ("trueup-diagnosis", "trueup-trials"),
 ];
