@@ -7,11 +7,11 @@ use crate::evidence::{Gram, Posterior, Prior};
 use crate::filter::Filter;
 use crate::intake::Raw;
 use crate::joint::{
-    Along, Column, Model, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
+    Along, Column, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
 };
 use crate::smoother::{Smoothed, smooth};
 use crate::system::{Latent, System};
-use crate::unknown::{Assigned, Stated, Target};
+use crate::unknown::{Assigned, ParametricJoint, Target};
 
 /// A recording about which a model is linearised.
 #[derive(Clone, Debug)]
@@ -26,7 +26,7 @@ pub struct Run {
 
 /// Where the intensities of the latent torques may be, N.m.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Walls {
+pub struct Bounds {
     /// Least.
     pub floor: [f64; PLACES],
     /// Most.
@@ -51,9 +51,9 @@ pub struct Fit {
 /// A recording's system with its filter.
 pub struct Filtered {
     /// About the run's trajectory.
-    pub system: System<{ crate::joint::N }, PLACES>,
+    pub system: System<N, PLACES>,
     /// Gains.
-    pub filter: Filter<{ crate::joint::N }>,
+    pub filter: Filter<N>,
 }
 
 impl Filtered {
@@ -73,8 +73,8 @@ impl Filtered {
 const MOVED: f64 = 1e-4;
 /// Largest step of a round, in coordinates: a factor e^0.5, half a typical size.
 const LONGEST: f64 = 0.5;
-/// How fast an intensity follows what its score says.
-const FOLLOW: f64 = 1.0;
+/// What a variance may become in a round, as a share.
+const LEAST_FACTOR: f64 = 0.05;
 
 impl Run {
     /// A recording as its sensors show it.
@@ -84,7 +84,7 @@ impl Run {
         Self { recording, trajectory, torques }
     }
     /// The model's system about it, `offsets` taken off the readings.
-    pub fn filtered(&self, model: &Model, offsets: &[f64; output::COUNT]) -> Filtered {
+    pub fn system(&self, model: &Model, offsets: &[f64; output::COUNT]) -> System<N, PLACES> {
         let mut system = model.about(&self.recording, &self.trajectory, &self.torques);
         if offsets.iter().any(|o| *o != 0.0) {
             for (k, node) in system.nodes.iter_mut().enumerate() {
@@ -92,6 +92,11 @@ impl Run {
                 node.iter_mut().zip(read).for_each(|(r, c)| r.value -= offsets[c.output]);
             }
         }
+        system
+    }
+    /// The same with its filter.
+    pub fn filtered(&self, model: &Model, offsets: &[f64; output::COUNT]) -> Filtered {
+        let system = self.system(model, offsets);
         let filter = Filter::new(&system);
         Filtered { system, filter }
     }
@@ -106,29 +111,29 @@ impl Run {
     pub fn columns(
         &self,
         raw: &Raw,
-        stated: &Stated,
+        parametric: &ParametricJoint,
         theta: &[f64],
         latent: [Latent; PLACES],
     ) -> Vec<Column> {
-        let at = stated.assign(theta);
-        let model = Model { joint: &stated.joint, p: &at.p, latent };
+        let at = parametric.assign(theta);
+        let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let inertia = model.inertia();
         let base = Along::new(&model, &self.recording, &self.trajectory, inertia);
         let column = |k: usize| {
-            let u = &stated.unknowns[k];
+            let u = &parametric.unknowns[k];
             if let Target::Offset(output) = u.target {
-                return self.error_of(output).scaled(u.scale.value(theta[k] + 1.0) - u.scale.value(theta[k]));
+                return self.error_of(output).scaled(u.scale.value(theta[k]).1);
             }
             // Away from a wall.
             let by = if theta[k] + MOVED > u.upper { -MOVED } else { MOVED };
             let mut moved = theta.to_vec();
             moved[k] += by;
-            let to = stated.assign(&moved);
-            let other = Model { joint: &stated.joint, p: &to.p, latent };
+            let to = parametric.assign(&moved);
+            let other = Model { joint: &parametric.joint, p: &to.p, latent };
             let along = self.moved(raw, &at, &to, &other, inertia);
             along.beyond(&base).scaled(1.0 / by)
         };
-        (0..stated.unknowns.len()).map(column).collect()
+        (0..parametric.unknowns.len()).map(column).collect()
     }
     /// What a model does along it, signals as late as `to` says beyond what they were on its grid.
     pub fn moved(&self, raw: &Raw, at: &Assigned, to: &Assigned, model: &Model, inertia: [f64; 2]) -> Along {
@@ -137,7 +142,7 @@ impl Run {
         }
         let mut recording = self.recording.clone();
         if (at.late.inputs, at.late.lags) != (to.late.inputs, to.late.lags) {
-            recording.inputs = raw.grid(&to.late).inputs;
+            recording.inputs = raw.inputs(&to.late);
         }
         for c in &mut recording.channels {
             c.delay += to.late.outputs[c.output] - at.late.outputs[c.output];
@@ -153,10 +158,8 @@ pub struct Effort {
     pub rounds: usize,
     /// How many of the first ones leave what is unknown as it is: trajectory and intensities come first.
     pub held: usize,
-    /// The intensities are estimated with it.
-    pub intensities: bool,
     /// Where these may be.
-    pub walls: Walls,
+    pub bounds: Bounds,
 }
 
 /// Fits a hypothesis from these coordinates, latent torques and trajectories on; `None` where numbers are not finite.
@@ -164,7 +167,7 @@ pub struct Effort {
 /// Of all rounds that with the most evidence is kept.
 pub fn fit(
     raw: &[Raw],
-    stated: &Stated,
+    parametric: &ParametricJoint,
     start: &[f64],
     latent: [Latent; PLACES],
     runs: &[Run],
@@ -173,23 +176,23 @@ pub fn fit(
     let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
     let mut best: Option<Fit> = None;
     for round in 0..effort.rounds {
-        let at = stated.assign(&theta);
-        let model = Model { joint: &stated.joint, p: &at.p, latent };
+        let at = parametric.assign(&theta);
+        let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let mut gram = Gram::new(theta.len());
         let mut looked = Vec::new();
         for (run, raw) in runs.iter_mut().zip(raw) {
-            if stated.unknowns.iter().any(|u| shifts(u.target)) {
+            if parametric.unknowns.iter().any(|u| u.target.shifts()) {
                 let resolved_speed = run.recording.resolved_speed;
                 run.recording = Recording { resolved_speed, ..raw.grid(&at.late) };
             }
             let Filtered { system, filter } = run.filtered(&model, &at.offsets);
             let pass = filter.data(&system, false);
-            let columns = run.columns(raw, stated, &theta, latent);
+            let columns = run.columns(raw, parametric, &theta, latent);
             let parts: Vec<_> = columns.iter().map(Column::parts).collect();
             gram.add(&pass.whitened, &filter.columns(&system, &parts), filter.log_determinant);
             looked.push((Filtered { system, filter }, columns));
         }
-        let Some(posterior) = gram.posterior(&priors(stated, &theta)) else { break };
+        let Some(posterior) = gram.posterior(&priors(parametric, &theta)) else { break };
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
             best = Some(Fit {
                 theta: theta.clone(),
@@ -201,7 +204,7 @@ pub fn fit(
         }
         let before = theta.clone();
         if round >= effort.held {
-            advance(&mut theta, stated, &posterior);
+            advance(&mut theta, parametric, &posterior);
         }
         let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
         let mut scores = [[0.0; 2]; PLACES];
@@ -214,42 +217,34 @@ pub fn fit(
             }
             follow(run, &all);
         }
-        if effort.intensities {
-            for place in 0..PLACES {
-                let [score, information] = scores[place];
-                let factor = (score / information.max(f64::MIN_POSITIVE)).powf(FOLLOW).clamp(0.05, 20.0);
-                let deviation = latent[place].deviation * factor.sqrt();
-                latent[place].deviation =
-                    deviation.clamp(effort.walls.floor[place], effort.walls.ceiling[place]);
-            }
+        for (place, [score, information]) in scores.into_iter().enumerate() {
+            let factor = (score / information.max(f64::MIN_POSITIVE)).clamp(LEAST_FACTOR, 1.0 / LEAST_FACTOR);
+            let deviation = latent[place].deviation * factor.sqrt(); // (EST-7)
+            latent[place].deviation =
+                deviation.clamp(effort.bounds.floor[place], effort.bounds.ceiling[place]);
         }
     }
     best
 }
 
-/// It changes when signals happened.
-fn shifts(target: Target) -> bool {
-    matches!(target, Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_))
-}
-
 /// Priors of what is added to `theta`.
-pub fn priors(stated: &Stated, theta: &[f64]) -> Vec<(usize, Prior)> {
+pub fn priors(parametric: &ParametricJoint, theta: &[f64]) -> Vec<(usize, Prior)> {
     let of = |(k, u): (usize, &crate::unknown::Unknown)| {
         (k, Prior { mean: u.prior.mean - theta[k], deviation: u.prior.deviation })
     };
-    stated.unknowns.iter().enumerate().map(of).collect()
+    parametric.unknowns.iter().enumerate().map(of).collect()
 }
 
 fn deviations(posterior: &Posterior) -> Vec<f64> {
     posterior.covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
 }
 
-fn advance(theta: &mut [f64], stated: &Stated, posterior: &Posterior) {
-    for ((t, u), by) in theta.iter_mut().zip(&stated.unknowns).zip(posterior.mean.iter()) {
+fn advance(theta: &mut [f64], parametric: &ParametricJoint, posterior: &Posterior) {
+    for ((t, u), by) in theta.iter_mut().zip(&parametric.unknowns).zip(posterior.mean.iter()) {
         *t = (*t + by.clamp(-LONGEST, LONGEST)).clamp(u.lower, u.upper);
     }
 }
 
-fn follow(run: &mut Run, all: &Smoothed<{ crate::joint::N }, PLACES>) {
+fn follow(run: &mut Run, all: &Smoothed<N, PLACES>) {
     (run.trajectory, run.torques) = smoothed_trajectory(&run.trajectory, all);
 }

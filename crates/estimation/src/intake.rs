@@ -148,16 +148,24 @@ impl Raw {
         self.sensors.iter().filter(|s| s.offset).map(|s| s.output)
     }
 
+    fn nodes(&self) -> usize {
+        ((self.end - self.start) / self.dt).round() as usize + 1
+    }
+    /// Means of the inputs from each node to the next, moved to when they are taken to act.
+    pub fn inputs(&self, late: &Lateness) -> Vec<[f64; input::COUNT]> {
+        let mut inputs = vec![[0.0; input::COUNT]; self.nodes()];
+        for d in &self.drives {
+            let mut mean = d.means(self.start - late.inputs[d.input], self.dt, inputs.len());
+            lag(&mut mean, late.lags[d.input], self.dt);
+            inputs.iter_mut().zip(mean).for_each(|(u, m)| u[d.input] = m);
+        }
+        inputs
+    }
     /// On the grid, signals moved to when they are taken to have been.
     pub fn grid(&self, late: &Lateness) -> Recording {
-        let dt = self.dt;
-        let nodes = ((self.end - self.start) / dt).round() as usize + 1;
-        let mut inputs = vec![[0.0; input::COUNT]; nodes];
+        let (dt, nodes, inputs) = (self.dt, self.nodes(), self.inputs(late));
         let mut input_variance = [0.0; input::COUNT];
         for d in &self.drives {
-            let mut mean = d.means(self.start - late.inputs[d.input], dt, nodes);
-            follow(&mut mean, late.lags[d.input], dt);
-            inputs.iter_mut().zip(mean).for_each(|(u, m)| u[d.input] = m);
             let readings = (dt / median_step(&d.time)).max(1.0);
             input_variance[d.input] = d.deviation.powi(2) / readings;
         }
@@ -172,7 +180,7 @@ impl Raw {
 }
 
 /// A first-order lag of means, which are taken to be held over each step.
-fn follow(means: &mut [f64], time: f64, dt: f64) {
+fn lag(means: &mut [f64], time: f64, dt: f64) {
     let Some(first) = means.first().copied().filter(|_| time > 0.0) else { return };
     let (kept, mut state) = ((-dt / time).exp(), first);
     for u in means {

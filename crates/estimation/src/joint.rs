@@ -2,8 +2,8 @@
 //!
 //! Steps are those of the model itself with its effects (Runge-Kutta of order 4, friction sliding or sticking as the
 //! trajectory does), with exact derivatives by dual numbers; so they are right for every effect that the model has. Where the
-//! motor sticks its row is off, the speed known to what the sensor resolves, and where it breaks away or turns the speed is
-//! less sure for a step. A rigid joint has the same states, the twist being 0.
+//! motor sticks its row is off, the speed known to what the sensor resolves, and where it breaks away the speed is less sure
+//! for a step. A rigid joint has the same states, the twist being 0.
 //!
 //! What it gets wrong: whether the motor sticks is decided by the trajectory, not estimated; a torque that is held at rest
 //! tells nothing of friction's level. Effects' states of their own (bristles, lags) and modes (contacts) follow the

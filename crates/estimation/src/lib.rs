@@ -4,7 +4,8 @@
 //! something unmodelled may enter, is filtered once for each recording ([`filter`]). Whatever is unknown and enters
 //! linearly is a *column* of innovations; a Gram matrix of columns is all that [`evidence`] needs for any set of them. The
 //! [`smoother`] tells the latent forces themselves, with their deviations. [`joint`] makes such a system of the two-mass
-//! joint.
+//! joint, [`intake`] takes a case's recordings to its nodes, and [`fit`] estimates what is [`unknown`] of it, its trajectory and
+//! the intensities of its latent torques together.
 
 pub mod evidence;
 pub mod filter;

@@ -44,18 +44,16 @@ impl<const N: usize, const P: usize> System<N, P> {
     pub fn readings(&self) -> usize {
         self.nodes.iter().map(Vec::len).sum()
     }
-    /// The same with other latent forces over steps of `dt`.
-    pub fn with_latent(&self, latent: &[Latent; P], dt: f64) -> Self {
-        let mut other = self.clone();
+    /// Its latent forces are these, over steps of `dt`.
+    pub fn set_latent(&mut self, latent: &[Latent; P], dt: f64) {
         for (place, l) in latent.iter().enumerate() {
             let (at, (rho, noise)) = (N - P + place, l.over(dt));
-            other.start_covariance[(at, at)] = l.deviation.powi(2);
-            for step in &mut other.steps {
+            self.start_covariance[(at, at)] = l.deviation.powi(2);
+            for step in &mut self.steps {
                 step.transition[(at, at)] = rho;
                 step.noise[(at, at)] = noise;
             }
         }
-        other
     }
 }
 

@@ -27,6 +27,13 @@ pub enum Target {
     InputLag(usize),
 }
 
+impl Target {
+    /// It changes when things happen.
+    pub fn shifts(self) -> bool {
+        matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
+    }
+}
+
 /// The coordinate in which an unknown is searched.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Scale {
@@ -44,11 +51,11 @@ impl Scale {
             Self::Linear(s) => value / s,
         }
     }
-    /// The value at a coordinate.
-    pub fn value(self, coordinate: f64) -> f64 {
+    /// The value at a coordinate, and its derivative by it.
+    pub fn value(self, coordinate: f64) -> (f64, f64) {
         match self {
-            Self::Log => coordinate.exp(),
-            Self::Linear(s) => coordinate * s,
+            Self::Log => (coordinate.exp(), coordinate.exp()),
+            Self::Linear(s) => (coordinate * s, s),
         }
     }
 }
@@ -72,7 +79,7 @@ pub struct Unknown {
 
 /// A joint with what is unknown of it.
 #[derive(Clone, Debug)]
-pub struct Stated {
+pub struct ParametricJoint {
     /// With its effects.
     pub joint: TwoMassJoint,
     /// Its parameters where they are not unknown.
@@ -94,7 +101,7 @@ pub struct Assigned {
     pub offsets: [f64; output::COUNT],
 }
 
-impl Stated {
+impl ParametricJoint {
     /// Coordinates where the priors are.
     pub fn start(&self) -> Vec<f64> {
         self.unknowns.iter().map(|u| u.prior.mean.clamp(u.lower, u.upper)).collect()
@@ -105,7 +112,7 @@ impl Stated {
         let (mut late, mut offsets) = (Lateness::default(), [0.0; output::COUNT]);
         let mut above = Vec::new();
         for (u, coordinate) in self.unknowns.iter().zip(theta) {
-            let value = u.scale.value(*coordinate);
+            let value = u.scale.value(*coordinate).0;
             match u.target {
                 Target::Parameter(i) => p[i] = value,
                 Target::Above { at, base } => above.push((at, base, value)),

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use trueup_hypotheses::plain::Plain;
+use trueup_hypotheses::baseline::Baseline;
 use trueup_hypotheses::refit::refit;
 use trueup_hypotheses::screen::screen;
 use trueup_signals::Case;
@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     for folder in std::env::args().skip(1) {
         let (loaded, _) = Case::load(std::path::Path::new(&folder), |_| Ok(Vec::new()))?;
         let begun = Instant::now();
-        let plain = match Plain::new(&loaded) {
+        let baseline = match Baseline::new(&loaded) {
             Ok(p) => p,
             Err(e) => {
                 println!("{folder}: {e}");
@@ -20,17 +20,18 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
         };
         let fitted = begun.elapsed().as_secs_f64();
-        let share = [0, 1].map(|k| plain.fit.latent[k].deviation / plain.sizes.torques()[k]);
+        let share = [0, 1].map(|k| baseline.fit.latent[k].deviation / baseline.sizes.torques()[k]);
         let begun = Instant::now();
-        let seen = screen(&plain);
+        let seen = screen(&baseline);
         let screened = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
         let mut all: Vec<(String, f64, f64, [f64; 2])> = Vec::new();
         for s in seen.iter().take(6) {
-            let fit = refit(&plain, s);
-            let gain = fit.as_ref().map_or(f64::NEG_INFINITY, |f| f.log_evidence - plain.fit.log_evidence);
-            let left = fit
-                .map_or([f64::NAN; 2], |f| [0, 1].map(|k| f.latent[k].deviation / plain.sizes.torques()[k]));
+            let fit = refit(&baseline, s);
+            let gain = fit.as_ref().map_or(f64::NEG_INFINITY, |f| f.log_evidence - baseline.fit.log_evidence);
+            let left = fit.map_or([f64::NAN; 2], |f| {
+                [0, 1].map(|k| f.latent[k].deviation / baseline.sizes.torques()[k])
+            });
             all.push((s.cause.label(), s.gain, gain, left));
         }
         let refitted = begun.elapsed().as_secs_f64();

@@ -1,9 +1,9 @@
 //! What may be missing of a joint.
 
 use trueup_models::effect::{Choice, Neutral, Plant, Scope};
-use trueup_models::joint::{input, output, parameter as q};
+use trueup_models::joint::{output, parameter as q};
 
-use crate::plain::Plain;
+use crate::baseline::Baseline;
 
 /// An effect that may be missing, in its place.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,12 +25,12 @@ impl Cause {
     }
     /// A push that comes and goes.
     pub fn is_push(&self) -> bool {
-        self.choice.spec().id == "external-force"
+        self.choice.spec().pulses > 0
     }
 }
 
 /// Everything that may be missing.
-pub fn all(plain: &Plain) -> Vec<Cause> {
+pub fn all(baseline: &Baseline) -> Vec<Cause> {
     let sensed = |choice: &Choice| {
         let name = choice.place().map_or("", |p| p.name);
         output::NAMES.iter().position(|n| n.0 == name)
@@ -39,15 +39,15 @@ pub fn all(plain: &Plain) -> Vec<Cause> {
         let output = if choice.scope() == Scope::Channel { Some(sensed(&choice)?) } else { None };
         Some(Cause { choice, output })
     };
-    Choice::all(Plant::Joint).filter_map(cause).filter(|c| possible(plain, c)).collect()
+    Choice::all(Plant::Joint).filter_map(cause).filter(|c| possible(baseline, c)).collect()
 }
 
-/// It is not there already, and something would show it.
-fn possible(plain: &Plain, cause: &Cause) -> bool {
-    let (p, spec) = (&plain.stated.p, cause.choice.spec());
-    let flexible = plain.stated.joint.flexible();
+/// It is not there already, and something would show it. What does nothing in these recordings has no column.
+fn possible(baseline: &Baseline, cause: &Cause) -> bool {
+    let (p, spec) = (&baseline.parametric.p, cause.choice.spec());
+    let flexible = baseline.parametric.joint.flexible();
     if let Some(output) = cause.output {
-        return plain.fit.runs.iter().any(|r| r.recording.channel(output).is_some());
+        return baseline.fit.runs.iter().any(|r| r.recording.channel(output).is_some());
     }
     if spec.compliant && !flexible {
         return false;
@@ -64,11 +64,6 @@ fn possible(plain: &Plain, cause: &Cause) -> bool {
             Neutral::Structure => flexible,
         }
     });
-    let drives = spec.shifts || cause.choice.component() == "actuator" && spec.id == "current-saturation";
-    let driven = || {
-        let runs = plain.fit.runs.iter().flat_map(|r| &r.recording.inputs);
-        runs.into_iter().any(|u| u[input::MOTOR_CURRENT] != 0.0)
-    };
     let friction = spec.friction && spec.borrows.is_empty();
-    !has && (!drives || driven()) && (!friction || p[q::COULOMB_FRICTION] > 0.0)
+    !has && (!friction || p[q::COULOMB_FRICTION] > 0.0)
 }

@@ -1,4 +1,5 @@
-//! Numbers that judge or bound.
+//! Numbers that judge or bound. What each was set by: docs/decisions/0014-screen-by-innovations.md; those without a line
+//! there are first values.
 
 /// Correlation time of a latent torque, s.
 pub const CORRELATION: f64 = 0.1;
@@ -8,13 +9,11 @@ pub const FLOOR: f64 = 5e-4;
 pub const CEILING: f64 = 1.0;
 /// Doubt of a parameter that its owner holds to be known, of its logarithm.
 pub const KNOWN: f64 = 0.01;
-/// Doubt of the parameters where they are said to be the cause, of their logarithms.
-pub const WRONG: f64 = 0.5;
 /// Standard deviation of the amplitude of a form of fixed size about 1: sizes that are looked at are a factor 1.5 apart.
 pub const FIXED: f64 = 0.08;
 /// A form is linear in its amplitude where half of it is half to this share.
 pub const LINEAR: f64 = 0.05;
-/// Intensities that a screen looks at, in units of the plain model's.
+/// Intensities that a screen points at, in units of the baseline model's.
 pub const INTENSITIES: [f64; 3] = [1.0, 0.3, 0.1];
 /// Speeds of the motor below which friction may hold it, in units of its typical speed; the likeliest is taken. On 30
 /// recordings without a gap (seed 9801) the first against none: +13,700 nats, better in 6, worse in 2.

@@ -1,13 +1,13 @@
-//! A cause in numbers: its unknowns, and shapes to look at.
+//! A cause in numbers: its unknowns, and points to look at.
 
 use trueup_estimation::evidence::Prior;
-use trueup_estimation::unknown::{Scale, Stated, Target, Unknown};
+use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
 use trueup_models::effect::{EffectError, Measure, Neutral, PUSHES, ParameterSpec, Plant, Role, Scope};
 use trueup_models::joint::{TwoMassJoint, input, parameter as q};
 use trueup_numerics::hybrid::Hybrid;
 
+use crate::baseline::Baseline;
 use crate::catalogue::Cause;
-use crate::plain::Plain;
 use crate::pushes::{Push, pushes};
 
 /// An amplitude of a cause.
@@ -19,23 +19,23 @@ pub struct Amplitude {
     pub neutral: f64,
 }
 
-/// A model with causes beside what the plain one has unknown.
+/// A model with causes beside what the baseline one has unknown.
 #[derive(Clone, Debug)]
-pub struct Posed {
-    /// The plain model's unknowns first, then the cause's.
-    pub stated: Stated,
-    /// How many of the unknowns are the plain model's.
+pub struct Parametrized {
+    /// The baseline model's unknowns first, then the cause's.
+    pub parametric: ParametricJoint,
+    /// How many of the unknowns are the baseline model's.
     pub own: usize,
     /// Of the cause, numbered from the first of its own unknowns.
     pub amplitudes: Vec<Amplitude>,
-    /// Coordinates of the cause's unknowns to look at, amplitudes at a size that shows.
-    pub looks: Vec<Vec<f64>>,
+    /// Points to look at: coordinates of the cause's unknowns, amplitudes at a size that shows.
+    pub points: Vec<Vec<f64>>,
 }
 
 /// An unknown with the coordinates to look at.
 struct Asked {
     unknown: Unknown,
-    looks: Vec<f64>,
+    points: Vec<f64>,
     neutral: Option<f64>,
 }
 
@@ -50,12 +50,12 @@ const RESONATOR: [f64; 2] = [0.04, 0.03];
 const EDGE: f64 = 0.02;
 
 impl Cause {
-    /// In numbers, beside what is unknown of the plain model.
+    /// In numbers, beside what is unknown of the baseline model.
     ///
     /// # Errors
     /// The joint cannot have it.
-    pub fn pose(&self, plain: &Plain) -> Result<Posed, EffectError> {
-        let base = &plain.stated;
+    pub fn parametrize(&self, baseline: &Baseline) -> Result<Parametrized, EffectError> {
+        let base = &baseline.parametric;
         let ids: Vec<String> = if self.built() { vec![self.choice.id()] } else { Vec::new() };
         let joint = TwoMassJoint::new(base.joint.flexible(), &ids)?;
         let mut p = base.p.clone();
@@ -68,34 +68,34 @@ impl Cause {
         p.resize(joint.sizes().parameters, 0.0);
         let mut asked = Vec::new();
         if self.built() {
-            self.borrowed(plain, &mut asked);
-            self.parameters(plain, &mut p, &mut asked);
+            self.borrowed(baseline, &mut asked);
+            self.parameters(baseline, &mut p, &mut asked);
         } else {
             self.shifts(&mut asked);
         }
-        let pushes = if self.is_push() { self.pushes(plain, &mut asked) } else { Vec::new() };
-        let mut looks = vec![Vec::new()];
+        let pushes = if self.is_push() { self.pushes(baseline, &mut asked) } else { Vec::new() };
+        let mut points = vec![Vec::new()];
         for a in &asked {
             let with =
-                |look: &Vec<f64>| a.looks.iter().map(|l| [&look[..], &[*l]].concat()).collect::<Vec<_>>();
-            looks = looks.iter().flat_map(with).collect();
+                |point: &Vec<f64>| a.points.iter().map(|l| [&point[..], &[*l]].concat()).collect::<Vec<_>>();
+            points = points.iter().flat_map(with).collect();
         }
         if self.is_push() {
-            looks = pushes;
+            points = pushes;
         }
-        if self.choice.spec().id == "flexible-link" {
-            looks = self.resonances(plain, &asked);
+        if self.choice.spec().resonator {
+            points = self.resonances(baseline, &asked);
         }
         let amplitude = |(unknown, a): (usize, &Asked)| Some(Amplitude { unknown, neutral: a.neutral? });
         let amplitudes = asked.iter().enumerate().filter_map(amplitude).collect();
         let own = base.unknowns.len();
         let unknowns = base.unknowns.iter().cloned().chain(asked.into_iter().map(|a| a.unknown)).collect();
-        let stated = Stated { joint, p, ties: self.ties(base), unknowns };
-        Ok(Posed { stated, own, amplitudes, looks })
+        let parametric = ParametricJoint { joint, p, ties: self.ties(base), unknowns };
+        Ok(Parametrized { parametric, own, amplitudes, points })
     }
 
     /// Static friction no longer follows Coulomb's where it is the cause.
-    fn ties(&self, base: &Stated) -> Vec<(usize, usize)> {
+    fn ties(&self, base: &ParametricJoint) -> Vec<(usize, usize)> {
         let sets = |which: usize| {
             self.choice
                 .spec()
@@ -112,17 +112,17 @@ impl Cause {
         ties
     }
 
-    fn borrowed(&self, plain: &Plain, asked: &mut Vec<Asked>) {
+    fn borrowed(&self, baseline: &Baseline, asked: &mut Vec<Asked>) {
         let index = |name: &str| q::NAMES.iter().position(|n| n.0 == name);
         for b in self.choice.spec().borrows {
             let Some(at) = index(b.joint_name) else { continue };
             if b.known {
                 continue;
             }
-            let size = b.scale.value(|m| plain.sizes.get(m, self.output));
+            let size = b.scale.value(|m| baseline.sizes.get(m, self.output));
             let linear = |target| Asked {
                 unknown: unknown(b.joint_name, target, Scale::Linear(size), [0.0, f64::INFINITY], [0.0, 1.0]),
-                looks: b.looks.to_vec(),
+                points: b.looks.to_vec(),
                 neutral: Some(0.0),
             };
             asked.push(match b.neutral {
@@ -136,7 +136,7 @@ impl Cause {
                     let target = Target::Parameter(at);
                     Asked {
                         unknown: unknown(b.joint_name, target, Scale::Log, bounds, [size.ln(), 3.0]),
-                        looks: b.looks.iter().map(|l| (l * size).ln()).collect(),
+                        points: b.looks.iter().map(|l| (l * size).ln()).collect(),
                         neutral: None,
                     }
                 }
@@ -144,35 +144,35 @@ impl Cause {
         }
     }
 
-    fn parameters(&self, plain: &Plain, p: &mut [f64], asked: &mut Vec<Asked>) {
+    fn parameters(&self, baseline: &Baseline, p: &mut [f64], asked: &mut Vec<Asked>) {
         let all = self.choice.parameters();
         let count = if self.is_push() { 0 } else { all.len() };
         let first = q::COUNT;
         for (k, s) in all.iter().enumerate().take(count) {
-            let size = s.scale.value(|m| plain.sizes.get(m, self.output));
+            let size = s.scale.value(|m| baseline.sizes.get(m, self.output));
             let at = first + k;
             let name = self.choice.variable(s.name);
             match s.role {
                 // The typical size at hand is the unit of measure.
                 Role::Reference => p[at] = size,
                 Role::Amplitude if s.neutral.is_infinite() => {
-                    let look = |l: &f64| (l * size).ln();
-                    let looks = [0.6, 1.0, 1.6, 2.4].iter().map(look).collect();
+                    let point = |l: &f64| (l * size).ln();
+                    let points = [0.6, 1.0, 1.6, 2.4].iter().map(point).collect();
                     let bounds = [(s.min.max(size * 1e-3)).ln(), (size * 1e3).ln()];
                     let target = Target::Parameter(at);
                     let unknown = unknown(&name, target, Scale::Log, bounds, [size.ln(), 0.7]);
-                    asked.push(Asked { unknown, looks, neutral: Some(f64::INFINITY) });
+                    asked.push(Asked { unknown, points, neutral: Some(f64::INFINITY) });
                 }
                 Role::Amplitude => {
                     let below =
-                        s.below.map_or(f64::INFINITY, |b| b.value(|m| plain.sizes.get(m, self.output)));
+                        s.below.map_or(f64::INFINITY, |b| b.value(|m| baseline.sizes.get(m, self.output)));
                     let bounds = [s.min.max(-below) / size, s.max.min(s.search.most) / size];
                     let target = Target::Parameter(at);
                     let neutral = s.neutral / size;
                     let unknown = unknown(&name, target, Scale::Linear(size), bounds, [neutral, 1.0]);
                     let usual = if s.search.looks.is_empty() { &[1.0] } else { s.search.looks };
-                    let looks = usual.iter().map(|l| neutral + l).collect();
-                    asked.push(Asked { unknown, looks, neutral: Some(neutral) });
+                    let points = usual.iter().map(|l| neutral + l).collect();
+                    asked.push(Asked { unknown, points, neutral: Some(neutral) });
                 }
                 Role::Shape => asked.push(shape(s, &name, at, size)),
             }
@@ -190,18 +190,18 @@ impl Cause {
             let bounds = [s.min / size, s.max.min(search.most) / size];
             let name = self.choice.variable(s.name);
             let unknown = unknown(&name, target, Scale::Linear(size), bounds, [0.0, 1.0]);
-            asked.push(Asked { unknown, looks: search.looks.to_vec(), neutral: Some(0.0) });
+            asked.push(Asked { unknown, points: search.looks.to_vec(), neutral: Some(0.0) });
         }
     }
 
-    /// Unknowns of all pushes, and looks with the first, the first two, all of those that would be likely, length by length.
-    fn pushes(&self, plain: &Plain, asked: &mut Vec<Asked>) -> Vec<Vec<f64>> {
+    /// Unknowns of all pushes, and points with the first, the first two, all of those that would be likely, length by length.
+    fn pushes(&self, baseline: &Baseline, asked: &mut Vec<Asked>) -> Vec<Vec<f64>> {
         let place = usize::from(self.choice.component() == "load");
-        let found = pushes(plain, place, PUSHES);
+        let found = pushes(baseline, place, PUSHES);
         let all = self.choice.parameters();
         let each = all.len() / PUSHES;
-        let duration = plain.sizes.get(Measure::Duration, None);
-        let size = |k: usize| all[k].scale.value(|m| plain.sizes.get(m, None)).max(1e-12);
+        let duration = baseline.sizes.get(Measure::Duration, None);
+        let size = |k: usize| all[k].scale.value(|m| baseline.sizes.get(m, None)).max(1e-12);
         for (k, s) in all.iter().enumerate() {
             let name = self.choice.variable(s.name);
             let target = Target::Parameter(q::COUNT + k);
@@ -214,31 +214,31 @@ impl Cause {
             };
             asked.push(Asked {
                 unknown: unknown(&name, target, scale, bounds, prior),
-                looks: Vec::new(),
+                points: Vec::new(),
                 neutral,
             });
         }
-        let look = |found: &[Push]| {
+        let point = |found: &[Push]| {
             let one = |n: usize| match found.get(n) {
                 Some(p) => [p.torque.signum(), p.start, p.duration.ln(), EDGE.ln()],
                 None => [0.0, 0.5 * duration, 0.3f64.ln(), EDGE.ln()],
             };
             (0..PUSHES).flat_map(one).collect()
         };
-        found.iter().flat_map(|of| (1..=of.len()).map(|count| look(&of[..count]))).collect()
+        found.iter().flat_map(|of| (1..=of.len()).map(|count| point(&of[..count]))).collect()
     }
 
     /// A small inertia on a spring: resonances are narrow, so many frequencies.
-    fn resonances(&self, plain: &Plain, asked: &[Asked]) -> Vec<Vec<f64>> {
+    fn resonances(&self, baseline: &Baseline, asked: &[Asked]) -> Vec<Vec<f64>> {
         let [share, ratio] = RESONATOR;
-        let inertia = share * plain.sizes.get(Measure::LoadInertia, None);
-        let mode = plain.sizes.get(Measure::Mode, None);
-        let look = |f: &f64| {
+        let inertia = share * baseline.sizes.get(Measure::LoadInertia, None);
+        let mode = baseline.sizes.get(Measure::Mode, None);
+        let point = |f: &f64| {
             let w = f * mode;
             let values = [inertia, inertia * w * w, 2.0 * ratio * inertia * w];
             asked.iter().zip(values).map(|(a, v)| a.unknown.scale.coordinate(v)).collect()
         };
-        RESONANCES.iter().map(look).collect()
+        RESONANCES.iter().map(point).collect()
     }
 }
 
@@ -252,7 +252,7 @@ fn shape(s: &ParameterSpec, name: &str, at: usize, size: f64) -> Asked {
         } else {
             [s.min.max(size * 1e-5).ln(), s.max.min(size * 1e5).ln()]
         };
-        let looks = if order {
+        let points = if order {
             ORDERS.iter().map(|o| o.ln()).collect()
         } else {
             chosen(SHAPES).iter().map(|l| (l * size).ln().clamp(bounds[0], bounds[1])).collect()
@@ -260,7 +260,7 @@ fn shape(s: &ParameterSpec, name: &str, at: usize, size: f64) -> Asked {
         let doubt = if order { 1.5 } else { s.search.doubt };
         return Asked {
             unknown: unknown(name, target, Scale::Log, bounds, [size.ln(), doubt]),
-            looks,
+            points,
             neutral: None,
         };
     }
@@ -268,9 +268,9 @@ fn shape(s: &ParameterSpec, name: &str, at: usize, size: f64) -> Asked {
     let size = if angle { 1.0 } else { size };
     const ANGLES: &[f64] =
         &[-core::f64::consts::FRAC_PI_2, 0.0, core::f64::consts::FRAC_PI_2, core::f64::consts::PI];
-    let looks = chosen(if angle { ANGLES } else { &[-1.0, 0.0, 1.0] }).to_vec();
+    let points = chosen(if angle { ANGLES } else { &[-1.0, 0.0, 1.0] }).to_vec();
     let bounds = [s.min / size, s.max / size];
-    Asked { unknown: unknown(name, target, Scale::Linear(size), bounds, [0.0, 2.0]), looks, neutral: None }
+    Asked { unknown: unknown(name, target, Scale::Linear(size), bounds, [0.0, 2.0]), points, neutral: None }
 }
 
 fn unknown(name: &str, target: Target, scale: Scale, [lower, upper]: [f64; 2], prior: [f64; 2]) -> Unknown {
@@ -278,18 +278,23 @@ fn unknown(name: &str, target: Target, scale: Scale, [lower, upper]: [f64; 2], p
     Unknown { name: name.to_owned(), target, scale, lower, upper, prior }
 }
 
-impl Posed {
-    /// The looks with each amplitude at several multiples of its size, for forms that are not linear in it.
+impl Parametrized {
+    /// The points with each amplitude at several multiples of its size, for forms that are not linear in it.
     pub fn sized(&self) -> Vec<Vec<f64>> {
-        let finite = || self.amplitudes.iter().filter(|a| a.neutral.is_finite());
-        let scaled = |look: &Vec<f64>, by: f64| {
-            let mut look = look.clone();
-            finite().for_each(|a| look[a.unknown] = a.neutral + by * (look[a.unknown] - a.neutral));
-            look
-        };
-        if finite().next().is_none() {
-            return self.looks.clone();
+        if self.amplitudes.iter().all(|a| a.neutral.is_infinite()) {
+            return self.points.clone();
         }
-        self.looks.iter().flat_map(|look| SIZES.iter().map(move |s| scaled(look, *s))).collect()
+        let sizes =
+            |point: &Vec<f64>| SIZES.map(|s| self.grown(point, &vec![s; self.amplitudes.len()])).into_iter();
+        self.points.iter().flat_map(sizes).collect()
+    }
+    /// A point with each amplitude so many times as large; those that are neutral nowhere stay.
+    pub(crate) fn grown(&self, point: &[f64], factors: &[f64]) -> Vec<f64> {
+        let mut at = point.to_vec();
+        for (a, factor) in self.amplitudes.iter().zip(factors).filter(|(a, _)| a.neutral.is_finite()) {
+            let u = &self.parametric.unknowns[self.own + a.unknown];
+            at[a.unknown] = (a.neutral + factor * (point[a.unknown] - a.neutral)).clamp(u.lower, u.upper);
+        }
+        at
     }
 }

@@ -4,8 +4,9 @@
 use trueup_estimation::fit::Run;
 use trueup_estimation::joint::{Model, PLACES};
 use trueup_estimation::smoother::smooth;
+use trueup_models::joint::output;
 
-use crate::plain::Plain;
+use crate::baseline::Baseline;
 
 /// A push that would be likely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,10 +26,10 @@ pub const DURATIONS: [f64; 5] = [0.1, 0.2, 0.4, 0.8, 1.4];
 
 /// Pushes of each length at a place (0: the motor, 1: the load) at the same times in all recordings, the likeliest first, no
 /// two of them at once.
-pub fn pushes(plain: &Plain, place: usize, most: usize) -> Vec<Vec<Push>> {
-    let at = plain.stated.assign(&plain.fit.theta);
-    let model = Model { joint: &plain.stated.joint, p: &at.p, latent: plain.fit.latent };
-    let runs = &plain.fit.runs;
+pub fn pushes(baseline: &Baseline, place: usize, most: usize) -> Vec<Vec<Push>> {
+    let at = baseline.parametric.assign(&baseline.fit.theta);
+    let model = Model { joint: &baseline.parametric.joint, p: &at.p, latent: baseline.fit.latent };
+    let runs = &baseline.fit.runs;
     let Some(dt) = runs.first().map(|r| r.recording.dt) else { return Vec::new() };
     let nodes = runs.iter().map(|r| r.recording.nodes()).min().unwrap_or(0);
     // Sums of scores and of their variances up to each node.
@@ -67,7 +68,7 @@ pub fn pushes(plain: &Plain, place: usize, most: usize) -> Vec<Vec<Push>> {
 type Score = [f64; PLACES];
 
 /// Scores of a torque in each step, and their variances.
-fn scores(run: &Run, model: &Model, offsets: &[f64; 10]) -> impl Iterator<Item = (Score, Score)> {
+fn scores(run: &Run, model: &Model, offsets: &[f64; output::COUNT]) -> impl Iterator<Item = (Score, Score)> {
     let filtered = run.filtered(model, offsets);
     let pass = filtered.filter.data(&filtered.system, true);
     let all = smooth(&filtered.system, &filtered.filter, &pass);

@@ -1,220 +1,234 @@
-//! All that may be missing, weighed at once about the plain model: nothing is refitted.
+//! All that may be missing, weighed at once about the baseline: nothing is refitted.
 
-use trueup_estimation::evidence::{Gram, Prior};
+use trueup_estimation::evidence::{Gram, Posterior, Prior};
 use trueup_estimation::filter::Filter;
 use trueup_estimation::fit::priors;
-use trueup_estimation::joint::{Along, Column, Model};
+use trueup_estimation::joint::{Along, Column, Model, N, PLACES};
 use trueup_estimation::system::{Latent, System};
 
+use crate::baseline::Baseline;
 use crate::catalogue::{Cause, all};
 use crate::levels::{FIXED, INTENSITIES, LINEAR};
-use crate::parametrize::Posed;
-use crate::plain::Plain;
+use crate::parametrize::Parametrized;
 
-/// A cause in a shape, as columns.
-struct Shaped {
+/// A cause at a point, as columns.
+struct Shape {
     cause: usize,
-    look: Vec<f64>,
-    /// A column an amplitude where the form is linear in them, else one; by recording.
+    point: Vec<f64>,
+    /// By recording: a column an amplitude where the form is linear in them, else one.
     columns: Vec<Vec<Column>>,
+    /// Of the factors on the columns.
     priors: Vec<Prior>,
+    /// Bounds of these factors.
+    bounds: Vec<[f64; 2]>,
     /// Which amplitude each column is; none: the form as a whole.
     of: Vec<usize>,
-    /// Bounds of the factors.
-    bounds: Vec<[f64; 2]>,
 }
 
-impl Shaped {
-    /// Factors on all amplitudes: of those without a column 1.
-    fn each(&self, factors: &[f64], amplitudes: usize) -> Vec<f64> {
-        if self.of.is_empty() {
-            return factors.to_vec();
-        }
-        let mut all = vec![1.0; amplitudes];
-        self.of.iter().zip(factors).for_each(|(k, f)| all[*k] = *f);
-        all
-    }
-}
-
-/// A cause where it is best.
+/// A cause where it is likeliest.
 #[derive(Clone, Debug)]
-pub struct Seen {
+pub struct Candidate {
     /// What.
     pub cause: Cause,
     /// In numbers.
-    pub posed: Posed,
+    pub parametrized: Parametrized,
     /// Coordinates of its unknowns, amplitudes as they were found.
     pub at: Vec<f64>,
-    /// Factors on the columns.
-    pub amplitudes: Vec<f64>,
-    /// What it gains over the plain model, in nats.
+    /// What it gains over the baseline, in nats.
     pub gain: f64,
     /// Where the intensities are then.
-    pub latent: [Latent; 2],
+    pub latent: [Latent; PLACES],
 }
 
 /// Everything that may be missing, the likeliest first.
-pub fn screen(plain: &Plain) -> Vec<Seen> {
-    let posed: Vec<(Cause, Posed)> =
-        all(plain).into_iter().filter_map(|c| Some((c.clone(), c.pose(plain).ok()?))).collect();
-    let latent = plain.fit.latent;
-    let at = plain.stated.assign(&plain.fit.theta);
-    let model = Model { joint: &plain.stated.joint, p: &at.p, latent };
-    let inertia = model.inertia();
-    let runs = &plain.fit.runs;
-    let base: Vec<Along> =
-        runs.iter().map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia)).collect();
-    let shaped: Vec<Shaped> =
-        posed.iter().enumerate().flat_map(|(k, (_, p))| shapes(plain, k, p, &base, inertia)).collect();
-    let systems: Vec<System<6, 2>> = runs.iter().map(|r| r.filtered(&model, &at.offsets).system).collect();
-    let own: Vec<Vec<Column>> = (runs.iter().zip(&plain.raw))
-        .map(|(r, raw)| r.columns(raw, &plain.stated, &plain.fit.theta, latent))
-        .collect();
-    let count = plain.stated.unknowns.len();
-    let mut best: Vec<Option<Seen>> = vec![None; posed.len()];
-    let mut plainest = f64::NEG_INFINITY;
+pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
+    let causes: Vec<(Cause, Parametrized)> =
+        (all(baseline).into_iter()).filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p))).collect();
+    let about = About::new(baseline);
+    let shapes: Vec<Shape> = causes.iter().enumerate().flat_map(|(k, (_, p))| shapes(&about, k, p)).collect();
+    let mut best: Vec<Option<Candidate>> = vec![None; causes.len()];
+    let mut alone = f64::NEG_INFINITY;
     for scales in INTENSITIES.iter().flat_map(|m| INTENSITIES.map(|l| [*m, l])) {
-        let place = |k: usize| {
-            let deviation = (latent[k].deviation * scales[k]).max(plain.walls.floor[k]);
-            Latent { deviation, ..latent[k] }
-        };
-        let latent = [place(0), place(1)];
-        let mut own_gram = Gram::new(count);
-        let mut grams: Vec<Gram> = shaped.iter().map(|s| Gram::new(count + s.priors.len())).collect();
-        for (run, system) in systems.iter().enumerate() {
-            let system = system.with_latent(&latent, runs[run].recording.dt);
-            let filter = Filter::new(&system);
-            let data = filter.data(&system, false).whitened;
-            let parts: Vec<_> = own[run].iter().map(Column::parts).collect();
-            let own = filter.columns(&system, &parts);
-            own_gram.add(&data, &own, filter.log_determinant);
-            let parts: Vec<_> =
-                shaped.iter().flat_map(|s| s.columns[run].iter().map(Column::parts)).collect();
-            let mut passed = filter.columns(&system, &parts).into_iter();
-            for (gram, s) in grams.iter_mut().zip(&shaped) {
-                let mut columns = own.clone();
-                columns.extend(passed.by_ref().take(s.priors.len()));
-                gram.add(&data, &columns, filter.log_determinant);
-            }
-        }
-        let own_priors = priors(&plain.stated, &plain.fit.theta);
-        let Some(none) = own_gram.posterior(&own_priors) else { continue };
-        plainest = plainest.max(none.log_evidence);
-        for (s, gram) in shaped.iter().zip(&grams) {
-            let mut set = own_priors.clone();
-            set.extend(s.priors.iter().enumerate().map(|(k, p)| (count + k, *p)));
-            let Some(posterior) = gram.posterior(&set) else { continue };
-            let factors: Vec<f64> = posterior.mean.iter().skip(count).copied().collect();
-            let allowed = factors.iter().zip(&s.bounds).all(|(f, b)| *f >= b[0] && *f <= b[1]);
-            let better = best[s.cause].as_ref().is_none_or(|b| posterior.log_evidence > b.gain);
-            if allowed && better {
-                let (cause, posed) = &posed[s.cause];
-                let at = posed.grown(&s.look, &s.each(&factors, posed.amplitudes.len()));
-                let gain = posterior.log_evidence;
-                let (cause, posed) = (cause.clone(), posed.clone());
-                best[s.cause] = Some(Seen { cause, posed, at, amplitudes: factors, gain, latent });
+        let latent = core::array::from_fn(|k| {
+            let own = baseline.fit.latent[k];
+            Latent { deviation: (own.deviation * scales[k]).max(baseline.bounds.floor[k]), ..own }
+        });
+        let Some((none, with)) = about.weigh(&shapes, latent) else { continue };
+        alone = alone.max(none.log_evidence);
+        for (s, posterior) in shapes.iter().zip(with) {
+            let Some(posterior) = posterior else { continue };
+            let factors: Vec<f64> = posterior.mean.iter().skip(about.own()).copied().collect();
+            let gain = posterior.log_evidence;
+            let better = best[s.cause].as_ref().is_none_or(|b| gain > b.gain);
+            if s.allows(&factors) && better {
+                let (cause, parametrized) = causes[s.cause].clone();
+                let at = parametrized.grown(&s.point, &s.factors(&factors, &parametrized));
+                best[s.cause] = Some(Candidate { cause, parametrized, at, gain, latent });
             }
         }
     }
-    let mut seen: Vec<Seen> = best.into_iter().flatten().collect();
-    seen.iter_mut().for_each(|s| s.gain -= plainest);
-    seen.sort_by(|a, b| b.gain.total_cmp(&a.gain));
-    seen
+    let mut found: Vec<Candidate> = best.into_iter().flatten().collect();
+    found.iter_mut().for_each(|c| c.gain -= alone);
+    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    found
 }
 
-/// A cause's shapes as columns about the plain model.
-fn shapes(plain: &Plain, cause: usize, posed: &Posed, base: &[Along], inertia: [f64; 2]) -> Vec<Shaped> {
-    let columns = |look: &[f64]| -> Vec<Column> {
-        let mut theta = plain.fit.theta.clone();
-        theta.extend(look);
-        let (at, to) = (plain.stated.assign(&plain.fit.theta), posed.stated.assign(&theta));
-        let model = Model { joint: &posed.stated.joint, p: &to.p, latent: plain.fit.latent };
-        let runs = plain.fit.runs.iter().zip(&plain.raw).zip(base);
-        runs.map(|((r, raw), base)| r.moved(raw, &at, &to, &model, inertia).beyond(base)).collect()
-    };
-    let Some(first) = posed.looks.first() else { return Vec::new() };
-    let finite = !posed.amplitudes.is_empty() && posed.amplitudes.iter().all(|a| a.neutral.is_finite());
-    let linear = finite && {
-        let (whole, half) = (columns(first), columns(&posed.grown(first, &[0.5])));
-        let (mut off, mut size) = (0.0, 0.0);
-        for (w, h) in whole.iter().zip(&half) {
-            let both = |c: &Column| -> Vec<f64> {
-                c.torques
-                    .iter()
-                    .flat_map(|t| [t[0] / inertia[0], t[1] / inertia[1]])
-                    .chain(c.errors.clone())
-                    .collect()
+/// The baseline with its recordings as linear systems.
+struct About<'a> {
+    baseline: &'a Baseline,
+    inertia: [f64; PLACES],
+    /// By recording: what the baseline does.
+    along: Vec<Along>,
+    systems: Vec<System<N, PLACES>>,
+    /// By recording and unknown of the baseline.
+    columns: Vec<Vec<Column>>,
+}
+
+impl<'a> About<'a> {
+    fn new(baseline: &'a Baseline) -> Self {
+        let (fit, parametric) = (&baseline.fit, &baseline.parametric);
+        let at = parametric.assign(&fit.theta);
+        let model = Model { joint: &parametric.joint, p: &at.p, latent: fit.latent };
+        let inertia = model.inertia();
+        let runs = || fit.runs.iter();
+        Self {
+            baseline,
+            inertia,
+            along: runs().map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia)).collect(),
+            systems: runs().map(|r| r.system(&model, &at.offsets)).collect(),
+            columns: (runs().zip(&baseline.raw))
+                .map(|(r, raw)| r.columns(raw, parametric, &fit.theta, fit.latent))
+                .collect(),
+        }
+    }
+    /// How many unknowns the baseline has.
+    fn own(&self) -> usize {
+        self.baseline.parametric.unknowns.len()
+    }
+
+    /// Posteriors without any cause and with each shape of one, at these intensities.
+    fn weigh(
+        &self,
+        shapes: &[Shape],
+        latent: [Latent; PLACES],
+    ) -> Option<(Posterior, Vec<Option<Posterior>>)> {
+        let count = self.own();
+        let mut own_gram = Gram::new(count);
+        let mut grams: Vec<Gram> = shapes.iter().map(|s| Gram::new(count + s.priors.len())).collect();
+        for (run, system) in self.systems.iter().enumerate() {
+            let mut system = system.clone();
+            system.set_latent(&latent, self.baseline.fit.runs[run].recording.dt);
+            let filter = Filter::new(&system);
+            let data = filter.data(&system, false).whitened;
+            let passed = |columns: &mut dyn Iterator<Item = &Column>| {
+                filter.columns(&system, &columns.map(Column::parts).collect::<Vec<_>>())
             };
-            for (w, h) in both(w).iter().zip(both(h)) {
-                off += (w - 2.0 * h).powi(2);
-                size += w * w;
+            let own = passed(&mut self.columns[run].iter());
+            own_gram.add(&data, &own, filter.log_determinant);
+            let mut others = passed(&mut shapes.iter().flat_map(|s| &s.columns[run])).into_iter();
+            for (gram, s) in grams.iter_mut().zip(shapes) {
+                let mut columns = own.clone();
+                columns.extend(others.by_ref().take(s.priors.len()));
+                gram.add(&data, &columns, filter.log_determinant);
             }
         }
-        off <= LINEAR * LINEAR * size
-    };
-    let looks = if linear { posed.looks.clone() } else { posed.sized() };
-    // Of an amplitude that a look leaves out there is no column.
-    let there = |look: &[f64]| -> Vec<usize> {
-        let differs = |a: &crate::parametrize::Amplitude| look[a.unknown] != a.neutral;
-        (0..posed.amplitudes.len()).filter(|k| differs(&posed.amplitudes[*k])).collect()
-    };
-    let shaped = |look: Vec<f64>| {
-        let there = there(&look);
-        let by_run = |all: Vec<Vec<Column>>| {
-            // From amplitude by recording to recording by amplitude.
-            let runs = all.first().map_or(0, Vec::len);
-            (0..runs).map(|r| all.iter().map(|a| a[r].clone()).collect()).collect()
+        let own = priors(&self.baseline.parametric, &self.baseline.fit.theta);
+        let with = |(s, gram): (&Shape, &Gram)| {
+            let theirs = s.priors.iter().enumerate().map(|(k, p)| (count + k, *p));
+            gram.posterior(&own.iter().copied().chain(theirs).collect::<Vec<_>>())
         };
-        if !linear {
-            let columns = by_run(vec![columns(&look)]);
-            let priors = vec![Prior { mean: 1.0, deviation: FIXED }];
-            let of = Vec::new();
-            return Shaped {
-                cause,
-                look,
-                columns,
-                priors,
-                of,
-                bounds: vec![[1.0 - 3.0 * FIXED, 1.0 + 3.0 * FIXED]],
-            };
+        Some((own_gram.posterior(&own)?, shapes.iter().zip(&grams).map(with).collect()))
+    }
+
+    /// What a cause does at a point, by recording.
+    fn columns(&self, parametrized: &Parametrized, point: &[f64]) -> Vec<Column> {
+        let (fit, before) = (&self.baseline.fit, &self.baseline.parametric);
+        let theta = [&fit.theta[..], point].concat();
+        let (at, to) = (before.assign(&fit.theta), parametrized.parametric.assign(&theta));
+        let model = Model { joint: &parametrized.parametric.joint, p: &to.p, latent: fit.latent };
+        let runs = fit.runs.iter().zip(&self.baseline.raw).zip(&self.along);
+        runs.map(|((r, raw), own)| r.moved(raw, &at, &to, &model, self.inertia).beyond(own)).collect()
+    }
+
+    /// Half of the amplitudes do half as much.
+    fn is_linear(&self, parametrized: &Parametrized, point: &[f64]) -> bool {
+        let amplitudes = &parametrized.amplitudes;
+        if amplitudes.is_empty() || amplitudes.iter().any(|a| a.neutral.is_infinite()) {
+            return false;
         }
-        let only = |k: usize| {
-            let factors: Vec<f64> =
-                (0..posed.amplitudes.len()).map(|i| if i == k { 1.0 } else { 0.0 }).collect();
-            columns(&posed.grown(&look, &factors))
+        let half = vec![0.5; amplitudes.len()];
+        let values = |point: &[f64]| -> Vec<f64> {
+            let inertia = self.inertia;
+            let of = |c: Column| {
+                let torques = c.torques.into_iter().flat_map(move |t| [t[0] / inertia[0], t[1] / inertia[1]]);
+                torques.chain(c.errors)
+            };
+            self.columns(parametrized, point).into_iter().flat_map(of).collect()
         };
-        let all = there.iter().map(|k| only(*k)).collect();
-        let size = |k: usize| look[posed.amplitudes[k].unknown] - posed.amplitudes[k].neutral;
-        let prior = |k: usize| Prior { mean: 0.0, deviation: 1.0 / size(k).abs().max(1e-12) };
-        let bound = |k: usize| {
-            let u = &posed.stated.unknowns[posed.own + posed.amplitudes[k].unknown];
-            let at = |edge: f64| (edge - posed.amplitudes[k].neutral) / size(k);
+        let (whole, half) = (values(point), values(&parametrized.grown(point, &half)));
+        let off: f64 = whole.iter().zip(&half).map(|(w, h)| (w - 2.0 * h).powi(2)).sum();
+        off <= LINEAR * LINEAR * whole.iter().map(|w| w * w).sum::<f64>()
+    }
+}
+
+/// A cause's shapes as columns about the baseline; those that do nothing are left out.
+fn shapes(about: &About, cause: usize, parametrized: &Parametrized) -> Vec<Shape> {
+    let Some(first) = parametrized.points.first() else { return Vec::new() };
+    let linear = about.is_linear(parametrized, first);
+    let points = if linear { parametrized.points.clone() } else { parametrized.sized() };
+    let shape = |point: Vec<f64>| {
+        if linear {
+            Shape::linear(about, cause, parametrized, point)
+        } else {
+            Shape::fixed(about, cause, parametrized, point)
+        }
+    };
+    let acts = |s: &Shape| !s.columns.iter().flatten().all(Column::is_zero);
+    points.into_iter().map(shape).filter(acts).collect()
+}
+
+impl Shape {
+    /// A form whose size is part of it.
+    fn fixed(about: &About, cause: usize, parametrized: &Parametrized, point: Vec<f64>) -> Self {
+        Self {
+            cause,
+            columns: about.columns(parametrized, &point).into_iter().map(|c| vec![c]).collect(),
+            priors: vec![Prior { mean: 1.0, deviation: FIXED }],
+            bounds: vec![[1.0 - 3.0 * FIXED, 1.0 + 3.0 * FIXED]],
+            of: Vec::new(),
+            point,
+        }
+    }
+    /// A form that is linear in its amplitudes: a column for each that the point does not leave neutral.
+    fn linear(about: &About, cause: usize, parametrized: &Parametrized, point: Vec<f64>) -> Self {
+        let amplitudes = &parametrized.amplitudes;
+        let size = |k: usize| point[amplitudes[k].unknown] - amplitudes[k].neutral;
+        let of: Vec<usize> = (0..amplitudes.len()).filter(|k| size(*k) != 0.0).collect();
+        let mut columns = vec![Vec::new(); about.systems.len()];
+        for k in &of {
+            let only: Vec<f64> = (0..amplitudes.len()).map(|i| if i == *k { 1.0 } else { 0.0 }).collect();
+            let alone = about.columns(parametrized, &parametrized.grown(&point, &only));
+            columns.iter_mut().zip(alone).for_each(|(all, c)| all.push(c));
+        }
+        let bound = |k: &usize| {
+            let u = &parametrized.parametric.unknowns[parametrized.own + amplitudes[*k].unknown];
+            let at = |edge: f64| (edge - amplitudes[*k].neutral) / size(*k);
             let (a, b) = (at(u.lower), at(u.upper));
             // A bound that is nearly met is met.
             [a.min(b) - 1e-3, a.max(b) + 1e-3]
         };
-        Shaped {
-            cause,
-            columns: by_run(all),
-            priors: there.iter().map(|k| prior(*k)).collect(),
-            bounds: there.iter().map(|k| bound(*k)).collect(),
-            of: there,
-            look,
-        }
-    };
-    looks.into_iter().map(shaped).filter(|s| !s.columns.iter().flatten().all(Column::is_zero)).collect()
-}
-
-impl Posed {
-    /// A look with its amplitudes so many times as large; one factor: all of them.
-    pub(crate) fn grown(&self, look: &[f64], factors: &[f64]) -> Vec<f64> {
-        let mut at = look.to_vec();
-        let finite = self.amplitudes.iter().filter(|a| a.neutral.is_finite());
-        for (k, a) in finite.enumerate() {
-            let factor = factors.get(if factors.len() == 1 { 0 } else { k }).copied().unwrap_or(1.0);
-            let u = &self.stated.unknowns[self.own + a.unknown];
-            at[a.unknown] = (a.neutral + factor * (look[a.unknown] - a.neutral)).clamp(u.lower, u.upper);
-        }
-        at
+        let prior = |k: &usize| Prior { mean: 0.0, deviation: 1.0 / size(*k).abs() };
+        let (priors, bounds) = (of.iter().map(prior).collect(), of.iter().map(bound).collect());
+        Self { cause, point, columns, priors, bounds, of }
+    }
+    fn allows(&self, factors: &[f64]) -> bool {
+        factors.iter().zip(&self.bounds).all(|(f, b)| *f >= b[0] && *f <= b[1])
+    }
+    /// A factor for each amplitude: for those without a column 1.
+    fn factors(&self, found: &[f64], parametrized: &Parametrized) -> Vec<f64> {
+        let whole = if self.of.is_empty() { found.first().copied() } else { None };
+        let mut all = vec![whole.unwrap_or(1.0); parametrized.amplitudes.len()];
+        self.of.iter().zip(found).for_each(|(k, f)| all[*k] = *f);
+        all
     }
 }

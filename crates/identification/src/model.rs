@@ -3,7 +3,7 @@
 use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Scope};
-use trueup_models::joint::TwoMassJoint;
+use trueup_models::joint::{self, TwoMassJoint};
 use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_signals::{Case, Role, Takes, Value, Variable, base_name, element_name};
@@ -154,33 +154,21 @@ impl Plant for Model {
     }
 }
 
-const JOINT_PARAMETERS: &[(&str, &str, f64)] = &[
-    ("motorInertia", "kg.m2", 0.0),
-    ("loadInertia", "kg.m2", 0.0),
-    ("gearRatio", "1", 0.0),
-    ("torqueConstant", "N.m/A", f64::NEG_INFINITY),
-    ("stiffness", "N.m/rad", 0.0),
-    ("damping", "N.m.s/rad", 0.0),
-    ("coulombFriction", "N.m", 0.0),
-    ("staticFriction", "N.m", 0.0),
-    ("viscousFriction", "N.m.s/rad", 0.0),
-    ("initialMotorAngle", "rad", f64::NEG_INFINITY),
-    ("initialMotorVelocity", "rad/s", f64::NEG_INFINITY),
-    ("initialLoadAngle", "rad", f64::NEG_INFINITY),
-    ("initialLoadVelocity", "rad/s", f64::NEG_INFINITY),
-];
-const JOINT_INPUTS: &[(&str, &str)] = &[("motorCurrent", "A"), ("externalTorque", "N.m")];
-const JOINT_OUTPUTS: &[(&str, &str)] = &[
-    ("motorAngle", "rad"),
-    ("motorVelocity", "rad/s"),
-    ("motorAcceleration", "rad/s2"),
-    ("loadAngle", "rad"),
-    ("loadVelocity", "rad/s"),
-    ("loadAcceleration", "rad/s2"),
-    ("motorTorque", "N.m"),
-    ("transmissionTorque", "N.m"),
-    ("frictionTorque", "N.m"),
-    ("sticking", ""),
+/// Least value of each parameter of the joint, in their order.
+const JOINT_LEAST: [f64; joint::parameter::COUNT] = [
+    0.0,
+    0.0,
+    0.0,
+    f64::NEG_INFINITY,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    0.0,
+    f64::NEG_INFINITY,
+    f64::NEG_INFINITY,
+    f64::NEG_INFINITY,
+    f64::NEG_INFINITY,
 ];
 const FRICTION: [(&str, &str); 3] =
     [("coulombFriction", "N.m"), ("staticFriction", "N.m"), ("viscousFriction", "N.m.s/rad")];
@@ -305,14 +293,14 @@ impl Model {
                 };
                 let joint = TwoMassJoint::new(flexible, &structure.effects)?;
                 let set = joint.effects().clone();
-                let parameters =
-                    JOINT_PARAMETERS.iter().map(|(name, unit, min)| quantity((*name).into(), unit, *min));
+                let parameters = joint::parameter::NAMES.iter().zip(JOINT_LEAST);
+                let parameters = parameters.map(|((name, unit), min)| quantity((*name).into(), unit, min));
                 let mut model = Self {
                     kind: Kind::Joint(joint),
                     structure,
                     parameters: parameters.collect(),
-                    inputs: plain(JOINT_INPUTS),
-                    outputs: plain(JOINT_OUTPUTS),
+                    inputs: plain(&joint::input::NAMES),
+                    outputs: plain(&joint::output::NAMES),
                 };
                 add_effects(&set, effect::Plant::Joint, &mut model);
                 Ok(model)

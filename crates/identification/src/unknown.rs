@@ -1,5 +1,7 @@
 //! What is estimated: each unknown with its scale, bounds and prior.
 
+pub use trueup_estimation::unknown::Scale;
+
 /// What an unknown sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
@@ -13,32 +15,6 @@ pub enum Target {
     InputBias(usize),
     /// A constant that the readings of this input have too much.
     InputOffset(usize),
-}
-
-/// The coordinate in which an unknown is searched.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Scale {
-    /// theta = ln(value): the value stays positive, a change of 1 is a factor e.
-    Log,
-    /// theta = value / this.
-    Linear(f64),
-}
-
-impl Scale {
-    /// theta of a value.
-    pub fn coordinate(self, value: f64) -> f64 {
-        match self {
-            Self::Log => value.max(f64::MIN_POSITIVE).ln(),
-            Self::Linear(s) => value / s,
-        }
-    }
-    /// The value, and its derivative by theta.
-    pub fn value(self, theta: f64) -> (f64, f64) {
-        match self {
-            Self::Log => (theta.exp(), theta.exp()),
-            Self::Linear(s) => (theta * s, s),
-        }
-    }
 }
 
 /// One unknown.

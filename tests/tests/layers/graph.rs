@@ -47,6 +47,7 @@ const RULES: &[Rule] = &[
             "trueup-numerics",
             "trueup-models",
             "trueup-signals",
+            "trueup-estimation",
             "trueup-fmi-description",
             "trueup-fmi-import",
         ],

@@ -105,7 +105,7 @@ impl Hypothesis {
     }
     /// A push that comes and goes: when is found from what is missing.
     pub fn is_push(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if c.spec().id == "external-force")
+        matches!(self.claim, Claim::Effect(c) if c.spec().pulses > 0)
     }
     /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {

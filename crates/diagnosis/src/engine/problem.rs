@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
+pub use trueup_estimation::unknown::Target;
 use trueup_identification::lsq::{Evaluation, Problem};
 use trueup_identification::predict::{InputMap, Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
@@ -16,35 +17,6 @@ use super::subject::Model;
 
 /// A model that needs more steps than this between two readings is too stiff to be looked at.
 const MOST_STEPS: f64 = 60.0;
-
-/// What an unknown sets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Target {
-    /// This parameter of the model.
-    Parameter(usize),
-    /// By how much parameter `at` exceeds parameter `base`.
-    Above {
-        /// Which parameter.
-        at: usize,
-        /// The one that it is compared with.
-        base: usize,
-    },
-    /// A constant reading offset of the channels that show this output.
-    Offset(usize),
-    /// By how many seconds the channels that show this output are late.
-    SensorDelay(usize),
-    /// By how many seconds this input acts late.
-    InputDelay(usize),
-    /// Time constant of a first-order lag of this input, s.
-    InputLag(usize),
-}
-
-impl Target {
-    /// Changes when things happen: the derivative is a difference.
-    pub fn shifts(self) -> bool {
-        matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
-    }
-}
 
 /// One unknown.
 #[derive(Clone, Debug)]

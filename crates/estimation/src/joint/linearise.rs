@@ -78,7 +78,6 @@ impl Model<'_> {
         torques: &[[f64; PLACES]],
     ) -> System<N, PLACES> {
         let dt = recording.dt;
-        let latent = self.latent.map(|l| l.over(dt));
         let p: Vec<Dual<N>> = self.p.iter().map(|v| Dual::constant(*v)).collect();
         let along = instants(self, recording, trajectory);
         let dry = self.dry();
@@ -114,11 +113,6 @@ impl Model<'_> {
                     step.push[i] -= to[i].eps[STATES + place] * torques[k][place];
                 }
             }
-            for (place, (rho, noise)) in latent.into_iter().enumerate() {
-                let at = STATES + place;
-                step.transition[(at, at)] = rho;
-                step.noise[(at, at)] = noise;
-            }
             if noisy {
                 for (place, scale) in per_input.into_iter().enumerate() {
                     let moved = step.forces.column(place) * scale;
@@ -143,12 +137,14 @@ impl Model<'_> {
             before = Some(friction);
             step
         });
-        System {
+        let mut system = System {
             start: SVector::zeros(),
             start_covariance: self.start_covariance(recording, trajectory),
             steps: steps.collect(),
             nodes: self.nodes(recording, trajectory, &along, &p),
-        }
+        };
+        system.set_latent(&self.latent, dt);
+        system
     }
 
     fn nodes(
@@ -183,9 +179,6 @@ impl Model<'_> {
         }
         if !self.joint.flexible() {
             (all[2], all[3]) = (0.0, 0.0);
-        }
-        for (place, latent) in self.latent.iter().enumerate() {
-            all[STATES + place] = latent.deviation.powi(2);
         }
         SMatrix::from_diagonal(&all)
     }

@@ -158,6 +158,7 @@ impl Effect for ExternalForce {
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         modes: 2 * PUSHES,
+        pulses: PUSHES,
         places: &[
             place("load", "loadPush", &[Plant::Joint], Scope::Joint, &LOAD_PUSHES),
             place("tip", "tipPush", &[Plant::Arm], Scope::Once, &WRENCHES),

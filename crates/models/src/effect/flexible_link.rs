@@ -106,6 +106,7 @@ impl Effect for FlexibleLink {
                 boolean: false,
             },
         ],
+        resonator: true,
         ..Spec::NONE
     };
 

@@ -298,6 +298,10 @@ pub struct Spec {
     pub passive: bool,
     /// It only makes a signal late: whoever has the signal as data can move it in time instead.
     pub shifts: bool,
+    /// How many times it comes and goes, at most; 0: it acts all along.
+    pub pulses: usize,
+    /// Its parameters are those of a small inertia on a spring: inertia, stiffness, damping.
+    pub resonator: bool,
     /// The effect that an arm has along with it when it is looked for in recordings, in full: what no recording shows by
     /// itself alone.
     pub along: Option<&'static str>,
@@ -324,6 +328,8 @@ impl Spec {
         compliant: false,
         passive: false,
         shifts: false,
+        pulses: 0,
+        resonator: false,
         along: None,
     };
     /// It makes a rigid joint flexible: what it borrows is of another structure.

@@ -166,7 +166,7 @@ impl Hypothesis {
         if self.is_push() {
             self.pose_push(p, &mut posed);
         }
-        if spec.id == "flexible-link" {
+        if spec.resonator {
             posed.resonances(sizes.get(self.site, Measure::Mode));
         }
         posed

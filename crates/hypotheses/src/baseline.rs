@@ -1,11 +1,11 @@
 //! The joint as its owner believes it, fitted to a case's recordings.
 
 use trueup_estimation::evidence::Prior;
-use trueup_estimation::fit::{Effort, Fit, Run, Walls, fit};
+use trueup_estimation::fit::{Bounds, Effort, Fit, Run, fit};
 use trueup_estimation::intake::{IntakeError, Lateness, Raw};
 use trueup_estimation::joint::Model;
 use trueup_estimation::system::Latent;
-use trueup_estimation::unknown::{Scale, Stated, Target, Unknown};
+use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
 use trueup_models::effect::Measure;
 use trueup_models::joint::{TwoMassJoint, parameter as q};
 use trueup_models::presets;
@@ -18,13 +18,13 @@ use crate::sizes::Sizes;
 const ROUNDS: usize = 10;
 /// Of these, those before parameters move.
 const HELD: usize = 2;
-/// Rounds of each further look.
+/// Rounds of each further point.
 const AGAIN: usize = 3;
 
 /// A case that cannot be looked at.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlainError {
-    /// See there.
+pub enum BaselineError {
+    /// A recording that cannot be taken.
     #[error(transparent)]
     Intake(#[from] IntakeError),
     /// The structure cannot be built.
@@ -34,23 +34,23 @@ pub enum PlainError {
     #[error("the filter is made for TwoMassJoint, not for {0}")]
     Model(String),
     /// Nothing can be computed.
-    #[error("the nominal model cannot be compared with the recordings; look at the parameters of case.toml")]
+    #[error("the nominal model cannot be compared with the recordings; point at the parameters of case.toml")]
     Nominal,
 }
 
-/// The plain model at its posterior mode.
+/// The baseline model at its posterior mode.
 #[derive(Clone, Debug)]
-pub struct Plain {
+pub struct Baseline {
     /// The recordings for fitting.
     pub raw: Vec<Raw>,
     /// The joint with its parameters, each as sure as its owner holds it to be.
-    pub stated: Stated,
+    pub parametric: ParametricJoint,
     /// Its fit.
     pub fit: Fit,
     /// Typical sizes.
     pub sizes: Sizes,
     /// Of intensities.
-    pub walls: Walls,
+    pub bounds: Bounds,
 }
 
 fn parameter(p: &[f64], index: usize, doubt: f64) -> Unknown {
@@ -88,19 +88,19 @@ fn at_rest_below(runs: &[Run], speed: f64) -> Vec<Run> {
     runs
 }
 
-impl Plain {
+impl Baseline {
     /// Of a case's recordings for fitting.
     ///
     /// # Errors
-    /// See [`PlainError`].
-    pub fn new(loaded: &Loaded) -> Result<Self, PlainError> {
+    /// See [`BaselineError`].
+    pub fn new(loaded: &Loaded) -> Result<Self, BaselineError> {
         let case = &loaded.case;
         if case.model != "TwoMassJoint" {
-            return Err(PlainError::Model(case.model.clone()));
+            return Err(BaselineError::Model(case.model.clone()));
         }
         let flexible = case.elements("jointFlexible").first().and_then(|v| v.boolean()).unwrap_or(true);
-        let joint =
-            TwoMassJoint::new(flexible, &[] as &[&str]).map_err(|e| PlainError::Structure(e.to_string()))?;
+        let joint = TwoMassJoint::new(flexible, &[] as &[&str])
+            .map_err(|e| BaselineError::Structure(e.to_string()))?;
         let mut p = presets::delian(1).map_or_else(Vec::new, |p| p.to_vec());
         for (value, name) in p.iter_mut().zip(q::NAMES) {
             *value = case.number(name.0).unwrap_or(*value);
@@ -131,15 +131,15 @@ impl Plain {
                 prior: Prior { mean: 0.0, deviation: 1.0 },
             });
         }
-        let stated = Stated { joint, p, ties, unknowns };
+        let parametric = ParametricJoint { joint, p, ties, unknowns };
         let torques = sizes.torques();
-        let walls = Walls { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
+        let bounds = Bounds { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
         let latent = torques.map(|t| Latent { deviation: 0.3 * t, time: CORRELATION });
         let speed = sizes.get(Measure::Speed, None);
         let first = at_rest_below(&runs, REST[0] * speed);
-        let effort = Effort { rounds: ROUNDS, held: HELD, intensities: true, walls };
-        let mut best =
-            fit(&raw, &stated, &stated.start(), latent, &first, effort).ok_or(PlainError::Nominal)?;
+        let effort = Effort { rounds: ROUNDS, held: HELD, bounds };
+        let mut best = fit(&raw, &parametric, &parametric.start(), latent, &first, effort)
+            .ok_or(BaselineError::Nominal)?;
         // How slow is rest? What is likeliest.
         let effort = Effort { rounds: AGAIN, held: 0, ..effort };
         for share in &REST[1..] {
@@ -148,24 +148,11 @@ impl Plain {
                 continue;
             }
             let other = at_rest_below(&best.runs, share * speed);
-            let fitted = fit(&raw, &stated, &best.theta, best.latent, &other, effort);
+            let fitted = fit(&raw, &parametric, &best.theta, best.latent, &other, effort);
             if let Some(fitted) = fitted.filter(|f| f.log_evidence > best.log_evidence) {
                 best = fitted;
             }
         }
-        Ok(Self { raw, stated, fit: best, sizes, walls })
-    }
-
-    /// With all its own parameters this much in doubt, from where it is.
-    pub fn doubted(&self, doubt: f64) -> Option<(Stated, Fit)> {
-        let mut stated = self.stated.clone();
-        for u in &mut stated.unknowns {
-            if matches!(u.target, Target::Parameter(_)) {
-                u.prior.deviation = u.prior.deviation.max(doubt);
-            }
-        }
-        let effort = Effort { rounds: ROUNDS, held: 0, intensities: true, walls: self.walls };
-        let fit = fit(&self.raw, &stated, &self.fit.theta, self.fit.latent, &self.fit.runs, effort)?;
-        Some((stated, fit))
+        Ok(Self { raw, parametric, fit: best, sizes, bounds })
     }
 }
