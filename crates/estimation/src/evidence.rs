@@ -20,6 +20,49 @@ pub struct Gram {
     log_determinant: f64,
 }
 
+/// Products of further columns with those of a [`Gram`], with each other and with the innovations.
+#[derive(Clone, Debug)]
+pub struct Further {
+    with_first: DMatrix<f64>,
+    products: DMatrix<f64>,
+    with_data: DVector<f64>,
+}
+
+impl Further {
+    /// So many columns beside so many first ones, of no recording yet.
+    pub fn new(first: usize, columns: usize) -> Self {
+        Self {
+            with_first: DMatrix::zeros(first, columns),
+            products: DMatrix::zeros(columns, columns),
+            with_data: DVector::zeros(columns),
+        }
+    }
+    /// Adds a recording: its innovations, the first columns, and these.
+    pub fn add(&mut self, whitened: &[f64], first: &[Vec<f64>], columns: &[Vec<f64>]) {
+        for (i, a) in columns.iter().enumerate() {
+            self.with_data[i] += dot(a, whitened);
+            first.iter().enumerate().for_each(|(k, f)| self.with_first[(k, i)] += dot(a, f));
+            for (j, b) in columns.iter().enumerate().take(i + 1) {
+                let product = dot(a, b);
+                self.products[(i, j)] += product;
+                if i != j {
+                    self.products[(j, i)] += product;
+                }
+            }
+        }
+    }
+}
+
+/// Sums by eights, so that they are taken side by side.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 8];
+    let (a8, b8) = (a.as_chunks::<8>(), b.as_chunks::<8>());
+    for (a, b) in a8.0.iter().zip(b8.0) {
+        (0..8).for_each(|i| sums[i] += a[i] * b[i]);
+    }
+    sums.iter().sum::<f64>() + a8.1.iter().zip(b8.1).map(|(a, b)| a * b).sum::<f64>()
+}
+
 /// What recordings say of a set of columns.
 #[derive(Clone, Debug)]
 pub struct Posterior {
@@ -43,7 +86,6 @@ impl Gram {
     }
     /// Adds a recording: its innovations, its columns, and the log determinant of its filter.
     pub fn add(&mut self, whitened: &[f64], columns: &[Vec<f64>], log_determinant: f64) {
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         for (i, a) in columns.iter().enumerate() {
             self.with_data[i] += dot(a, whitened);
             for (j, b) in columns.iter().enumerate().take(i + 1) {
@@ -56,6 +98,18 @@ impl Gram {
         }
         self.data += dot(whitened, whitened);
         self.log_determinant += log_determinant;
+    }
+    /// With further columns behind its own.
+    pub fn with(&self, further: &Further) -> Self {
+        let (m, n) = further.with_first.shape();
+        let mut products = DMatrix::zeros(m + n, m + n);
+        products.view_mut((0, 0), (m, m)).copy_from(&self.products);
+        products.view_mut((0, m), (m, n)).copy_from(&further.with_first);
+        products.view_mut((m, 0), (n, m)).copy_from(&further.with_first.transpose());
+        products.view_mut((m, m), (n, n)).copy_from(&further.products);
+        let data = self.with_data.iter().chain(&further.with_data);
+        let with_data = DVector::from_iterator(m + n, data.copied());
+        Self { products, with_data, ..*self }
     }
     /// ln p(y) without any column.
     pub fn log_likelihood(&self) -> f64 {

@@ -7,7 +7,7 @@ use crate::evidence::{Gram, Posterior, Prior};
 use crate::filter::Filter;
 use crate::intake::Raw;
 use crate::joint::{
-    Along, Column, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
+    Along, Asked, Column, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
 };
 use crate::smoother::{Smoothed, smooth};
 use crate::system::{Latent, System};
@@ -73,6 +73,10 @@ impl Filtered {
 const MOVED: f64 = 1e-4;
 /// Largest step of a round, in coordinates: a factor e^0.5, half a typical size.
 const LONGEST: f64 = 0.5;
+/// Where a round's evidence falls by more than this, in nats, its step was too long.
+const LOST: f64 = 10.0;
+/// A round that changes the evidence by less, in nats, is the last.
+const SETTLED: f64 = 0.1;
 /// What a variance may become in a round, as a share.
 const LEAST_FACTOR: f64 = 0.05;
 
@@ -118,7 +122,8 @@ impl Run {
         let at = parametric.assign(theta);
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let inertia = model.inertia();
-        let base = Along::new(&model, &self.recording, &self.trajectory, inertia);
+        let shows_states = model.shows_states(&self.recording);
+        let base = Along::new(&model, &self.recording, &self.trajectory, inertia, Asked::ALL);
         let column = |k: usize| {
             let u = &parametric.unknowns[k];
             if let Target::Offset(output) = u.target {
@@ -130,15 +135,24 @@ impl Run {
             moved[k] += by;
             let to = parametric.assign(&moved);
             let other = Model { joint: &parametric.joint, p: &to.p, latent };
-            let along = self.moved(raw, &at, &to, &other, inertia);
+            let late = matches!(u.target, Target::SensorDelay(_));
+            let asked = Asked { torques: !late, readings: late || !shows_states };
+            let along = self.moved(raw, (&at, &to), &other, inertia, asked);
             along.beyond(&base).scaled(1.0 / by)
         };
         (0..parametric.unknowns.len()).map(column).collect()
     }
     /// What a model does along it, signals as late as `to` says beyond what they were on its grid.
-    pub fn moved(&self, raw: &Raw, at: &Assigned, to: &Assigned, model: &Model, inertia: [f64; 2]) -> Along {
+    pub fn moved(
+        &self,
+        raw: &Raw,
+        (at, to): (&Assigned, &Assigned),
+        model: &Model,
+        inertia: [f64; 2],
+        asked: Asked,
+    ) -> Along {
         if at.late == to.late {
-            return Along::new(model, &self.recording, &self.trajectory, inertia);
+            return Along::new(model, &self.recording, &self.trajectory, inertia, asked);
         }
         let mut recording = self.recording.clone();
         if (at.late.inputs, at.late.lags) != (to.late.inputs, to.late.lags) {
@@ -147,7 +161,7 @@ impl Run {
         for c in &mut recording.channels {
             c.delay += to.late.outputs[c.output] - at.late.outputs[c.output];
         }
-        Along::new(model, &recording, &self.trajectory, inertia)
+        Along::new(model, &recording, &self.trajectory, inertia, asked)
     }
 }
 
@@ -175,6 +189,7 @@ pub fn fit(
 ) -> Option<Fit> {
     let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
     let mut best: Option<Fit> = None;
+    let mut last = f64::NEG_INFINITY;
     for round in 0..effort.rounds {
         let at = parametric.assign(&theta);
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
@@ -193,6 +208,14 @@ pub fn fit(
             looked.push((Filtered { system, filter }, columns));
         }
         let Some(posterior) = gram.posterior(&priors(parametric, &theta)) else { break };
+        let fell = |b: &&Fit| posterior.log_evidence < b.log_evidence - LOST && b.theta != theta;
+        if let Some(b) = best.as_ref().filter(fell) {
+            // Too far: half of the way.
+            let back = |(t, b): (&f64, &f64)| 0.5 * (t + b);
+            theta = theta.iter().zip(&b.theta).map(back).collect();
+            (latent, runs) = (b.latent, b.runs.clone());
+            continue;
+        }
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
             best = Some(Fit {
                 theta: theta.clone(),
@@ -202,6 +225,10 @@ pub fn fit(
                 log_evidence: posterior.log_evidence,
             });
         }
+        if round > effort.held && (posterior.log_evidence - last).abs() < SETTLED {
+            break;
+        }
+        last = posterior.log_evidence;
         let before = theta.clone();
         if round >= effort.held {
             advance(&mut theta, parametric, &posterior);

@@ -12,6 +12,9 @@ use crate::joint::{Channel, Recording, Sample};
 const STEP: f64 = 4e-3;
 /// A step turns the joint's fastest mode by less than this, rad.
 const TURN: f64 = 0.3;
+/// Readings so soon after the begin, s, or within this share of the recording, are left out: whatever delay up to that is
+/// tried, the same readings stay.
+const LATEST: [f64; 2] = [0.1, 0.05];
 
 /// A recording that cannot be taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -148,6 +151,13 @@ impl Raw {
         self.sensors.iter().filter(|s| s.offset).map(|s| s.output)
     }
 
+    /// The largest delay of a sensor that can be tried, s: a whole number of nodes.
+    pub fn latest(&self) -> f64 {
+        self.reserve() as f64 * self.dt
+    }
+    fn reserve(&self) -> usize {
+        (LATEST[0].min(LATEST[1] * (self.end - self.start)) / self.dt).floor() as usize
+    }
     fn nodes(&self) -> usize {
         ((self.end - self.start) / self.dt).round() as usize + 1
     }
@@ -169,7 +179,9 @@ impl Raw {
             let readings = (dt / median_step(&d.time)).max(1.0);
             input_variance[d.input] = d.deviation.powi(2) / readings;
         }
-        let channel = |s: &Sensor| s.sampled(self.start + late.outputs[s.output], dt, nodes);
+        let channel = |s: &Sensor| {
+            s.sampled(self.start, dt, nodes).delayed(late.outputs[s.output], dt, self.reserve())
+        };
         let channels: Vec<Channel> = self.sensors.iter().map(channel).collect();
         let speed = |output: usize, by: f64| {
             channels.iter().find(|c| c.output == output).map(|c| by * c.variance.sqrt() / dt)
@@ -231,6 +243,18 @@ impl Drive {
             sum / dt
         };
         (0..nodes).map(step).collect()
+    }
+}
+
+impl Channel {
+    /// Taken to be so much later than it says: by whole nodes, and a rest. The first readings are left out, however late.
+    fn delayed(mut self, delay: f64, dt: f64, reserve: usize) -> Self {
+        let nodes = ((delay / dt).round().max(0.0) as usize).min(reserve);
+        self.delay = delay - nodes as f64 * dt;
+        let first = reserve.min(self.samples.len());
+        self.samples[..first].fill(None);
+        self.samples.rotate_left(nodes);
+        self
     }
 }
 

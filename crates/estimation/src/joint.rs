@@ -14,7 +14,7 @@ mod columns;
 mod linearise;
 mod trajectory;
 
-pub use columns::{Along, Column};
+pub use columns::{Along, Asked, Column};
 pub use trajectory::{sensed_trajectory, smoothed_trajectory};
 
 use trueup_models::friction::STUCK;

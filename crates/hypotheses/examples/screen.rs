@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use trueup_hypotheses::baseline::Baseline;
-use trueup_hypotheses::refit::refit;
+use trueup_hypotheses::refit::refits;
 use trueup_hypotheses::screen::screen;
 use trueup_signals::Case;
 
@@ -26,16 +26,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let screened = begun.elapsed().as_secs_f64();
         let begun = Instant::now();
         let mut all: Vec<(String, f64, f64, [f64; 2])> = Vec::new();
-        for s in seen.iter().take(6) {
-            let fit = refit(&baseline, s);
-            let gain = fit.as_ref().map_or(f64::NEG_INFINITY, |f| f.log_evidence - baseline.fit.log_evidence);
-            let left = fit.map_or([f64::NAN; 2], |f| {
-                [0, 1].map(|k| f.latent[k].deviation / baseline.sizes.torques()[k])
-            });
-            all.push((s.cause.label(), s.gain, gain, left));
+        for r in refits(&baseline, &seen) {
+            let left = [0, 1].map(|k| r.fit.latent[k].deviation / baseline.sizes.torques()[k]);
+            let gain = r.fit.log_evidence - baseline.fit.log_evidence;
+            all.push((r.seen.cause.label(), r.seen.gain, gain, left));
         }
         let refitted = begun.elapsed().as_secs_f64();
-        all.sort_by(|a, b| b.2.total_cmp(&a.2));
         println!("{folder}: latent {share:.4?} of torque; {fitted:.1} + {screened:.1} + {refitted:.1} s");
         for (label, screened, gain, left) in all {
             println!("    {label:32} {screened:10.1} -> {gain:10.1}   latent {left:.4?}");

@@ -11,7 +11,8 @@ use trueup_models::joint::{TwoMassJoint, parameter as q};
 use trueup_models::presets;
 use trueup_signals::Loaded;
 
-use crate::levels::{CEILING, CORRELATION, FLOOR, KNOWN, REST};
+use crate::catalogue::Cause;
+use crate::levels::{BEGIN, CEILING, CORRELATION, FLOOR, KNOWN, REST};
 use crate::sizes::Sizes;
 
 /// Rounds of a fit.
@@ -43,6 +44,8 @@ pub enum BaselineError {
 pub struct Baseline {
     /// The recordings for fitting.
     pub raw: Vec<Raw>,
+    /// What it has of causes; none at first.
+    pub causes: Vec<Cause>,
     /// The joint with its parameters, each as sure as its owner holds it to be.
     pub parametric: ParametricJoint,
     /// Its fit.
@@ -134,7 +137,7 @@ impl Baseline {
         let parametric = ParametricJoint { joint, p, ties, unknowns };
         let torques = sizes.torques();
         let bounds = Bounds { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
-        let latent = torques.map(|t| Latent { deviation: 0.3 * t, time: CORRELATION });
+        let latent = torques.map(|t| Latent { deviation: BEGIN * t, time: CORRELATION });
         let speed = sizes.get(Measure::Speed, None);
         let first = at_rest_below(&runs, REST[0] * speed);
         let effort = Effort { rounds: ROUNDS, held: HELD, bounds };
@@ -153,6 +156,34 @@ impl Baseline {
                 best = fitted;
             }
         }
-        Ok(Self { raw, parametric, fit: best, sizes, bounds })
+        Ok(Self { raw, causes: Vec::new(), parametric, fit: best, sizes, bounds })
+    }
+
+    /// Its parameters doubted by at least so much, fitted further.
+    pub fn doubted(&self, deviation: f64) -> Option<Self> {
+        let mut wide = self.clone();
+        for u in wide.parametric.unknowns.iter_mut().filter(|u| matches!(u.target, Target::Parameter(_))) {
+            u.prior.deviation = u.prior.deviation.max(deviation);
+        }
+        let effort = Effort { rounds: ROUNDS, held: 0, bounds: self.bounds };
+        let (f, parametric) = (&self.fit, &wide.parametric);
+        wide.fit = fit(&self.raw, parametric, &f.theta, f.latent, &f.runs, effort)?;
+        Some(wide)
+    }
+    /// With a cause, fitted.
+    pub fn with(&self, cause: &Cause, parametric: &ParametricJoint, fit: &Fit) -> Self {
+        let causes = self.causes.iter().chain([cause]).cloned().collect();
+        Self { causes, parametric: parametric.clone(), fit: fit.clone(), ..self.clone() }
+    }
+    /// What the log likelihood would be if the latent torques were at their floor and the innovations white.
+    pub fn ideal(&self) -> f64 {
+        let at = self.parametric.assign(&self.fit.theta);
+        let latent = core::array::from_fn(|k| Latent { deviation: self.bounds.floor[k], ..self.fit.latent[k] });
+        let model = Model { joint: &self.parametric.joint, p: &at.p, latent };
+        let of = |r: &Run| {
+            let f = r.filtered(&model, &at.offsets);
+            -0.5 * (f.filter.log_determinant + f.system.readings() as f64)
+        };
+        self.fit.runs.iter().map(of).sum()
     }
 }

@@ -23,6 +23,10 @@ impl Cause {
     pub fn built(&self) -> bool {
         !self.choice.spec().shifts
     }
+    /// The joint has another structure with it: no column about the baseline tells what it does.
+    pub fn restructures(&self) -> bool {
+        self.choice.spec().borrows.iter().any(|b| matches!(b.neutral, Neutral::Structure))
+    }
     /// A push that comes and goes.
     pub fn is_push(&self) -> bool {
         self.choice.spec().pulses > 0
@@ -46,6 +50,9 @@ pub fn all(baseline: &Baseline) -> Vec<Cause> {
 fn possible(baseline: &Baseline, cause: &Cause) -> bool {
     let (p, spec) = (&baseline.parametric.p, cause.choice.spec());
     let flexible = baseline.parametric.joint.flexible();
+    if baseline.causes.contains(cause) {
+        return false;
+    }
     if let Some(output) = cause.output {
         return baseline.fit.runs.iter().any(|r| r.recording.channel(output).is_some());
     }

@@ -7,14 +7,22 @@ pub const CORRELATION: f64 = 0.1;
 pub const FLOOR: f64 = 5e-4;
 /// Most: beyond, readings alone would tell the motion.
 pub const CEILING: f64 = 1.0;
+/// What a fit begins with.
+pub const BEGIN: f64 = 0.3;
 /// Doubt of a parameter that its owner holds to be known, of its logarithm.
 pub const KNOWN: f64 = 0.01;
 /// Standard deviation of the amplitude of a form of fixed size about 1: sizes that are looked at are a factor 1.5 apart.
 pub const FIXED: f64 = 0.08;
 /// A form is linear in its amplitude where half of it is half to this share.
 pub const LINEAR: f64 = 0.05;
+/// Where linearity is looked for, in units of a cause's size.
+pub const SMALL: [f64; 2] = [1.0, 0.1];
 /// Intensities that a screen points at, in units of the baseline model's.
 pub const INTENSITIES: [f64; 3] = [1.0, 0.3, 0.1];
 /// Speeds of the motor below which friction may hold it, in units of its typical speed; the likeliest is taken. On 30
 /// recordings without a gap (seed 9801) the first against none: +13,700 nats, better in 6, worse in 2.
 pub const REST: [f64; 3] = [0.001, 0.003, 0.01];
+/// Doubt of every parameter, of its logarithm, where the parameters are what is wrong.
+pub const DOUBTED: f64 = 0.5;
+/// A second cause is looked for where one leaves so many nats of what could be.
+pub const SECOND: f64 = 60.0;

@@ -11,4 +11,5 @@ pub mod parametrize;
 pub mod pushes;
 pub mod refit;
 pub mod screen;
+pub mod search;
 pub mod sizes;

@@ -1,10 +1,10 @@
 //! A cause in numbers: its unknowns, and points to look at.
 
 use trueup_estimation::evidence::Prior;
+use trueup_estimation::intake::Raw;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
-use trueup_models::effect::{EffectError, Measure, Neutral, PUSHES, ParameterSpec, Plant, Role, Scope};
+use trueup_models::effect::{EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, Scope};
 use trueup_models::joint::{TwoMassJoint, input, parameter as q};
-use trueup_numerics::hybrid::Hybrid;
 
 use crate::baseline::Baseline;
 use crate::catalogue::Cause;
@@ -30,6 +30,46 @@ pub struct Parametrized {
     pub amplitudes: Vec<Amplitude>,
     /// Points to look at: coordinates of the cause's unknowns, amplitudes at a size that shows.
     pub points: Vec<Vec<f64>>,
+    /// All of its unknowns grow together: a resonator whose frequency and damping ratio stay.
+    pub whole: bool,
+}
+
+/// The baseline with a cause built in, the cause being neutral; its unknowns are the same, wherever their parameters stand.
+fn base_with(baseline: &Baseline, cause: &Cause) -> Result<ParametricJoint, EffectError> {
+    let base = &baseline.parametric;
+    let mut ids: Vec<String> = base.joint.effects().iter().map(|e| e.choice.id()).collect();
+    if cause.built() {
+        ids.push(cause.choice.id());
+    }
+    let joint = TwoMassJoint::new(base.joint.flexible(), &ids)?;
+    let mut p = base.p[..q::COUNT].to_vec();
+    let mut moved: Vec<(usize, usize, usize)> = Vec::new();
+    for e in joint.effects().iter() {
+        let parameters = e.choice.parameters();
+        let before = base.joint.effects().iter().find(|b| b.choice == e.choice);
+        if let Some(b) = before {
+            moved.push((b.begin.parameters, parameters.len(), e.begin.parameters));
+            p.extend(&base.p[b.begin.parameters..][..parameters.len()]);
+        } else {
+            p.extend(parameters.iter().map(|s| match s.role {
+                Role::Amplitude => s.neutral,
+                _ => s.joint_start,
+            }));
+        }
+    }
+    let to = |i: usize| {
+        let of = moved.iter().find(|(from, count, _)| (*from..from + count).contains(&i));
+        of.map_or(i, |(from, _, to)| i - from + to)
+    };
+    let mut unknowns = base.unknowns.clone();
+    for u in &mut unknowns {
+        u.target = match u.target {
+            Target::Parameter(i) => Target::Parameter(to(i)),
+            Target::Above { at, base } => Target::Above { at: to(at), base: to(base) },
+            other => other,
+        };
+    }
+    Ok(ParametricJoint { joint, p, ties: base.ties.clone(), unknowns })
 }
 
 /// An unknown with the coordinates to look at.
@@ -46,7 +86,7 @@ const ORDERS: &[f64] = &[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 12.0];
 /// Natural frequencies of a link, in units of the joint's, and its damping ratio and share of the load's inertia.
 const RESONANCES: [f64; 10] = [0.15, 0.25, 0.4, 0.55, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0];
 const RESONATOR: [f64; 2] = [0.04, 0.03];
-/// Length of a push's edges, s.
+/// Length of a push's edges, s: long enough to keep derivatives by its times. It is held.
 const EDGE: f64 = 0.02;
 
 impl Cause {
@@ -55,25 +95,19 @@ impl Cause {
     /// # Errors
     /// The joint cannot have it.
     pub fn parametrize(&self, baseline: &Baseline) -> Result<Parametrized, EffectError> {
-        let base = &baseline.parametric;
-        let ids: Vec<String> = if self.built() { vec![self.choice.id()] } else { Vec::new() };
-        let joint = TwoMassJoint::new(base.joint.flexible(), &ids)?;
+        let base = base_with(baseline, self)?;
         let mut p = base.p.clone();
-        for e in joint.effects().iter() {
-            p.extend(e.choice.parameters().iter().map(|s| match s.role {
-                Role::Amplitude => s.neutral,
-                _ => s.joint_start,
-            }));
-        }
-        p.resize(joint.sizes().parameters, 0.0);
+        let joint = base.joint.clone();
         let mut asked = Vec::new();
+        let of = |e: &&Placed| e.choice == self.choice;
+        let first = joint.effects().iter().find(of).map_or(q::COUNT, |e| e.begin.parameters);
         if self.built() {
             self.borrowed(baseline, &mut asked);
-            self.parameters(baseline, &mut p, &mut asked);
+            self.parameters(baseline, first, &mut p, &mut asked);
         } else {
-            self.shifts(&mut asked);
+            self.shifts(baseline, &mut asked);
         }
-        let pushes = if self.is_push() { self.pushes(baseline, &mut asked) } else { Vec::new() };
+        let pushes = if self.is_push() { self.pushes(baseline, first, &mut p, &mut asked) } else { Vec::new() };
         let mut points = vec![Vec::new()];
         for a in &asked {
             let with =
@@ -86,12 +120,15 @@ impl Cause {
         if self.choice.spec().resonator {
             points = self.resonances(baseline, &asked);
         }
+        if !self.built() && asked.len() > 1 {
+            points = vec![vec![1.0, 0.0], vec![0.0, 1.0], vec![0.5, 0.5]];
+        }
         let amplitude = |(unknown, a): (usize, &Asked)| Some(Amplitude { unknown, neutral: a.neutral? });
         let amplitudes = asked.iter().enumerate().filter_map(amplitude).collect();
         let own = base.unknowns.len();
         let unknowns = base.unknowns.iter().cloned().chain(asked.into_iter().map(|a| a.unknown)).collect();
-        let parametric = ParametricJoint { joint, p, ties: self.ties(base), unknowns };
-        Ok(Parametrized { parametric, own, amplitudes, points })
+        let parametric = ParametricJoint { joint, p, ties: self.ties(&base), unknowns };
+        Ok(Parametrized { parametric, own, amplitudes, points, whole: self.choice.spec().resonator })
     }
 
     /// Static friction no longer follows Coulomb's where it is the cause.
@@ -144,10 +181,9 @@ impl Cause {
         }
     }
 
-    fn parameters(&self, baseline: &Baseline, p: &mut [f64], asked: &mut Vec<Asked>) {
+    fn parameters(&self, baseline: &Baseline, first: usize, p: &mut [f64], asked: &mut Vec<Asked>) {
         let all = self.choice.parameters();
         let count = if self.is_push() { 0 } else { all.len() };
-        let first = q::COUNT;
         for (k, s) in all.iter().enumerate().take(count) {
             let size = s.scale.value(|m| baseline.sizes.get(m, self.output));
             let at = first + k;
@@ -180,22 +216,29 @@ impl Cause {
     }
 
     /// Lag and dead time of an actuator, or delay of a sensor.
-    fn shifts(&self, asked: &mut Vec<Asked>) {
+    fn shifts(&self, baseline: &Baseline, asked: &mut Vec<Asked>) {
+        let latest = baseline.raw.iter().map(Raw::latest).fold(f64::INFINITY, f64::min);
         let targets = match (self.choice.scope(), self.output) {
             (Scope::Channel, Some(output)) => vec![Target::SensorDelay(output)],
             _ => vec![Target::InputLag(input::MOTOR_CURRENT), Target::InputDelay(input::MOTOR_CURRENT)],
         };
         for (s, target) in self.choice.parameters().iter().zip(targets) {
             let (size, search) = (s.scale.factor, s.search_in(Plant::Joint));
-            let bounds = [s.min / size, s.max.min(search.most) / size];
+            let bounds = [s.min / size, s.max.min(search.most).min(latest) / size];
             let name = self.choice.variable(s.name);
             let unknown = unknown(&name, target, Scale::Linear(size), bounds, [0.0, 1.0]);
-            asked.push(Asked { unknown, points: search.looks.to_vec(), neutral: Some(0.0) });
+            asked.push(Asked { unknown, points: vec![1.0], neutral: Some(0.0) });
         }
     }
 
     /// Unknowns of all pushes, and points with the first, the first two, all of those that would be likely, length by length.
-    fn pushes(&self, baseline: &Baseline, asked: &mut Vec<Asked>) -> Vec<Vec<f64>> {
+    fn pushes(
+        &self,
+        baseline: &Baseline,
+        first: usize,
+        p: &mut [f64],
+        asked: &mut Vec<Asked>,
+    ) -> Vec<Vec<f64>> {
         let place = usize::from(self.choice.component() == "load");
         let found = pushes(baseline, place, PUSHES);
         let all = self.choice.parameters();
@@ -204,13 +247,15 @@ impl Cause {
         let size = |k: usize| all[k].scale.value(|m| baseline.sizes.get(m, None)).max(1e-12);
         for (k, s) in all.iter().enumerate() {
             let name = self.choice.variable(s.name);
-            let target = Target::Parameter(q::COUNT + k);
+            let target = Target::Parameter(first + k);
             let (scale, bounds, prior, neutral) = match k % each {
                 0 => (Scale::Linear(size(k)), [f64::NEG_INFINITY, f64::INFINITY], [0.0, 1.0], Some(0.0)),
                 1 => (Scale::Linear(1.0), [0.0, duration], [0.5 * duration, duration], None),
                 2 => (Scale::Log, [1e-2f64.ln(), duration.ln()], [0.3f64.ln(), 1.0], None),
-                // As long as two nodes are apart: an edge keeps derivatives by times.
-                _ => (Scale::Log, [EDGE.ln(), EDGE.ln()], [EDGE.ln(), 1.0], None),
+                _ => {
+                    p[first + k] = EDGE;
+                    continue;
+                }
             };
             asked.push(Asked {
                 unknown: unknown(&name, target, scale, bounds, prior),
@@ -220,8 +265,8 @@ impl Cause {
         }
         let point = |found: &[Push]| {
             let one = |n: usize| match found.get(n) {
-                Some(p) => [p.torque.signum(), p.start, p.duration.ln(), EDGE.ln()],
-                None => [0.0, 0.5 * duration, 0.3f64.ln(), EDGE.ln()],
+                Some(p) => [p.torque.signum(), p.start, p.duration.ln()],
+                None => [0.0, 0.5 * duration, 0.3f64.ln()],
             };
             (0..PUSHES).flat_map(one).collect()
         };
@@ -279,6 +324,10 @@ fn unknown(name: &str, target: Target, scale: Scale, [lower, upper]: [f64; 2], p
 }
 
 impl Parametrized {
+    /// What is unknown of the cause.
+    pub fn own_unknowns(&self) -> &[Unknown] {
+        &self.parametric.unknowns[self.own..]
+    }
     /// The points with each amplitude at several multiples of its size, for forms that are not linear in it.
     pub fn sized(&self) -> Vec<Vec<f64>> {
         if self.amplitudes.iter().all(|a| a.neutral.is_infinite()) {
@@ -291,8 +340,14 @@ impl Parametrized {
     /// A point with each amplitude so many times as large; those that are neutral nowhere stay.
     pub(crate) fn grown(&self, point: &[f64], factors: &[f64]) -> Vec<f64> {
         let mut at = point.to_vec();
+        if let Some(factor) = factors.first().filter(|_| self.whole) {
+            for (t, u) in at.iter_mut().zip(self.own_unknowns()) {
+                *t = u.scale.coordinate(u.scale.value(*t).0 * factor).clamp(u.lower, u.upper);
+            }
+            return at;
+        }
         for (a, factor) in self.amplitudes.iter().zip(factors).filter(|(a, _)| a.neutral.is_finite()) {
-            let u = &self.parametric.unknowns[self.own + a.unknown];
+            let u = &self.own_unknowns()[a.unknown];
             at[a.unknown] = (a.neutral + factor * (point[a.unknown] - a.neutral)).clamp(u.lower, u.upper);
         }
         at

@@ -1,15 +1,21 @@
 //! All that may be missing, weighed at once about the baseline: nothing is refitted.
 
-use trueup_estimation::evidence::{Gram, Posterior, Prior};
+use trueup_estimation::evidence::{Further, Gram, Posterior, Prior};
 use trueup_estimation::filter::Filter;
-use trueup_estimation::fit::priors;
-use trueup_estimation::joint::{Along, Column, Model, N, PLACES};
+use trueup_estimation::fit::{Run, priors};
+use trueup_estimation::intake::Raw;
+use trueup_estimation::joint::{Along, Asked, Column, Model, N, PLACES};
 use trueup_estimation::system::{Latent, System};
+use trueup_estimation::unknown::{Target, Unknown};
+use trueup_models::effect::Scope;
 
 use crate::baseline::Baseline;
 use crate::catalogue::{Cause, all};
-use crate::levels::{FIXED, INTENSITIES, LINEAR};
+use crate::levels::{BEGIN, FIXED, INTENSITIES, LINEAR, SMALL};
 use crate::parametrize::Parametrized;
+
+/// Shapes whose columns are held at once.
+const GROUP: usize = 8;
 
 /// A cause at a point, as columns.
 struct Shape {
@@ -40,27 +46,59 @@ pub struct Candidate {
     pub latent: [Latent; PLACES],
 }
 
+impl Candidate {
+    /// A cause of another structure at each of its points, with latent torques to begin with.
+    pub fn points(baseline: &Baseline, cause: &Cause) -> Vec<Self> {
+        let Ok(parametrized) = cause.parametrize(baseline) else { return Vec::new() };
+        let torques = baseline.sizes.torques();
+        let latent = core::array::from_fn(|k| Latent {
+            deviation: BEGIN * torques[k],
+            ..baseline.fit.latent[k]
+        });
+        let of = |at: &Vec<f64>| Self {
+            cause: cause.clone(),
+            parametrized: parametrized.clone(),
+            at: at.clone(),
+            gain: 0.0,
+            latent,
+        };
+        parametrized.points.iter().map(of).collect()
+    }
+}
+
 /// Everything that may be missing, the likeliest first.
 pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
     let causes: Vec<(Cause, Parametrized)> =
-        (all(baseline).into_iter()).filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p))).collect();
+        (all(baseline).into_iter()).filter(|c| !c.restructures()).filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p))).collect();
     let about = About::new(baseline);
     let shapes: Vec<Shape> = causes.iter().enumerate().flat_map(|(k, (_, p))| shapes(&about, k, p)).collect();
     let mut best: Vec<Option<Candidate>> = vec![None; causes.len()];
+    let mut gains = vec![f64::NEG_INFINITY; shapes.len()];
     let mut alone = f64::NEG_INFINITY;
-    for scales in INTENSITIES.iter().flat_map(|m| INTENSITIES.map(|l| [*m, l])) {
+    let pairs: Vec<[f64; PLACES]> =
+        INTENSITIES.iter().flat_map(|m| INTENSITIES.map(|l| [*m, l])).filter(|p| !FIRST.contains(p)).collect();
+    let mut asked: Vec<usize> = (0..shapes.len()).collect();
+    for (k, scales) in FIRST.into_iter().chain(pairs).enumerate() {
+        if k == FIRST.len() {
+            asked = promising(&shapes, &gains);
+        }
         let latent = core::array::from_fn(|k| {
             let own = baseline.fit.latent[k];
             Latent { deviation: (own.deviation * scales[k]).max(baseline.bounds.floor[k]), ..own }
         });
-        let Some((none, with)) = about.weigh(&shapes, latent) else { continue };
+        let those: Vec<&Shape> = asked.iter().map(|k| &shapes[*k]).collect();
+        let Some((none, with)) = about.weigh(&those, latent) else { continue };
         alone = alone.max(none.log_evidence);
-        for (s, posterior) in shapes.iter().zip(with) {
+        for (at, posterior) in asked.iter().zip(with) {
             let Some(posterior) = posterior else { continue };
+            let s = &shapes[*at];
             let factors: Vec<f64> = posterior.mean.iter().skip(about.own()).copied().collect();
+            if !s.allows(&factors) {
+                continue;
+            }
             let gain = posterior.log_evidence;
-            let better = best[s.cause].as_ref().is_none_or(|b| gain > b.gain);
-            if s.allows(&factors) && better {
+            gains[*at] = gains[*at].max(gain - none.log_evidence);
+            if best[s.cause].as_ref().is_none_or(|b| gain > b.gain) {
                 let (cause, parametrized) = causes[s.cause].clone();
                 let at = parametrized.grown(&s.point, &s.factors(&factors, &parametrized));
                 best[s.cause] = Some(Candidate { cause, parametrized, at, gain, latent });
@@ -71,6 +109,23 @@ pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
     found.iter_mut().for_each(|c| c.gain -= alone);
     found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
     found
+}
+
+/// Pairs of intensities at which every shape is looked at, in units of the baseline's.
+const FIRST: [[f64; PLACES]; 2] = [[1.0, 1.0], [0.3, 0.3]];
+/// Shapes of a cause that are looked at further.
+const KEPT: usize = 3;
+
+/// Of each cause the shapes that gain most.
+fn promising(shapes: &[Shape], gains: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..shapes.len()).collect();
+    order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+    let mut kept = vec![0; shapes.iter().map(|s| s.cause + 1).max().unwrap_or(0)];
+    order.retain(|k| {
+        kept[shapes[*k].cause] += 1;
+        kept[shapes[*k].cause] <= KEPT
+    });
+    order
 }
 
 /// The baseline with its recordings as linear systems.
@@ -94,7 +149,7 @@ impl<'a> About<'a> {
         Self {
             baseline,
             inertia,
-            along: runs().map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia)).collect(),
+            along: runs().map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia, Asked::ALL)).collect(),
             systems: runs().map(|r| r.system(&model, &at.offsets)).collect(),
             columns: (runs().zip(&baseline.raw))
                 .map(|(r, raw)| r.columns(raw, parametric, &fit.theta, fit.latent))
@@ -109,12 +164,12 @@ impl<'a> About<'a> {
     /// Posteriors without any cause and with each shape of one, at these intensities.
     fn weigh(
         &self,
-        shapes: &[Shape],
+        shapes: &[&Shape],
         latent: [Latent; PLACES],
     ) -> Option<(Posterior, Vec<Option<Posterior>>)> {
         let count = self.own();
         let mut own_gram = Gram::new(count);
-        let mut grams: Vec<Gram> = shapes.iter().map(|s| Gram::new(count + s.priors.len())).collect();
+        let mut all: Vec<Further> = shapes.iter().map(|s| Further::new(count, s.priors.len())).collect();
         for (run, system) in self.systems.iter().enumerate() {
             let mut system = system.clone();
             system.set_latent(&latent, self.baseline.fit.runs[run].recording.dt);
@@ -125,19 +180,22 @@ impl<'a> About<'a> {
             };
             let own = passed(&mut self.columns[run].iter());
             own_gram.add(&data, &own, filter.log_determinant);
-            let mut others = passed(&mut shapes.iter().flat_map(|s| &s.columns[run])).into_iter();
-            for (gram, s) in grams.iter_mut().zip(shapes) {
-                let mut columns = own.clone();
-                columns.extend(others.by_ref().take(s.priors.len()));
-                gram.add(&data, &columns, filter.log_determinant);
+            for (group, further) in shapes.chunks(GROUP).zip(all.chunks_mut(GROUP)) {
+                let others = passed(&mut group.iter().flat_map(|s| &s.columns[run]));
+                let mut others = &others[..];
+                for (further, s) in further.iter_mut().zip(group) {
+                    let (these, rest) = others.split_at(s.priors.len());
+                    further.add(&data, &own, these);
+                    others = rest;
+                }
             }
         }
         let own = priors(&self.baseline.parametric, &self.baseline.fit.theta);
-        let with = |(s, gram): (&Shape, &Gram)| {
+        let with = |(s, further): (&&Shape, &Further)| {
             let theirs = s.priors.iter().enumerate().map(|(k, p)| (count + k, *p));
-            gram.posterior(&own.iter().copied().chain(theirs).collect::<Vec<_>>())
+            own_gram.with(further).posterior(&own.iter().copied().chain(theirs).collect::<Vec<_>>())
         };
-        Some((own_gram.posterior(&own)?, shapes.iter().zip(&grams).map(with).collect()))
+        Some((own_gram.posterior(&own)?, shapes.iter().zip(&all).map(with).collect()))
     }
 
     /// What a cause does at a point, by recording.
@@ -146,8 +204,15 @@ impl<'a> About<'a> {
         let theta = [&fit.theta[..], point].concat();
         let (at, to) = (before.assign(&fit.theta), parametrized.parametric.assign(&theta));
         let model = Model { joint: &parametrized.parametric.joint, p: &to.p, latent: fit.latent };
-        let runs = fit.runs.iter().zip(&self.baseline.raw).zip(&self.along);
-        runs.map(|((r, raw), own)| r.moved(raw, &at, &to, &model, self.inertia).beyond(own)).collect()
+        let late = |u: &Unknown| matches!(u.target, Target::SensorDelay(_));
+        let sensed = parametrized.own_unknowns().iter().any(late)
+            || parametrized.parametric.joint.effects().iter().any(|e| e.choice.scope() == Scope::Channel);
+        let column = |((r, raw), own): ((&Run, &Raw), &Along)| {
+            // What a sensor does moves nothing.
+            let asked = Asked { torques: !sensed, readings: sensed || !model.shows_states(&r.recording) };
+            r.moved(raw, (&at, &to), &model, self.inertia, asked).beyond(own)
+        };
+        fit.runs.iter().zip(&self.baseline.raw).zip(&self.along).map(column).collect()
     }
 
     /// Half of the amplitudes do half as much.
@@ -174,17 +239,21 @@ impl<'a> About<'a> {
 /// A cause's shapes as columns about the baseline; those that do nothing are left out.
 fn shapes(about: &About, cause: usize, parametrized: &Parametrized) -> Vec<Shape> {
     let Some(first) = parametrized.points.first() else { return Vec::new() };
-    let linear = about.is_linear(parametrized, first);
-    let points = if linear { parametrized.points.clone() } else { parametrized.sized() };
-    let shape = |point: Vec<f64>| {
-        if linear {
-            Shape::linear(about, cause, parametrized, point)
-        } else {
-            Shape::fixed(about, cause, parametrized, point)
+    let amplitudes = parametrized.amplitudes.len();
+    let grown = |point: &[f64], by: f64| parametrized.grown(point, &vec![by; amplitudes]);
+    let small = SMALL.into_iter().find(|by| about.is_linear(parametrized, &grown(first, *by)));
+    let shapes: Vec<Shape> = match small {
+        Some(by) => {
+            let linear = |p: &Vec<f64>| Shape::linear(about, cause, parametrized, grown(p, by));
+            parametrized.points.iter().map(linear).collect()
+        }
+        None => {
+            let fixed = |point| Shape::fixed(about, cause, parametrized, point);
+            parametrized.sized().into_iter().map(fixed).collect()
         }
     };
     let acts = |s: &Shape| !s.columns.iter().flatten().all(Column::is_zero);
-    points.into_iter().map(shape).filter(acts).collect()
+    shapes.into_iter().filter(acts).collect()
 }
 
 impl Shape {

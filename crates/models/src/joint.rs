@@ -81,6 +81,8 @@ pub mod output {
     pub const FRICTION_TORQUE: usize = 8;
     pub const STICKING: usize = 9;
     pub const COUNT: usize = 10;
+    /// Those that the states alone tell.
+    pub const STATES: [usize; 4] = [MOTOR_ANGLE, MOTOR_VELOCITY, LOAD_ANGLE, LOAD_VELOCITY];
     /// FMU variables with their units.
     pub const NAMES: [(&str, &str); COUNT] = [
         ("motorAngle", "rad"),

@@ -3,6 +3,7 @@
 //! A torque is the difference of the models' rates, times inertia: the laws stand in the models alone.
 
 use trueup_models::friction::STUCK;
+use trueup_models::effect::Scope;
 use trueup_models::joint::output;
 
 use super::along::{Instants, instants};
@@ -34,6 +35,20 @@ impl Column {
     }
 }
 
+/// Which parts are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Asked {
+    /// Torques at the places.
+    pub torques: bool,
+    /// What the sensors show.
+    pub readings: bool,
+}
+
+impl Asked {
+    /// Everything.
+    pub const ALL: Self = Self { torques: true, readings: true };
+}
+
 /// What a model does along a trajectory: torques in the middle of each step, and what the sensors show.
 #[derive(Clone, Debug)]
 pub struct Along {
@@ -44,12 +59,13 @@ pub struct Along {
 }
 
 impl Along {
-    /// Of a model; `inertia` is what accelerations are multiplied by.
+    /// Of a model; `inertia` is what accelerations are multiplied by. What is not asked for stays empty.
     pub fn new(
         model: &Model,
         recording: &Recording,
         trajectory: &[[f64; STATES]],
         inertia: [f64; 2],
+        asked: Asked,
     ) -> Self {
         let along = instants(model, recording, trajectory);
         let step = |(k, w): (usize, &[[f64; STATES]])| {
@@ -69,7 +85,10 @@ impl Along {
             let rates = model.rates(t, x, model.p, inputs, [0.0; PLACES], modes);
             [rates[1] * inertia[0], rates[3] * inertia[1]]
         };
-        let torques = trajectory.windows(2).enumerate().map(step).collect();
+        let torques = if asked.torques { trajectory.windows(2).enumerate().map(step).collect() } else { Vec::new() };
+        if !asked.readings {
+            return Self { torques, shown: Vec::new() };
+        }
         let series = model.series(recording, trajectory, &along);
         let read = |k: usize| {
             let series = &series;
@@ -80,6 +99,7 @@ impl Along {
     /// What it does beyond another one.
     pub fn beyond(&self, other: &Self) -> Column {
         let torques = self.torques.iter().zip(&other.torques);
+        // A part that one of them lacks is the same in both.
         Column {
             torques: torques.map(|(a, b)| [a[0] - b[0], a[1] - b[1]]).collect(),
             errors: self.shown.iter().zip(&other.shown).map(|(a, b)| a - b).collect(),
@@ -88,6 +108,11 @@ impl Along {
 }
 
 impl Model<'_> {
+    /// Whether readings are angles and speeds alone: the same of any model, with the same states.
+    pub fn shows_states(&self, recording: &Recording) -> bool {
+        let sensed = self.joint.effects().iter().any(|e| e.choice.scope() == Scope::Channel);
+        !sensed && recording.channels.iter().all(|c| output::STATES.contains(&c.output))
+    }
     /// Its outputs at all nodes.
     pub(super) fn series(
         &self,

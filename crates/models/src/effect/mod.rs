@@ -50,7 +50,7 @@ use trueup_numerics::Scalar;
 pub use choice::{Choice, EffectError};
 pub use external_force::PUSHES;
 pub use list::{ALL, Kind};
-pub use set::EffectSet;
+pub use set::{EffectSet, Placed};
 pub use spec::{
     Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, Scale, Scope, Search, SignalSpec, Spec,
 };

@@ -1,0 +1,50 @@
+//! What recordings say of a case: the baseline, its parameters doubted, one cause, two.
+
+use trueup_estimation::fit::Fit;
+use trueup_signals::Loaded;
+
+use crate::baseline::{Baseline, BaselineError};
+use crate::levels::{DOUBTED, SECOND};
+use crate::refit::{Refitted, refits};
+use crate::screen::screen;
+
+/// Leaders beside which a second cause is looked for.
+const LEADERS: usize = 2;
+
+/// Hypotheses of a case, fitted.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// The model as its owner believes it.
+    pub baseline: Baseline,
+    /// The same, its parameters in doubt.
+    pub doubted: Option<Fit>,
+    /// One cause, the likeliest first.
+    pub singles: Vec<Refitted>,
+    /// Two: of which single, and the second one; the likeliest first.
+    pub pairs: Vec<(usize, Refitted)>,
+    /// What the log likelihood would be if nothing lacked.
+    pub ideal: f64,
+}
+
+/// Fits what may be said of a case.
+///
+/// # Errors
+/// See [`BaselineError`].
+pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
+    let baseline = Baseline::new(loaded)?;
+    let doubted = baseline.doubted(DOUBTED).map(|b| b.fit);
+    let singles = refits(&baseline, &screen(&baseline));
+    let with = |r: &Refitted| baseline.with(&r.seen.cause, &r.seen.parametrized.parametric, &r.fit);
+    let best = singles.first().map(with);
+    let ideal = best.as_ref().unwrap_or(&baseline).ideal().max(baseline.ideal());
+    let mut pairs = Vec::new();
+    for (k, leader) in singles.iter().take(LEADERS).enumerate() {
+        if ideal - leader.fit.log_evidence < SECOND {
+            continue;
+        }
+        let leader = with(leader);
+        pairs.extend(refits(&leader, &screen(&leader)).into_iter().map(|r| (k, r)));
+    }
+    pairs.sort_by(|a, b| b.1.fit.log_evidence.total_cmp(&a.1.fit.log_evidence));
+    Ok(Found { baseline, doubted, singles, pairs, ideal })
+}
