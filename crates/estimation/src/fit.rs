@@ -1,17 +1,17 @@
 //! The posterior mode of what is unknown of a joint, with its evidence: filter, smooth, columns, a step; linearised anew
 //! each round about the hypothesis itself.
 
-use trueup_models::joint::output;
+use trueup_models::joint::{output, parameter as q};
 
 use crate::evidence::{Gram, Posterior, Prior};
 use crate::filter::Filter;
 use crate::intake::Raw;
 use crate::joint::{
-    Along, Asked, Column, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
+    Along, Asked, Column, Linearised, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
 };
 use crate::smoother::{Smoothed, smooth};
 use crate::system::{Latent, System};
-use crate::unknown::{Assigned, ParametricJoint, Target};
+use crate::unknown::{Assigned, ParametricJoint, Target, Unknown};
 
 /// A recording about which a model is linearised.
 #[derive(Clone, Debug)]
@@ -56,27 +56,37 @@ pub struct Filtered {
     pub filter: Filter<N>,
 }
 
-impl Filtered {
-    /// Puts so much of each column into what is known: where the joint was follows what is unknown, to first order.
-    fn add(&mut self, columns: &[Column], by: &[f64]) {
-        for (column, by) in columns.iter().zip(by) {
-            for (step, torques) in self.system.steps.iter_mut().zip(&column.torques) {
-                step.push += step.forces * nalgebra::SVector::from(*torques) * *by;
-            }
-            let readings = self.system.nodes.iter_mut().flatten();
-            readings.zip(&column.errors).for_each(|(r, e)| r.value -= e * by);
+/// Puts so much of each column into what is known: where the joint was follows what is unknown, to first order.
+fn add(system: &mut System<N, PLACES>, columns: &[Column], by: &[f64]) {
+    for (column, by) in columns.iter().zip(by) {
+        for (step, torques) in system.steps.iter_mut().zip(&column.torques) {
+            step.push += step.forces * nalgebra::SVector::from(*torques) * *by;
         }
+        let readings = system.nodes.iter_mut().flatten();
+        readings.zip(&column.errors).for_each(|(r, e)| r.value -= e * by);
     }
 }
 
+/// What serves for several rounds: it changes little with the trajectory.
+struct Derivatives {
+    linearised: Linearised,
+    columns: Vec<Column>,
+}
+
+/// Rounds for which derivatives serve.
+const OLDEST: usize = 3;
+/// Coordinates may move by this meanwhile.
+const NEAR: f64 = 0.1;
 /// Coordinates are moved by this for a column.
 const MOVED: f64 = 1e-4;
 /// Largest step of a round, in coordinates: a factor e^0.5, half a typical size.
 const LONGEST: f64 = 0.5;
 /// Where a round's evidence falls by more than this, in nats, its step was too long.
 const LOST: f64 = 10.0;
+/// How often a step is halved.
+const BACK: usize = 2;
 /// A round that changes the evidence by less, in nats, is the last.
-const SETTLED: f64 = 0.1;
+const SETTLED: f64 = 0.5;
 /// What a variance may become in a round, as a share.
 const LEAST_FACTOR: f64 = 0.05;
 
@@ -89,14 +99,22 @@ impl Run {
     }
     /// The model's system about it, `offsets` taken off the readings.
     pub fn system(&self, model: &Model, offsets: &[f64; output::COUNT]) -> System<N, PLACES> {
-        let mut system = model.about(&self.recording, &self.trajectory, &self.torques);
+        self.linearised(model, offsets, None).system
+    }
+    fn linearised(
+        &self,
+        model: &Model,
+        offsets: &[f64; output::COUNT],
+        earlier: Option<&Linearised>,
+    ) -> Linearised {
+        let mut all = model.about(&self.recording, &self.trajectory, &self.torques, earlier);
         if offsets.iter().any(|o| *o != 0.0) {
-            for (k, node) in system.nodes.iter_mut().enumerate() {
+            for (k, node) in all.system.nodes.iter_mut().enumerate() {
                 let read = self.recording.channels.iter().filter(|c| c.samples[k].is_some());
                 node.iter_mut().zip(read).for_each(|(r, c)| r.value -= offsets[c.output]);
             }
         }
-        system
+        all
     }
     /// The same with its filter.
     pub fn filtered(&self, model: &Model, offsets: &[f64; output::COUNT]) -> Filtered {
@@ -123,9 +141,32 @@ impl Run {
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let inertia = model.inertia();
         let shows_states = model.shows_states(&self.recording);
-        let base = Along::new(&model, &self.recording, &self.trajectory, inertia, Asked::ALL);
-        let column = |k: usize| {
-            let u = &parametric.unknowns[k];
+        // Exact derivatives, where the parameters change nothing but torques in the same instant.
+        let stateless = !model.has_effect_states();
+        let exact = |u: &Unknown| match u.target {
+            Target::Parameter(i) | Target::Above { at: i, .. } => shows_states && (stateless || i < q::COUNT),
+            _ => false,
+        };
+        let direction = |k: usize| -> Vec<f64> {
+            let moved = |by: f64| {
+                let mut moved = theta.to_vec();
+                moved[k] += by;
+                parametric.assign(&moved).p
+            };
+            let ends = moved(MOVED).into_iter().zip(moved(-MOVED));
+            ends.map(|(a, b)| (a - b) / (2.0 * MOVED)).collect()
+        };
+        let unknowns = &parametric.unknowns;
+        let directions: Vec<Vec<f64>> =
+            (0..unknowns.len()).filter(|k| exact(&unknowns[*k])).map(direction).collect();
+        let (recording, trajectory) = (&self.recording, &self.trajectory);
+        let mut slopes = Along::slopes(&model, recording, trajectory, inertia, &directions).into_iter();
+        let mut base = None;
+        let mut column = |k: usize| {
+            let u = &unknowns[k];
+            if exact(u) {
+                return slopes.next().unwrap_or_default();
+            }
             if let Target::Offset(output) = u.target {
                 return self.error_of(output).scaled(u.scale.value(theta[k]).1);
             }
@@ -138,9 +179,11 @@ impl Run {
             let late = matches!(u.target, Target::SensorDelay(_));
             let asked = Asked { torques: !late, readings: late || !shows_states };
             let along = self.moved(raw, (&at, &to), &other, inertia, asked);
-            along.beyond(&base).scaled(1.0 / by)
+            let base = base
+                .get_or_insert_with(|| Along::new(&model, recording, trajectory, inertia, Asked::ALL));
+            along.beyond(base).scaled(1.0 / by)
         };
-        (0..parametric.unknowns.len()).map(column).collect()
+        (0..unknowns.len()).map(&mut column).collect()
     }
     /// What a model does along it, signals as late as `to` says beyond what they were on its grid.
     pub fn moved(
@@ -190,33 +233,53 @@ pub fn fit(
     let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
     let mut best: Option<Fit> = None;
     let mut last = f64::NEG_INFINITY;
+    let mut derivatives: Vec<Derivatives> = Vec::new();
+    let (mut about, mut age, mut back) = (theta.clone(), 0, 0);
     for round in 0..effort.rounds {
         let at = parametric.assign(&theta);
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let mut gram = Gram::new(theta.len());
         let mut looked = Vec::new();
-        for (run, raw) in runs.iter_mut().zip(raw) {
+        age += 1;
+        if age > OLDEST || theta.iter().zip(&about).any(|(t, a)| (t - a).abs() > NEAR) {
+            derivatives.clear();
+        }
+        let fresh = derivatives.is_empty();
+        if fresh {
+            (about, age) = (theta.clone(), 0);
+        }
+        for (k, (run, raw)) in runs.iter_mut().zip(raw).enumerate() {
             if parametric.unknowns.iter().any(|u| u.target.shifts()) {
                 let resolved_speed = run.recording.resolved_speed;
                 run.recording = Recording { resolved_speed, ..raw.grid(&at.late) };
             }
-            let Filtered { system, filter } = run.filtered(&model, &at.offsets);
+            let earlier = derivatives.get(k).map(|d| &d.linearised);
+            let linearised = run.linearised(&model, &at.offsets, earlier);
+            let (system, filter) = (linearised.system.clone(), Filter::new(&linearised.system));
             let pass = filter.data(&system, false);
-            let columns = run.columns(raw, parametric, &theta, latent);
-            let parts: Vec<_> = columns.iter().map(Column::parts).collect();
+            if fresh {
+                let columns = run.columns(raw, parametric, &theta, latent);
+                derivatives.push(Derivatives { linearised, columns });
+            }
+            let parts: Vec<_> = derivatives[k].columns.iter().map(Column::parts).collect();
             gram.add(&pass.whitened, &filter.columns(&system, &parts), filter.log_determinant);
-            looked.push((Filtered { system, filter }, columns));
+            looked.push(Filtered { system, filter });
         }
         let Some(posterior) = gram.posterior(&priors(parametric, &theta)) else { break };
         let fell = |b: &&Fit| posterior.log_evidence < b.log_evidence - LOST && b.theta != theta;
         if let Some(b) = best.as_ref().filter(fell) {
+            back += 1;
+            if back > BACK {
+                break;
+            }
             // Too far: half of the way.
-            let back = |(t, b): (&f64, &f64)| 0.5 * (t + b);
-            theta = theta.iter().zip(&b.theta).map(back).collect();
-            (latent, runs) = (b.latent, b.runs.clone());
+            theta = theta.iter().zip(&b.theta).map(|(t, b)| 0.5 * (t + b)).collect();
+            (latent, runs, last) = (b.latent, b.runs.clone(), b.log_evidence);
+            derivatives.clear();
             continue;
         }
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
+            back = 0;
             best = Some(Fit {
                 theta: theta.clone(),
                 deviations: deviations(&posterior),
@@ -226,7 +289,10 @@ pub fn fit(
             });
         }
         if round > effort.held && (posterior.log_evidence - last).abs() < SETTLED {
-            break;
+            if fresh {
+                break;
+            }
+            age = OLDEST;
         }
         last = posterior.log_evidence;
         let before = theta.clone();
@@ -235,9 +301,8 @@ pub fn fit(
         }
         let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
         let mut scores = [[0.0; 2]; PLACES];
-        for (run, (mut filtered, columns)) in runs.iter_mut().zip(looked) {
-            filtered.add(&columns, &by); // (EST-8)
-            let Filtered { system, filter } = filtered;
+        for ((run, Filtered { mut system, filter }), d) in runs.iter_mut().zip(looked).zip(&derivatives) {
+            add(&mut system, &d.columns, &by); // (EST-8)
             let all = smooth(&system, &filter, &filter.data(&system, true));
             for (place, s) in scores.iter_mut().enumerate() {
                 *s = [s[0] + all.latent_score[place], s[1] + all.latent_information[place]];

@@ -15,6 +15,7 @@ mod linearise;
 mod trajectory;
 
 pub use columns::{Along, Asked, Column};
+pub use linearise::Linearised;
 pub use trajectory::{sensed_trajectory, smoothed_trajectory};
 
 use trueup_models::friction::STUCK;
@@ -127,6 +128,10 @@ impl Model<'_> {
     /// How many of the model's states are the joint's own.
     fn own(&self) -> usize {
         if self.joint.flexible() { STATES } else { 2 }
+    }
+    /// Whether effects have states of their own.
+    pub fn has_effect_states(&self) -> bool {
+        self.joint.sizes().states > self.own()
     }
     fn dry(&self) -> bool {
         self.p[parameter::COULOMB_FRICTION] > 0.0

@@ -117,7 +117,7 @@ fn found(model: &Model, recording: &Recording) -> Found {
     let mut trajectory = sensed_trajectory(model, recording);
     let mut torques = vec![[0.0; 2]; trajectory.len() - 1];
     for round in 0.. {
-        let system = model.about(recording, &trajectory, &torques);
+        let system = model.about(recording, &trajectory, &torques, None).system;
         let filter = Filter::new(&system);
         let pass = filter.data(&system, true);
         let all = smooth(&system, &filter, &pass);

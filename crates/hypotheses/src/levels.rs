@@ -26,3 +26,5 @@ pub const REST: [f64; 3] = [0.001, 0.003, 0.01];
 pub const DOUBTED: f64 = 0.5;
 /// A second cause is looked for where one leaves so many nats of what could be.
 pub const SECOND: f64 = 60.0;
+/// What a cause has to gain in a screen, in nats, that any is fitted where nothing else lacks.
+pub const SEEN: f64 = 6.0;

@@ -9,6 +9,8 @@ use crate::screen::Candidate;
 
 /// Rounds of a refit, and those that the leaders have besides.
 const ROUNDS: [usize; 2] = [6, 18];
+/// Leaders gain at least this share of what the first gains.
+const NEAR: f64 = 0.3;
 /// Rounds of a new structure before its unknowns move.
 const HELD: usize = 2;
 /// Candidates that are refitted, and leaders of these.
@@ -50,7 +52,9 @@ pub fn refits(baseline: &Baseline, seen: &[Candidate]) -> Vec<Refitted> {
         all.extend(points.iter().filter_map(anew).max_by(likelier));
     }
     sort(&mut all);
-    for r in all.iter_mut().take(MOST[1]) {
+    let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
+    let least = all.first().map_or(0.0, |r| NEAR * gain(r));
+    for r in all.iter_mut().take(MOST[1]).filter(|r| gain(r) >= least) {
         let (parametric, f) = (&r.seen.parametrized.parametric, &r.fit);
         if let Some(more) = fit(&baseline.raw, parametric, &f.theta, f.latent, &f.runs, effort(ROUNDS[1], 0)) {
             r.fit = more;

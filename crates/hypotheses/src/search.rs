@@ -4,12 +4,13 @@ use trueup_estimation::fit::Fit;
 use trueup_signals::Loaded;
 
 use crate::baseline::{Baseline, BaselineError};
-use crate::levels::{DOUBTED, SECOND};
+use crate::levels::{DOUBTED, SECOND, SEEN};
 use crate::refit::{Refitted, refits};
 use crate::screen::screen;
 
-/// Leaders beside which a second cause is looked for.
+/// Leaders beside which a second cause is looked for, and what share of the first one's gain they have to have.
 const LEADERS: usize = 2;
+const NEAR: f64 = 0.5;
 
 /// Hypotheses of a case, fitted.
 #[derive(Clone, Debug)]
@@ -33,14 +34,20 @@ pub struct Found {
 pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
     let baseline = Baseline::new(loaded)?;
     let doubted = baseline.doubted(DOUBTED).map(|b| b.fit);
-    let singles = refits(&baseline, &screen(&baseline));
+    let seen = screen(&baseline);
+    let anything = seen.first().is_some_and(|s| s.gain > SEEN)
+        || baseline.ideal() - baseline.fit.log_evidence > SECOND
+        || baseline.fit.latent.iter().zip(baseline.bounds.ceiling).any(|(l, c)| l.deviation >= c);
+    let singles = if anything { refits(&baseline, &seen) } else { Vec::new() };
     let with = |r: &Refitted| baseline.with(&r.seen.cause, &r.seen.parametrized.parametric, &r.fit);
     let best = singles.first().map(with);
     let ideal = best.as_ref().unwrap_or(&baseline).ideal().max(baseline.ideal());
     let mut pairs = Vec::new();
+    let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
+    let most = singles.first().map_or(0.0, gain);
     for (k, leader) in singles.iter().take(LEADERS).enumerate() {
-        if ideal - leader.fit.log_evidence < SECOND {
-            continue;
+        if ideal - leader.fit.log_evidence < SECOND || gain(leader) < NEAR * most {
+            break;
         }
         let leader = with(leader);
         pairs.extend(refits(&leader, &screen(&leader)).into_iter().map(|r| (k, r)));

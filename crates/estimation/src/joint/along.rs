@@ -30,9 +30,23 @@ impl Instants {
     pub(super) fn modes(&self, node: usize) -> &[i32] {
         &self.modes[node * self.count..][..self.count]
     }
+    /// The same, behind those of the step before, where there is one.
+    pub(super) fn modes_from_before(&self, node: usize) -> &[i32] {
+        &self.modes[node.saturating_sub(1) * self.count..(node + 1) * self.count]
+    }
+    /// All modes, and how many there are of a step.
+    pub(super) fn into_modes(self) -> (Vec<i32>, usize) {
+        (self.modes, self.count)
+    }
 }
 
-/// Parts of a step in which the states of effects are taken.
+/// Whether the motor, the load or the spring turns within a step: what follows them may change fast there.
+fn turns(from: &[f64; STATES], to: &[f64; STATES], n: f64) -> bool {
+    let twisting = |x: &[f64; STATES]| x[1] - n * x[3];
+    from[1] * to[1] <= 0.0 || from[3] * to[3] <= 0.0 || twisting(from) * twisting(to) <= 0.0
+}
+
+/// Parts of a step with a turn in which the states of effects are taken.
 const PARTS: usize = 4;
 
 /// Along a trajectory. The joint's own states are the trajectory's; those of effects follow from it.
@@ -74,14 +88,17 @@ pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64;
         let t = k as f64 * recording.dt;
         let u: [f64; input::COUNT] = recording.inputs[k];
         x[..own].copy_from_slice(&trajectory[k][..own]);
-        settle(model, t, &x, &u, &mut modes);
+        if modes.len() > 1 {
+            settle(model, t, &x, &u, &mut modes);
+        }
         modes[0] = if dry { mode(recording, &trajectory[k], &next) } else { 0 };
         all.effects.extend(&x[own..]);
         all.modes.extend(&modes);
         if states > 0 {
-            let h = recording.dt / PARTS as f64;
-            for part in 0..PARTS {
-                let s = (part as f64 + 0.5) / PARTS as f64;
+            let parts = if turns(&trajectory[k], &next, n) { PARTS } else { 1 };
+            let h = recording.dt / parts as f64;
+            for part in 0..parts {
+                let s = (part as f64 + 0.5) / parts as f64;
                 (0..own).for_each(|i| x[i] = trajectory[k][i] + s * (next[i] - trajectory[k][i]));
                 advance(model, t + s * recording.dt, &mut x, &u, &modes, h);
             }

@@ -5,6 +5,7 @@
 use trueup_models::friction::STUCK;
 use trueup_models::effect::Scope;
 use trueup_models::joint::output;
+use trueup_numerics::{Dual, Scalar};
 
 use super::along::{Instants, instants};
 use super::{Channel, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
@@ -69,23 +70,11 @@ impl Along {
     ) -> Self {
         let along = instants(model, recording, trajectory);
         let step = |(k, w): (usize, &[[f64; STATES]])| {
-            let t = (k as f64 + 0.5) * recording.dt;
-            let middle: [f64; STATES] = core::array::from_fn(|i| 0.5 * (w[0][i] + w[1][i]));
-            let (effects, states) = along.middle(k);
-            let inputs = &recording.inputs[k];
-            let x = (&middle, &effects[..states]);
-            // At rest friction balances what it is asked to, which is no law of it; where a filter holds the motor it asks
-            // for no torque there, and where it does not, friction is as if the motor slid.
-            let mut modes = [0; MOST_MODES];
-            let modes = &mut modes[..along.modes(k).len()];
-            modes.copy_from_slice(along.modes(k));
-            if modes[0] == STUCK {
-                modes[0] = if middle[1] < 0.0 { -1 } else { 1 };
-            }
-            let rates = model.rates(t, x, model.p, inputs, [0.0; PLACES], modes);
+            let rates = model.sliding(recording, &along, model.p, k, w);
             [rates[1] * inertia[0], rates[3] * inertia[1]]
         };
-        let torques = if asked.torques { trajectory.windows(2).enumerate().map(step).collect() } else { Vec::new() };
+        let torques =
+            if asked.torques { trajectory.windows(2).enumerate().map(step).collect() } else { Vec::new() };
         if !asked.readings {
             return Self { torques, shown: Vec::new() };
         }
@@ -95,6 +84,36 @@ impl Along {
             recording.read(k).map(move |(c, s)| shown(series, recording.dt, k, c, s))
         };
         Self { torques, shown: (0..trajectory.len()).flat_map(read).collect() }
+    }
+    /// What the torques change by with the parameters, in each of these directions: derivatives of the parameters. The
+    /// states of effects stay.
+    pub fn slopes(
+        model: &Model,
+        recording: &Recording,
+        trajectory: &[[f64; STATES]],
+        inertia: [f64; 2],
+        directions: &[Vec<f64>],
+    ) -> Vec<Column> {
+        if directions.is_empty() {
+            return Vec::new();
+        }
+        let along = instants(model, recording, trajectory);
+        let mut all = vec![Column::default(); directions.len()];
+        for (columns, directions) in all.chunks_mut(SIDE).zip(directions.chunks(SIDE)) {
+            let dual = |(i, re): (usize, &f64)| {
+                let eps = core::array::from_fn(|d| directions.get(d).map_or(0.0, |p| p[i]));
+                Dual::<SIDE> { re: *re, eps }
+            };
+            let p: Vec<Dual<SIDE>> = model.p.iter().enumerate().map(dual).collect();
+            columns.iter_mut().for_each(|c| c.torques.reserve_exact(trajectory.len()));
+            for (k, w) in trajectory.windows(2).enumerate() {
+                let rates = model.sliding(recording, &along, &p, k, w);
+                for (d, c) in columns.iter_mut().enumerate() {
+                    c.torques.push([rates[1].eps[d] * inertia[0], rates[3].eps[d] * inertia[1]]);
+                }
+            }
+        }
+        all
     }
     /// What it does beyond another one.
     pub fn beyond(&self, other: &Self) -> Column {
@@ -107,7 +126,34 @@ impl Along {
     }
 }
 
+/// Directions side by side.
+const SIDE: usize = 8;
+
 impl Model<'_> {
+    /// Rates in the middle of a step with these parameters, friction as if the motor slid.
+    ///
+    /// At rest friction balances what it is asked to, which is no law of it; where a filter holds the motor it asks for no
+    /// torque there.
+    fn sliding<T: Scalar>(
+        &self,
+        recording: &Recording,
+        along: &Instants,
+        p: &[T],
+        k: usize,
+        w: &[[f64; STATES]],
+    ) -> [T; STATES] {
+        let t = (k as f64 + 0.5) * recording.dt;
+        let middle: [f64; STATES] = core::array::from_fn(|i| 0.5 * (w[0][i] + w[1][i]));
+        let (effects, states) = along.middle(k);
+        let mut modes = [0; MOST_MODES];
+        let modes = &mut modes[..along.modes(k).len()];
+        modes.copy_from_slice(along.modes(k));
+        if modes[0] == STUCK {
+            modes[0] = if middle[1] < 0.0 { -1 } else { 1 };
+        }
+        let x = (&middle.map(T::constant), &effects[..states]);
+        self.rates(t, x, p, &recording.inputs[k], [T::zero(); PLACES], modes)
+    }
     /// Whether readings are angles and speeds alone: the same of any model, with the same states.
     pub fn shows_states(&self, recording: &Recording) -> bool {
         let sensed = self.joint.effects().iter().any(|e| e.choice.scope() == Scope::Channel);

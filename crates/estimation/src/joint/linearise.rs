@@ -32,20 +32,43 @@ impl Held<'_> {
     }
 }
 
+/// A recording as it was linearised, and which modes it had: what of it may serve again.
+#[derive(Clone, Debug)]
+pub struct Linearised {
+    /// About the trajectory.
+    pub system: System<N, PLACES>,
+    /// All modes of each step, one step after the other.
+    modes: Vec<i32>,
+    count: usize,
+    /// Whether the motor turned within each step.
+    turned: Vec<bool>,
+}
+
+impl Linearised {
+    /// Step `k`, if it went in these modes and nothing turned in it.
+    fn alike(&self, k: usize, modes: &[i32]) -> Option<&Step<N, PLACES>> {
+        let (from, to) = (k.saturating_sub(1) * self.count, (k + 1) * self.count);
+        let same = self.modes.get(from..to)? == modes && !*self.turned.get(k)?;
+        self.system.steps.get(k).filter(|_| same)
+    }
+}
+
 impl Model<'_> {
-    /// The states after a step, with derivatives by states and torques.
-    fn step(&self, from: &[f64; STATES], p: &[Dual<N>], held: &Held) -> [Dual<N>; STATES] {
-        let mut x: [Dual<N>; STATES] = core::array::from_fn(|i| Dual::variable(from[i], i));
-        let d: [Dual<N>; PLACES] = core::array::from_fn(|i| Dual::variable(held.torques[i], STATES + i));
+    /// The states after a step from these, these torques at the places, and whether the motor turned within it.
+    fn step<T: Scalar>(
+        &self,
+        mut x: [T; STATES],
+        d: [T; PLACES],
+        p: &[T],
+        held: &Held,
+    ) -> ([T; STATES], bool) {
         let count = held.modes.len();
         let rates = |friction: i32| {
             let modes = held.with(friction);
-            move |t: f64, x: &[Dual<N>; STATES]| {
-                self.rates(t, (x, held.effects), p, held.inputs, d, &modes[..count])
-            }
+            move |t: f64, x: &[T; STATES]| self.rates(t, (x, held.effects), p, held.inputs, d, &modes[..count])
         };
-        let whole = Dual::constant(held.dt);
-        let now = if x[1].re < 0.0 { -1 } else { 1 };
+        let whole = T::constant(held.dt);
+        let now = if x[1].value() < 0.0 { -1 } else { 1 };
         let before = if held.friction != STUCK && held.dry {
             turn(&x, held.dt, &rates(now)(held.t, &x))
         } else {
@@ -53,30 +76,31 @@ impl Model<'_> {
         };
         let Some(before) = before else {
             runge_kutta(&mut x, held.t, whole, rates(held.friction));
-            return x;
+            return (x, false);
         };
         runge_kutta(&mut x, held.t, before, rates(now));
         // On the other side friction turns with it, or holds it.
-        let later = held.t + before.re;
-        let beyond = rates(-now)(later, &x)[1].re;
+        let later = held.t + before.value();
+        let beyond = rates(-now)(later, &x)[1].value();
         let second = if beyond * f64::from(-now) > 0.0 { -now } else { STUCK };
         if second == STUCK {
-            x[1] = Dual::constant(0.0);
+            x[1] = T::zero();
         }
         runge_kutta(&mut x, later, whole - before, rates(second));
-        x
+        (x, true)
     }
 
     /// A recording as a linear system about a trajectory and latent torques along it; its states are what differs from the
     /// trajectory, then the latent torques themselves.
     ///
-    /// `torques` are held from each node to the next.
+    /// `torques` are held from each node to the next. Derivatives are those of `earlier` where a step goes in the same modes.
     pub fn about(
         &self,
         recording: &Recording,
         trajectory: &[[f64; STATES]],
         torques: &[[f64; PLACES]],
-    ) -> System<N, PLACES> {
+        earlier: Option<&Linearised>,
+    ) -> Linearised {
         let dt = recording.dt;
         let p: Vec<Dual<N>> = self.p.iter().map(|v| Dual::constant(*v)).collect();
         let along = instants(self, recording, trajectory);
@@ -84,7 +108,7 @@ impl Model<'_> {
         // Held over a step, a torque's noise moves the states as the torque does.
         let noisy = recording.input_variance.iter().any(|v| *v > 0.0);
         let per_input = [self.p[parameter::TORQUE_CONSTANT], 1.0];
-        let mut before = None;
+        let (mut before, mut turned) = (None, Vec::with_capacity(trajectory.len()));
         let steps = trajectory.windows(2).enumerate().map(|(k, w)| {
             let friction = mode(recording, &w[0], &w[1]);
             let (effects, states) = along.middle(k);
@@ -98,7 +122,24 @@ impl Model<'_> {
                 friction,
                 dry,
             };
-            let to = self.step(&w[0], &p, &held);
+            let stuck = friction == STUCK && dry;
+            if let Some(step) = earlier.and_then(|e| e.alike(k, along.modes_from_before(k))) {
+                let (to, turns) = self.step(w[0], held.torques, self.p, &held);
+                if !turns {
+                    turned.push(false);
+                    before = Some(friction);
+                    let mut step = step.clone();
+                    step.push = pushed(&to, &w[1], &step.forces, &held.torques);
+                    if stuck {
+                        step.push[1] = -w[1][1];
+                    }
+                    return step;
+                }
+            }
+            let x = core::array::from_fn(|i| Dual::variable(w[0][i], i));
+            let d = core::array::from_fn(|i| Dual::variable(held.torques[i], STATES + i));
+            let (to, turns): ([Dual<N>; STATES], bool) = self.step(x, d, &p, &held);
+            turned.push(turns);
             let mut step = Step::<N, PLACES> {
                 transition: SMatrix::zeros(),
                 push: SVector::zeros(),
@@ -107,19 +148,15 @@ impl Model<'_> {
             };
             for i in 0..STATES {
                 (0..N).for_each(|j| step.transition[(i, j)] = to[i].eps[j]);
-                step.push[i] = to[i].re - w[1][i];
-                for place in 0..PLACES {
-                    step.forces[(i, place)] = to[i].eps[STATES + place];
-                    step.push[i] -= to[i].eps[STATES + place] * torques[k][place];
-                }
+                (0..PLACES).for_each(|place| step.forces[(i, place)] = to[i].eps[STATES + place]);
             }
+            step.push = pushed(&to.map(|v| v.re), &w[1], &step.forces, &held.torques);
             if noisy {
                 for (place, scale) in per_input.into_iter().enumerate() {
                     let moved = step.forces.column(place) * scale;
                     step.noise += moved * moved.transpose() * recording.input_variance[place];
                 }
             }
-            let stuck = friction == STUCK && dry;
             if stuck {
                 // Friction holds: the speed is 0 to what the sensor resolves, whatever it was.
                 (0..N).for_each(|j| {
@@ -144,7 +181,8 @@ impl Model<'_> {
             nodes: self.nodes(recording, trajectory, &along, &p),
         };
         system.set_latent(&self.latent, dt);
-        system
+        let (modes, count) = along.into_modes();
+        Linearised { system, modes, count, turned }
     }
 
     fn nodes(
@@ -190,27 +228,40 @@ impl Model<'_> {
     }
 }
 
+/// What a step adds that neither the states nor the latent torques do.
+fn pushed(
+    to: &[f64; STATES],
+    from: &[f64; STATES],
+    forces: &SMatrix<f64, N, PLACES>,
+    torques: &[f64; PLACES],
+) -> SVector<f64, N> {
+    let mut push = SVector::zeros();
+    for i in 0..STATES {
+        push[i] = to[i] - from[i] - (0..PLACES).map(|p| forces[(i, p)] * torques[p]).sum::<f64>();
+    }
+    push
+}
+
 /// How long after the node the motor turns, if it does within the step, with derivatives: its event moves with all that
 /// moves the speed.
-fn turn(x: &[Dual<N>; STATES], dt: f64, rates: &[Dual<N>; STATES]) -> Option<Dual<N>> {
+fn turn<T: Scalar>(x: &[T; STATES], dt: f64, rates: &[T; STATES]) -> Option<T> {
     let after = -(x[1] / rates[1]);
-    (after.re > 0.0 && after.re < dt).then_some(after)
+    (after.value() > 0.0 && after.value() < dt).then_some(after)
 }
 
 /// A step of order 4 whose length may have derivatives.
-fn runge_kutta(
-    x: &mut [Dual<N>; STATES],
+fn runge_kutta<T: Scalar>(
+    x: &mut [T; STATES],
     t: f64,
-    h: Dual<N>,
-    rates: impl Fn(f64, &[Dual<N>; STATES]) -> [Dual<N>; STATES],
+    h: T,
+    rates: impl Fn(f64, &[T; STATES]) -> [T; STATES],
 ) {
-    let along = |x: &[Dual<N>; STATES], k: &[Dual<N>; STATES], h: Dual<N>| -> [Dual<N>; STATES] {
-        core::array::from_fn(|i| x[i] + k[i] * h)
-    };
+    let along =
+        |x: &[T; STATES], k: &[T; STATES], h: T| -> [T; STATES] { core::array::from_fn(|i| x[i] + k[i] * h) };
     let first = rates(t, x);
-    let second = rates(t + 0.5 * h.re, &along(x, &first, h * 0.5));
-    let third = rates(t + 0.5 * h.re, &along(x, &second, h * 0.5));
-    let fourth = rates(t + h.re, &along(x, &third, h));
+    let second = rates(t + 0.5 * h.value(), &along(x, &first, h * 0.5));
+    let third = rates(t + 0.5 * h.value(), &along(x, &second, h * 0.5));
+    let fourth = rates(t + h.value(), &along(x, &third, h));
     for i in 0..STATES {
         x[i] += (first[i] + (second[i] + third[i]) * 2.0 + fourth[i]) * (h * (1.0 / 6.0));
     }
