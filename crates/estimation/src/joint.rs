@@ -1,13 +1,15 @@
 //! The two-mass joint about a trajectory: states q_m, w_m, twist, w_l, then the latent torques on motor and load.
 //!
 //! Steps are those of the model itself with its effects (Runge-Kutta of order 4, friction sliding or sticking as the
-//! trajectory does), with exact derivatives by dual numbers; so they are right for every effect that the model has. Where the
+//! trajectory does), with exact derivatives by dual numbers; so they are right for every effect that the model has. The first
+//! [`EFFECTS`] states of effects (bristles, a tip on a spring) are states of the filter, unless they settle within a step:
+//! what pushes back as the joint moves is no force from outside. Where the
 //! motor sticks its row is off, the speed known to what the sensor resolves, and where it breaks away the speed is less sure
 //! for a step. A rigid joint has the same states, the twist being 0.
 //!
 //! What it gets wrong: whether the motor sticks is decided by the trajectory, not estimated; a torque that is held at rest
-//! tells nothing of friction's level. Effects' states of their own (bristles, lags) and modes (contacts) follow the
-//! trajectory and are not estimated with it.
+//! tells nothing of friction's level. Further states of effects and their modes (contacts) follow the trajectory and are not
+//! estimated with it.
 
 mod along;
 mod columns;
@@ -27,6 +29,10 @@ use crate::system::Latent;
 
 /// States of the joint itself.
 pub const STATES: usize = 4;
+/// States of effects that a filter has among its own; further ones follow the trajectory.
+pub const EFFECTS: usize = 2;
+/// States of a filter but the latent torques.
+const FULL: usize = STATES + EFFECTS;
 /// States of the joint with those of its effects, at most.
 const MOST_STATES: usize = 32;
 /// Most modes and outputs of a joint with its effects.
@@ -35,7 +41,7 @@ const MOST_OUTPUTS: usize = 32;
 /// Places at which a torque may act: motor, load.
 pub const PLACES: usize = 2;
 /// States with the latent torques.
-pub const N: usize = STATES + PLACES;
+pub const N: usize = FULL + PLACES;
 
 /// Readings that fall to a node, as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -154,7 +160,7 @@ impl Model<'_> {
         ]
     }
     /// All states of the model: the joint's own, then those of its effects.
-    fn gather<T: Scalar>(&self, x: &[T; STATES], effects: &[f64]) -> ([T; MOST_STATES], usize) {
+    fn gather<T: Scalar>(&self, x: &[T], effects: &[f64]) -> ([T; MOST_STATES], usize) {
         let own = self.own();
         let mut all = [T::zero(); MOST_STATES];
         all[..own].copy_from_slice(&x[..own]);
@@ -164,25 +170,38 @@ impl Model<'_> {
         (all, own + effects.len())
     }
 
-    /// Rates of the states with torques added at the places.
+    /// Rates of the states with torques added at the places; of effects' states those that are `free`, the others are held.
     fn rates<T: Scalar>(
         &self,
         t: f64,
-        (x, effects): (&[T; STATES], &[f64]),
+        (x, effects, free): (&[T; FULL], &[f64], [bool; EFFECTS]),
         p: &[T],
         inputs: &[f64; input::COUNT],
         torques: [T; PLACES],
         modes: &[i32],
-    ) -> [T; STATES] {
+    ) -> [T; FULL] {
         let u = self.inputs(p, inputs, torques);
-        let (all, count) = self.gather(x, effects);
+        let (mut all, count) = self.gather(x, effects);
+        let own = self.own();
+        for (e, free) in free.into_iter().enumerate() {
+            if free && own + e < count {
+                all[own + e] = x[STATES + e];
+            }
+        }
         let mut dx = [T::zero(); MOST_STATES];
         self.joint.rates(At { t: T::constant(t), x: &all[..count], u: &u, p, modes }, &mut dx[..count]);
+        let mut rates = [T::zero(); FULL];
         if self.joint.flexible() {
-            core::array::from_fn(|i| dx[i])
+            rates[..STATES].copy_from_slice(&dx[..STATES]);
         } else {
-            [dx[0], dx[1], T::zero(), dx[1] / p[parameter::GEAR_RATIO]]
+            (rates[0], rates[1], rates[3]) = (dx[0], dx[1], dx[1] / p[parameter::GEAR_RATIO]);
         }
+        for (e, free) in free.into_iter().enumerate() {
+            if free && own + e < count {
+                rates[STATES + e] = dx[own + e];
+            }
+        }
+        rates
     }
 
     /// What the joint's outputs are.

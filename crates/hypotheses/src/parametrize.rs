@@ -81,6 +81,8 @@ struct Asked {
 
 /// Multiples of a size where a form may not be linear in its amplitude.
 const SIZES: [f64; 9] = [0.1, 0.15, 0.23, 0.35, 0.55, 0.85, 1.3, 2.0, 3.0];
+/// Limits, in units of the largest torque.
+const LIMITS: [f64; 5] = [0.4, 0.65, 0.85, 0.93, 0.98];
 const SHAPES: &[f64] = &[0.03, 0.1, 0.3, 1.0, 4.0];
 const ORDERS: &[f64] = &[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 12.0];
 /// Natural frequencies of a link, in units of the joint's, and its damping ratio and share of the load's inertia.
@@ -192,11 +194,11 @@ impl Cause {
                 // The typical size at hand is the unit of measure.
                 Role::Reference => p[at] = size,
                 Role::Amplitude if s.neutral.is_infinite() => {
-                    let point = |l: &f64| (l * size).ln();
-                    let points = [0.6, 1.0, 1.6, 2.4].iter().map(point).collect();
+                    let peak = baseline.sizes.crest() * size;
+                    let points = LIMITS.iter().map(|l| (l * peak).ln()).collect();
                     let bounds = [(s.min.max(size * 1e-3)).ln(), (size * 1e3).ln()];
                     let target = Target::Parameter(at);
-                    let unknown = unknown(&name, target, Scale::Log, bounds, [size.ln(), 0.7]);
+                    let unknown = unknown(&name, target, Scale::Log, bounds, [size.ln(), 1.0]);
                     asked.push(Asked { unknown, points, neutral: Some(f64::INFINITY) });
                 }
                 Role::Amplitude => {

@@ -7,14 +7,14 @@ use crate::baseline::Baseline;
 use crate::catalogue::{self, Cause};
 use crate::screen::Candidate;
 
-/// Rounds of a refit, and those that the leaders have besides.
-const ROUNDS: [usize; 2] = [6, 18];
-/// Leaders gain at least this share of what the first gains.
+/// Stages of refits: how many of the likeliest go on, and for how many rounds.
+const STAGES: [(usize, usize); 3] = [(usize::MAX, 3), (5, 4), (3, 18)];
+/// Candidates of the screen that are refitted.
+const MOST: usize = 6;
+/// Those that go on have at least this share of what the first gains.
 const NEAR: f64 = 0.3;
 /// Rounds of a new structure before its unknowns move.
 const HELD: usize = 2;
-/// Candidates that are refitted, and leaders of these.
-const MOST: [usize; 2] = [6, 3];
 
 /// A cause at the mode of its posterior.
 #[derive(Clone, Debug)]
@@ -25,26 +25,25 @@ pub struct Refitted {
     pub fit: Fit,
 }
 
-/// The likeliest causes of a screen, each fitted; the likeliest first. Causes of another structure are among them.
+/// The likeliest causes of a screen, each fitted; the likeliest first. Causes that no column shows are among them.
 pub fn refits(baseline: &Baseline, seen: &[Candidate]) -> Vec<Refitted> {
     let effort = |rounds, held| Effort { rounds, held, bounds: baseline.bounds };
-    let first = |seen: &Candidate| {
+    let begin = |seen: &Candidate, runs: &[Run], held: usize| {
         let start = [&baseline.fit.theta[..], &seen.at].concat();
         let parametric = &seen.parametrized.parametric;
-        let fit =
-            fit(&baseline.raw, parametric, &start, seen.latent, &baseline.fit.runs, effort(ROUNDS[0], 0))?;
+        let effort = effort(STAGES[0].1 + held, held);
+        let fit = fit(&baseline.raw, parametric, &start, seen.latent, runs, effort)?;
         Some(Refitted { seen: seen.clone(), fit })
     };
-    let mut all: Vec<Refitted> = seen.iter().take(MOST[0]).filter_map(first).collect();
+    let mut all: Vec<Refitted> =
+        shortlist(baseline, seen).iter().filter_map(|s| begin(s, &baseline.fit.runs, 0)).collect();
     let anew = |seen: &Candidate| {
         let start = [&baseline.fit.theta[..], &seen.at].concat();
         let parametric = &seen.parametrized.parametric;
         let p = parametric.assign(&start).p;
         let model = Model { joint: &parametric.joint, p: &p, latent: seen.latent };
-        let runs: Vec<Run> =
-            baseline.fit.runs.iter().map(|r| Run::sensed(r.recording.clone(), &model)).collect();
-        let fit = fit(&baseline.raw, parametric, &start, seen.latent, &runs, effort(ROUNDS[0], HELD))?;
-        Some(Refitted { seen: seen.clone(), fit })
+        let sensed = |r: &Run| Run::sensed(r.recording.clone(), &model);
+        begin(seen, &baseline.fit.runs.iter().map(sensed).collect::<Vec<_>>(), HELD)
     };
     for cause in catalogue::all(baseline).into_iter().filter(Cause::restructures) {
         let points = Candidate::points(baseline, &cause);
@@ -52,15 +51,33 @@ pub fn refits(baseline: &Baseline, seen: &[Candidate]) -> Vec<Refitted> {
         all.extend(points.iter().filter_map(anew).max_by(likelier));
     }
     sort(&mut all);
-    let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
-    let least = all.first().map_or(0.0, |r| NEAR * gain(r));
-    for r in all.iter_mut().take(MOST[1]).filter(|r| gain(r) >= least) {
-        let (parametric, f) = (&r.seen.parametrized.parametric, &r.fit);
-        if let Some(more) = fit(&baseline.raw, parametric, &f.theta, f.latent, &f.runs, effort(ROUNDS[1], 0)) {
-            r.fit = more;
+    for (most, rounds) in &STAGES[1..] {
+        let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
+        let least = all.first().map_or(0.0, |r| NEAR * gain(r));
+        for r in all.iter_mut().take(*most).filter(|r| gain(r) >= least) {
+            let (parametric, f) = (&r.seen.parametrized.parametric, &r.fit);
+            let more = fit(&baseline.raw, parametric, &f.theta, f.latent, &f.runs, effort(*rounds, 0));
+            r.fit = more.unwrap_or_else(|| f.clone());
         }
+        sort(&mut all);
     }
-    sort(&mut all);
+    all
+}
+
+/// What leads the screen, and causes whose states push back as the joint moves: about the baseline no column shows them.
+fn shortlist(baseline: &Baseline, seen: &[Candidate]) -> Vec<Candidate> {
+    let mut all: Vec<Candidate> = seen.iter().take(MOST).cloned().collect();
+    for cause in catalogue::all(baseline).into_iter().filter(|c| c.built() && !c.restructures()) {
+        let known = |list: &[Candidate]| list.iter().find(|c| c.cause == cause).cloned();
+        if cause.choice.spec().states.is_empty() || known(&all).is_some() {
+            continue;
+        }
+        let mut points = Candidate::points(baseline, &cause);
+        let middle = points.len() / 2;
+        let middle = (middle < points.len()).then(|| points.swap_remove(middle));
+        let from = |c: Candidate| Candidate { latent: baseline.fit.latent, ..c };
+        all.extend(known(seen).or_else(|| middle.map(from)));
+    }
     all
 }
 

@@ -47,7 +47,7 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// A cause of another structure at each of its points, with latent torques to begin with.
+    /// A cause at each of its points, unseen, with latent torques to begin with.
     pub fn points(baseline: &Baseline, cause: &Cause) -> Vec<Self> {
         let Ok(parametrized) = cause.parametrize(baseline) else { return Vec::new() };
         let torques = baseline.sizes.torques();

@@ -8,6 +8,7 @@ use trueup_models::joint::{input, output, parameter as q};
 #[derive(Clone, Debug)]
 pub struct Sizes {
     torque: f64,
+    crest: f64,
     speed: f64,
     angle: f64,
     stiffness: f64,
@@ -29,6 +30,8 @@ impl Sizes {
             .iter()
             .flat_map(|r| &r.recording.inputs)
             .map(|u| u[input::MOTOR_CURRENT] * p[q::TORQUE_CONSTANT]));
+        let peak = runs.iter().flat_map(|r| &r.recording.inputs).map(|u| u[input::MOTOR_CURRENT].abs());
+        let crest = peak.fold(0.0, f64::max) * p[q::TORQUE_CONSTANT] / torque;
         let speed = rms(&mut runs.iter().flat_map(|r| &r.trajectory).map(|x| x[1]));
         let n = p[q::GEAR_RATIO];
         let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -50,6 +53,7 @@ impl Sizes {
         }
         Self {
             torque,
+            crest,
             speed,
             angle,
             stiffness,
@@ -63,6 +67,10 @@ impl Sizes {
     /// Typical motor torque, N.m.
     pub fn torque(&self) -> f64 {
         self.torque
+    }
+    /// Largest motor torque, in units of the typical one.
+    pub fn crest(&self) -> f64 {
+        self.crest
     }
     /// Typical torques at the places.
     pub fn torques(&self) -> [f64; 2] {

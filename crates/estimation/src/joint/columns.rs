@@ -8,7 +8,7 @@ use trueup_models::joint::output;
 use trueup_numerics::{Dual, Scalar};
 
 use super::along::{Instants, instants};
-use super::{Channel, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
+use super::{Channel, EFFECTS, FULL, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
 
 /// Torques at the places in each step, and errors of the readings, one after the other; either may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,7 +141,7 @@ impl Model<'_> {
         p: &[T],
         k: usize,
         w: &[[f64; STATES]],
-    ) -> [T; STATES] {
+    ) -> [T; FULL] {
         let t = (k as f64 + 0.5) * recording.dt;
         let middle: [f64; STATES] = core::array::from_fn(|i| 0.5 * (w[0][i] + w[1][i]));
         let (effects, states) = along.middle(k);
@@ -151,8 +151,8 @@ impl Model<'_> {
         if modes[0] == STUCK {
             modes[0] = if middle[1] < 0.0 { -1 } else { 1 };
         }
-        let x = (&middle.map(T::constant), &effects[..states]);
-        self.rates(t, x, p, &recording.inputs[k], [T::zero(); PLACES], modes)
+        let x = core::array::from_fn(|i| T::constant(middle.get(i).copied().unwrap_or(0.0)));
+        self.rates(t, (&x, &effects[..states], [false; EFFECTS]), p, &recording.inputs[k], [T::zero(); PLACES], modes)
     }
     /// Whether readings are angles and speeds alone: the same of any model, with the same states.
     pub fn shows_states(&self, recording: &Recording) -> bool {

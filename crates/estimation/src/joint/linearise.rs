@@ -7,8 +7,11 @@ use trueup_numerics::{Dual, Scalar};
 
 use super::along::{Instants, instants};
 use super::columns::shown;
-use super::{MOST_MODES, Model, N, PLACES, Recording, STATES, mode};
+use super::{EFFECTS, FULL, MOST_MODES, Model, N, PLACES, Recording, STATES, mode};
 use crate::system::{Reading, Step, System};
+
+/// A state of an effect that settles so many times within a step is none of the filter's.
+const SETTLES: f64 = 1.0;
 
 /// One step of the joint with all that is held over it.
 struct Held<'a> {
@@ -17,12 +20,18 @@ struct Held<'a> {
     inputs: &'a [f64; input::COUNT],
     torques: [f64; PLACES],
     effects: &'a [f64],
+    /// Which of the effects' states are the filter's.
+    free: [bool; EFFECTS],
     modes: &'a [i32],
     friction: i32,
     dry: bool,
 }
 
 impl Held<'_> {
+    /// State `i` is one of the filter's.
+    fn has(&self, i: usize) -> bool {
+        i < STATES || self.free[i - STATES]
+    }
     /// The modes with this one of the joint's friction.
     fn with(&self, friction: i32) -> [i32; MOST_MODES] {
         let mut all = [0; MOST_MODES];
@@ -42,14 +51,16 @@ pub struct Linearised {
     count: usize,
     /// Whether the motor turned within each step.
     turned: Vec<bool>,
+    /// Which states of effects were the filter's.
+    free: Vec<[bool; EFFECTS]>,
 }
 
 impl Linearised {
     /// Step `k`, if it went in these modes and nothing turned in it.
-    fn alike(&self, k: usize, modes: &[i32]) -> Option<&Step<N, PLACES>> {
+    fn alike(&self, k: usize, modes: &[i32]) -> Option<(&Step<N, PLACES>, [bool; EFFECTS])> {
         let (from, to) = (k.saturating_sub(1) * self.count, (k + 1) * self.count);
         let same = self.modes.get(from..to)? == modes && !*self.turned.get(k)?;
-        self.system.steps.get(k).filter(|_| same)
+        Some((self.system.steps.get(k).filter(|_| same)?, *self.free.get(k)?))
     }
 }
 
@@ -57,15 +68,17 @@ impl Model<'_> {
     /// The states after a step from these, these torques at the places, and whether the motor turned within it.
     fn step<T: Scalar>(
         &self,
-        mut x: [T; STATES],
+        mut x: [T; FULL],
         d: [T; PLACES],
         p: &[T],
         held: &Held,
-    ) -> ([T; STATES], bool) {
+    ) -> ([T; FULL], bool) {
         let count = held.modes.len();
         let rates = |friction: i32| {
             let modes = held.with(friction);
-            move |t: f64, x: &[T; STATES]| self.rates(t, (x, held.effects), p, held.inputs, d, &modes[..count])
+            move |t: f64, x: &[T; FULL]| {
+                self.rates(t, (x, held.effects, held.free), p, held.inputs, d, &modes[..count])
+            }
         };
         let whole = T::constant(held.dt);
         let now = if x[1].value() < 0.0 { -1 } else { 1 };
@@ -90,6 +103,19 @@ impl Model<'_> {
         (x, true)
     }
 
+    /// Which states of effects a filter may have: those that do not settle within a step.
+    fn free(&self, x: &[Dual<N>; FULL], d: [Dual<N>; PLACES], p: &[Dual<N>], held: &Held) -> [bool; EFFECTS] {
+        if held.effects.is_empty() {
+            return [false; EFFECTS];
+        }
+        let modes = held.with(held.friction);
+        let all = (x, held.effects, [true; EFFECTS]);
+        let rates = self.rates(held.t, all, p, held.inputs, d, &modes[..held.modes.len()]);
+        core::array::from_fn(|e| {
+            e < held.effects.len() && rates[STATES + e].eps[STATES + e] * held.dt > -SETTLES
+        })
+    }
+
     /// A recording as a linear system about a trajectory and latent torques along it; its states are what differs from the
     /// trajectory, then the latent torques themselves.
     ///
@@ -109,36 +135,43 @@ impl Model<'_> {
         let noisy = recording.input_variance.iter().any(|v| *v > 0.0);
         let per_input = [self.p[parameter::TORQUE_CONSTANT], 1.0];
         let (mut before, mut turned) = (None, Vec::with_capacity(trajectory.len()));
+        let mut all_free = Vec::with_capacity(trajectory.len());
         let steps = trajectory.windows(2).enumerate().map(|(k, w)| {
             let friction = mode(recording, &w[0], &w[1]);
             let (effects, states) = along.middle(k);
-            let held = Held {
+            let mut held = Held {
                 t: k as f64 * dt,
                 dt,
                 inputs: &recording.inputs[k],
                 torques: torques[k],
                 effects: &effects[..states],
+                free: [false; EFFECTS],
                 modes: along.modes(k),
                 friction,
                 dry,
             };
             let stuck = friction == STUCK && dry;
-            if let Some(step) = earlier.and_then(|e| e.alike(k, along.modes_from_before(k))) {
-                let (to, turns) = self.step(w[0], held.torques, self.p, &held);
+            let (from, to) = (full(&w[0], along.effects(k)), full(&w[1], along.effects(k + 1)));
+            if let Some((step, free)) = earlier.and_then(|e| e.alike(k, along.modes_from_before(k))) {
+                held.free = free;
+                let (found, turns) = self.step(from, held.torques, self.p, &held);
                 if !turns {
                     turned.push(false);
+                    all_free.push(free);
                     before = Some(friction);
                     let mut step = step.clone();
-                    step.push = pushed(&to, &w[1], &step.forces, &held.torques);
+                    step.push = pushed(&found, &to, &step.forces, &held);
                     if stuck {
                         step.push[1] = -w[1][1];
                     }
                     return step;
                 }
             }
-            let x = core::array::from_fn(|i| Dual::variable(w[0][i], i));
-            let d = core::array::from_fn(|i| Dual::variable(held.torques[i], STATES + i));
-            let (to, turns): ([Dual<N>; STATES], bool) = self.step(x, d, &p, &held);
+            let x = core::array::from_fn(|i| Dual::variable(from[i], i));
+            let d = core::array::from_fn(|i| Dual::variable(held.torques[i], FULL + i));
+            held.free = self.free(&x, d, &p, &held);
+            let (found, turns): ([Dual<N>; FULL], bool) = self.step(x, d, &p, &held);
+            all_free.push(held.free);
             turned.push(turns);
             let mut step = Step::<N, PLACES> {
                 transition: SMatrix::zeros(),
@@ -146,11 +179,11 @@ impl Model<'_> {
                 noise: SMatrix::zeros(),
                 forces: SMatrix::zeros(),
             };
-            for i in 0..STATES {
-                (0..N).for_each(|j| step.transition[(i, j)] = to[i].eps[j]);
-                (0..PLACES).for_each(|place| step.forces[(i, place)] = to[i].eps[STATES + place]);
+            for i in (0..FULL).filter(|i| held.has(*i)) {
+                (0..N).for_each(|j| step.transition[(i, j)] = found[i].eps[j]);
+                (0..PLACES).for_each(|place| step.forces[(i, place)] = found[i].eps[FULL + place]);
             }
-            step.push = pushed(&to.map(|v| v.re), &w[1], &step.forces, &held.torques);
+            step.push = pushed(&found.map(|v| v.re), &to, &step.forces, &held);
             if noisy {
                 for (place, scale) in per_input.into_iter().enumerate() {
                     let moved = step.forces.column(place) * scale;
@@ -182,7 +215,7 @@ impl Model<'_> {
         };
         system.set_latent(&self.latent, dt);
         let (modes, count) = along.into_modes();
-        Linearised { system, modes, count, turned }
+        Linearised { system, modes, count, turned, free: all_free }
     }
 
     fn nodes(
@@ -228,41 +261,46 @@ impl Model<'_> {
     }
 }
 
+/// States of the joint and the first ones of its effects.
+fn full(x: &[f64; STATES], effects: &[f64]) -> [f64; FULL] {
+    core::array::from_fn(|i| if i < STATES { x[i] } else { effects.get(i - STATES).copied().unwrap_or(0.0) })
+}
+
 /// What a step adds that neither the states nor the latent torques do.
 fn pushed(
-    to: &[f64; STATES],
-    from: &[f64; STATES],
+    found: &[f64; FULL],
+    to: &[f64; FULL],
     forces: &SMatrix<f64, N, PLACES>,
-    torques: &[f64; PLACES],
+    held: &Held,
 ) -> SVector<f64, N> {
     let mut push = SVector::zeros();
-    for i in 0..STATES {
-        push[i] = to[i] - from[i] - (0..PLACES).map(|p| forces[(i, p)] * torques[p]).sum::<f64>();
+    for i in (0..FULL).filter(|i| held.has(*i)) {
+        push[i] = found[i] - to[i] - (0..PLACES).map(|p| forces[(i, p)] * held.torques[p]).sum::<f64>();
     }
     push
 }
 
 /// How long after the node the motor turns, if it does within the step, with derivatives: its event moves with all that
 /// moves the speed.
-fn turn<T: Scalar>(x: &[T; STATES], dt: f64, rates: &[T; STATES]) -> Option<T> {
+fn turn<T: Scalar>(x: &[T; FULL], dt: f64, rates: &[T; FULL]) -> Option<T> {
     let after = -(x[1] / rates[1]);
     (after.value() > 0.0 && after.value() < dt).then_some(after)
 }
 
 /// A step of order 4 whose length may have derivatives.
 fn runge_kutta<T: Scalar>(
-    x: &mut [T; STATES],
+    x: &mut [T; FULL],
     t: f64,
     h: T,
-    rates: impl Fn(f64, &[T; STATES]) -> [T; STATES],
+    rates: impl Fn(f64, &[T; FULL]) -> [T; FULL],
 ) {
     let along =
-        |x: &[T; STATES], k: &[T; STATES], h: T| -> [T; STATES] { core::array::from_fn(|i| x[i] + k[i] * h) };
+        |x: &[T; FULL], k: &[T; FULL], h: T| -> [T; FULL] { core::array::from_fn(|i| x[i] + k[i] * h) };
     let first = rates(t, x);
     let second = rates(t + 0.5 * h.value(), &along(x, &first, h * 0.5));
     let third = rates(t + 0.5 * h.value(), &along(x, &second, h * 0.5));
     let fourth = rates(t + h.value(), &along(x, &third, h));
-    for i in 0..STATES {
+    for i in 0..FULL {
         x[i] += (first[i] + (second[i] + third[i]) * 2.0 + fourth[i]) * (h * (1.0 / 6.0));
     }
 }

@@ -77,7 +77,7 @@ pub fn smoothed_trajectory(
     found: &Smoothed<{ super::N }, PLACES>,
 ) -> (Trajectory, Vec<[f64; PLACES]>) {
     let moved = trajectory.iter().zip(&found.states).map(|(x, d)| core::array::from_fn(|i| x[i] + d[i]));
-    let held = found.states.iter().map(|d| core::array::from_fn(|p| d[STATES + p]));
+    let held = found.states.iter().map(|d| core::array::from_fn(|p| d[super::FULL + p]));
     let mut held: Vec<[f64; PLACES]> = held.collect();
     held.pop();
     (moved.collect(), held)
