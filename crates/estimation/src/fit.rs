@@ -83,8 +83,6 @@ const MOVED: f64 = 1e-4;
 const LONGEST: f64 = 0.5;
 /// Where a round's evidence falls by more than this, in nats, its step was too long.
 const LOST: f64 = 10.0;
-/// How often a step is halved.
-const BACK: usize = 2;
 /// A round that changes the evidence by less, in nats, is the last.
 const SETTLED: f64 = 0.5;
 /// What a variance may become in a round, as a share.
@@ -234,7 +232,7 @@ pub fn fit(
     let mut best: Option<Fit> = None;
     let mut last = f64::NEG_INFINITY;
     let mut derivatives: Vec<Derivatives> = Vec::new();
-    let (mut about, mut age, mut back) = (theta.clone(), 0, 0);
+    let (mut about, mut age, mut length) = (theta.clone(), 0, 1.0_f64);
     for round in 0..effort.rounds {
         let at = parametric.assign(&theta);
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
@@ -266,20 +264,16 @@ pub fn fit(
             looked.push(Filtered { system, filter });
         }
         let Some(posterior) = gram.posterior(&priors(parametric, &theta)) else { break };
-        let fell = |b: &&Fit| posterior.log_evidence < b.log_evidence - LOST && b.theta != theta;
-        if let Some(b) = best.as_ref().filter(fell) {
-            back += 1;
-            if back > BACK {
-                break;
-            }
-            // Too far: half of the way.
+        // Too far: shorter steps, until it rises again.
+        let fell = posterior.log_evidence < last - LOST;
+        length = if fell { 0.5 * length } else { (2.0 * length).min(1.0) };
+        if let Some(b) = best.as_ref().filter(|_| fell) {
             theta = theta.iter().zip(&b.theta).map(|(t, b)| 0.5 * (t + b)).collect();
-            (latent, runs, last) = (b.latent, b.runs.clone(), b.log_evidence);
+            (runs, last) = (b.runs.clone(), f64::NEG_INFINITY);
             derivatives.clear();
             continue;
         }
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
-            back = 0;
             best = Some(Fit {
                 theta: theta.clone(),
                 deviations: deviations(&posterior),
@@ -297,7 +291,7 @@ pub fn fit(
         last = posterior.log_evidence;
         let before = theta.clone();
         if round >= effort.held {
-            advance(&mut theta, parametric, &posterior);
+            advance(&mut theta, parametric, &posterior, length);
         }
         let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
         let mut scores = [[0.0; 2]; PLACES];
@@ -331,9 +325,9 @@ fn deviations(posterior: &Posterior) -> Vec<f64> {
     posterior.covariance.diagonal().iter().map(|v| v.max(0.0).sqrt()).collect()
 }
 
-fn advance(theta: &mut [f64], parametric: &ParametricJoint, posterior: &Posterior) {
+fn advance(theta: &mut [f64], parametric: &ParametricJoint, posterior: &Posterior, length: f64) {
     for ((t, u), by) in theta.iter_mut().zip(&parametric.unknowns).zip(posterior.mean.iter()) {
-        *t = (*t + by.clamp(-LONGEST, LONGEST)).clamp(u.lower, u.upper);
+        *t = (*t + length * by.clamp(-LONGEST, LONGEST)).clamp(u.lower, u.upper);
     }
 }
 

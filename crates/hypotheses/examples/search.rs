@@ -50,10 +50,11 @@ fn line(folder: &str, took: f64, f: &Found) -> String {
         format!("{{\"L\":{:.2},\"latent\":{:.5?},\"moved\":{:.2?}}}", d.log_evidence, latent(d), moved(d))
     });
     format!(
-        "{{\"case\":\"{folder}\",\"s\":{took:.2},\"L0\":{:.2},\"latent\":{:.5?},\"moved\":{:.2?},\"doubted\":{doubted},\"ideal\":{:.2},\"singles\":[{}],\"pairs\":[{}]}}",
+        "{{\"case\":\"{folder}\",\"s\":{took:.2},\"L0\":{:.2},\"latent\":{:.5?},\"moved\":{:.2?},\"held\":{:.2},\"doubted\":{doubted},\"ideal\":{:.2},\"singles\":[{}],\"pairs\":[{}]}}",
         base.log_evidence,
         latent(base),
         moved(base),
+        f.baseline.held.as_ref().map_or(f64::NEG_INFINITY, |h| h.log_evidence).max(-1e15),
         f.ideal,
         singles.join(","),
         pairs.join(","),

@@ -16,7 +16,9 @@ use crate::levels::{BEGIN, CEILING, CORRELATION, FLOOR, KNOWN, REST};
 use crate::sizes::Sizes;
 
 /// Rounds of a fit.
-const ROUNDS: usize = 10;
+const ROUNDS: usize = 40;
+/// Latent torques of a second beginning, in units of where the first ended.
+const LESS: f64 = 0.1;
 /// Of these, those before parameters move.
 const HELD: usize = 2;
 /// Rounds of each further point.
@@ -50,6 +52,8 @@ pub struct Baseline {
     pub parametric: ParametricJoint,
     /// Its fit.
     pub fit: Fit,
+    /// Its fit with the parameters as the owner has them.
+    pub held: Option<Fit>,
     /// Typical sizes.
     pub sizes: Sizes,
     /// Of intensities.
@@ -143,6 +147,16 @@ impl Baseline {
         let effort = Effort { rounds: ROUNDS, held: HELD, bounds };
         let mut best = fit(&raw, &parametric, &parametric.start(), latent, &first, effort)
             .ok_or(BaselineError::Nominal)?;
+        // Less may lack than where the fit stopped: modes that changed with what lacked hold it there.
+        let less = core::array::from_fn(|k| {
+            let deviation = (LESS * best.latent[k].deviation).max(bounds.floor[k]);
+            Latent { deviation, ..best.latent[k] }
+        });
+        let effort = Effort { held: 0, ..effort };
+        let fitted = fit(&raw, &parametric, &best.theta, less, &best.runs, effort);
+        if let Some(fitted) = fitted.filter(|f| f.log_evidence > best.log_evidence) {
+            best = fitted;
+        }
         // How slow is rest? What is likeliest.
         let effort = Effort { rounds: AGAIN, held: 0, ..effort };
         for share in &REST[1..] {
@@ -156,7 +170,18 @@ impl Baseline {
                 best = fitted;
             }
         }
-        Ok(Self { raw, causes: Vec::new(), parametric, fit: best, sizes, bounds })
+        let mut all = Self { raw, causes: Vec::new(), parametric, fit: best, held: None, sizes, bounds };
+        all.held = all.with_held_parameters();
+        // Parameters that moved while much seemed to lack may have led astray.
+        if let Some(held) = all.held.as_ref().filter(|h| h.log_evidence > all.fit.log_evidence) {
+            let effort = Effort { rounds: ROUNDS, held: 0, bounds };
+            let start = all.parametric.start();
+            let fitted = fit(&all.raw, &all.parametric, &start, held.latent, &held.runs, effort);
+            if let Some(fitted) = fitted.filter(|f| f.log_evidence > all.fit.log_evidence) {
+                all.fit = fitted;
+            }
+        }
+        Ok(all)
     }
 
     /// Its parameters doubted by at least so much, fitted further.
@@ -169,6 +194,15 @@ impl Baseline {
         let (f, parametric) = (&self.fit, &wide.parametric);
         wide.fit = fit(&self.raw, parametric, &f.theta, f.latent, &f.runs, effort)?;
         Some(wide)
+    }
+    /// With its parameters as the owner has them: only what lacks and where the joint was are fitted.
+    fn with_held_parameters(&self) -> Option<Fit> {
+        let mut parametric = self.parametric.clone();
+        parametric.unknowns.retain(|u| !matches!(u.target, Target::Parameter(_)));
+        let effort = Effort { rounds: ROUNDS, held: 0, bounds: self.bounds };
+        let start = parametric.start();
+        let f = &self.fit;
+        fit(&self.raw, &parametric, &start, f.latent, &f.runs, effort)
     }
     /// With a cause, fitted.
     pub fn with(&self, cause: &Cause, parametric: &ParametricJoint, fit: &Fit) -> Self {
