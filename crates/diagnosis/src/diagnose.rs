@@ -8,6 +8,7 @@ mod field;
 mod ground;
 mod held_out;
 mod hints;
+mod innovations;
 mod place;
 mod progress;
 pub mod record;
@@ -15,7 +16,7 @@ pub mod record;
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Free, Thresholds, decide};
+use crate::engine::decide::{Decision, Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::problem::Compared;
 use crate::engine::recordings::{Prepared, Unfit};
@@ -28,7 +29,7 @@ use crate::outcome::*;
 use crate::picture::{Picture, isolability};
 use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
-use contest::{Contest, POLISH};
+use contest::{Contender, Contest, POLISH};
 use ground::Ground;
 use held_out::{closed_alone, held_out};
 use place::{look, where_it_lies};
@@ -40,11 +41,23 @@ const STANDS_OUT: f64 = 0.5;
 /// Part of the work that is done when the sets are found: their free runs take longer than the search.
 const SEARCHED: f64 = 0.35;
 
+/// What weighs the causes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Engine {
+    /// Balances that recordings lead, and free runs.
+    #[default]
+    Balances,
+    /// The likelihood of the innovations of a filter with latent torques; for TwoMassJoint.
+    Filter,
+}
+
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// For everything that is drawn.
     pub seed: u64,
+    /// What weighs the causes.
+    pub engine: Engine,
     /// How far to search.
     pub effort: Effort,
     /// Where the lines between verdicts are.
@@ -59,6 +72,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             seed: 1,
+            engine: Engine::default(),
             effort: Effort::default(),
             limits: Thresholds::default(),
             capped: false,
@@ -76,6 +90,9 @@ pub enum DiagnoseError {
     /// A recording is too short.
     #[error("{0}; leave it out of case.toml, or record for longer")]
     Short(String),
+    /// The filter cannot take it.
+    #[error(transparent)]
+    Filter(#[from] trueup_hypotheses::baseline::BaselineError),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"
@@ -160,6 +177,9 @@ pub fn diagnose(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
+    if options.engine == Engine::Filter {
+        return by_filter(loaded, &search, raw, options, tell);
+    }
     let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
     let mut found = search
@@ -222,6 +242,68 @@ pub fn diagnose(
     if options.capped {
         decision.cap();
     }
+    let decided = Decided { found, decision, contenders, record };
+    conclude(&search, options, (before, tuned), ground, decided, loaded, tell)
+}
+
+/// By the likelihood of the innovations.
+fn by_filter(
+    loaded: &Loaded,
+    search: &Search<'_>,
+    raw: f64,
+    options: &Options,
+    tell: &mut dyn FnMut(f64, &str),
+) -> Result<Diagnosed, DiagnoseError> {
+    let case = search.case;
+    tell(SEARCHED, "weighing every cause by the innovations");
+    let fits = trueup_hypotheses::search::search(loaded)?;
+    let judged = trueup_hypotheses::verdict::judge(&fits);
+    let broken = || DiagnoseError::Nominal("the model with what was found cannot be run".into());
+    let (found, mut decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
+    if options.capped {
+        decision.cap();
+    }
+    let before =
+        Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
+    let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
+    let polished = Some(search.polish(&found.plain, POLISH)).filter(|p| p.misfit < bare);
+    let (tuned, fitted, misfit) =
+        polished.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
+    let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
+    let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
+    let shown = replay(&before)?;
+    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown.clone());
+    let floors =
+        search.floors(&tuned, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
+    let ground = Ground::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
+    let free = ground.free(&ground.tuned).unwrap_or_default();
+    let record =
+        Record::new(case.subject.plant, &found, raw, free, &Contest { ground: &ground, contenders: &[] });
+    let decided = Decided { found, decision, contenders: Vec::new(), record };
+    conclude(search, options, (before, tuned), ground, decided, loaded, tell)
+}
+
+/// What a verdict is told from.
+struct Decided {
+    found: Found,
+    decision: Decision,
+    /// Sets that ran freely.
+    contenders: Vec<Contender>,
+    record: Record,
+}
+
+/// Runs freely what was decided, and tells where the gap lies and how far it closes.
+fn conclude(
+    search: &Search<'_>,
+    options: &Options,
+    (before, tuned): (Complete, Complete),
+    ground: Ground<'_>,
+    Decided { found, decision, contenders, record }: Decided,
+    loaded: &Loaded,
+    tell: &mut dyn FnMut(f64, &str),
+) -> Result<Diagnosed, DiagnoseError> {
+    let (case, runs) = (search.case, ground.runs);
+    let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
     tell(0.85, "running freely what was decided, and how far noise goes");
     let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
     let no_gap = decision.verdict == Verdict::NoGap;
@@ -251,10 +333,10 @@ pub fn diagnose(
         (None, Where::default(), None)
     } else {
         tell(0.95, "finding where the gap lies");
-        let picture = look(loaded, &search, &found, &decision);
-        let location = where_it_lies(loaded, &search, &found, &decision, &picture, &traces, options.seed);
+        let picture = look(loaded, search, &found, &decision);
+        let location = where_it_lies(loaded, search, &found, &decision, &picture, &traces, options.seed);
         tell(0.97, "choosing what to record next");
-        let next = experiment::propose(&search, &found, &decision, &options.limits);
+        let next = experiment::propose(search, &found, &decision, &options.limits);
         (Some(picture), location, next)
     };
     let best = Estimated::new(&found.best, &found, &free_fits);
@@ -290,9 +372,9 @@ pub fn diagnose(
     if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
         diagnosis.notes.push(experiment::NOTHING.into());
     }
-    let began = |(run, settled)| Began::new(&search, &after, run, settled);
+    let began = |(run, settled)| Began::new(search, &after, run, settled);
     let began: Vec<Began> = if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
-    let augmented = claimed.then(|| augmented(&search, &after, began.first()));
+    let augmented = claimed.then(|| augmented(search, &after, began.first()));
     tell(1.0, "done");
     Ok(Diagnosed {
         diagnosis,

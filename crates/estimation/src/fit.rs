@@ -7,7 +7,8 @@ use crate::evidence::{Gram, Posterior, Prior};
 use crate::filter::Filter;
 use crate::intake::Raw;
 use crate::joint::{
-    Along, Asked, Column, Linearised, Model, N, PLACES, Recording, Trajectory, sensed_trajectory, smoothed_trajectory,
+    Along, Asked, Column, Linearised, Model, N, PLACES, Recording, Trajectory, sensed_trajectory,
+    smoothed_trajectory,
 };
 use crate::smoother::{Smoothed, smooth};
 use crate::system::{Latent, System};
@@ -177,8 +178,8 @@ impl Run {
             let late = matches!(u.target, Target::SensorDelay(_));
             let asked = Asked { torques: !late, readings: late || !shows_states };
             let along = self.moved(raw, (&at, &to), &other, inertia, asked);
-            let base = base
-                .get_or_insert_with(|| Along::new(&model, recording, trajectory, inertia, Asked::ALL));
+            let base =
+                base.get_or_insert_with(|| Along::new(&model, recording, trajectory, inertia, Asked::ALL));
             along.beyond(base).scaled(1.0 / by)
         };
         (0..unknowns.len()).map(&mut column).collect()

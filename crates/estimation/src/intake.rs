@@ -179,9 +179,8 @@ impl Raw {
             let readings = (dt / median_step(&d.time)).max(1.0);
             input_variance[d.input] = d.deviation.powi(2) / readings;
         }
-        let channel = |s: &Sensor| {
-            s.sampled(self.start, dt, nodes).delayed(late.outputs[s.output], dt, self.reserve())
-        };
+        let channel =
+            |s: &Sensor| s.sampled(self.start, dt, nodes).delayed(late.outputs[s.output], dt, self.reserve());
         let channels: Vec<Channel> = self.sensors.iter().map(channel).collect();
         let speed = |output: usize, by: f64| {
             channels.iter().find(|c| c.output == output).map(|c| by * c.variance.sqrt() / dt)

@@ -6,7 +6,8 @@ use rand_distr::{Distribution, Normal};
 use trueup_estimation::evidence::{Gram, Prior};
 use trueup_estimation::filter::{Filter, log_likelihood};
 use trueup_estimation::joint::{
-    Along, Asked, Channel, Column, Model, Recording, Sample, sensed_trajectory, smoothed_trajectory,
+    Along, Asked, Channel, Column, Model, N, PLACES, Recording, Sample, sensed_trajectory,
+    smoothed_trajectory,
 };
 use trueup_estimation::smoother::{Smoothed, smooth};
 use trueup_estimation::system::{Latent, System};
@@ -71,7 +72,8 @@ fn record(joint: &TwoMassJoint, q: &[f64], seed: u64, load: impl Fn(f64) -> f64)
 /// What a model does beyond another one, passed by a filter.
 fn passed(found: &Found, with: &Model, without: &Model, recording: &Recording, scale: f64) -> Vec<f64> {
     let inertia = [without.p[p::MOTOR_INERTIA], without.p[p::LOAD_INERTIA]];
-    let [with, without] = [with, without].map(|m| Along::new(m, recording, &found.trajectory, inertia, Asked::ALL));
+    let [with, without] =
+        [with, without].map(|m| Along::new(m, recording, &found.trajectory, inertia, Asked::ALL));
     pass(found, &with.beyond(&without).scaled(scale))
 }
 
@@ -105,10 +107,10 @@ fn latent(deviation: [f64; 2]) -> [Latent; 2] {
 }
 
 struct Found {
-    system: System<6, 2>,
-    filter: Filter<6>,
+    system: System<N, PLACES>,
+    filter: Filter<N>,
     whitened: Vec<f64>,
-    smoothed: Smoothed<6, 2>,
+    smoothed: Smoothed<N, PLACES>,
     trajectory: Vec<[f64; 4]>,
 }
 
@@ -143,15 +145,15 @@ fn an_unmeasured_torque_is_seen_where_it_acts() {
     let model = Model { joint: &joint, p: &q, latent: latent([2e-4, 0.5]) };
     let found = found(&model, &recording);
     let off = |k: usize| {
-        let sd = found.smoothed.covariances[k][(5, 5)].sqrt();
-        let seen = found.smoothed.states[k][5];
+        let sd = found.smoothed.covariances[k][(N - 1, N - 1)].sqrt();
+        let seen = found.smoothed.states[k][N - 1];
         ((seen - push(k as f64 * DT)), sd)
     };
     let inner = 100..2400;
     let quiet = |k: &usize| ![3.0, 5.0].iter().any(|e| (*k as f64 * DT - e).abs() < 0.3);
     let error = rms(inner.clone().filter(quiet).map(|k| off(k).0));
     let scaled = rms(inner.clone().filter(quiet).map(|k| off(k).0 / off(k).1));
-    let motor = rms(inner.map(|k| found.smoothed.states[k][4]));
+    let motor = rms(inner.map(|k| found.smoothed.states[k][N - 2]));
     println!("load torque off by {error:.3} N.m rms ({scaled:.2} deviations); motor {motor:.1e} N.m");
     assert!(error < 0.15 && scaled < 1.5, "{error} {scaled}");
     // A tenth of friction's level: nothing is put down to the motor.

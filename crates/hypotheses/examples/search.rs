@@ -27,7 +27,8 @@ fn line(folder: &str, took: f64, f: &Found) -> String {
     let latent = |fit: &Fit| [0, 1].map(|k| fit.latent[k].deviation / torques[k]);
     let own = f.baseline.parametric.unknowns.len();
     let moved = |fit: &Fit| -> Vec<f64> {
-        let of = |(u, t): (&trueup_estimation::unknown::Unknown, &f64)| (t - u.prior.mean) / u.prior.deviation;
+        let of =
+            |(u, t): (&trueup_estimation::unknown::Unknown, &f64)| (t - u.prior.mean) / u.prior.deviation;
         f.baseline.parametric.unknowns.iter().zip(&fit.theta).map(of).collect()
     };
     let one = |r: &Refitted| {

@@ -12,7 +12,7 @@ use trueup_models::presets;
 use trueup_signals::Loaded;
 
 use crate::catalogue::Cause;
-use crate::levels::{BEGIN, CEILING, CORRELATION, FLOOR, KNOWN, REST};
+use crate::levels::{BEGIN, CEILING, CORRELATION, FLOOR, KNOWN, LACKS, REST};
 use crate::sizes::Sizes;
 
 /// Rounds of a fit.
@@ -204,6 +204,11 @@ impl Baseline {
         let f = &self.fit;
         fit(&self.raw, &parametric, &start, f.latent, &f.runs, effort)
     }
+    /// Whether a latent torque stands out.
+    pub fn lacks(&self) -> bool {
+        let torques = self.sizes.torques();
+        self.fit.latent.iter().zip(torques).any(|(l, t)| l.deviation > LACKS * t)
+    }
     /// With a cause, fitted.
     pub fn with(&self, cause: &Cause, parametric: &ParametricJoint, fit: &Fit) -> Self {
         let causes = self.causes.iter().chain([cause]).cloned().collect();
@@ -212,7 +217,8 @@ impl Baseline {
     /// What the log likelihood would be if the latent torques were at their floor and the innovations white.
     pub fn ideal(&self) -> f64 {
         let at = self.parametric.assign(&self.fit.theta);
-        let latent = core::array::from_fn(|k| Latent { deviation: self.bounds.floor[k], ..self.fit.latent[k] });
+        let latent =
+            core::array::from_fn(|k| Latent { deviation: self.bounds.floor[k], ..self.fit.latent[k] });
         let model = Model { joint: &self.parametric.joint, p: &at.p, latent };
         let of = |r: &Run| {
             let f = r.filtered(&model, &at.offsets);

@@ -28,3 +28,15 @@ pub const DOUBTED: f64 = 0.5;
 pub const SECOND: f64 = 60.0;
 /// What a cause has to gain in a screen, in nats, that any is fitted where nothing else lacks.
 pub const SEEN: f64 = 6.0;
+/// What is worth noticing, in nats.
+pub const NOTICED: f64 = 60.0;
+/// What a cause has to gain, in nats, where nothing is known to lack.
+pub const ALONE: f64 = 60.0;
+/// Share of what could be gained below which no cause explains what lacks.
+pub const SHARE: f64 = 0.14;
+/// Share of what the first cause leaves that a second one has to bring.
+pub const REMAINING: f64 = 0.25;
+/// Latent torque above which something lacks, in units of the typical torque.
+pub const LACKS: f64 = 0.01;
+/// By this odds are tempered.
+pub const TEMPERATURE: f64 = 8.0;

@@ -13,3 +13,4 @@ pub mod refit;
 pub mod screen;
 pub mod search;
 pub mod sizes;
+pub mod verdict;

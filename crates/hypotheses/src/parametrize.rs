@@ -3,7 +3,9 @@
 use trueup_estimation::evidence::Prior;
 use trueup_estimation::intake::Raw;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
-use trueup_models::effect::{EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, Scope};
+use trueup_models::effect::{
+    EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, Scope,
+};
 use trueup_models::joint::{TwoMassJoint, input, parameter as q};
 
 use crate::baseline::Baseline;
@@ -109,7 +111,8 @@ impl Cause {
         } else {
             self.shifts(baseline, &mut asked);
         }
-        let pushes = if self.is_push() { self.pushes(baseline, first, &mut p, &mut asked) } else { Vec::new() };
+        let pushes =
+            if self.is_push() { self.pushes(baseline, first, &mut p, &mut asked) } else { Vec::new() };
         let mut points = vec![Vec::new()];
         for a in &asked {
             let with =

@@ -51,10 +51,8 @@ impl Candidate {
     pub fn points(baseline: &Baseline, cause: &Cause) -> Vec<Self> {
         let Ok(parametrized) = cause.parametrize(baseline) else { return Vec::new() };
         let torques = baseline.sizes.torques();
-        let latent = core::array::from_fn(|k| Latent {
-            deviation: BEGIN * torques[k],
-            ..baseline.fit.latent[k]
-        });
+        let latent =
+            core::array::from_fn(|k| Latent { deviation: BEGIN * torques[k], ..baseline.fit.latent[k] });
         let of = |at: &Vec<f64>| Self {
             cause: cause.clone(),
             parametrized: parametrized.clone(),
@@ -68,15 +66,20 @@ impl Candidate {
 
 /// Everything that may be missing, the likeliest first.
 pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
-    let causes: Vec<(Cause, Parametrized)> =
-        (all(baseline).into_iter()).filter(|c| !c.restructures()).filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p))).collect();
+    let causes: Vec<(Cause, Parametrized)> = (all(baseline).into_iter())
+        .filter(|c| !c.restructures())
+        .filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p)))
+        .collect();
     let about = About::new(baseline);
     let shapes: Vec<Shape> = causes.iter().enumerate().flat_map(|(k, (_, p))| shapes(&about, k, p)).collect();
     let mut best: Vec<Option<Candidate>> = vec![None; causes.len()];
     let mut gains = vec![f64::NEG_INFINITY; shapes.len()];
     let mut alone = f64::NEG_INFINITY;
-    let pairs: Vec<[f64; PLACES]> =
-        INTENSITIES.iter().flat_map(|m| INTENSITIES.map(|l| [*m, l])).filter(|p| !FIRST.contains(p)).collect();
+    let pairs: Vec<[f64; PLACES]> = INTENSITIES
+        .iter()
+        .flat_map(|m| INTENSITIES.map(|l| [*m, l]))
+        .filter(|p| !FIRST.contains(p))
+        .collect();
     let mut asked: Vec<usize> = (0..shapes.len()).collect();
     for (k, scales) in FIRST.into_iter().chain(pairs).enumerate() {
         if k == FIRST.len() {
@@ -149,7 +152,9 @@ impl<'a> About<'a> {
         Self {
             baseline,
             inertia,
-            along: runs().map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia, Asked::ALL)).collect(),
+            along: runs()
+                .map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia, Asked::ALL))
+                .collect(),
             systems: runs().map(|r| r.system(&model, &at.offsets)).collect(),
             columns: (runs().zip(&baseline.raw))
                 .map(|(r, raw)| r.columns(raw, parametric, &fit.theta, fit.latent))

@@ -8,8 +8,10 @@ use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 use trueup_hypotheses::baseline::{Baseline, BaselineError};
 use trueup_hypotheses::pushes::pushes;
-use trueup_hypotheses::refit::refit;
+use trueup_hypotheses::refit::refits;
 use trueup_hypotheses::screen::screen;
+use trueup_hypotheses::search::search;
+use trueup_hypotheses::verdict::{Kind, judge};
 use trueup_models::joint::{TwoMassJoint, input, output, parameter as q};
 use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::hybrid::Hybrid;
@@ -126,7 +128,8 @@ fn what_lacks_leads_and_its_size_comes_back() {
         let own = seen.iter().find(|c| c.cause.label() == id).unwrap();
         assert_eq!(seen[0].cause.choice.spec().id, own.cause.choice.spec().id);
         assert!(own.gain > seen[0].gain - 1.0, "{} {}", own.gain, seen[0].gain);
-        let fit = refit(&baseline, own).unwrap();
+        let all = refits(&baseline, std::slice::from_ref(own));
+        let fit = &all.iter().find(|r| r.seen.cause == own.cause).unwrap().fit;
         let first = baseline.parametric.unknowns.len();
         let unknown = &own.parametrized.parametric.unknowns[first];
         let (found, slope) = unknown.scale.value(fit.theta[first]);
@@ -183,4 +186,29 @@ fn a_case_that_the_filter_is_not_made_for_is_refused_with_the_mend() {
     let mut arm = case(&[], ALL);
     arm.case.model = "PlanarManipulator".into();
     assert!(matches!(Baseline::new(&arm), Err(BaselineError::Model(_))));
+}
+
+/// The whole way: nothing lacks, one cause lacks, and the parameters alone are others than the owner believes.
+#[test]
+fn a_verdict_names_what_lacks_and_nothing_else() {
+    let told = |loaded: &Loaded| {
+        let found = search(loaded).unwrap();
+        let verdict = judge(&found);
+        let name = verdict.single.map(|k| found.singles[k].seen.cause.label());
+        println!("{:?} {name:?} share {:.3} unknown {:.3}", verdict.kind, verdict.share, verdict.unknown);
+        (verdict.kind, name, verdict.pair, verdict.unknown)
+    };
+    let (kind, _, pair, _) = told(&case(&[], ALL));
+    assert_eq!((kind, pair), (Kind::NoGap, None));
+    let (kind, name, pair, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0])], ALL));
+    assert_eq!((kind, name.as_deref(), pair), (Kind::Effects, Some("friction-drift"), None));
+    assert!(unknown < 0.1, "{unknown}");
+    let mut other = case(&[], ALL);
+    let friction = other.case.number("coulombFriction").unwrap();
+    for name in ["coulombFriction", "staticFriction"] {
+        other.case.parameters.insert(name.into(), Value::Number(1.15 * friction));
+        other.case.uncertain.insert(name.into(), 0.1);
+    }
+    let (kind, ..) = told(&other);
+    assert_eq!(kind, Kind::Parameters);
 }

@@ -60,6 +60,7 @@ const RULES: &[Rule] = &[
             "trueup-models",
             "trueup-signals",
             "trueup-estimation",
+            "trueup-hypotheses",
             "trueup-identification",
         ],
         never: ARCHIVES,

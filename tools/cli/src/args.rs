@@ -153,6 +153,22 @@ impl std::str::FromStr for Sweep {
     }
 }
 
+/// What weighs the causes of a gap.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Engine {
+    Balances,
+    Filter,
+}
+
+impl From<Engine> for trueup_diagnosis::diagnose::Engine {
+    fn from(engine: Engine) -> Self {
+        match engine {
+            Engine::Balances => Self::Balances,
+            Engine::Filter => Self::Filter,
+        }
+    }
+}
+
 #[derive(Debug, clap::Args)]
 pub(crate) struct Diagnose {
     /// A folder of recordings with a case.toml, or that file
@@ -166,6 +182,9 @@ pub(crate) struct Diagnose {
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
+    #[arg(long, value_enum, default_value_t = Engine::Balances)]
+    pub(crate) engine: Engine,
     /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
     /// recorded. Else the verdict is `unknown` then
     #[arg(long)]
@@ -351,6 +370,9 @@ pub(crate) struct TrialRun {
     /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
+    #[arg(long, value_enum, default_value_t = Engine::Balances)]
+    pub(crate) engine: Engine,
     /// Processor time after which a case is stopped and counts as a miss, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) limit: f64,

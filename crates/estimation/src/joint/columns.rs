@@ -2,8 +2,8 @@
 //!
 //! A torque is the difference of the models' rates, times inertia: the laws stand in the models alone.
 
-use trueup_models::friction::STUCK;
 use trueup_models::effect::Scope;
+use trueup_models::friction::STUCK;
 use trueup_models::joint::output;
 use trueup_numerics::{Dual, Scalar};
 
@@ -152,7 +152,14 @@ impl Model<'_> {
             modes[0] = if middle[1] < 0.0 { -1 } else { 1 };
         }
         let x = core::array::from_fn(|i| T::constant(middle.get(i).copied().unwrap_or(0.0)));
-        self.rates(t, (&x, &effects[..states], [false; EFFECTS]), p, &recording.inputs[k], [T::zero(); PLACES], modes)
+        self.rates(
+            t,
+            (&x, &effects[..states], [false; EFFECTS]),
+            p,
+            &recording.inputs[k],
+            [T::zero(); PLACES],
+            modes,
+        )
     }
     /// Whether readings are angles and speeds alone: the same of any model, with the same states.
     pub fn shows_states(&self, recording: &Recording) -> bool {

@@ -66,13 +66,7 @@ impl Linearised {
 
 impl Model<'_> {
     /// The states after a step from these, these torques at the places, and whether the motor turned within it.
-    fn step<T: Scalar>(
-        &self,
-        mut x: [T; FULL],
-        d: [T; PLACES],
-        p: &[T],
-        held: &Held,
-    ) -> ([T; FULL], bool) {
+    fn step<T: Scalar>(&self, mut x: [T; FULL], d: [T; PLACES], p: &[T], held: &Held) -> ([T; FULL], bool) {
         let count = held.modes.len();
         let rates = |friction: i32| {
             let modes = held.with(friction);
@@ -288,12 +282,7 @@ fn turn<T: Scalar>(x: &[T; FULL], dt: f64, rates: &[T; FULL]) -> Option<T> {
 }
 
 /// A step of order 4 whose length may have derivatives.
-fn runge_kutta<T: Scalar>(
-    x: &mut [T; FULL],
-    t: f64,
-    h: T,
-    rates: impl Fn(f64, &[T; FULL]) -> [T; FULL],
-) {
+fn runge_kutta<T: Scalar>(x: &mut [T; FULL], t: f64, h: T, rates: impl Fn(f64, &[T; FULL]) -> [T; FULL]) {
     let along =
         |x: &[T; FULL], k: &[T; FULL], h: T| -> [T; FULL] { core::array::from_fn(|i| x[i] + k[i] * h) };
     let first = rates(t, x);

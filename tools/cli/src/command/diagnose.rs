@@ -51,7 +51,13 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
-    let options = Options { seed: args.seed, capped, verdict_only: args.verdict_only, ..Options::default() };
+    let options = Options {
+        seed: args.seed,
+        engine: args.engine.into(),
+        capped,
+        verdict_only: args.verdict_only,
+        ..Options::default()
+    };
     sensors(&loaded);
     let mut stages = Stages::new();
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));

@@ -39,7 +39,7 @@ pub(crate) fn generate(a: &TrialGenerate) -> Result<(), Error> {
 pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
     let program = a.program.clone().map_or_else(std::env::current_exe, Ok).map_err(failed)?;
     let results = a.results.clone().unwrap_or_else(|| a.directory.join("results"));
-    let child = child::Child::new(&program, a.verdict_only, a.limit)?;
+    let child = child::Child::new(&program, a.verdict_only, a.engine, a.limit)?;
     let mut failures = 0;
     let each = |name: &str, ran: &Ran| match ran {
         Ran::Done(took) => {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use trueup_trials::{Failure, Took};
 
+use crate::args::Engine;
 use crate::error::Error;
 
 /// Wall time, in limits of processor time, after which a process that sleeps is stopped as well.
@@ -19,15 +20,16 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(super) struct Child {
     program: PathBuf,
     verdict_only: bool,
+    engine: Engine,
     limit: f64,
 }
 
 impl Child {
     /// With a limit of processor time, s, which the kernel holds children to where it can.
-    pub(super) fn new(program: &Path, verdict_only: bool, limit: f64) -> Result<Self, Error> {
+    pub(super) fn new(program: &Path, verdict_only: bool, engine: Engine, limit: f64) -> Result<Self, Error> {
         hold_children_to(limit)
             .map_err(|e| Error::Failed(format!("a limit of {limit} s cannot be set: {e}")))?;
-        Ok(Self { program: program.to_owned(), verdict_only, limit })
+        Ok(Self { program: program.to_owned(), verdict_only, engine, limit })
     }
 
     pub(super) fn diagnose(&self, case: &Path, out: &Path) -> Result<Took, Failure> {
@@ -37,6 +39,10 @@ impl Child {
         command.arg("diagnose").arg(case).arg("-o").arg(out);
         if self.verdict_only {
             command.arg("--verdict-only");
+        }
+        // Older programs know of none.
+        if self.engine == Engine::Filter {
+            command.args(["--engine", "filter"]);
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let (begun, mut child) = (Instant::now(), command.spawn().map_err(said)?);
