@@ -34,8 +34,10 @@ pub const NOTICED: f64 = 60.0;
 pub const ALONE: f64 = 60.0;
 /// Share of what could be gained below which no cause explains what lacks.
 pub const SHARE: f64 = 0.14;
+/// Share of what could be gained that other parameters have to gain.
+pub const EXPLAINED: f64 = 0.5;
 /// Share of what the first cause leaves that a second one has to bring.
-pub const REMAINING: f64 = 0.25;
+pub const REMAINING: f64 = 0.15;
 /// Latent torque above which something lacks, in units of the typical torque.
 pub const LACKS: f64 = 0.01;
 /// By this odds are tempered.

@@ -2,7 +2,7 @@
 
 use trueup_estimation::fit::Fit;
 
-use crate::levels::{ALONE, NOTICED, REMAINING, SHARE, TEMPERATURE};
+use crate::levels::{ALONE, EXPLAINED, NOTICED, REMAINING, SHARE, TEMPERATURE};
 use crate::refit::Refitted;
 use crate::search::Found;
 
@@ -58,7 +58,7 @@ pub fn judge(found: &Found) -> Verdict {
             (false, false) => Kind::NoGap,
         }
     } else if doubted >= best - NOTICED {
-        Kind::Parameters
+        if doubted >= EXPLAINED * could { Kind::Parameters } else { Kind::Unknown }
     } else if share < SHARE {
         Kind::Unknown
     } else {
