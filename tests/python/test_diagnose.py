@@ -175,6 +175,21 @@ def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
     assert len(gaps) == 2 and all(gap == 0 for gap in gaps.values()), gaps
 
 
+def test_the_filter_sees_no_gap_either(tmp_path, trials):
+    results = trials / "by-filter"
+    made = run("trial", "run", trials, "--results", results, "--verdict-only", "--engine", "filter")
+    assert made.returncode == 0, made.stderr
+    keys = {case.name: tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text()) for case in (trials / "cases").iterdir()}
+    names = [name for name, key in keys.items() if key["verdict"] == "no-gap"]
+    assert names
+    for name in names:
+        told = json.loads((results / name / "diagnosis.json").read_text())
+        assert told["verdict"] == "no-gap" and not told["effects"] and told["unknown"]["probability"] == 0.0
+    # Its verdicts are not decided again by rules of the other engine.
+    again = run("trial", "decide", results, "--results", tmp_path / "again")
+    assert again.returncode != 0 and "the filter decided it" in again.stderr, again.stderr
+
+
 def test_mistakes(tmp_path):
     wrong = run("diagnose", tmp_path / "nowhere", "-o", tmp_path / "out")
     assert wrong.returncode != 0 and "nowhere" in wrong.stderr and not (tmp_path / "out").exists()

@@ -20,7 +20,7 @@ use crate::engine::decide::{Decision, Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::problem::Compared;
 use crate::engine::recordings::{Prepared, Unfit};
-use crate::engine::replay::{Complete, Replayed};
+use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::search::{Fitted, Search, excess};
 use crate::engine::select::{Effort, Found, same};
 use crate::experiment::{self, Experiment};
@@ -189,8 +189,6 @@ pub fn diagnose(
         })
         .map_err(DiagnoseError::Nominal)?;
     tell(SEARCHED, "fitting and running freely the models that lead");
-    let before =
-        Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
     let led = tuned_start(&search, &found, effort);
     // Where balances miss nothing they know the parameters better than free runs, which chase the noise of their inputs.
     let given = || {
@@ -198,23 +196,7 @@ pub fn diagnose(
         (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, POLISH))
     };
     let (led, given) = rayon::join(|| search.polish(&led, POLISH), given);
-    let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
-    let tuned = [Some(led), given]
-        .into_iter()
-        .flatten()
-        .filter(|p| p.misfit < bare)
-        .min_by(|a, b| a.misfit.total_cmp(&b.misfit));
-    let (tuned, fitted, misfit) =
-        tuned.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
-    let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
-    let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
-    let floors_of = |c: &Complete| {
-        search.floors(c, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))
-    };
-    let shown = replay(&before)?;
-    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown.clone());
-    let mut ground =
-        Ground::new(&search, runs, [shown, shown_tuned], (fitted, misfit), floors_of(&tuned)?, options);
+    let (models, mut ground) = ground(&search, &found, [Some(led), given].into_iter().flatten(), options)?;
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
@@ -228,7 +210,7 @@ pub fn diagnose(
     free.trained = !case.holdout.is_empty()
         && plain
         && free.before <= free.chance
-        && has_gap_in_training(&search, &before, options);
+        && has_gap_in_training(&search, &models[0], options);
     all_finite([
         ("what the nominal model misses", raw),
         ("what the fitted model misses", found.plain.excess()),
@@ -243,7 +225,7 @@ pub fn diagnose(
         decision.cap();
     }
     let decided = Decided { found, decision, contenders, record };
-    conclude(&search, options, (before, tuned), ground, decided, loaded, tell)
+    conclude(&search, options, models, ground, decided, loaded, tell)
 }
 
 /// By the likelihood of the innovations.
@@ -263,24 +245,37 @@ fn by_filter(
     if options.capped {
         decision.cap();
     }
-    let before =
-        Complete { stated: found.plain.stated.clone(), theta: search.compare(&found.plain.stated).start() };
-    let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
-    let polished = Some(search.polish(&found.plain, POLISH)).filter(|p| p.misfit < bare);
-    let (tuned, fitted, misfit) =
-        polished.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
-    let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
-    let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
-    let shown = replay(&before)?;
-    let shown_tuned = replay(&tuned).unwrap_or_else(|_| shown.clone());
-    let floors =
-        search.floors(&tuned, runs, options.seed).map_err(|e| DiagnoseError::Nominal(e.to_string()))?;
-    let ground = Ground::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
+    let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
-    let record =
-        Record::new(case.subject.plant, &found, raw, free, &Contest { ground: &ground, contenders: &[] });
+    let ran = Contest { ground: &ground, contenders: &[] };
+    let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
     let decided = Decided { found, decision, contenders: Vec::new(), record };
-    conclude(search, options, (before, tuned), ground, decided, loaded, tell)
+    conclude(search, options, models, ground, decided, loaded, tell)
+}
+
+/// The model as it was given and with its own parameters fitted, and how both run freely. It stays as it was given where no
+/// fit of it is nearer.
+fn ground<'a>(
+    search: &'a Search<'a>,
+    found: &Found,
+    polished: impl IntoIterator<Item = Polished>,
+    options: &Options,
+) -> Result<([Complete; 2], Ground<'a>), DiagnoseError> {
+    let case = search.case;
+    let plain = &found.plain.stated;
+    let before = Complete { stated: plain.clone(), theta: search.compare(plain).start() };
+    let bare = search.replay(&before, &case.train).map_or(f64::INFINITY, |r| search.misfit(&r, &case.train));
+    let nearest =
+        (polished.into_iter()).filter(|p| p.misfit < bare).min_by(|a, b| a.misfit.total_cmp(&b.misfit));
+    let (tuned, fitted, misfit) =
+        nearest.map_or_else(|| (before.clone(), None, bare), |p| (p.complete, p.fitted, p.misfit));
+    let runs = if case.holdout.is_empty() { &case.train } else { &case.holdout };
+    let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
+    let shown = search.replay(&before, runs).map_err(nominal)?;
+    let shown_tuned = search.replay(&tuned, runs).unwrap_or_else(|_| shown.clone());
+    let floors = search.floors(&tuned, runs, options.seed).map_err(nominal)?;
+    let ground = Ground::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
+    Ok(([before, tuned], ground))
 }
 
 /// What a verdict is told from.
@@ -296,7 +291,7 @@ struct Decided {
 fn conclude(
     search: &Search<'_>,
     options: &Options,
-    (before, tuned): (Complete, Complete),
+    [before, tuned]: [Complete; 2],
     ground: Ground<'_>,
     Decided { found, decision, contenders, record }: Decided,
     loaded: &Loaded,

@@ -40,14 +40,21 @@ impl Further {
     /// Adds a recording: its innovations, the first columns, and these.
     pub fn add(&mut self, whitened: &[f64], first: &[Vec<f64>], columns: &[Vec<f64>]) {
         for (i, a) in columns.iter().enumerate() {
-            self.with_data[i] += dot(a, whitened);
             first.iter().enumerate().for_each(|(k, f)| self.with_first[(k, i)] += dot(a, f));
-            for (j, b) in columns.iter().enumerate().take(i + 1) {
-                let product = dot(a, b);
-                self.products[(i, j)] += product;
-                if i != j {
-                    self.products[(j, i)] += product;
-                }
+        }
+        add(&mut self.products, &mut self.with_data, whitened, columns);
+    }
+}
+
+/// Adds the products of columns with each other and with the innovations.
+fn add(products: &mut DMatrix<f64>, with_data: &mut DVector<f64>, whitened: &[f64], columns: &[Vec<f64>]) {
+    for (i, a) in columns.iter().enumerate() {
+        with_data[i] += dot(a, whitened);
+        for (j, b) in columns.iter().enumerate().take(i + 1) {
+            let product = dot(a, b);
+            products[(i, j)] += product;
+            if i != j {
+                products[(j, i)] += product;
             }
         }
     }
@@ -86,16 +93,7 @@ impl Gram {
     }
     /// Adds a recording: its innovations, its columns, and the log determinant of its filter.
     pub fn add(&mut self, whitened: &[f64], columns: &[Vec<f64>], log_determinant: f64) {
-        for (i, a) in columns.iter().enumerate() {
-            self.with_data[i] += dot(a, whitened);
-            for (j, b) in columns.iter().enumerate().take(i + 1) {
-                let product = dot(a, b);
-                self.products[(i, j)] += product;
-                if i != j {
-                    self.products[(j, i)] += product;
-                }
-            }
-        }
+        add(&mut self.products, &mut self.with_data, whitened, columns);
         self.data += dot(whitened, whitened);
         self.log_determinant += log_determinant;
     }

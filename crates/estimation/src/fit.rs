@@ -7,7 +7,7 @@ use crate::evidence::{Gram, Posterior, Prior};
 use crate::filter::Filter;
 use crate::intake::Raw;
 use crate::joint::{
-    Along, Asked, Column, Linearised, Model, N, PLACES, Recording, Trajectory, sensed_trajectory,
+    Along, Column, Linearised, Model, N, PLACES, Parts, Recording, Trajectory, sensed_trajectory,
     smoothed_trajectory,
 };
 use crate::smoother::{Smoothed, smooth};
@@ -72,6 +72,27 @@ fn add(system: &mut System<N, PLACES>, columns: &[Column], by: &[f64]) {
 struct Derivatives {
     linearised: Linearised,
     columns: Vec<Column>,
+}
+
+/// Derivatives by recording, with the coordinates and the rounds since they were taken.
+#[derive(Default)]
+struct Served {
+    runs: Vec<Derivatives>,
+    about: Vec<f64>,
+    age: usize,
+}
+
+impl Served {
+    /// Whether they have to be taken anew at `theta`; those before are gone then.
+    fn renew(&mut self, theta: &[f64]) -> bool {
+        self.age += 1;
+        let far = theta.iter().zip(&self.about).any(|(t, a)| (t - a).abs() > NEAR);
+        let fresh = self.runs.is_empty() || self.age > OLDEST || far;
+        if fresh {
+            *self = Self { runs: Vec::new(), about: theta.to_vec(), age: 0 };
+        }
+        fresh
+    }
 }
 
 /// Rounds for which derivatives serve.
@@ -176,10 +197,10 @@ impl Run {
             let to = parametric.assign(&moved);
             let other = Model { joint: &parametric.joint, p: &to.p, latent };
             let late = matches!(u.target, Target::SensorDelay(_));
-            let asked = Asked { torques: !late, readings: late || !shows_states };
-            let along = self.moved(raw, (&at, &to), &other, inertia, asked);
+            let parts = Parts { torques: !late, readings: late || !shows_states };
+            let along = self.moved(raw, (&at, &to), &other, inertia, parts);
             let base =
-                base.get_or_insert_with(|| Along::new(&model, recording, trajectory, inertia, Asked::ALL));
+                base.get_or_insert_with(|| Along::new(&model, recording, trajectory, inertia, Parts::ALL));
             along.beyond(base).scaled(1.0 / by)
         };
         (0..unknowns.len()).map(&mut column).collect()
@@ -191,10 +212,10 @@ impl Run {
         (at, to): (&Assigned, &Assigned),
         model: &Model,
         inertia: [f64; 2],
-        asked: Asked,
+        parts: Parts,
     ) -> Along {
         if at.late == to.late {
-            return Along::new(model, &self.recording, &self.trajectory, inertia, asked);
+            return Along::new(model, &self.recording, &self.trajectory, inertia, parts);
         }
         let mut recording = self.recording.clone();
         if (at.late.inputs, at.late.lags) != (to.late.inputs, to.late.lags) {
@@ -203,7 +224,7 @@ impl Run {
         for c in &mut recording.channels {
             c.delay += to.late.outputs[c.output] - at.late.outputs[c.output];
         }
-        Along::new(model, &recording, &self.trajectory, inertia, asked)
+        Along::new(model, &recording, &self.trajectory, inertia, parts)
     }
 }
 
@@ -232,35 +253,27 @@ pub fn fit(
     let (mut theta, mut latent, mut runs) = (start.to_vec(), latent, runs.to_vec());
     let mut best: Option<Fit> = None;
     let mut last = f64::NEG_INFINITY;
-    let mut derivatives: Vec<Derivatives> = Vec::new();
-    let (mut about, mut age, mut length) = (theta.clone(), 0, 1.0_f64);
+    let (mut served, mut length) = (Served::default(), 1.0_f64);
     for round in 0..effort.rounds {
         let at = parametric.assign(&theta);
         let model = Model { joint: &parametric.joint, p: &at.p, latent };
         let mut gram = Gram::new(theta.len());
         let mut looked = Vec::new();
-        age += 1;
-        if age > OLDEST || theta.iter().zip(&about).any(|(t, a)| (t - a).abs() > NEAR) {
-            derivatives.clear();
-        }
-        let fresh = derivatives.is_empty();
-        if fresh {
-            (about, age) = (theta.clone(), 0);
-        }
+        let fresh = served.renew(&theta);
         for (k, (run, raw)) in runs.iter_mut().zip(raw).enumerate() {
             if parametric.unknowns.iter().any(|u| u.target.shifts()) {
                 let resolved_speed = run.recording.resolved_speed;
                 run.recording = Recording { resolved_speed, ..raw.grid(&at.late) };
             }
-            let earlier = derivatives.get(k).map(|d| &d.linearised);
+            let earlier = served.runs.get(k).map(|d| &d.linearised);
             let linearised = run.linearised(&model, &at.offsets, earlier);
             let (system, filter) = (linearised.system.clone(), Filter::new(&linearised.system));
             let pass = filter.data(&system, false);
             if fresh {
                 let columns = run.columns(raw, parametric, &theta, latent);
-                derivatives.push(Derivatives { linearised, columns });
+                served.runs.push(Derivatives { linearised, columns });
             }
-            let parts: Vec<_> = derivatives[k].columns.iter().map(Column::parts).collect();
+            let parts: Vec<_> = served.runs[k].columns.iter().map(Column::parts).collect();
             gram.add(&pass.whitened, &filter.columns(&system, &parts), filter.log_determinant);
             looked.push(Filtered { system, filter });
         }
@@ -271,7 +284,7 @@ pub fn fit(
         if let Some(b) = best.as_ref().filter(|_| fell) {
             theta = theta.iter().zip(&b.theta).map(|(t, b)| 0.5 * (t + b)).collect();
             (runs, last) = (b.runs.clone(), f64::NEG_INFINITY);
-            derivatives.clear();
+            served.runs.clear();
             continue;
         }
         if best.as_ref().is_none_or(|b| posterior.log_evidence > b.log_evidence) {
@@ -287,7 +300,7 @@ pub fn fit(
             if fresh {
                 break;
             }
-            age = OLDEST;
+            served.age = OLDEST;
         }
         last = posterior.log_evidence;
         let before = theta.clone();
@@ -296,7 +309,7 @@ pub fn fit(
         }
         let by: Vec<f64> = theta.iter().zip(&before).map(|(a, b)| a - b).collect();
         let mut scores = [[0.0; 2]; PLACES];
-        for ((run, Filtered { mut system, filter }), d) in runs.iter_mut().zip(looked).zip(&derivatives) {
+        for ((run, Filtered { mut system, filter }), d) in runs.iter_mut().zip(looked).zip(&served.runs) {
             add(&mut system, &d.columns, &by); // (EST-8)
             let all = smooth(&system, &filter, &filter.data(&system, true));
             for (place, s) in scores.iter_mut().enumerate() {

@@ -16,7 +16,7 @@ mod columns;
 mod linearise;
 mod trajectory;
 
-pub use columns::{Along, Asked, Column};
+pub use columns::{Along, Column, Parts};
 pub use linearise::Linearised;
 pub use trajectory::{sensed_trajectory, smoothed_trajectory};
 

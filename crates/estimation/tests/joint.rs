@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Normal};
 use trueup_estimation::evidence::{Gram, Prior};
 use trueup_estimation::filter::{Filter, log_likelihood};
 use trueup_estimation::joint::{
-    Along, Asked, Channel, Column, Model, N, PLACES, Recording, Sample, sensed_trajectory,
+    Along, Channel, Column, Model, N, PLACES, Parts, Recording, Sample, sensed_trajectory,
     smoothed_trajectory,
 };
 use trueup_estimation::smoother::{Smoothed, smooth};
@@ -73,7 +73,7 @@ fn record(joint: &TwoMassJoint, q: &[f64], seed: u64, load: impl Fn(f64) -> f64)
 fn passed(found: &Found, with: &Model, without: &Model, recording: &Recording, scale: f64) -> Vec<f64> {
     let inertia = [without.p[p::MOTOR_INERTIA], without.p[p::LOAD_INERTIA]];
     let [with, without] =
-        [with, without].map(|m| Along::new(m, recording, &found.trajectory, inertia, Asked::ALL));
+        [with, without].map(|m| Along::new(m, recording, &found.trajectory, inertia, Parts::ALL));
     pass(found, &with.beyond(&without).scaled(scale))
 }
 

@@ -17,10 +17,10 @@ use crate::sizes::Sizes;
 
 /// Rounds of a fit.
 const ROUNDS: usize = 40;
-/// Latent torques of a second beginning, in units of where the first ended.
-const LESS: f64 = 0.1;
 /// Of these, those before parameters move.
 const HELD: usize = 2;
+/// Latent torques of a second beginning, in units of where the first ended.
+const LESS: f64 = 0.1;
 /// Rounds of each further point.
 const AGAIN: usize = 3;
 
@@ -34,10 +34,10 @@ pub enum BaselineError {
     #[error("{0}")]
     Structure(String),
     /// Not one of the plants that this is made for.
-    #[error("the filter is made for TwoMassJoint, not for {0}")]
+    #[error("the filter is made for TwoMassJoint, not for {0}; diagnose it by balances")]
     Model(String),
     /// Nothing can be computed.
-    #[error("the nominal model cannot be compared with the recordings; point at the parameters of case.toml")]
+    #[error("the nominal model cannot be compared with the recordings; look at the parameters of case.toml")]
     Nominal,
 }
 
@@ -184,25 +184,24 @@ impl Baseline {
         Ok(all)
     }
 
-    /// Its parameters doubted by at least so much, fitted further.
-    pub fn doubted(&self, deviation: f64) -> Option<Self> {
-        let mut wide = self.clone();
-        for u in wide.parametric.unknowns.iter_mut().filter(|u| matches!(u.target, Target::Parameter(_))) {
+    /// Its fit with the parameters, those of the owner, doubted by at least so much.
+    pub fn doubted(&self, deviation: f64) -> Option<Fit> {
+        let mut wide = self.parametric.clone();
+        for u in wide.unknowns.iter_mut().filter(|u| matches!(u.target, Target::Parameter(_))) {
             u.prior.deviation = u.prior.deviation.max(deviation);
         }
-        let effort = Effort { rounds: ROUNDS, held: 0, bounds: self.bounds };
-        let (f, parametric) = (&self.fit, &wide.parametric);
-        wide.fit = fit(&self.raw, parametric, &f.theta, f.latent, &f.runs, effort)?;
-        Some(wide)
+        self.fitted(&wide, &self.fit.theta)
     }
-    /// With its parameters as the owner has them: only what lacks and where the joint was are fitted.
+    /// Its fit with the parameters as the owner has them: only what lacks and where the joint was are fitted.
     fn with_held_parameters(&self) -> Option<Fit> {
-        let mut parametric = self.parametric.clone();
-        parametric.unknowns.retain(|u| !matches!(u.target, Target::Parameter(_)));
+        let mut held = self.parametric.clone();
+        held.unknowns.retain(|u| !matches!(u.target, Target::Parameter(_)));
+        self.fitted(&held, &held.start())
+    }
+    /// Its recordings with other unknowns, from where it was and what lacked.
+    fn fitted(&self, parametric: &ParametricJoint, start: &[f64]) -> Option<Fit> {
         let effort = Effort { rounds: ROUNDS, held: 0, bounds: self.bounds };
-        let start = parametric.start();
-        let f = &self.fit;
-        fit(&self.raw, &parametric, &start, f.latent, &f.runs, effort)
+        fit(&self.raw, parametric, start, self.fit.latent, &self.fit.runs, effort)
     }
     /// Whether a latent torque stands out.
     pub fn lacks(&self) -> bool {

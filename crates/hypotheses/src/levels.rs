@@ -42,3 +42,5 @@ pub const REMAINING: f64 = 0.15;
 pub const LACKS: f64 = 0.01;
 /// By this odds are tempered.
 pub const TEMPERATURE: f64 = 8.0;
+/// Odds (natural logarithm, tempered) below which two causes are not told apart: they make the set that holds nine tenths.
+pub const APART: f64 = 2.2;

@@ -4,7 +4,7 @@ use trueup_estimation::evidence::{Further, Gram, Posterior, Prior};
 use trueup_estimation::filter::Filter;
 use trueup_estimation::fit::{Run, priors};
 use trueup_estimation::intake::Raw;
-use trueup_estimation::joint::{Along, Asked, Column, Model, N, PLACES};
+use trueup_estimation::joint::{Along, Column, Model, N, PLACES, Parts};
 use trueup_estimation::system::{Latent, System};
 use trueup_estimation::unknown::{Target, Unknown};
 use trueup_models::effect::Scope;
@@ -153,7 +153,7 @@ impl<'a> About<'a> {
             baseline,
             inertia,
             along: runs()
-                .map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia, Asked::ALL))
+                .map(|r| Along::new(&model, &r.recording, &r.trajectory, inertia, Parts::ALL))
                 .collect(),
             systems: runs().map(|r| r.system(&model, &at.offsets)).collect(),
             columns: (runs().zip(&baseline.raw))
@@ -214,8 +214,8 @@ impl<'a> About<'a> {
             || parametrized.parametric.joint.effects().iter().any(|e| e.choice.scope() == Scope::Channel);
         let column = |((r, raw), own): ((&Run, &Raw), &Along)| {
             // What a sensor does moves nothing.
-            let asked = Asked { torques: !sensed, readings: sensed || !model.shows_states(&r.recording) };
-            r.moved(raw, (&at, &to), &model, self.inertia, asked).beyond(own)
+            let parts = Parts { torques: !sensed, readings: sensed || !model.shows_states(&r.recording) };
+            r.moved(raw, (&at, &to), &model, self.inertia, parts).beyond(own)
         };
         fit.runs.iter().zip(&self.baseline.raw).zip(&self.along).map(column).collect()
     }

@@ -33,7 +33,7 @@ pub struct Found {
 /// See [`BaselineError`].
 pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
     let baseline = Baseline::new(loaded)?;
-    let doubted = baseline.doubted(DOUBTED).map(|b| b.fit);
+    let doubted = baseline.doubted(DOUBTED);
     let seen = screen(&baseline);
     let anything = seen.first().is_some_and(|s| s.gain > SEEN)
         || baseline.ideal() - baseline.fit.log_evidence > SECOND

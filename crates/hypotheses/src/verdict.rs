@@ -2,7 +2,7 @@
 
 use trueup_estimation::fit::Fit;
 
-use crate::levels::{ALONE, EXPLAINED, NOTICED, REMAINING, SHARE, TEMPERATURE};
+use crate::levels::{ALONE, APART, EXPLAINED, NOTICED, REMAINING, SHARE, TEMPERATURE};
 use crate::refit::Refitted;
 use crate::search::Found;
 
@@ -13,8 +13,10 @@ pub enum Kind {
     NoGap,
     /// Nothing lacks but other parameters.
     Parameters,
-    /// These causes.
+    /// One cause, or two.
     Effects,
+    /// One of several causes that are not told apart.
+    Ambiguous,
     /// Something that no cause explains.
     Unknown,
 }
@@ -24,15 +26,15 @@ pub enum Kind {
 pub struct Verdict {
     /// What is said.
     pub kind: Kind,
-    /// One cause, by its place among the singles.
-    pub single: Option<usize>,
-    /// Two, by their place among the pairs.
-    pub pair: Option<usize>,
+    /// Where causes are claimed: the likeliest two, not the likeliest one.
+    pub two: bool,
     /// Share of what could be gained that the likeliest set gains, or of the latent torques' power that it takes, whichever is
     /// more: where readings miss for another reason besides, no set gains all.
     pub share: f64,
     /// Probability that no cause is right.
     pub unknown: f64,
+    /// Of each single its odds beside the first (natural logarithm, tempered, at most 0).
+    pub odds: Vec<f64>,
     /// Of each single its probability; they and `unknown` make 1.
     pub probabilities: Vec<f64>,
 }
@@ -46,8 +48,8 @@ pub fn judge(found: &Found) -> Verdict {
     let moved = found.baseline.held.as_ref().map_or(0.0, |h| base - h.log_evidence);
     let could = (found.ideal - base).max(best).max(1.0);
     let pair = pair(found);
-    let most = pair.map_or(best, |k| gain(&found.pairs[k].1.fit)).max(best);
-    let leader = pair.map(|k| &found.pairs[k].1).or(found.singles.first());
+    let most = pair.map_or(best, |r| gain(&r.fit)).max(best);
+    let leader = pair.or(found.singles.first());
     let calmed = leader.map_or(0.0, |r| 1.0 - lacking(found, &r.fit) / lacking(found, &found.baseline.fit));
     let share = (most / could).max(calmed);
     let lacks = found.ideal - base > NOTICED && found.baseline.lacks();
@@ -64,17 +66,18 @@ pub fn judge(found: &Found) -> Verdict {
     } else {
         Kind::Effects
     };
-    // Odds of evidences, tempered: readings tell less than they would if the model's form were right.
-    let odds: Vec<f64> = found.singles.iter().map(|r| ((gain(&r.fit) - best) / TEMPERATURE).exp()).collect();
+    // Readings tell less than they would if the model's form were right.
+    let odds: Vec<f64> = found.singles.iter().map(|r| (gain(&r.fit) - best) / TEMPERATURE).collect();
+    let near = pair.is_none() && odds.iter().skip(1).any(|o| -o < APART);
     let unknown = match kind {
         Kind::NoGap | Kind::Parameters => 0.0,
-        Kind::Effects => (SHARE / share).powi(2).min(0.5),
+        Kind::Effects | Kind::Ambiguous => (SHARE / share).powi(2).min(0.5),
         Kind::Unknown => 1.0,
     };
-    let sum: f64 = odds.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let probabilities = odds.iter().map(|o| (1.0 - unknown) * o / sum).collect();
-    let single = (!found.singles.is_empty()).then_some(0);
-    Verdict { kind, single, pair, share, unknown, probabilities }
+    let sum: f64 = odds.iter().map(|o| o.exp()).sum::<f64>().max(f64::MIN_POSITIVE);
+    let probabilities = odds.iter().map(|o| (1.0 - unknown) * o.exp() / sum).collect();
+    let kind = if kind == Kind::Effects && near { Kind::Ambiguous } else { kind };
+    Verdict { kind, two: pair.is_some(), share, unknown, odds, probabilities }
 }
 
 /// Power of the latent torques, in units of the typical torque's.
@@ -84,11 +87,11 @@ fn lacking(found: &Found, fit: &Fit) -> f64 {
 }
 
 /// The likeliest pair, where its second cause brings enough of what the first one leaves.
-fn pair(found: &Found) -> Option<usize> {
+fn pair(found: &Found) -> Option<&Refitted> {
     let (first, pair) = (found.singles.first()?, found.pairs.first()?);
     let brings = |r: &Refitted, beside: &Refitted| r.fit.log_evidence - beside.fit.log_evidence;
     let leader = &found.singles[pair.0];
     let left = found.ideal - leader.fit.log_evidence;
     let enough = brings(&pair.1, first) > NOTICED && brings(&pair.1, leader) > REMAINING * left;
-    enough.then_some(0)
+    enough.then_some(&pair.1)
 }

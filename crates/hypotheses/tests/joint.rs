@@ -194,14 +194,14 @@ fn a_verdict_names_what_lacks_and_nothing_else() {
     let told = |loaded: &Loaded| {
         let found = search(loaded).unwrap();
         let verdict = judge(&found);
-        let name = verdict.single.map(|k| found.singles[k].seen.cause.label());
+        let name = found.singles.first().map(|r| r.seen.cause.label());
         println!("{:?} {name:?} share {:.3} unknown {:.3}", verdict.kind, verdict.share, verdict.unknown);
-        (verdict.kind, name, verdict.pair, verdict.unknown)
+        (verdict.kind, name, verdict.two, verdict.unknown)
     };
-    let (kind, _, pair, _) = told(&case(&[], ALL));
-    assert_eq!((kind, pair), (Kind::NoGap, None));
-    let (kind, name, pair, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0])], ALL));
-    assert_eq!((kind, name.as_deref(), pair), (Kind::Effects, Some("friction-drift"), None));
+    let (kind, _, two, _) = told(&case(&[], ALL));
+    assert_eq!((kind, two), (Kind::NoGap, false));
+    let (kind, name, two, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0])], ALL));
+    assert_eq!((kind, name.as_deref(), two), (Kind::Effects, Some("friction-drift"), false));
     assert!(unknown < 0.1, "{unknown}");
     let mut other = case(&[], ALL);
     let friction = other.case.number("coulombFriction").unwrap();

@@ -30,6 +30,9 @@ pub struct Record {
     pub schema: String,
     /// The plant is an arm, no joint.
     pub arm: bool,
+    /// A filter's innovations decided, of which nothing is kept here.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub filter: bool,
     /// Excess of the nominal model as it is: power over that of a perfect model, less 1.
     #[serde(deserialize_with = "number")]
     pub raw_excess: f64,
@@ -153,6 +156,7 @@ impl Record {
         Self {
             schema: SCHEMA.into(),
             arm: plant == Plant::Arm,
+            filter: false,
             raw_excess,
             free,
             one_sensor: ran.one_sensor(),
@@ -178,8 +182,13 @@ impl Record {
     /// Decides again.
     ///
     /// # Errors
-    /// An effect that the library has not.
+    /// An effect that the library has not, or a verdict that was not made from what is kept.
     pub fn decide(&self, limits: &Thresholds) -> Result<Again, String> {
+        if self.filter {
+            return Err(
+                "the filter decided it, and what it decided from is not kept: run the diagnosis again".into(),
+            );
+        }
         let plant = if self.arm { Plant::Arm } else { Plant::Joint };
         let sets: Result<_, String> = self.sets.iter().map(|s| s.fitted(plant)).collect();
         let mut found =

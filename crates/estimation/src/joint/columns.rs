@@ -36,16 +36,16 @@ impl Column {
     }
 }
 
-/// Which parts are asked for.
+/// Which parts of what a model does are asked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Asked {
+pub struct Parts {
     /// Torques at the places.
     pub torques: bool,
     /// What the sensors show.
     pub readings: bool,
 }
 
-impl Asked {
+impl Parts {
     /// Everything.
     pub const ALL: Self = Self { torques: true, readings: true };
 }
@@ -66,7 +66,7 @@ impl Along {
         recording: &Recording,
         trajectory: &[[f64; STATES]],
         inertia: [f64; 2],
-        asked: Asked,
+        parts: Parts,
     ) -> Self {
         let along = instants(model, recording, trajectory);
         let step = |(k, w): (usize, &[[f64; STATES]])| {
@@ -74,8 +74,8 @@ impl Along {
             [rates[1] * inertia[0], rates[3] * inertia[1]]
         };
         let torques =
-            if asked.torques { trajectory.windows(2).enumerate().map(step).collect() } else { Vec::new() };
-        if !asked.readings {
+            if parts.torques { trajectory.windows(2).enumerate().map(step).collect() } else { Vec::new() };
+        if !parts.readings {
             return Self { torques, shown: Vec::new() };
         }
         let series = model.series(recording, trajectory, &along);
