@@ -312,7 +312,8 @@ impl Hybrid for TwoMassJoint {
         dx[0] = d.omega;
         dx[1] = b.motor_acceleration;
         if self.flexible {
-            dx[2] = d.epsilon_dot;
+            // The twist itself, whatever a gear makes of it.
+            dx[2] = d.omega - at.p[parameter::GEAR_RATIO] * d.link_rate;
             dx[3] = b.load_acceleration;
         }
         self.effects.rates(&at, 0, &d, &b.spring, dx);

@@ -6,9 +6,9 @@ use crate::arm_common::Random;
 use trueup_models::arm::{PlanarManipulator, output as arm_output};
 use trueup_models::effect::set::Placed;
 use trueup_models::effect::{Choice, EffectSet, Plant, Role};
-use trueup_models::joint::{TwoMassJoint, parameter};
+use trueup_models::joint::{TwoMassJoint, output as joint_output, parameter};
 use trueup_models::presets::delian;
-use trueup_numerics::Scalar;
+use trueup_numerics::{Dual, Scalar};
 use trueup_numerics::driver::{Options, Run, simulate};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
@@ -153,6 +153,34 @@ fn every_effect_shows_at_its_start_values() {
 }
 
 /// Effects, the sensors on one channel each.
+/// Whatever a joint has: where its angles go, its speeds tell, but where a sensor errs.
+#[test]
+fn speeds_are_the_derivatives_of_angles_with_every_effect() {
+    let mut rng = Random(5);
+    for id in ids(Plant::Joint).into_iter().filter(|id| !id.contains("sensor")) {
+        let (model, p) = joint(&[id.clone()]);
+        let s = model.sizes();
+        let x: Vec<f64> = rng.vector(s.states, 0.5);
+        let (mut dx, mut modes) = (vec![0.0; s.states], vec![0; s.modes]);
+        let u = [0.01, 0.02];
+        model.start_modes(At { t: 2.0, x: &x, u: &u, p: &p, modes: &[] }, &mut modes);
+        model.rates(At { t: 2.0, x: &x, u: &u, p: &p, modes: &modes }, &mut dx);
+        let along = |v: &f64, by: f64| Dual::<1> { re: *v, eps: [by] };
+        let x: Vec<_> = x.iter().zip(&dx).map(|(x, dx)| along(x, *dx)).collect();
+        let u = u.map(|u| along(&u, 0.0));
+        let p: Vec<_> = p.iter().map(|p| along(p, 0.0)).collect();
+        let mut y = vec![Dual::constant(0.0); s.outputs];
+        model.outputs(At { t: along(&2.0, 1.0), x: &x, u: &u, p: &p, modes: &modes }, &mut y);
+        for (angle, speed) in [
+            (joint_output::MOTOR_ANGLE, joint_output::MOTOR_VELOCITY),
+            (joint_output::LOAD_ANGLE, joint_output::LOAD_VELOCITY),
+        ] {
+            let (moves, tells) = (y[angle].eps[0], y[speed].re);
+            assert!((moves - tells).abs() <= 1e-12 * (1.0 + tells.abs()), "{id}: {moves}, not {tells}");
+        }
+    }
+}
+
 fn ids(plant: Plant) -> Vec<String> {
     let one = |c: &Choice| c.component().strip_prefix("sensor:").is_none_or(|name| name == "motorAngle");
     Choice::all(plant).filter(one).map(|c| c.id()).collect()
