@@ -18,6 +18,7 @@ pub struct Gram {
     with_data: DVector<f64>,
     data: f64,
     log_determinant: f64,
+    readings: usize,
 }
 
 /// Products of further columns with those of a [`Gram`], with each other and with the innovations.
@@ -89,6 +90,7 @@ impl Gram {
             with_data: DVector::zeros(columns),
             data: 0.0,
             log_determinant: 0.0,
+            readings: 0,
         }
     }
     /// Adds a recording: its innovations, its columns, and the log determinant of its filter.
@@ -96,6 +98,7 @@ impl Gram {
         add(&mut self.products, &mut self.with_data, whitened, columns);
         self.data += dot(whitened, whitened);
         self.log_determinant += log_determinant;
+        self.readings += whitened.len();
     }
     /// With further columns behind its own.
     pub fn with(&self, further: &Further) -> Self {
@@ -108,6 +111,10 @@ impl Gram {
         let data = self.with_data.iter().chain(&further.with_data);
         let with_data = DVector::from_iterator(m + n, data.copied());
         Self { products, with_data, ..*self }
+    }
+    /// How many innovations there are.
+    pub fn readings(&self) -> f64 {
+        self.readings as f64
     }
     /// ln p(y) without any column.
     pub fn log_likelihood(&self) -> f64 {

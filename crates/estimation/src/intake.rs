@@ -186,7 +186,14 @@ impl Raw {
             channels.iter().find(|c| c.output == output).map(|c| by * c.variance.sqrt() / dt)
         };
         let resolved_speed = speed(output::MOTOR_ANGLE, 1.0).or_else(|| speed(output::LOAD_ANGLE, 1.0));
-        Recording { dt, inputs, input_variance, resolved_speed: resolved_speed.unwrap_or(0.0), channels }
+        Recording {
+            dt,
+            inputs,
+            input_variance,
+            resolved_speed: resolved_speed.unwrap_or(0.0),
+            friction: Vec::new(),
+            channels,
+        }
     }
 }
 

@@ -31,8 +31,6 @@ use crate::system::Latent;
 pub const STATES: usize = 4;
 /// States of effects that a filter has among its own; further ones follow the trajectory.
 pub const EFFECTS: usize = 2;
-/// States of a filter but the latent torques.
-const FULL: usize = STATES + EFFECTS;
 /// States of the joint with those of its effects, at most.
 const MOST_STATES: usize = 32;
 /// Most modes and outputs of a joint with its effects.
@@ -40,8 +38,10 @@ const MOST_MODES: usize = 32;
 const MOST_OUTPUTS: usize = 32;
 /// Places at which a torque may act: motor, load.
 pub const PLACES: usize = 2;
-/// States with the latent torques.
-pub const N: usize = FULL + PLACES;
+/// States of a filter of a joint whose effects have no states: the joint's, then the latent torques.
+pub const LEAN: usize = STATES + PLACES;
+/// States of a filter of any joint: the joint's, those of its effects, the latent torques.
+pub const FULL: usize = STATES + EFFECTS + PLACES;
 
 /// Readings that fall to a node, as one.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +74,26 @@ pub struct Channel {
     pub samples: Vec<Option<Sample>>,
 }
 
+/// How the motor's friction acts within a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// [`STUCK`], or the direction in which it slides.
+    pub mode: i32,
+    /// Where the motor turns.
+    pub turn: Option<Turn>,
+}
+
+/// A motor that turns within a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Turn {
+    /// So long after the step's begin, s.
+    pub after: f64,
+    /// The direction in which it slides before.
+    pub from: i32,
+    /// How friction acts from then on.
+    pub to: i32,
+}
+
 /// A recording on an even grid of nodes.
 #[derive(Clone, Debug)]
 pub struct Recording {
@@ -87,6 +107,8 @@ pub struct Recording {
     pub channels: Vec<Channel>,
     /// The speed of the motor below which the sensor does not tell motion from rest, rad/s.
     pub resolved_speed: f64,
+    /// How friction acts from each node to the next, where that is settled; empty: as a trajectory has it.
+    pub friction: Vec<Friction>,
 }
 
 impl Recording {
@@ -118,10 +140,12 @@ pub struct Model<'a> {
     pub latent: [Latent; PLACES],
 }
 
-/// How the motor's friction acts from a node to the next: [`STUCK`], or the direction in which it slides.
-pub fn mode(recording: &Recording, from: &[f64; STATES], to: &[f64; STATES]) -> i32 {
+/// How the motor's friction acts from node `k` to the next: [`STUCK`], or the direction in which it slides.
+pub fn mode(recording: &Recording, k: usize, from: &[f64; STATES], to: &[f64; STATES]) -> i32 {
     let slow = |x: &[f64; STATES]| x[1].abs() < recording.resolved_speed;
-    if slow(from) && slow(to) {
+    if let Some(friction) = recording.friction.get(k) {
+        friction.mode
+    } else if slow(from) && slow(to) {
         STUCK
     } else if from[1] + to[1] < 0.0 {
         -1
@@ -130,14 +154,23 @@ pub fn mode(recording: &Recording, from: &[f64; STATES], to: &[f64; STATES]) -> 
     }
 }
 
+fn own(joint: &TwoMassJoint) -> usize {
+    if joint.flexible() { STATES } else { 2 }
+}
+
+/// Whether effects of a joint have states of their own: its filter is of size [`FULL`], else [`LEAN`].
+pub fn has_effect_states(joint: &TwoMassJoint) -> bool {
+    joint.sizes().states > own(joint)
+}
+
 impl Model<'_> {
     /// How many of the model's states are the joint's own.
     fn own(&self) -> usize {
-        if self.joint.flexible() { STATES } else { 2 }
+        own(self.joint)
     }
     /// Whether effects have states of their own.
     pub fn has_effect_states(&self) -> bool {
-        self.joint.sizes().states > self.own()
+        has_effect_states(self.joint)
     }
     fn dry(&self) -> bool {
         self.p[parameter::COULOMB_FRICTION] > 0.0
@@ -171,35 +204,33 @@ impl Model<'_> {
     }
 
     /// Rates of the states with torques added at the places; of effects' states those that are `free`, the others are held.
-    fn rates<T: Scalar>(
+    /// The last of `N`, the latent torques, have none.
+    fn rates<T: Scalar, const N: usize>(
         &self,
         t: f64,
-        (x, effects, free): (&[T; FULL], &[f64], [bool; EFFECTS]),
+        (x, effects, free): (&[T; N], &[f64], [bool; EFFECTS]),
         p: &[T],
         inputs: &[f64; input::COUNT],
         torques: [T; PLACES],
         modes: &[i32],
-    ) -> [T; FULL] {
+    ) -> [T; N] {
         let u = self.inputs(p, inputs, torques);
         let (mut all, count) = self.gather(x, effects);
         let own = self.own();
-        for (e, free) in free.into_iter().enumerate() {
-            if free && own + e < count {
-                all[own + e] = x[STATES + e];
-            }
+        let followed = |e: &usize| free[*e] && own + e < count;
+        for e in (0..N - LEAN).filter(followed) {
+            all[own + e] = x[STATES + e];
         }
         let mut dx = [T::zero(); MOST_STATES];
         self.joint.rates(At { t: T::constant(t), x: &all[..count], u: &u, p, modes }, &mut dx[..count]);
-        let mut rates = [T::zero(); FULL];
+        let mut rates = [T::zero(); N];
         if self.joint.flexible() {
             rates[..STATES].copy_from_slice(&dx[..STATES]);
         } else {
             (rates[0], rates[1], rates[3]) = (dx[0], dx[1], dx[1] / p[parameter::GEAR_RATIO]);
         }
-        for (e, free) in free.into_iter().enumerate() {
-            if free && own + e < count {
-                rates[STATES + e] = dx[own + e];
-            }
+        for e in (0..N - LEAN).filter(followed) {
+            rates[STATES + e] = dx[own + e];
         }
         rates
     }

@@ -12,6 +12,7 @@ pub mod filter;
 pub mod fit;
 pub mod intake;
 pub mod joint;
+pub mod run;
 pub mod smoother;
 pub mod system;
 pub mod unknown;

@@ -13,7 +13,7 @@ use crate::system::System;
 pub struct Smoothed<const N: usize, const P: usize> {
     /// Means.
     pub states: Vec<SVector<f64, N>>,
-    /// Covariances.
+    /// Covariances; empty where bands were not asked for.
     pub covariances: Vec<SMatrix<f64, N, N>>,
     /// d ln p / d f for a force at each place in each step.
     pub scores: Vec<SVector<f64, P>>,
@@ -26,18 +26,19 @@ pub struct Smoothed<const N: usize, const P: usize> {
     pub latent_information: SVector<f64, P>,
 }
 
-/// Smooths what passed a filter, its states kept.
+/// Smooths what passed a filter, its states kept; `bands`: with the states' covariances.
 ///
 /// The result is empty where the states of the pass were not kept.
 pub fn smooth<const N: usize, const P: usize>(
     system: &System<N, P>,
     filter: &Filter<N>,
     pass: &Pass<N>,
+    bands: bool,
 ) -> Smoothed<N, P> {
     let nodes = pass.states.len();
     let mut all = Smoothed {
         states: vec![SVector::zeros(); nodes],
-        covariances: vec![SMatrix::zeros(); nodes],
+        covariances: vec![SMatrix::zeros(); if bands { nodes } else { 0 }],
         scores: vec![SVector::zeros(); nodes.saturating_sub(1)],
         score_variances: vec![SVector::zeros(); nodes.saturating_sub(1)],
         latent_score: SVector::zeros(),
@@ -53,12 +54,17 @@ pub fn smooth<const N: usize, const P: usize>(
             let h = &reading.row;
             let deviation = gain.variance.sqrt();
             score += h * (pass.whitened[at] / deviation - gain.gain.dot(&score));
-            let left = SMatrix::<f64, N, N>::identity() - gain.gain * h.transpose();
-            information = h * h.transpose() / gain.variance + left.transpose() * information * left;
+            // (1 - K h')' I (1 - K h') + h h' / S, without products of matrices.
+            let along = information * gain.gain;
+            let of = gain.gain.dot(&along) + 1.0 / gain.variance;
+            let half = along - h * (0.5 * of);
+            information -= half * h.transpose() + h * half.transpose();
         }
         let p = &filter.covariances[k];
         all.states[k] = pass.states[k] + p * score; // (EST-6)
-        all.covariances[k] = p - p * information * p;
+        if let Some(band) = all.covariances.get_mut(k) {
+            *band = p - p * information * p;
+        }
         if k > 0 {
             let step = &system.steps[k - 1];
             for p in 0..P {
@@ -66,10 +72,11 @@ pub fn smooth<const N: usize, const P: usize>(
                 all.latent_score[p] += score[at].powi(2);
                 all.latent_information[p] += information[(at, at)]; // (EST-7)
             }
-            all.scores[k - 1] = step.forces.transpose() * score;
-            all.score_variances[k - 1] = (step.forces.transpose() * information * step.forces).diagonal();
-            score = step.transition.transpose() * score;
-            information = step.transition.transpose() * information * step.transition;
+            all.scores[k - 1] = step.forces.tr_mul(&score);
+            let along = information * step.forces;
+            all.score_variances[k - 1] = SVector::from_fn(|p, _| step.forces.column(p).dot(&along.column(p)));
+            score = step.transition.tr_mul(&score);
+            information = step.transition.tr_mul(&(information * step.transition));
         }
     }
     all

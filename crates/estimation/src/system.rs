@@ -15,6 +15,17 @@ pub struct Step<const N: usize, const P: usize> {
     pub forces: SMatrix<f64, N, P>,
 }
 
+impl<const N: usize, const P: usize> Default for Step<N, P> {
+    fn default() -> Self {
+        Self {
+            transition: SMatrix::zeros(),
+            push: SVector::zeros(),
+            noise: SMatrix::zeros(),
+            forces: SMatrix::zeros(),
+        }
+    }
+}
+
 /// A reading at a node: value = row . x + v, v ~ N(0, variance).
 #[derive(Clone, Debug)]
 pub struct Reading<const N: usize> {

@@ -124,7 +124,7 @@ fn smoothed_states_and_scores_are_those_of_the_whole_distribution() {
     for seed in 20..40 {
         let system = random(seed);
         let (filter, dense) = (Filter::new(&system), Dense::new(&system));
-        let smoothed = smooth(&system, &filter, &filter.data(&system, true));
+        let smoothed = smooth(&system, &filter, &filter.data(&system, true), true);
         let inverse = dense.spread().try_inverse().unwrap();
         let cross = &dense.covariance * dense.rows.transpose();
         let mean = &dense.states + &cross * &inverse * dense.innovation();
@@ -194,7 +194,7 @@ fn the_score_of_an_intensity_is_the_derivative_of_the_likelihood() {
             log_likelihood(filter.log_determinant, &filter.data(&other, false).whitened)
         };
         let filter = Filter::new(&system);
-        let all = smooth(&system, &filter, &filter.data(&system, true));
+        let all = smooth(&system, &filter, &filter.data(&system, true), true);
         for place in 0..P {
             let score = 0.5 * (all.latent_score[place] - all.latent_information[place]);
             let difference = (likelihood(place, 1e-5) - likelihood(place, -1e-5)) / 2e-5;

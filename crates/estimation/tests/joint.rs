@@ -6,7 +6,7 @@ use rand_distr::{Distribution, Normal};
 use trueup_estimation::evidence::{Gram, Prior};
 use trueup_estimation::filter::{Filter, log_likelihood};
 use trueup_estimation::joint::{
-    Along, Channel, Column, Model, N, PLACES, Parts, Recording, Sample, sensed_trajectory,
+    Along, Channel, Column, FULL as N, Model, PLACES, Parts, Recording, Sample, sensed_trajectory,
     smoothed_trajectory,
 };
 use trueup_estimation::smoother::{Smoothed, smooth};
@@ -66,6 +66,7 @@ fn record(joint: &TwoMassJoint, q: &[f64], seed: u64, load: impl Fn(f64) -> f64)
         input_variance: [0.0; 2],
         channels: vec![channel(0, output::MOTOR_ANGLE), channel(1, output::LOAD_ANGLE)],
         resolved_speed: NOISE[0] / DT,
+        friction: Vec::new(),
     }
 }
 
@@ -119,10 +120,10 @@ fn found(model: &Model, recording: &Recording) -> Found {
     let mut trajectory = sensed_trajectory(model, recording);
     let mut torques = vec![[0.0; 2]; trajectory.len() - 1];
     for round in 0.. {
-        let system = model.about(recording, &trajectory, &torques, None).system;
+        let system = model.about(recording, &trajectory, &torques).system;
         let filter = Filter::new(&system);
         let pass = filter.data(&system, true);
-        let all = smooth(&system, &filter, &pass);
+        let all = smooth(&system, &filter, &pass, true);
         if round == 3 {
             return Found { system, filter, whitened: pass.whitened, smoothed: all, trajectory };
         }

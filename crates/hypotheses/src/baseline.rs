@@ -1,9 +1,10 @@
 //! The joint as its owner believes it, fitted to a case's recordings.
 
 use trueup_estimation::evidence::Prior;
-use trueup_estimation::fit::{Bounds, Effort, Fit, Run, fit};
+use trueup_estimation::fit::{Bounds, Effort, Fit, fit};
 use trueup_estimation::intake::{IntakeError, Lateness, Raw};
-use trueup_estimation::joint::Model;
+use trueup_estimation::joint::{FULL, Model};
+use trueup_estimation::run::Run;
 use trueup_estimation::system::Latent;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
 use trueup_models::effect::Measure;
@@ -17,12 +18,13 @@ use crate::sizes::Sizes;
 
 /// Rounds of a fit.
 const ROUNDS: usize = 40;
-/// Of these, those before parameters move.
-const HELD: usize = 2;
-/// Latent torques of a second beginning, in units of where the first ended.
-const LESS: f64 = 0.1;
-/// Rounds of each further point.
-const AGAIN: usize = 3;
+
+/// Of these, those before it is settled where friction holds the motor.
+const MODES: usize = 8;
+
+fn effort(bounds: Bounds) -> Effort {
+    Effort { rounds: ROUNDS, held: 0, modes: MODES, bounds }
+}
 
 /// A case that cannot be looked at.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -86,11 +88,19 @@ fn own(p: &[f64], flexible: bool) -> Vec<usize> {
     all
 }
 
+/// The same with the parameters as the owner has them: only what lacks and where the joint was are unknown.
+fn without_parameters(parametric: &ParametricJoint) -> ParametricJoint {
+    let mut held = parametric.clone();
+    held.unknowns.retain(|u| !matches!(u.target, Target::Parameter(_)));
+    held
+}
+
 /// The runs with a motor that is slower than this taken to be at rest, where its sensor resolves more.
 fn at_rest_below(runs: &[Run], speed: f64) -> Vec<Run> {
     let mut runs = runs.to_vec();
     for r in &mut runs {
         r.recording.resolved_speed = r.recording.resolved_speed.max(speed);
+        r.recording.friction.clear();
     }
     runs
 }
@@ -143,45 +153,32 @@ impl Baseline {
         let bounds = Bounds { floor: torques.map(|t| FLOOR * t), ceiling: torques.map(|t| CEILING * t) };
         let latent = torques.map(|t| Latent { deviation: BEGIN * t, time: CORRELATION });
         let speed = sizes.get(Measure::Speed, None);
+        // Parameters that moved while much seems to lack lead astray: first they are held.
         let first = at_rest_below(&runs, REST[0] * speed);
-        let effort = Effort { rounds: ROUNDS, held: HELD, bounds };
-        let mut best = fit(&raw, &parametric, &parametric.start(), latent, &first, effort)
-            .ok_or(BaselineError::Nominal)?;
-        // Less may lack than where the fit stopped: modes that changed with what lacked hold it there.
-        let less = core::array::from_fn(|k| {
-            let deviation = (LESS * best.latent[k].deviation).max(bounds.floor[k]);
-            Latent { deviation, ..best.latent[k] }
-        });
-        let effort = Effort { held: 0, ..effort };
-        let fitted = fit(&raw, &parametric, &best.theta, less, &best.runs, effort);
-        if let Some(fitted) = fitted.filter(|f| f.log_evidence > best.log_evidence) {
-            best = fitted;
-        }
-        // How slow is rest? What is likeliest.
-        let effort = Effort { rounds: AGAIN, held: 0, ..effort };
+        let fitted = |parametric: &ParametricJoint, start: &[f64], latent, runs: &[Run]| {
+            fit(&raw, parametric, start, latent, runs, effort(bounds))
+        };
+        let (owned, start) = (without_parameters(&parametric), parametric.start());
+        let held = fitted(&owned, &owned.start(), latent, &first);
+        let (from, about) = held.as_ref().map_or((latent, &first), |h| (h.latent, &h.runs));
+        let mut best = fitted(&parametric, &start, from, about).ok_or(BaselineError::Nominal)?;
+        let likelier = |best: &mut Fit, start: &[f64], latent, runs: &[Run]| {
+            let found = fitted(&parametric, start, latent, runs);
+            if let Some(found) = found.filter(|f| f.log_evidence > best.log_evidence) {
+                *best = found;
+            }
+        };
+        // Friction as it acts with other parameters, and with a slower rest.
+        likelier(&mut best, &start, from, &at_rest_below(about, REST[0] * speed));
         for share in &REST[1..] {
             let resolved = runs.iter().map(|r| r.recording.resolved_speed).fold(0.0, f64::max);
-            if share * speed <= resolved {
-                continue;
-            }
-            let other = at_rest_below(&best.runs, share * speed);
-            let fitted = fit(&raw, &parametric, &best.theta, best.latent, &other, effort);
-            if let Some(fitted) = fitted.filter(|f| f.log_evidence > best.log_evidence) {
-                best = fitted;
+            if share * speed > resolved {
+                let Fit { theta, latent, runs, .. } = best.clone();
+                likelier(&mut best, &theta, latent, &at_rest_below(&runs, share * speed));
             }
         }
-        let mut all = Self { raw, causes: Vec::new(), parametric, fit: best, held: None, sizes, bounds };
-        all.held = all.with_held_parameters();
-        // Parameters that moved while much seemed to lack may have led astray.
-        if let Some(held) = all.held.as_ref().filter(|h| h.log_evidence > all.fit.log_evidence) {
-            let effort = Effort { rounds: ROUNDS, held: 0, bounds };
-            let start = all.parametric.start();
-            let fitted = fit(&all.raw, &all.parametric, &start, held.latent, &held.runs, effort);
-            if let Some(fitted) = fitted.filter(|f| f.log_evidence > all.fit.log_evidence) {
-                all.fit = fitted;
-            }
-        }
-        Ok(all)
+        let held = fitted(&owned, &owned.start(), best.latent, &best.runs);
+        Ok(Self { raw, causes: Vec::new(), parametric, fit: best, held, sizes, bounds })
     }
 
     /// Its fit with the parameters, those of the owner, doubted by at least so much.
@@ -192,16 +189,9 @@ impl Baseline {
         }
         self.fitted(&wide, &self.fit.theta)
     }
-    /// Its fit with the parameters as the owner has them: only what lacks and where the joint was are fitted.
-    fn with_held_parameters(&self) -> Option<Fit> {
-        let mut held = self.parametric.clone();
-        held.unknowns.retain(|u| !matches!(u.target, Target::Parameter(_)));
-        self.fitted(&held, &held.start())
-    }
     /// Its recordings with other unknowns, from where it was and what lacked.
     fn fitted(&self, parametric: &ParametricJoint, start: &[f64]) -> Option<Fit> {
-        let effort = Effort { rounds: ROUNDS, held: 0, bounds: self.bounds };
-        fit(&self.raw, parametric, start, self.fit.latent, &self.fit.runs, effort)
+        fit(&self.raw, parametric, start, self.fit.latent, &self.fit.runs, effort(self.bounds))
     }
     /// Whether a latent torque stands out.
     pub fn lacks(&self) -> bool {
@@ -220,7 +210,7 @@ impl Baseline {
             core::array::from_fn(|k| Latent { deviation: self.bounds.floor[k], ..self.fit.latent[k] });
         let model = Model { joint: &self.parametric.joint, p: &at.p, latent };
         let of = |r: &Run| {
-            let f = r.filtered(&model, &at.offsets);
+            let f = r.filtered::<FULL>(&model, &at.offsets);
             -0.5 * (f.filter.log_determinant + f.system.readings() as f64)
         };
         self.fit.runs.iter().map(of).sum()

@@ -27,6 +27,10 @@ impl Cause {
     pub fn restructures(&self) -> bool {
         self.choice.spec().borrows.iter().any(|b| matches!(b.neutral, Neutral::Structure))
     }
+    /// What is read is another motion with it: friction holds the motor elsewhere.
+    pub fn moves_readings(&self) -> bool {
+        !self.built() || self.output.is_some() || self.restructures()
+    }
     /// A push that comes and goes.
     pub fn is_push(&self) -> bool {
         self.choice.spec().pulses > 0

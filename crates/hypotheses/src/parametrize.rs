@@ -87,8 +87,9 @@ const SIZES: [f64; 9] = [0.1, 0.15, 0.23, 0.35, 0.55, 0.85, 1.3, 2.0, 3.0];
 const LIMITS: [f64; 5] = [0.4, 0.65, 0.85, 0.93, 0.98];
 const SHAPES: &[f64] = &[0.03, 0.1, 0.3, 1.0, 4.0];
 const ORDERS: &[f64] = &[0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 7.0, 8.0, 12.0];
-/// Natural frequencies of a link, in units of the joint's, and its damping ratio and share of the load's inertia.
-const RESONANCES: [f64; 10] = [0.15, 0.25, 0.4, 0.55, 0.75, 1.0, 1.4, 2.0, 2.8, 4.0];
+/// Natural frequencies of a link, in units of the joint's: the least, how far apart, how many; and its damping ratio and share
+/// of the load's inertia.
+const RESONANCES: (f64, f64, i32) = (0.12, 1.1, 38);
 const RESONATOR: [f64; 2] = [0.04, 0.03];
 /// Length of a push's edges, s: long enough to keep derivatives by its times. It is held.
 const EDGE: f64 = 0.02;
@@ -283,12 +284,13 @@ impl Cause {
         let [share, ratio] = RESONATOR;
         let inertia = share * baseline.sizes.get(Measure::LoadInertia, None);
         let mode = baseline.sizes.get(Measure::Mode, None);
-        let point = |f: &f64| {
-            let w = f * mode;
+        let (least, apart, count) = RESONANCES;
+        let point = |k: i32| {
+            let w = least * apart.powi(k) * mode;
             let values = [inertia, inertia * w * w, 2.0 * ratio * inertia * w];
             asked.iter().zip(values).map(|(a, v)| a.unknown.scale.coordinate(v)).collect()
         };
-        RESONANCES.iter().map(point).collect()
+        (0..count).map(point).collect()
     }
 }
 

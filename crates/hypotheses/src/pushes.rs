@@ -1,8 +1,8 @@
 //! When something pushed: a matched filter on the smoother's scores, which are the derivatives of the likelihood by a torque
 //! of any course.
 
-use trueup_estimation::fit::Run;
-use trueup_estimation::joint::{Model, PLACES};
+use trueup_estimation::joint::{FULL, Model, PLACES};
+use trueup_estimation::run::Run;
 use trueup_estimation::smoother::smooth;
 use trueup_models::joint::output;
 
@@ -69,8 +69,8 @@ type Score = [f64; PLACES];
 
 /// Scores of a torque in each step, and their variances.
 fn scores(run: &Run, model: &Model, offsets: &[f64; output::COUNT]) -> impl Iterator<Item = (Score, Score)> {
-    let filtered = run.filtered(model, offsets);
+    let filtered = run.filtered::<FULL>(model, offsets);
     let pass = filtered.filter.data(&filtered.system, true);
-    let all = smooth(&filtered.system, &filtered.filter, &pass);
+    let all = smooth(&filtered.system, &filtered.filter, &pass, false);
     all.scores.into_iter().zip(all.score_variances).map(|(s, v)| (s.into(), v.into()))
 }

@@ -1,10 +1,12 @@
 //! What leads a screen, linearised anew about itself.
 
-use trueup_estimation::fit::{Effort, Fit, Run, fit};
+use trueup_estimation::fit::{Effort, Fit, fit};
 use trueup_estimation::joint::Model;
+use trueup_estimation::run::Run;
 
 use crate::baseline::Baseline;
 use crate::catalogue::{self, Cause};
+use crate::levels::SEEN;
 use crate::screen::Candidate;
 
 /// Stages of refits: how many of the likeliest go on, and for how many rounds.
@@ -13,6 +15,8 @@ const STAGES: [(usize, usize); 3] = [(usize::MAX, 3), (5, 4), (3, 18)];
 const MOST: usize = 6;
 /// Those that go on have at least this share of what the first gains.
 const NEAR: f64 = 0.3;
+/// More rounds of the first stage for what rings: the latent torques have to leave it first.
+const RINGS: usize = 6;
 /// Rounds of a new structure before its unknowns move.
 const HELD: usize = 2;
 
@@ -27,18 +31,27 @@ pub struct Refitted {
 
 /// The likeliest causes of a screen, each fitted; the likeliest first. Causes that no column shows are among them.
 pub fn refits(baseline: &Baseline, seen: &[Candidate]) -> Vec<Refitted> {
-    let effort = |rounds, held| Effort { rounds, held, bounds: baseline.bounds };
+    let effort = |rounds, held, modes| Effort { rounds, held, modes, bounds: baseline.bounds };
     let begin = |seen: &Candidate, runs: &[Run], held: usize| {
-        let start = [&baseline.fit.theta[..], &seen.at].concat();
+        let mut runs = runs.to_vec();
+        let slow = if seen.parametrized.whole { RINGS } else { 0 };
+        let rounds = STAGES[0].1 + held + slow;
+        let modes = if seen.cause.moves_readings() {
+            runs.iter_mut().for_each(|r| r.recording.friction.clear());
+            rounds
+        } else {
+            0
+        };
+        let start = seen.start(baseline);
         let parametric = &seen.parametrized.parametric;
-        let effort = effort(STAGES[0].1 + held, held);
-        let fit = fit(&baseline.raw, parametric, &start, seen.latent, runs, effort)?;
+        let effort = effort(rounds, held, modes);
+        let fit = fit(&baseline.raw, parametric, &start, seen.latent, &runs, effort)?;
         Some(Refitted { seen: seen.clone(), fit })
     };
     let mut all: Vec<Refitted> =
         shortlist(baseline, seen).iter().filter_map(|s| begin(s, &baseline.fit.runs, 0)).collect();
     let anew = |seen: &Candidate| {
-        let start = [&baseline.fit.theta[..], &seen.at].concat();
+        let start = seen.start(baseline);
         let parametric = &seen.parametrized.parametric;
         let p = parametric.assign(&start).p;
         let model = Model { joint: &parametric.joint, p: &p, latent: seen.latent };
@@ -53,10 +66,10 @@ pub fn refits(baseline: &Baseline, seen: &[Candidate]) -> Vec<Refitted> {
     sort(&mut all);
     for (most, rounds) in &STAGES[1..] {
         let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
-        let least = all.first().map_or(0.0, |r| NEAR * gain(r));
-        for r in all.iter_mut().take(*most).filter(|r| gain(r) >= least) {
+        let least = all.first().map_or(0.0, |r| NEAR * gain(r)).max(SEEN);
+        for r in all.iter_mut().take(*most).filter(|r| !r.fit.settled && gain(r) >= least) {
             let (parametric, f) = (&r.seen.parametrized.parametric, &r.fit);
-            let more = fit(&baseline.raw, parametric, &f.theta, f.latent, &f.runs, effort(*rounds, 0));
+            let more = fit(&baseline.raw, parametric, &f.theta, f.latent, &f.runs, effort(*rounds, 0, 0));
             r.fit = more.unwrap_or_else(|| f.clone());
         }
         sort(&mut all);
@@ -72,11 +85,11 @@ fn shortlist(baseline: &Baseline, seen: &[Candidate]) -> Vec<Candidate> {
         if cause.choice.spec().states.is_empty() || known(&all).is_some() {
             continue;
         }
-        let mut points = Candidate::points(baseline, &cause);
+        let from = |c: Candidate| Candidate { latent: baseline.fit.latent, ..c };
+        let mut points: Vec<Candidate> = Candidate::points(baseline, &cause).into_iter().map(from).collect();
         let middle = points.len() / 2;
         let middle = (middle < points.len()).then(|| points.swap_remove(middle));
-        let from = |c: Candidate| Candidate { latent: baseline.fit.latent, ..c };
-        all.extend(known(seen).or_else(|| middle.map(from)));
+        all.extend(known(seen).or(middle));
     }
     all
 }

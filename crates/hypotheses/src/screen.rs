@@ -2,9 +2,10 @@
 
 use trueup_estimation::evidence::{Further, Gram, Posterior, Prior};
 use trueup_estimation::filter::Filter;
-use trueup_estimation::fit::{Run, priors};
+use trueup_estimation::fit::priors;
 use trueup_estimation::intake::Raw;
-use trueup_estimation::joint::{Along, Column, Model, N, PLACES, Parts};
+use trueup_estimation::joint::{Along, Column, FULL, LEAN, Model, PLACES, Parts, has_effect_states};
+use trueup_estimation::run::Run;
 use trueup_estimation::system::{Latent, System};
 use trueup_estimation::unknown::{Target, Unknown};
 use trueup_models::effect::Scope;
@@ -40,6 +41,8 @@ pub struct Candidate {
     pub parametrized: Parametrized,
     /// Coordinates of its unknowns, amplitudes as they were found.
     pub at: Vec<f64>,
+    /// By how much the baseline's unknowns move with it.
+    pub by: Vec<f64>,
     /// What it gains over the baseline, in nats.
     pub gain: f64,
     /// Where the intensities are then.
@@ -47,6 +50,12 @@ pub struct Candidate {
 }
 
 impl Candidate {
+    /// Coordinates of all unknowns, the baseline's first.
+    pub fn start(&self, baseline: &Baseline) -> Vec<f64> {
+        let own = baseline.fit.theta.iter().zip(&self.by).map(|(t, by)| t + by);
+        let all = own.chain(self.at.iter().copied()).zip(&self.parametrized.parametric.unknowns);
+        all.map(|(t, u)| t.clamp(u.lower, u.upper)).collect()
+    }
     /// A cause at each of its points, unseen, with latent torques to begin with.
     pub fn points(baseline: &Baseline, cause: &Cause) -> Vec<Self> {
         let Ok(parametrized) = cause.parametrize(baseline) else { return Vec::new() };
@@ -57,6 +66,7 @@ impl Candidate {
             cause: cause.clone(),
             parametrized: parametrized.clone(),
             at: at.clone(),
+            by: vec![0.0; parametrized.own],
             gain: 0.0,
             latent,
         };
@@ -66,13 +76,22 @@ impl Candidate {
 
 /// Everything that may be missing, the likeliest first.
 pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
+    if has_effect_states(&baseline.parametric.joint) {
+        screen_in::<FULL>(baseline)
+    } else {
+        screen_in::<LEAN>(baseline)
+    }
+}
+
+fn screen_in<const N: usize>(baseline: &Baseline) -> Vec<Candidate> {
     let causes: Vec<(Cause, Parametrized)> = (all(baseline).into_iter())
         .filter(|c| !c.restructures())
         .filter_map(|c| c.parametrize(baseline).ok().map(|p| (c, p)))
         .collect();
-    let about = About::new(baseline);
+    let about = About::<N>::new(baseline);
     let shapes: Vec<Shape> = causes.iter().enumerate().flat_map(|(k, (_, p))| shapes(&about, k, p)).collect();
     let mut best: Vec<Option<Candidate>> = vec![None; causes.len()];
+    let mut scores = vec![f64::NEG_INFINITY; causes.len()];
     let mut gains = vec![f64::NEG_INFINITY; shapes.len()];
     let mut alone = f64::NEG_INFINITY;
     let pairs: Vec<[f64; PLACES]> = INTENSITIES
@@ -101,10 +120,27 @@ pub fn screen(baseline: &Baseline) -> Vec<Candidate> {
             }
             let gain = posterior.log_evidence;
             gains[*at] = gains[*at].max(gain - none.log_evidence);
-            if best[s.cause].as_ref().is_none_or(|b| gain > b.gain) {
+            // Latent torques take what rings: a resonance shows where they are held down, though all is worse there.
+            let rings = causes[s.cause].1.whole;
+            let score = if rings { gain - none.log_evidence } else { gain };
+            if score > scores[s.cause] {
+                scores[s.cause] = score;
                 let (cause, parametrized) = causes[s.cause].clone();
-                let at = parametrized.grown(&s.point, &s.factors(&factors, &parametrized));
-                best[s.cause] = Some(Candidate { cause, parametrized, at, gain, latent });
+                best[s.cause] = Some(if rings {
+                    let by = vec![0.0; about.own()];
+                    Candidate {
+                        cause,
+                        parametrized,
+                        at: s.point.clone(),
+                        by,
+                        gain,
+                        latent: baseline.fit.latent,
+                    }
+                } else {
+                    let by = posterior.mean.iter().take(about.own()).copied().collect();
+                    let at = parametrized.grown(&s.point, &s.factors(&factors, &parametrized));
+                    Candidate { cause, parametrized, at, by, gain, latent }
+                });
             }
         }
     }
@@ -132,7 +168,7 @@ fn promising(shapes: &[Shape], gains: &[f64]) -> Vec<usize> {
 }
 
 /// The baseline with its recordings as linear systems.
-struct About<'a> {
+struct About<'a, const N: usize> {
     baseline: &'a Baseline,
     inertia: [f64; PLACES],
     /// By recording: what the baseline does.
@@ -142,7 +178,7 @@ struct About<'a> {
     columns: Vec<Vec<Column>>,
 }
 
-impl<'a> About<'a> {
+impl<'a, const N: usize> About<'a, N> {
     fn new(baseline: &'a Baseline) -> Self {
         let (fit, parametric) = (&baseline.fit, &baseline.parametric);
         let at = parametric.assign(&fit.theta);
@@ -242,7 +278,7 @@ impl<'a> About<'a> {
 }
 
 /// A cause's shapes as columns about the baseline; those that do nothing are left out.
-fn shapes(about: &About, cause: usize, parametrized: &Parametrized) -> Vec<Shape> {
+fn shapes<const N: usize>(about: &About<N>, cause: usize, parametrized: &Parametrized) -> Vec<Shape> {
     let Some(first) = parametrized.points.first() else { return Vec::new() };
     let amplitudes = parametrized.amplitudes.len();
     let grown = |point: &[f64], by: f64| parametrized.grown(point, &vec![by; amplitudes]);
@@ -263,7 +299,12 @@ fn shapes(about: &About, cause: usize, parametrized: &Parametrized) -> Vec<Shape
 
 impl Shape {
     /// A form whose size is part of it.
-    fn fixed(about: &About, cause: usize, parametrized: &Parametrized, point: Vec<f64>) -> Self {
+    fn fixed<const N: usize>(
+        about: &About<N>,
+        cause: usize,
+        parametrized: &Parametrized,
+        point: Vec<f64>,
+    ) -> Self {
         Self {
             cause,
             columns: about.columns(parametrized, &point).into_iter().map(|c| vec![c]).collect(),
@@ -274,7 +315,12 @@ impl Shape {
         }
     }
     /// A form that is linear in its amplitudes: a column for each that the point does not leave neutral.
-    fn linear(about: &About, cause: usize, parametrized: &Parametrized, point: Vec<f64>) -> Self {
+    fn linear<const N: usize>(
+        about: &About<N>,
+        cause: usize,
+        parametrized: &Parametrized,
+        point: Vec<f64>,
+    ) -> Self {
         let amplitudes = &parametrized.amplitudes;
         let size = |k: usize| point[amplitudes[k].unknown] - amplitudes[k].neutral;
         let of: Vec<usize> = (0..amplitudes.len()).filter(|k| size(*k) != 0.0).collect();

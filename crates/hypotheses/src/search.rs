@@ -4,7 +4,7 @@ use trueup_estimation::fit::Fit;
 use trueup_signals::Loaded;
 
 use crate::baseline::{Baseline, BaselineError};
-use crate::levels::{DOUBTED, SECOND, SEEN};
+use crate::levels::{ALONE, DOUBTED, SECOND, SEEN};
 use crate::refit::{Refitted, refits};
 use crate::screen::screen;
 
@@ -46,7 +46,7 @@ pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
     let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
     let most = singles.first().map_or(0.0, gain);
     for (k, leader) in singles.iter().take(LEADERS).enumerate() {
-        if ideal - leader.fit.log_evidence < SECOND || gain(leader) < NEAR * most {
+        if most < ALONE || ideal - leader.fit.log_evidence < SECOND || gain(leader) < NEAR * most {
             break;
         }
         let leader = with(leader);

@@ -1,6 +1,6 @@
 //! Typical sizes of a joint and its recordings: what is large for this torque, this speed, this deflection.
 
-use trueup_estimation::fit::Run;
+use trueup_estimation::run::Run;
 use trueup_models::effect::Measure;
 use trueup_models::joint::{input, output, parameter as q};
 

@@ -8,9 +8,9 @@ use trueup_models::effect::set::Placed;
 use trueup_models::effect::{Choice, EffectSet, Plant, Role};
 use trueup_models::joint::{TwoMassJoint, output as joint_output, parameter};
 use trueup_models::presets::delian;
-use trueup_numerics::{Dual, Scalar};
 use trueup_numerics::driver::{Options, Run, simulate};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::{Dual, Scalar};
 
 const FLEXIBLE: [bool; 3] = [true, false, true];
 
@@ -158,7 +158,7 @@ fn every_effect_shows_at_its_start_values() {
 fn speeds_are_the_derivatives_of_angles_with_every_effect() {
     let mut rng = Random(5);
     for id in ids(Plant::Joint).into_iter().filter(|id| !id.contains("sensor")) {
-        let (model, p) = joint(&[id.clone()]);
+        let (model, p) = joint(std::slice::from_ref(&id));
         let s = model.sizes();
         let x: Vec<f64> = rng.vector(s.states, 0.5);
         let (mut dx, mut modes) = (vec![0.0; s.states], vec![0; s.modes]);

@@ -63,8 +63,8 @@ pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64;
     };
     let dry = model.dry();
     if states == 0 && sizes.modes == 1 {
-        for w in trajectory.windows(2) {
-            all.modes.push(if dry { mode(recording, &w[0], &w[1]) } else { 0 });
+        for (k, w) in trajectory.windows(2).enumerate() {
+            all.modes.push(if dry { mode(recording, k, &w[0], &w[1]) } else { 0 });
         }
         all.modes.push(0);
         return all;
@@ -91,7 +91,7 @@ pub(super) fn instants(model: &Model, recording: &Recording, trajectory: &[[f64;
         if modes.len() > 1 {
             settle(model, t, &x, &u, &mut modes);
         }
-        modes[0] = if dry { mode(recording, &trajectory[k], &next) } else { 0 };
+        modes[0] = if dry { mode(recording, k, &trajectory[k], &next) } else { 0 };
         all.effects.extend(&x[own..]);
         all.modes.extend(&modes);
         if states > 0 {

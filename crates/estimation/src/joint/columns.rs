@@ -8,7 +8,7 @@ use trueup_models::joint::output;
 use trueup_numerics::{Dual, Scalar};
 
 use super::along::{Instants, instants};
-use super::{Channel, EFFECTS, FULL, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
+use super::{Channel, EFFECTS, LEAN, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
 
 /// Torques at the places in each step, and errors of the readings, one after the other; either may be empty.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -141,7 +141,7 @@ impl Model<'_> {
         p: &[T],
         k: usize,
         w: &[[f64; STATES]],
-    ) -> [T; FULL] {
+    ) -> [T; LEAN] {
         let t = (k as f64 + 0.5) * recording.dt;
         let middle: [f64; STATES] = core::array::from_fn(|i| 0.5 * (w[0][i] + w[1][i]));
         let (effects, states) = along.middle(k);

@@ -44,7 +44,7 @@ fn kinematic(read: &[Option<f64>], variance: f64, dt: f64) -> Vec<[f64; 2]> {
     let best = (-2..16).map(|e| (e, likelihood(e))).max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |b| b.0);
     let system = of(unit * 10f64.powi(best));
     let filter = Filter::new(&system);
-    let smoothed = smooth(&system, &filter, &filter.data(&system, true));
+    let smoothed = smooth(&system, &filter, &filter.data(&system, true), false);
     smoothed.states.iter().map(|x| [x[0] + first, x[1]]).collect()
 }
 
@@ -72,12 +72,12 @@ pub fn sensed_trajectory(model: &Model, recording: &Recording) -> Trajectory {
 }
 
 /// The trajectory and the latent torques that a smoother found about another trajectory.
-pub fn smoothed_trajectory(
+pub fn smoothed_trajectory<const N: usize>(
     trajectory: &[[f64; STATES]],
-    found: &Smoothed<{ super::N }, PLACES>,
+    found: &Smoothed<N, PLACES>,
 ) -> (Trajectory, Vec<[f64; PLACES]>) {
     let moved = trajectory.iter().zip(&found.states).map(|(x, d)| core::array::from_fn(|i| x[i] + d[i]));
-    let held = found.states.iter().map(|d| core::array::from_fn(|p| d[super::FULL + p]));
+    let held = found.states.iter().map(|d| core::array::from_fn(|p| d[N - PLACES + p]));
     let mut held: Vec<[f64; PLACES]> = held.collect();
     held.pop();
     (moved.collect(), held)
