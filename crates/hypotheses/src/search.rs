@@ -46,11 +46,14 @@ pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
     let gain = |r: &Refitted| r.fit.log_evidence - baseline.fit.log_evidence;
     let most = singles.first().map_or(0.0, gain);
     for (k, leader) in singles.iter().take(LEADERS).enumerate() {
-        if most < ALONE || ideal - leader.fit.log_evidence < SECOND || gain(leader) < NEAR * most {
+        if most < ALONE || gain(leader) < NEAR * most {
             break;
         }
         let leader = with(leader);
-        pairs.extend(refits(&leader, &screen(&leader)).into_iter().map(|r| (k, r)));
+        let seen = screen(&leader);
+        if leader.lacks() || seen.first().is_some_and(|s| s.gain > SEEN) {
+            pairs.extend(refits(&leader, &seen).into_iter().map(|r| (k, r)));
+        }
     }
     pairs.sort_by(|a, b| b.1.fit.log_evidence.total_cmp(&a.1.fit.log_evidence));
     Ok(Found { baseline, doubted, singles, pairs, ideal })

@@ -2,7 +2,7 @@
 
 use trueup_estimation::fit::Fit;
 
-use crate::levels::{ALONE, APART, EXPLAINED, NOTICED, REMAINING, SHARE, TEMPERATURE};
+use crate::levels::{ALONE, APART, EXPLAINED, NOTICED, SECOND_TO_FIRST, SHARE, TEMPERATURE};
 use crate::refit::Refitted;
 use crate::search::Found;
 
@@ -86,12 +86,12 @@ fn lacking(found: &Found, fit: &Fit) -> f64 {
     fit.latent.iter().zip(torques).map(|(l, t)| (l.deviation / t).powi(2)).sum()
 }
 
-/// The likeliest pair, where its second cause brings enough of what the first one leaves.
+/// The likeliest pair, where its second cause brings enough beside what the first one brings.
 fn pair(found: &Found) -> Option<&Refitted> {
     let (first, pair) = (found.singles.first()?, found.pairs.first()?);
     let brings = |r: &Refitted, beside: &Refitted| r.fit.log_evidence - beside.fit.log_evidence;
     let leader = &found.singles[pair.0];
-    let left = found.ideal - leader.fit.log_evidence;
-    let enough = brings(&pair.1, first) > NOTICED && brings(&pair.1, leader) > REMAINING * left;
+    let brought = leader.fit.log_evidence - found.baseline.fit.log_evidence;
+    let enough = brings(&pair.1, first) > NOTICED && brings(&pair.1, leader) > SECOND_TO_FIRST * brought;
     enough.then_some(&pair.1)
 }
