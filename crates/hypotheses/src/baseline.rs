@@ -198,6 +198,10 @@ impl Baseline {
         let torques = self.sizes.torques();
         self.fit.latent.iter().zip(torques).any(|(l, t)| l.deviation > LACKS * t)
     }
+    /// Whether a latent torque is as large as it may be: readings alone tell the motion then.
+    pub fn at_ceiling(&self, fit: &Fit) -> bool {
+        fit.latent.iter().zip(self.bounds.ceiling).any(|(l, most)| l.deviation >= most)
+    }
     /// With a cause, fitted.
     pub fn with(&self, cause: &Cause, parametric: &ParametricJoint, fit: &Fit) -> Self {
         let causes = self.causes.iter().chain([cause]).cloned().collect();

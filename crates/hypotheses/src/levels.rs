@@ -31,7 +31,7 @@ pub const SEEN: f64 = 6.0;
 /// What is worth noticing, in nats.
 pub const NOTICED: f64 = 60.0;
 /// What a cause has to gain, in nats, where nothing is known to lack.
-pub const ALONE: f64 = 60.0;
+pub const ALONE: f64 = 110.0;
 /// Share of what could be gained below which no cause explains what lacks.
 pub const SHARE: f64 = 0.14;
 /// Share of what could be gained that other parameters have to gain.
@@ -40,7 +40,7 @@ pub const EXPLAINED: f64 = 0.5;
 /// tenths, which leaves their square of its nats (decision 0016).
 pub const SECOND_TO_FIRST: f64 = 0.1;
 /// Latent torque above which something lacks, in units of the typical torque.
-pub const LACKS: f64 = 0.01;
+pub const LACKS: f64 = 0.004;
 /// By this odds are tempered.
 pub const TEMPERATURE: f64 = 8.0;
 /// Odds (natural logarithm, tempered) below which two causes are not told apart: they make the set that holds nine tenths.

@@ -17,7 +17,7 @@ const NEAR: f64 = 0.5;
 pub struct Found {
     /// The model as its owner believes it.
     pub baseline: Baseline,
-    /// The same, its parameters in doubt.
+    /// The same, its parameters in doubt; none where nothing lacks.
     pub doubted: Option<Fit>,
     /// One cause, the likeliest first.
     pub singles: Vec<Refitted>,
@@ -33,11 +33,11 @@ pub struct Found {
 /// See [`BaselineError`].
 pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
     let baseline = Baseline::new(loaded)?;
-    let doubted = baseline.doubted(DOUBTED);
     let seen = screen(&baseline);
     let anything = seen.first().is_some_and(|s| s.gain > SEEN)
         || baseline.ideal() - baseline.fit.log_evidence > SECOND
-        || baseline.fit.latent.iter().zip(baseline.bounds.ceiling).any(|(l, c)| l.deviation >= c);
+        || baseline.at_ceiling(&baseline.fit);
+    let doubted = if anything { baseline.doubted(DOUBTED) } else { None };
     let singles = if anything { refits(&baseline, &seen) } else { Vec::new() };
     let with = |r: &Refitted| baseline.with(&r.seen.cause, &r.seen.parametrized.parametric, &r.fit);
     let best = singles.first().map(with);

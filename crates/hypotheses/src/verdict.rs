@@ -61,7 +61,7 @@ pub fn judge(found: &Found) -> Verdict {
         }
     } else if doubted >= best - NOTICED {
         if doubted >= EXPLAINED * could { Kind::Parameters } else { Kind::Unknown }
-    } else if share < SHARE {
+    } else if share < SHARE || leader.is_some_and(|r| found.baseline.at_ceiling(&r.fit)) {
         Kind::Unknown
     } else {
         Kind::Effects
