@@ -31,7 +31,9 @@ pub const SEEN: f64 = 6.0;
 /// What is worth noticing, in nats.
 pub const NOTICED: f64 = 60.0;
 /// What a cause has to gain, in nats, where nothing is known to lack.
-pub const ALONE: f64 = 110.0;
+pub const ALONE: f64 = 40.0;
+/// The same of a law of motor friction: no recording's friction is the model's, not even without a gap (decision 0016).
+pub const FRICTION: f64 = 110.0;
 /// Share of what could be gained below which no cause explains what lacks.
 pub const SHARE: f64 = 0.14;
 /// Share of what could be gained that other parameters have to gain.

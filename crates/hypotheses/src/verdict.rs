@@ -2,7 +2,7 @@
 
 use trueup_estimation::fit::Fit;
 
-use crate::levels::{ALONE, APART, EXPLAINED, NOTICED, SECOND_TO_FIRST, SHARE, TEMPERATURE};
+use crate::levels::{ALONE, APART, EXPLAINED, FRICTION, NOTICED, SECOND_TO_FIRST, SHARE, TEMPERATURE};
 use crate::refit::Refitted;
 use crate::search::Found;
 
@@ -53,7 +53,9 @@ pub fn judge(found: &Found) -> Verdict {
     let calmed = leader.map_or(0.0, |r| 1.0 - lacking(found, &r.fit) / lacking(found, &found.baseline.fit));
     let share = (most / could).max(calmed);
     let lacks = found.ideal - base > NOTICED && found.baseline.lacks();
-    let kind = if best < ALONE && doubted < ALONE {
+    let friction = found.singles.first().is_some_and(|r| r.seen.cause.choice.spec().friction);
+    let alone = if friction { FRICTION } else { ALONE };
+    let kind = if best < alone && doubted < alone {
         match (lacks, moved > NOTICED) {
             (true, _) => Kind::Unknown,
             (false, true) => Kind::Parameters,
