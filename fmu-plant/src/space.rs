@@ -4,9 +4,10 @@ use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable, Storage};
+use trueup_models::layout::{Allowed, Shows};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
-use trueup_models::space::layout::{Allowed, Inputs, Outputs, Parameters, Shows, States};
+use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
 use trueup_models::space::tree::{Joint, Tree};
 use trueup_models::space::{SpatialFreeFlyer, Structure, presets};
 use trueup_numerics::hybrid::Hybrid;
@@ -115,7 +116,7 @@ fn depends(shows: Shows) -> Depends {
     match shows {
         Shows::State(name) => Depends::On(vec![format!("state.{name}")]),
         Shows::States => Depends::StatesAnd(Vec::new()),
-        Shows::All => Depends::All,
+        Shows::All | Shows::Flag | Shows::Item(_) => Depends::All,
     }
 }
 
@@ -126,12 +127,9 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
     let coupling = b.enumeration(Enumeration {
-        name: "MotorCoupling",
-        description: "How a motor's rotor is coupled to the body that carries it",
-        items: vec![
-            ("paper", "as printed: the rotor turns with the motor angle, the carrier feels all of I_m"),
-            ("geared", "rotor behind a gear: the carrier feels I_m/N and I_m/N^2"),
-        ],
+        name: COUPLING.name,
+        description: COUPLING.text,
+        items: COUPLING.items.to_vec(),
     });
     let kind = b.enumeration(Enumeration {
         name: "JointType",
@@ -209,7 +207,7 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
             Allowed::OneUp => {
                 v.bounded(1.0);
             }
-            Allowed::Coupling => v.kind = coupling,
+            Allowed::Item(_) => v.kind = coupling,
         }
         v.follows = e.kind.follows.map(str::to_owned);
     }

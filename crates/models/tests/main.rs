@@ -9,6 +9,7 @@ mod arm_golden;
 mod arm_properties;
 mod arm_replay;
 mod arm_stick;
+mod contact;
 mod controller;
 mod effects;
 mod joint_golden;

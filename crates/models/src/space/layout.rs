@@ -1,137 +1,32 @@
 //! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values lie in the vectors.
 
 use super::model::Structure;
+use crate::layout::Allowed::{self, NotNegative, OneUp, Positive};
+use crate::layout::{Items, Parameter, Shows, Start, State, layout};
 
-/// A variable of one of the lists below.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Entry<K> {
-    /// Its name.
-    pub name: &'static str,
-    /// Lengths of its dimensions; empty for a scalar. Elements lie row by row.
-    pub dimensions: Vec<usize>,
-    /// SI.
-    pub unit: &'static str,
-    /// What its list says of it besides.
-    pub kind: K,
-    /// What it is.
-    pub text: &'static str,
-}
-
-impl<K> Entry<K> {
-    /// Number of elements.
-    pub fn len(&self) -> usize {
-        self.dimensions.iter().product()
-    }
-    /// It has no elements.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
-/// Which values a parameter may take.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Allowed {
-    /// All.
-    Any,
-    /// Above 0.
-    Positive,
-    /// 0 and above.
-    NotNegative,
-    /// 1 and above.
-    OneUp,
-    /// An item of the enumeration of rotors' couplings.
-    Coupling,
-}
-
-/// A parameter's kind.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parameter {
-    /// Its values.
-    pub allowed: Allowed,
-    /// It may be changed between steps.
-    pub tunable: bool,
-    /// While it is not set, it has the value of this parameter.
-    pub follows: Option<&'static str>,
-}
-
+/// How a rotor is coupled to the body that carries it.
+pub static COUPLING: Items = Items {
+    name: "MotorCoupling",
+    text: "How a motor's rotor is coupled to the body that carries it",
+    items: &[
+        ("paper", "as printed: the rotor turns with the motor angle, the carrier feels all of I_m"),
+        ("geared", "rotor behind a gear: the carrier feels I_m/N and I_m/N^2"),
+    ],
+};
+const FIXED: Parameter = Parameter::fixed(Allowed::Any);
 const fn tunable(allowed: Allowed) -> Parameter {
-    Parameter { allowed, tunable: true, follows: None }
+    Parameter::tunable(allowed)
 }
-const FIXED: Parameter = Parameter { allowed: Allowed::Any, tunable: false, follows: None };
 const fn following(follows: &'static str) -> Parameter {
-    Parameter { follows: Some(follows), ..FIXED }
+    Parameter::following(follows)
 }
-
-/// What an output depends on.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shows {
-    /// This state, element by element.
-    State(&'static str),
-    /// States.
-    States,
-    /// States and inputs.
-    All,
-}
-
-/// A state's kind.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct State {
-    /// Unit of its rate.
-    pub rate: &'static str,
-    /// Typical magnitude.
-    pub nominal: f64,
-    /// What its rate depends on.
-    pub depends: Shows,
-}
-
 const fn state(rate: &'static str, nominal: f64, depends: Shows) -> State {
-    State { rate, nominal, depends }
+    State::new(rate, nominal, depends)
 }
-
-macro_rules! layout {
-    ($(#[$doc:meta])* $type:ident of $kind:ty, $s:ident:
-        $($field:ident $name:literal [$($d:expr),*] $(if $there:expr)?, $unit:literal, $more:expr, $text:literal;)*
-    ) => {
-        $(#[$doc])*
-        #[derive(Clone, Copy, Debug)]
-        pub struct $type {
-            $(#[doc = concat!("Begin of `", $name, "`.")] pub $field: usize,)*
-            /// How many values there are.
-            pub count: usize,
-        }
-        impl $type {
-            /// Of a model with this structure.
-            pub fn new($s: &Structure) -> Self {
-                let mut count = 0;
-                $(
-                    let $field = count;
-                    let dimensions: &[usize] = &[$($d),*];
-                    if true $(&& $there)? {
-                        count += dimensions.iter().product::<usize>();
-                    }
-                )*
-                Self { $($field,)* count }
-            }
-            /// The variables that a model with this structure has, in order.
-            pub fn list($s: &Structure) -> Vec<Entry<$kind>> {
-                let mut all: Vec<Entry<$kind>> = Vec::new();
-                $(
-                    let dimensions: Vec<usize> = vec![$($d),*];
-                    if dimensions.iter().all(|d| *d > 0) $(&& $there)? {
-                        all.push(Entry { name: $name, dimensions, unit: $unit, kind: $more, text: $text });
-                    }
-                )*
-                all
-            }
-        }
-    };
-}
-
-use Allowed::{NotNegative, OneUp, Positive};
 
 layout! {
     /// Where parameters begin.
-    Parameters of Parameter, s:
+    Parameters of Parameter, s: Structure:
     base_mass "baseMass" [], "kg", tunable(Positive), "Base, m_s (SFF-8)";
     base_inertia "baseInertia" [3, 3], "kg.m2", tunable(Allowed::Any), "Base about its centre of mass, base axes (SFF-8)";
     body_mass "bodyMass" [s.bodies()], "kg", tunable(Positive), "m_i (SFF-8)";
@@ -144,13 +39,13 @@ layout! {
     tip_offset "tipOffset" [s.tips.len(), 3], "m", tunable(Allowed::Any), "The tip from its body's joint, body axes";
     motor_inertia "motorInertia" [s.bodies()], "kg.m2", tunable(NotNegative),
         "Rotor, gear ratio squared included (kg of a prismatic joint; SFF-12)";
-    gear_ratio "gearRatio" [s.bodies()], "1", Parameter { allowed: OneUp, ..FIXED },
+    gear_ratio "gearRatio" [s.bodies()], "1", Parameter::fixed(OneUp),
         "Motor turns per joint turn, N; used by the geared coupling";
     joint_stiffness "jointStiffness" [s.bodies()], "N.m/rad", tunable(NotNegative),
         "Spring of a flexible joint (N/m of a prismatic one)";
     joint_damping "jointDamping" [s.bodies()], "N.m.s/rad", tunable(NotNegative),
         "Beside the spring of a flexible joint (N.s/m of a prismatic one)";
-    motor_coupling "motorCoupling" [], "", Parameter { allowed: Allowed::Coupling, ..FIXED },
+    motor_coupling "motorCoupling" [], "", Parameter::fixed(Allowed::Item(&COUPLING)),
         "How the rotors are coupled to the bodies that carry them (SFF-12)";
     thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";
     thruster_direction "thrusterDirection" [s.thrusters, 3], "1", tunable(Allowed::Any), "Of the force on the base, base axes";
@@ -190,18 +85,18 @@ layout! {
 
 layout! {
     /// Where inputs begin.
-    Inputs of (), s:
-    joint_torque "jointTorque" [s.bodies()], "N.m", (), "On the motors, joint side (N of a prismatic joint); positive turns the joint forward (SFF-11)";
-    thruster_force "thrusterForce" [s.thrusters], "N", (), "On the base along the thruster's direction";
-    base_force "baseForce" [3] if !s.held, "N", (), "On the base at its centre of mass, inertial axes, F_s (SFF-11)";
-    base_torque "baseTorque" [3] if !s.held, "N.m", (), "On the base, inertial axes, H_s (SFF-11)";
-    tip_force "tipForce" [s.tips.len(), 3], "N", (), "At the tip, inertial axes, F_ee (SFF-11)";
-    tip_torque "tipTorque" [s.tips.len(), 3], "N.m", (), "On the tip's body, inertial axes, T_ee (SFF-11)";
+    Inputs of Start, s: Structure:
+    joint_torque "jointTorque" [s.bodies()], "N.m", &[], "On the motors, joint side (N of a prismatic joint); positive turns the joint forward (SFF-11)";
+    thruster_force "thrusterForce" [s.thrusters], "N", &[], "On the base along the thruster's direction";
+    base_force "baseForce" [3] if !s.held, "N", &[], "On the base at its centre of mass, inertial axes, F_s (SFF-11)";
+    base_torque "baseTorque" [3] if !s.held, "N.m", &[], "On the base, inertial axes, H_s (SFF-11)";
+    tip_force "tipForce" [s.tips.len(), 3], "N", &[], "At the tip, inertial axes, F_ee (SFF-11)";
+    tip_torque "tipTorque" [s.tips.len(), 3], "N.m", &[], "On the tip's body, inertial axes, T_ee (SFF-11)";
 }
 
 layout! {
     /// Where outputs begin.
-    Outputs of Shows, s:
+    Outputs of Shows, s: Structure:
     base_position "basePosition" [3], "m", if s.held { Shows::States } else { Shows::State("basePosition") }, "The base's centre of mass, inertial axes, r";
     base_quaternion "baseQuaternion" [4], "1", if s.held { Shows::States } else { Shows::State("baseQuaternion") }, "Base axes to inertial ones, Q: w, x, y, z (SFF-1)";
     base_velocity "baseVelocity" [3], "m/s", if s.held { Shows::States } else { Shows::State("baseVelocity") }, "d(r)/dt, inertial axes";
@@ -239,7 +134,7 @@ layout! {
 
 layout! {
     /// Where states begin; velocities are in the order of what they are the rates of.
-    States of State, s:
+    States of State, s: Structure:
     base_position "basePosition" [3] if !s.held, "m", state("m/s", 0.01, Shows::State("baseVelocity")), "the base's position, r";
     base_quaternion "baseQuaternion" [4] if !s.held, "1", state("1/s", 1.0, Shows::States), "the base's attitude, Q";
     joint_angle "jointAngle" [s.bodies()], "rad", state("rad/s", 0.01, Shows::State("jointVelocity")), "joint angles, q_i";

@@ -1,0 +1,156 @@
+//! `FreeBody`: a rigid body that floats in the plane, with docking points that forces act at.
+//!
+//! Positive directions: inertial frame; angles, rates and torques from x to y. What it gets wrong: nothing but forces at the
+//! docking points acts on it.
+
+use super::MAX_PORTS;
+use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub};
+use super::layout::{BodyInputs, BodyOutputs, BodyParameters, BodyStates};
+use super::presets::SIM2;
+use super::touch::two;
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// Mass and inertia about the centre of mass.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inertia<T> {
+    pub mass: T,
+    pub inertia: T,
+}
+
+impl<T: Scalar> Inertia<T> {
+    /// Accelerations by a wrench about the centre of mass: m dv/dt = F, I d(omega)/dt = sum of torque + r x F.
+    pub(super) fn accelerated(&self, by: &Wrench<T>) -> (Vector<T>, T) {
+        (by.force.map(|f| f / self.mass), by.torque / self.inertia) // (CON-9)
+    }
+    /// Momentum, angular momentum about the inertial origin, twice the kinetic energy, of a centre of mass that moves so.
+    pub(super) fn momenta(&self, at: &Frame<T>) -> (Vector<T>, T, T) {
+        let momentum = scale(self.mass, at.velocity);
+        let angular = cross(at.position, momentum) + self.inertia * at.rate;
+        (momentum, angular, self.mass * dot(at.velocity, at.velocity) + self.inertia * at.rate * at.rate)
+    }
+}
+
+/// Adds a wrench about a point of a body to one about its centre of mass.
+pub(super) fn carry<T: Scalar>(sum: &mut Wrench<T>, wrench: &Wrench<T>, point: Vector<T>, center: Vector<T>) {
+    sum.add(wrench.force, sub(point, center)); // (CON-9)
+    sum.torque += wrench.torque;
+}
+
+/// The structure of a floating body: its docking points.
+#[derive(Clone, Debug)]
+pub struct FreeBody {
+    ports: usize,
+    parameters: BodyParameters,
+    inputs: BodyInputs,
+    outputs: BodyOutputs,
+    states: BodyStates,
+}
+
+impl FreeBody {
+    /// With that many docking points.
+    ///
+    /// # Errors
+    /// None of them, or more than [`MAX_PORTS`].
+    pub fn new(ports: usize) -> Result<Self, String> {
+        if ports == 0 || ports > MAX_PORTS {
+            return Err(format!("a body of {ports} docking points: it has 1 to {MAX_PORTS}"));
+        }
+        Ok(Self {
+            ports,
+            parameters: BodyParameters::new(&ports),
+            inputs: BodyInputs::new(&ports),
+            outputs: BodyOutputs::new(&ports),
+            states: BodyStates::new(&ports),
+        })
+    }
+    /// Docking points.
+    pub fn ports(&self) -> usize {
+        self.ports
+    }
+    /// The target of SIM2 with its port where the hand of `CaptureScene` expects it; further ports at its centre of mass.
+    pub fn defaults(&self) -> Vec<f64> {
+        let at = &self.parameters;
+        let mut p = vec![0.0; at.count];
+        (p[at.mass], p[at.inertia]) = (SIM2.target_mass, SIM2.target_inertia);
+        for i in 0..2 {
+            p[at.port + i] = -SIM2.target_center[i];
+            p[at.position + i] = SIM2.end_effector[i] + SIM2.port_offset[i] + SIM2.target_center[i];
+        }
+        p
+    }
+    fn frame<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+        let at = &self.states;
+        Frame::new(two(x, at.position), x[at.attitude], two(x, at.velocity), x[at.rate])
+    }
+    fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
+        Inertia { mass: p[self.parameters.mass], inertia: p[self.parameters.inertia] }
+    }
+}
+
+impl Hybrid for FreeBody {
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            states: self.states.count,
+            inputs: self.inputs.count,
+            parameters: self.parameters.count,
+            outputs: self.outputs.count,
+            modes: 0,
+            indicators: 0,
+        }
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        let (from, to) = (&self.parameters, &self.states);
+        for i in 0..2 {
+            x[to.position + i] = p[from.position + i];
+            x[to.velocity + i] = p[from.velocity + i];
+        }
+        (x[to.attitude], x[to.rate]) = (p[from.attitude], p[from.rate]);
+    }
+    fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let body = self.frame(at.x);
+        let mut sum = Wrench::default();
+        for k in 0..self.ports {
+            let force = two(at.u, self.inputs.force + 2 * k);
+            let wrench = Wrench { force, torque: at.u[self.inputs.torque + k] };
+            let point = body.at(two(at.p, self.parameters.port + 2 * k)).position;
+            carry(&mut sum, &wrench, point, body.position);
+        }
+        let (acceleration, turning) = self.inertia(at.p).accelerated(&sum);
+        let to = &self.states;
+        for i in 0..2 {
+            dx[to.position + i] = body.velocity[i];
+            dx[to.velocity + i] = acceleration[i];
+        }
+        (dx[to.attitude], dx[to.rate]) = (body.rate, turning);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        let (body, to) = (self.frame(at.x), &self.outputs);
+        let (momentum, angular, energy) = self.inertia(at.p).momenta(&body);
+        for i in 0..2 {
+            y[to.position + i] = body.position[i];
+            y[to.velocity + i] = body.velocity[i];
+            y[to.linear_momentum + i] = momentum[i];
+        }
+        (y[to.attitude], y[to.rate]) = (body.attitude, body.rate);
+        (y[to.angular_momentum], y[to.kinetic_energy]) = (angular, energy * 0.5);
+        for k in 0..self.ports {
+            let port = body.at(two(at.p, self.parameters.port + 2 * k));
+            for i in 0..2 {
+                y[to.port_point + 2 * k + i] = port.position[i];
+                y[to.port_velocity + 2 * k + i] = port.velocity[i];
+            }
+            (y[to.port_attitude + k], y[to.port_rate + k]) = (body.attitude, body.rate);
+        }
+    }
+    fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
+        Update::default()
+    }
+}
+
+/// Sum of two momenta.
+pub(super) fn both<T: Scalar>(a: (Vector<T>, T, T), b: (Vector<T>, T, T)) -> (Vector<T>, T, T) {
+    (add(a.0, b.0), a.1 + b.1, a.2 + b.2)
+}

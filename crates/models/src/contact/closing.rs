@@ -1,0 +1,30 @@
+//! How jaws close.
+
+use trueup_numerics::Scalar;
+
+/// The jaws close.
+pub(super) const CLOSING: i32 = 0;
+/// They are closed.
+pub(super) const CLOSED: i32 = 1;
+/// They have stopped at their limit of force: a spindle that locks itself.
+pub(super) const JAMMED: i32 = 2;
+
+/// Where jaws are: 0 open, 1 closed; and their rate in 1/s.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Jaws<T> {
+    pub position: T,
+    pub rate: T,
+}
+
+/// By the share `u` of the closing time in s that is over: at rest at both ends.
+pub(super) fn scheduled<T: Scalar>(u: T, closing_time: T, mode: i32) -> Jaws<T> {
+    let position = u * u * (-u * 2.0 + 3.0);
+    let rate = if mode == CLOSING { u * (-u + 1.0) * 6.0 / closing_time } else { T::zero() };
+    Jaws { position, rate }
+}
+
+/// By a command, which is held to 0 .. 1.
+pub(super) fn commanded<T: Scalar>(close: T, rate: T) -> Jaws<T> {
+    let within = close.value() > 0.0 && close.value() < 1.0;
+    Jaws { position: close.max(T::zero()).min(T::one()), rate: if within { rate } else { T::zero() } }
+}

@@ -1,0 +1,182 @@
+//! `GripperContact`: a gripper of balls between an end effector and a target's port, whose motions come in as inputs.
+//!
+//! Positive directions: inertial frame; angles, rates and torques from x to y. Forces come out for both bodies, equal and
+//! opposite as wrenches about any point.
+//! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
+//! command moves however large the force, but for `holdForceLimit`.
+
+use super::frame::Frame;
+use super::gripper::{Gripper, View};
+use super::layout::{Against, Closing, Poses, Structure};
+use super::touch::{touch, two};
+use super::{MAX_BALLS, parameters};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// Most states of a gripper.
+pub(super) const MOST_STATES: usize = 24;
+/// Most modes.
+pub(super) const MOST_MODES: usize = MAX_BALLS + 3;
+
+/// The structure of a gripper between two bodies that others move.
+#[derive(Clone, Debug)]
+pub struct GripperContact {
+    gripper: Gripper,
+    poses: Poses,
+}
+
+impl GripperContact {
+    /// With this structure.
+    ///
+    /// # Errors
+    /// A structure that cannot be had, with the mend.
+    pub fn new(structure: Structure) -> Result<Self, String> {
+        let gripper = Gripper::new(structure)?;
+        Ok(Self { gripper, poses: Poses::new(&structure) })
+    }
+    /// Its structure.
+    pub fn structure(&self) -> &Structure {
+        &self.gripper.structure
+    }
+    /// Values of SIM2.
+    pub fn defaults(&self) -> Vec<f64> {
+        parameters::defaults(&self.gripper.structure)
+    }
+    /// Parameters that contradict each other: the index of one, and the mend.
+    ///
+    /// # Errors
+    /// That.
+    pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
+        parameters::check(&self.gripper, p)
+    }
+    fn view<'a, T: Scalar>(&self, at: &At<'a, T>) -> View<'a, T> {
+        let (u, at_) = (&at.u[self.gripper.command.count..], &self.poses);
+        View {
+            t: at.t,
+            p: at.p,
+            x: at.x,
+            u: at.u,
+            modes: at.modes,
+            host: Frame::new(
+                two(u, at_.host_position),
+                u[at_.host_attitude],
+                two(u, at_.host_velocity),
+                u[at_.host_rate],
+            ),
+            port: Frame::new(
+                two(u, at_.port_position),
+                u[at_.port_attitude],
+                two(u, at_.port_velocity),
+                u[at_.port_rate],
+            ),
+        }
+    }
+    /// A command beyond its ends, overlap where the run begins: what an importer is told, once a run.
+    pub fn remarkable(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.remarkable(&self.view(at))
+    }
+    /// Why values are not numbers, where balls are concentric.
+    pub fn fault(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.fault(&self.view(at))
+    }
+    /// Stiffness in N/m and the least mass in kg that it can move: the target's, which is all that the gripper knows.
+    pub fn period(&self, p: &[f64]) -> f64 {
+        self.gripper.period(p, p[self.gripper.parameters.target_mass])
+    }
+}
+
+impl Hybrid for GripperContact {
+    fn sizes(&self) -> Sizes {
+        let g = &self.gripper;
+        Sizes {
+            states: g.states.count,
+            inputs: g.command.count + self.poses.count,
+            parameters: g.parameters.count,
+            outputs: g.outputs.count,
+            modes: g.modes(),
+            indicators: g.indicators(),
+        }
+    }
+    fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
+        x.fill(T::zero());
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        let zeros = [0; MOST_MODES];
+        self.gripper.start_modes(&self.view(&At { modes: &zeros[..modes.len()], ..at }), modes);
+    }
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let v = self.view(&at);
+        self.gripper.rates(&v, &touch(&self.gripper, &v), dx);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        let v = self.view(&at);
+        self.gripper.write(&v, &touch(&self.gripper, &v), y);
+    }
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        let v = self.view(&at);
+        self.gripper.indicate(&v, &touch(&self.gripper, &v), z);
+    }
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        let (before, frozen) = copies(x, modes);
+        let at = At { t, x: &before[..x.len()], u, p, modes: &frozen[..modes.len()] };
+        self.gripper.update(&self.view(&at), x, modes)
+    }
+}
+
+/// States and modes as they are before an update.
+pub(super) fn copies(x: &[f64], modes: &[i32]) -> ([f64; MOST_STATES], [i32; MOST_MODES]) {
+    let (mut before, mut frozen) = ([0.0; MOST_STATES], [0; MOST_MODES]);
+    before[..x.len()].copy_from_slice(x);
+    frozen[..modes.len()].copy_from_slice(modes);
+    (before, frozen)
+}
+
+impl Gripper {
+    /// A command beyond its ends, or balls that overlap where the run begins.
+    pub(super) fn remarkable(&self, v: &View<'_, f64>) -> Option<String> {
+        if self.structure.closing == Closing::Command {
+            let close = v.u[self.command.close];
+            if !(0.0..=1.0).contains(&close) {
+                return Some(format!(
+                    "close = {close} at t = {} s is taken as {}",
+                    v.t,
+                    close.clamp(0.0, 1.0)
+                ));
+            }
+        }
+        (v.t == v.x[self.states.begin]).then(|| self.overlap(v)).flatten()
+    }
+    /// The deepest overlap of a ball with the port, in words.
+    pub(super) fn overlap(&self, v: &View<'_, f64>) -> Option<String> {
+        let (ball, depth) = self.deepest(v)?;
+        Some(format!(
+            "ball {} begins {depth:.6} m deep in the port: the first contact is no impact",
+            ball + 1
+        ))
+    }
+    /// The ball that is deepest in the port, and how deep.
+    pub(super) fn deepest(&self, v: &View<'_, f64>) -> Option<(usize, f64)> {
+        let here = touch(self, v);
+        (0..self.structure.balls)
+            .map(|i| (i, here.pairs[i].penetration))
+            .filter(|(_, depth)| *depth > 0.0)
+            .max_by(|a, b| a.1.total_cmp(&b.1))
+    }
+    pub(super) fn fault(&self, v: &View<'_, f64>) -> Option<String> {
+        if self.structure.against != Against::Ball {
+            return None;
+        }
+        let here = touch(self, v);
+        let ball = (0..self.structure.balls).find(|i| here.balls[*i] == v.port.position)?;
+        Some(format!(
+            "ball {} and the port's ball are concentric at t = {} s: their contact has no normal; \
+             connect or set hostPosition and portPosition, or begin further apart",
+            ball + 1,
+            v.t
+        ))
+    }
+    /// 2 pi sqrt(m/k) in s.
+    pub(super) fn period(&self, p: &[f64], mass: f64) -> f64 {
+        2.0 * core::f64::consts::PI * (mass / p[self.parameters.stiffness]).sqrt()
+    }
+}

@@ -1,0 +1,233 @@
+//! A gripper between an end effector and a target's port: what holds at every instant, and at events.
+
+use super::MAX_BALLS;
+use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws};
+use super::frame::{Frame, dot, sub};
+use super::law::{self, FREE};
+use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, States, Structure};
+use super::outcome::{Facts, Outcome, caged};
+use super::touch::{Touch, relative_motion, touch, two};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::Update;
+
+/// A gripper's structure, and where its values lie; its parameters, states and outputs come first in the vectors of the models
+/// that have one.
+#[derive(Clone, Debug)]
+pub(super) struct Gripper {
+    pub structure: Structure,
+    pub parameters: Parameters,
+    pub command: Command,
+    pub outputs: Outputs,
+    pub states: States,
+}
+
+/// What a gripper sees at one instant.
+#[derive(Clone, Copy)]
+pub(super) struct View<'a, T> {
+    pub t: T,
+    pub p: &'a [T],
+    pub x: &'a [T],
+    pub u: &'a [T],
+    pub modes: &'a [i32],
+    /// The end effector.
+    pub host: Frame<T>,
+    /// The target's port.
+    pub port: Frame<T>,
+}
+
+impl Gripper {
+    pub(super) fn new(structure: Structure) -> Result<Self, String> {
+        let Structure { balls, mount, .. } = structure;
+        if balls == 0 || balls > MAX_BALLS {
+            return Err(format!("a gripper of {balls} balls: it has 1 to {MAX_BALLS}"));
+        }
+        if mount == Mount::Elastic && balls != 1 {
+            return Err(format!(
+                "a mount that is elastic is for one ball, not for {balls}: pack it with balls=1"
+            ));
+        }
+        Ok(Self {
+            parameters: Parameters::new(&structure),
+            command: Command::new(&structure),
+            outputs: Outputs::new(&structure),
+            states: States::new(&structure),
+            structure,
+        })
+    }
+    /// Behind a mode for each ball: jaws, outcome, whether the run has begun.
+    fn jaws_mode(&self) -> usize {
+        self.structure.balls
+    }
+    fn outcome_mode(&self) -> usize {
+        self.structure.balls + 1
+    }
+    fn begun_mode(&self) -> usize {
+        self.structure.balls + 2
+    }
+    pub(super) fn modes(&self) -> usize {
+        self.structure.balls + 3
+    }
+    /// Two for each ball, two of the jaws, one of the outcome.
+    pub(super) fn indicators(&self) -> usize {
+        2 * self.structure.balls + 3
+    }
+
+    pub(super) fn start_modes(&self, v: &View<'_, f64>, modes: &mut [i32]) {
+        let here = touch(self, v);
+        for i in 0..self.structure.balls {
+            modes[i] = law::next_mode(FREE, &here.pairs[i]);
+        }
+    }
+    /// Of the port's ball, m.
+    pub(super) fn port_radius(&self, p: &[f64]) -> Option<f64> {
+        (self.structure.against == Against::Ball).then(|| p[self.parameters.port_radius])
+    }
+
+    pub(super) fn jaws<T: Scalar>(&self, v: &View<'_, T>) -> Jaws<T> {
+        match self.structure.closing {
+            Closing::Schedule => closing::scheduled(
+                v.x[self.states.closing],
+                v.p[self.parameters.closing_time],
+                v.modes[self.jaws_mode()],
+            ),
+            Closing::Command => closing::commanded(v.u[self.command.close], v.u[self.command.close_rate]),
+        }
+    }
+
+    pub(super) fn rates<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, dx: &mut [T]) {
+        let at = &self.states;
+        dx[at.dissipated_energy] = touch.loss;
+        dx[at.jaw_work] = touch.jaw_power;
+        for i in [at.first_speed, at.first_angle, at.begin, at.last_contact] {
+            dx[i] = T::zero();
+        }
+        if self.structure.closing == Closing::Schedule {
+            let closes = v.modes[self.jaws_mode()] == CLOSING;
+            dx[at.closing] = if closes { T::one() / v.p[self.parameters.closing_time] } else { T::zero() };
+        }
+        if self.structure.mount == Mount::Elastic {
+            for i in 0..2 {
+                dx[at.ball_displacement + i] = touch.mounted[0][i];
+                dx[at.ball_velocity + i] = touch.mounted[1][i];
+            }
+        }
+    }
+
+    pub(super) fn write<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, y: &mut [T]) {
+        let at = &self.outputs;
+        for i in 0..2 {
+            y[at.host_force + i] = touch.on_host.force[i];
+            y[at.port_force + i] = touch.on_port.force[i];
+        }
+        y[at.host_torque] = touch.on_host.torque;
+        y[at.port_torque] = touch.on_port.torque;
+        for i in 0..self.structure.balls {
+            y[at.force + i] = touch.forces[i];
+            y[at.penetration + i] = touch.pairs[i].penetration;
+            y[at.approach + i] = touch.pairs[i].approach;
+            y[at.in_contact + i] = T::constant(if v.modes[i] == FREE { 0.0 } else { 1.0 });
+        }
+        y[at.jaw_position] = touch.jaws.position;
+        y[at.elastic_energy] = touch.elastic;
+        y[at.dissipated_energy] = v.x[self.states.dissipated_energy];
+        y[at.jaw_work] = v.x[self.states.jaw_work];
+        y[at.relative_energy] = relative_motion(self, v, touch.jaw_motion, 1.0) * 0.5;
+        y[at.relative_energy_printed] = relative_motion(self, v, touch.jaw_motion, -1.0) * 0.5;
+        let outcome = v.modes[self.outcome_mode()].max(1);
+        y[at.outcome] = T::constant(f64::from(outcome));
+    }
+
+    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still the one that its mode says.
+    pub(super) fn indicate<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, z: &mut [T]) {
+        let n = self.structure.balls;
+        for i in 0..n {
+            [z[2 * i], z[2 * i + 1]] = law::indicators(v.modes[i], &touch.pairs[i]);
+        }
+        (z[2 * n], z[2 * n + 1]) = (T::one(), T::one());
+        if self.structure.closing == Closing::Schedule && v.modes[self.jaws_mode()] == CLOSING {
+            z[2 * n] = -v.x[self.states.closing] + 1.0;
+            z[2 * n + 1] = v.p[self.parameters.hold_force] - touch.jaw_force;
+        }
+        let same = self.outcome(v, touch) as i32 == v.modes[self.outcome_mode()];
+        z[2 * n + 2] = T::constant(if same { 1.0 } else { -1.0 });
+    }
+
+    /// One pass of event iteration; `x` and `modes` are those that `v` shows.
+    pub(super) fn update(&self, v: &View<'_, f64>, x: &mut [f64], modes: &mut [i32]) -> Update {
+        let at = &self.states;
+        let mut done = Update::default();
+        let here = touch(self, v);
+        let touched = self.touching(v.modes).count() > 0;
+        for i in 0..self.structure.balls {
+            let mode = law::next_mode(modes[i], &here.pairs[i]);
+            done.modes |= mode != modes[i];
+            modes[i] = mode;
+        }
+        if touched && self.touching(modes).count() == 0 {
+            x[at.last_contact] = v.t;
+            done.states = true;
+        }
+        let jaws = &mut modes[self.jaws_mode()];
+        if self.structure.closing == Closing::Schedule && *jaws == CLOSING {
+            if v.x[at.closing] >= 1.0 {
+                (*jaws, x[at.closing], done) = (CLOSED, 1.0, Update { modes: true, states: true });
+            } else if here.jaw_force >= v.p[self.parameters.hold_force] {
+                (*jaws, done.modes) = (JAMMED, true);
+            }
+        }
+        if v.modes[self.begun_mode()] == 0 {
+            modes[self.begun_mode()] = 1;
+            x[at.first_speed] = self.relative_speed(v);
+            x[at.first_angle] = v.port.attitude - v.host.attitude;
+            (x[at.begin], x[at.last_contact]) = (v.t, v.t);
+            if self.structure.mount == Mount::Elastic {
+                let start = v.host.at(two(v.p, self.parameters.open)).velocity;
+                x[at.ball_velocity..at.ball_velocity + 2].copy_from_slice(&start);
+            }
+            done = Update { modes: true, states: true };
+        }
+        if done.settled() {
+            let outcome = self.outcome(v, &here) as i32;
+            let slot = &mut modes[self.outcome_mode()];
+            done.modes = *slot != outcome;
+            *slot = outcome;
+        }
+        done
+    }
+
+    fn touching<'m>(&self, modes: &'m [i32]) -> impl Iterator<Item = usize> + 'm {
+        modes[..self.structure.balls].iter().enumerate().filter(|(_, m)| **m != FREE).map(|(i, _)| i)
+    }
+    /// Of the port against the hand, m/s.
+    fn relative_speed<T: Scalar>(&self, v: &View<'_, T>) -> f64 {
+        let relative = sub(v.port.velocity, v.host.velocity_at(v.port.position)).map(Scalar::value);
+        dot(relative, relative).sqrt()
+    }
+
+    fn outcome<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>) -> Outcome {
+        let at = &self.states;
+        let n = self.structure.balls;
+        let (jaws, t) = (v.modes[self.jaws_mode()], v.t.value());
+        let touches_palm = v.modes[0] != FREE;
+        let touching = self.touching(v.modes).count();
+        let balls: [_; MAX_BALLS] = core::array::from_fn(|i| touch.balls[i].map(Scalar::value));
+        let apart = sub(v.port.position, v.host.position).map(Scalar::value);
+        let going = sub(v.port.velocity, v.host.velocity).map(Scalar::value);
+        let since_contact = if touching > 0 { 0.0 } else { t - v.x[at.last_contact].value() };
+        Facts {
+            closed: match self.structure.closing {
+                Closing::Schedule => jaws == CLOSED,
+                Closing::Command => touch.jaws.position.value() >= 1.0,
+            },
+            jammed: jaws == JAMMED,
+            caged: caged(v.port.position.map(Scalar::value), &balls[..n]),
+            speed: [self.relative_speed(v), v.x[at.first_speed].value()],
+            turn: (v.port.attitude - v.host.attitude - v.x[at.first_angle]).value(),
+            touches_palm,
+            touching_jaws: touching - usize::from(touches_palm),
+            since: [since_contact, t - v.x[at.begin].value()],
+            parting: dot(apart, going) > 0.0,
+        }
+        .outcome()
+    }
+}

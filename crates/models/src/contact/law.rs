@@ -1,0 +1,174 @@
+//! The law of contact of one pair (S2 eq. 20), by modes.
+//!
+//! What it gets wrong: a linear spring whatever the shapes (no Hertz), no adhesion, a damper that is there at once, so that the
+//! force jumps by eta_n v_n where two balls meet; no memory of what the material took.
+
+use super::frame::{Vector, dot};
+use trueup_numerics::Scalar;
+
+/// The balls do not touch.
+pub const FREE: i32 = 0;
+/// They touch and approach.
+pub const COMPRESSING: i32 = 1;
+/// They touch and part.
+pub const RESTITUTING: i32 = 2;
+
+/// Where one pair stands: a ball of the gripper and what it may touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pair<T> {
+    /// From the ball towards the other body, length 1, n.
+    pub normal: Vector<T>,
+    /// Depth delta in m, above 0 where they overlap.
+    pub penetration: T,
+    /// v_n in m/s, above 0 while they approach.
+    pub approach: T,
+}
+
+/// Two balls: vector from the centre of the gripper's to the centre of the other one, the latter's velocity less the former's,
+/// sum of the radii. S2 prints the depth as distance less radii, which repels bodies that are apart. (Concentric balls have no
+/// normal: it is NaN.)
+pub fn balls<T: Scalar>(apart: Vector<T>, velocity: Vector<T>, radii: T) -> Pair<T> {
+    let distance = dot(apart, apart).sqrt();
+    let normal = apart.map(|a| a / distance); // (CON-1)
+    Pair { normal, penetration: radii - distance, approach: -dot(normal, velocity) } // (CON-1)
+}
+
+/// A ball and a plate: as [`balls`] with a point of the plate in place of the centre, `outward` being the plate's normal.
+pub fn plate<T: Scalar>(apart: Vector<T>, velocity: Vector<T>, outward: Vector<T>, radius: T) -> Pair<T> {
+    let normal = outward.map(|a| -a);
+    Pair { normal, penetration: radius - dot(normal, apart), approach: -dot(normal, velocity) }
+}
+
+/// A pair is taken to have turned when it moves the other way by this much, m/s: far below anything that can be measured, above the
+/// rounding of a pair at rest. The event comes late by this over the acceleration, 1e-10 s in S2.
+pub const TURNED: f64 = 1e-12;
+
+/// The mode that follows for a pair that stands so. Exactly touching counts as free, as for the indicators.
+pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
+    if pair.penetration.value() <= 0.0 || pair.penetration.value().is_nan() {
+        return FREE;
+    }
+    let turned = match mode {
+        FREE => 0.0,
+        COMPRESSING => -TURNED,
+        _ => TURNED,
+    };
+    if pair.approach.value() > turned { COMPRESSING } else { RESTITUTING } // (CON-3)
+}
+
+/// Event indicators of a pair: its depth, and its approach while it touches.
+pub fn indicators<T: Scalar>(mode: i32, pair: &Pair<T>) -> [T; 2] {
+    let turn = match mode {
+        FREE => T::one(),
+        COMPRESSING => pair.approach + TURNED, // (CON-3)
+        _ => pair.approach - TURNED,
+    };
+    [pair.penetration, turn]
+}
+
+/// The law's constants.
+#[derive(Clone, Copy, Debug)]
+pub struct Law<T> {
+    /// k in N/m.
+    pub stiffness: T,
+    /// eta_n in N.s/m.
+    pub damping: T,
+    /// Hunt and Crossley's damping: eta_n at this depth in m and in proportion to the depth, both ways.
+    pub reference: Option<T>,
+}
+
+impl<T: Scalar> Law<T> {
+    /// Damping in N.s/m of a pair in this mode at this depth.
+    pub fn damping(&self, mode: i32, penetration: T) -> T {
+        match (mode, self.reference) {
+            (FREE, _) => T::zero(),
+            (_, Some(reference)) => self.damping * penetration / reference,
+            (COMPRESSING, None) => self.damping,
+            _ => T::zero(),
+        }
+    }
+    /// Normal force in N, never pulling; jumps by eta_n v_n where a pair begins to touch, unless the damping is Hunt and
+    /// Crossley's.
+    pub fn force(&self, mode: i32, penetration: T, approach: T) -> T {
+        if mode == FREE {
+            return T::zero();
+        }
+        let force = self.stiffness * penetration + self.damping(mode, penetration) * approach; // (CON-2)
+        if self.reference.is_some() { force.max(T::zero()) } else { force }
+    }
+    /// Energy of the spring in J.
+    pub fn energy(&self, mode: i32, penetration: T) -> T {
+        if mode == FREE { T::zero() } else { self.stiffness * penetration * penetration * 0.5 }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LAW: Law<f64> = Law { stiffness: 20000.0, damping: 900.0, reference: None };
+
+    /// Checks CON-1.
+    #[test]
+    fn depth_grows_as_balls_near_and_the_normal_leads_to_the_other_one() {
+        let pair = balls([0.06, 0.08], [-0.3, 0.4], 0.11);
+        assert!((pair.normal[0] - 0.6).abs() < 1e-15 && (pair.normal[1] - 0.8).abs() < 1e-15);
+        assert!((pair.penetration - 0.01).abs() < 1e-16);
+        assert!((pair.approach + 0.14).abs() < 1e-15, "{pair:?}");
+        let flat = plate([0.04, 9.0], [-0.3, 5.0], [-1.0, 0.0], 0.05);
+        assert_eq!(flat.normal, [1.0, 0.0]);
+        assert!((flat.penetration - 0.01).abs() < 1e-16 && (flat.approach - 0.3).abs() < 1e-16);
+    }
+
+    /// Checks CON-2.
+    #[test]
+    fn the_damper_acts_while_balls_approach() {
+        let at = |approach| {
+            let pair = Pair { normal: [1.0, 0.0], penetration: 1e-3, approach };
+            LAW.force(next_mode(FREE, &pair), 1e-3, approach)
+        };
+        assert_eq!([at(0.01), at(0.0), at(-0.01)], [29.0, 20.0, 20.0]);
+        assert_eq!(LAW.force(FREE, -1e-3, 0.01), 0.0);
+        assert_eq!(LAW.energy(RESTITUTING, 1e-3), 0.01);
+    }
+
+    /// Checks CON-3 and C12: the onset of SIM2 and of SIM3.
+    #[test]
+    fn the_force_jumps_where_balls_meet_unless_it_is_hunt_and_crossleys() {
+        let sim3 = Law { stiffness: 6000.0, damping: 81.0, reference: None };
+        assert!((LAW.force(COMPRESSING, 0.0, 0.005) - 4.5).abs() < 1e-12);
+        assert!((sim3.force(COMPRESSING, 0.0, 0.005) - 0.405).abs() < 1e-12);
+        let soft = Law { reference: Some(1e-3), ..LAW };
+        assert_eq!(soft.force(COMPRESSING, 0.0, 0.005), 0.0);
+        assert_eq!(soft.force(COMPRESSING, 1e-3, 0.005), 24.5);
+        assert_eq!(soft.force(RESTITUTING, 1e-3, -0.005), 15.5);
+        assert_eq!(soft.force(RESTITUTING, 1e-3, -5.0), 0.0, "it never pulls");
+        let pair = |penetration, approach| Pair { normal: [1.0, 0.0], penetration, approach };
+        assert_eq!(indicators(COMPRESSING, &pair(2.0, 3.0)), [2.0, 3.0 + TURNED]);
+        assert_eq!(indicators(RESTITUTING, &pair(2.0, 3.0)), [2.0, 3.0 - TURNED]);
+        assert_eq!(indicators(FREE, &pair(-2.0, -3.0)), [-2.0, 1.0]);
+    }
+
+    /// A pair at rest stays as it is: rounding turns nothing.
+    #[test]
+    fn modes_follow_depth_and_approach() {
+        let next = |mode, penetration, approach| {
+            next_mode(mode, &Pair { normal: [1.0, 0.0], penetration, approach })
+        };
+        assert_eq!(
+            [next(FREE, 0.0, 1.0), next(COMPRESSING, -1e-18, -1.0), next(RESTITUTING, f64::NAN, 0.0)],
+            [FREE; 3]
+        );
+        assert_eq!([next(FREE, 1e-9, 1e-15), next(FREE, 1e-9, 0.0)], [COMPRESSING, RESTITUTING]);
+        for noise in [-1e-15, 0.0, 1e-15] {
+            assert_eq!(
+                [next(COMPRESSING, 1e-3, noise), next(RESTITUTING, 1e-3, noise)],
+                [COMPRESSING, RESTITUTING]
+            );
+        }
+        assert_eq!(
+            [next(COMPRESSING, 1e-3, -1e-9), next(RESTITUTING, 1e-3, 1e-9)],
+            [RESTITUTING, COMPRESSING]
+        );
+    }
+}

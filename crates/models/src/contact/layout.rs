@@ -1,0 +1,265 @@
+//! The variables of the contact models: what each is, and where its values lie in the vectors.
+
+use super::outcome::OUTCOME;
+use crate::layout::Allowed::{self, NotNegative, Positive};
+use crate::layout::{Items, Parameter, Shows, Start, State, layout};
+
+/// What moves the jaws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Closing {
+    /// A schedule of `closingTime` from the start on.
+    #[default]
+    Schedule,
+    /// The inputs `close` and `closeRate`.
+    Command,
+}
+
+/// How a ball is fixed to the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mount {
+    /// Rigidly.
+    #[default]
+    Rigid,
+    /// By springs and dampers, axial (the hand's x) and lateral (y): the dummy gripper of one ball.
+    Elastic,
+}
+
+/// What the balls may touch.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Against {
+    /// A ball about the port.
+    #[default]
+    Ball,
+    /// A plate through the port, without end.
+    Plate,
+}
+
+/// What is fixed of a gripper when a model is packed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Structure {
+    /// Balls of the gripper, P1 first.
+    pub balls: usize,
+    /// What moves them.
+    pub closing: Closing,
+    /// How they are fixed.
+    pub mount: Mount,
+    /// What they may touch.
+    pub against: Against,
+}
+
+impl Default for Structure {
+    fn default() -> Self {
+        Self { balls: 3, closing: Closing::Schedule, mount: Mount::Rigid, against: Against::Ball }
+    }
+}
+
+impl Structure {
+    fn scheduled(&self) -> bool {
+        self.closing == Closing::Schedule
+    }
+    fn elastic(&self) -> bool {
+        self.mount == Mount::Elastic
+    }
+    fn plate(&self) -> bool {
+        self.against == Against::Plate
+    }
+}
+
+/// Which damper the law has.
+pub static DAMPING: Items = Items {
+    name: "Damping",
+    text: "Damper of the contact law",
+    items: &[
+        ("printed", "as printed in S2 (20): eta_n v_n while balls approach; the force jumps where they meet"),
+        ("hunt-crossley", "eta_n v_n delta/delta_ref both ways, never pulling: no jump"),
+    ],
+};
+/// The item of [`DAMPING`] without a jump.
+pub const HUNT_CROSSLEY: f64 = 2.0;
+
+const FIXED: Parameter = Parameter::fixed(Allowed::Any);
+const fn tunable(allowed: Allowed) -> Parameter {
+    Parameter::tunable(allowed)
+}
+const fn state(rate: &'static str, nominal: f64, depends: Shows) -> State {
+    State::new(rate, nominal, depends)
+}
+const ZERO: Start = &[];
+
+layout! {
+    /// Where parameters of a gripper and of its contact begin.
+    Parameters of Parameter, s: Structure:
+    stiffness "stiffness" [], "N/m", tunable(Positive), "Of the contact, k (CON-2)";
+    damping "normalDamping" [], "N.s/m", tunable(NotNegative), "Of the contact, eta_n (CON-2)";
+    damping_law "damping" [], "", Parameter::fixed(Allowed::Item(&DAMPING)), "Damper of the contact (CON-3)";
+    reference "referencePenetration" [], "m", tunable(Positive), "delta_ref: depth at which the damping hunt-crossley is eta_n";
+    friction "frictionCoefficient" [], "1", tunable(NotNegative), "Of the contact; 0 in S2";
+    slip_speed "slipSpeed" [], "m/s", tunable(Positive), "Slip at which friction has 0.7 of its level: below it creeps instead of sticking";
+    ball_radius "ballRadius" [s.balls], "m", Parameter::fixed(Positive), "r_i (CON-1)";
+    open "ballPositionOpen" [s.balls, 2], "m", FIXED, "From the end effector, its axes, jaws open";
+    closed "ballPositionClosed" [s.balls, 2], "m", FIXED, "From the end effector, its axes, jaws closed";
+    ball_mass "ballMass" [s.balls], "kg", Parameter::fixed(NotNegative),
+        "Moves on an elastic mount; of a rigid one it counts in the relative kinetic energy alone (CON-6)";
+    closing_time "closingTime" [] if s.scheduled(), "s", Parameter::fixed(Positive), "From open to closed";
+    hold_force "holdForceLimit" [] if s.scheduled(), "N", tunable(Positive),
+        "Force against a jaw's way at which the jaws stop, for good";
+    port_radius "portBallRadius" [] if !s.plate(), "m", Parameter::fixed(Positive), "r_j: the docking port's ball (CON-1)";
+    port_normal "portNormal" [2] if s.plate(), "1", FIXED, "Outward normal of the plate through the port, port's axes, taken with length 1";
+    mount_stiffness "mountStiffness" [2] if s.elastic(), "N/m", tunable(Positive), "Of the end ball's mount, axial and lateral (CON-8)";
+    mount_damping "mountDamping" [2] if s.elastic(), "N.s/m", tunable(NotNegative), "Of the end ball's mount, axial and lateral (CON-8)";
+    target_mass "targetMass" [], "kg", tunable(Positive), "Target; without a body of its own for the relative kinetic energy alone (CON-6)";
+    target_inertia "targetInertia" [], "kg.m2", tunable(Positive), "Target about its centre of mass; as targetMass";
+    target_center "targetCenterOfMass" [2], "m", FIXED, "Target's centre of mass from the port, target's axes; as targetMass";
+}
+
+layout! {
+    /// Where inputs that move the jaws begin.
+    Command of Start, s: Structure:
+    close "close" [] if !s.scheduled(), "1", ZERO, "Jaws: 0 open, 1 closed; beyond is taken as the end";
+    close_rate "closeRate" [] if !s.scheduled(), "1/s", ZERO, "Rate of close, for the velocities of the balls";
+}
+
+layout! {
+    /// Where the inputs of `GripperContact` begin, behind [`Command`].
+    Poses of Start, _s: Structure:
+    host_position "hostPosition" [2], "m", ZERO, "End effector, inertial frame";
+    host_attitude "hostAttitude" [], "rad", ZERO, "Of the end effector";
+    host_velocity "hostVelocity" [2], "m/s", ZERO, "Of the end effector, inertial frame";
+    host_rate "hostRate" [], "rad/s", ZERO, "Of the end effector";
+    port_position "portPosition" [2], "m", &[0.12, 0.01], "The target's port, inertial frame";
+    port_attitude "portAttitude" [], "rad", ZERO, "Of the target";
+    port_velocity "portVelocity" [2], "m/s", ZERO, "Of the port, inertial frame";
+    port_rate "portRate" [], "rad/s", ZERO, "Of the target";
+}
+
+layout! {
+    /// Where outputs of a gripper begin.
+    Outputs of Shows, s: Structure:
+    host_force "hostForce" [2], "N", Shows::All, "On the end effector at its reference point, inertial frame, F_ee";
+    host_torque "hostTorque" [], "N.m", Shows::All, "On the end effector about its reference point, T_ee";
+    port_force "portForce" [2], "N", Shows::All, "On the target at the port, inertial frame";
+    port_torque "portTorque" [], "N.m", Shows::All, "On the target about the port";
+    force "contactForce" [s.balls], "N", Shows::All, "Normal force on the ball, F_n (CON-2)";
+    penetration "penetration" [s.balls], "m", Shows::All, "Depth delta; below 0 the gap (CON-1)";
+    approach "approachSpeed" [s.balls], "m/s", Shows::All, "v_n, above 0 while they approach (CON-1)";
+    in_contact "inContact" [s.balls], "", Shows::Flag, "The ball touches (CON-3)";
+    jaw_position "jawPosition" [], "1", Shows::All, "0 open, 1 closed";
+    elastic_energy "elasticEnergy" [], "J", Shows::All, "Of contacts and mounts";
+    dissipated_energy "dissipatedEnergy" [], "J", Shows::State("dissipatedEnergy"), "Taken by dampers and friction since the start";
+    jaw_work "jawWork" [], "J", Shows::State("jawWork"), "Done by what moves the jaws since the start";
+    relative_energy "relativeKineticEnergy" [], "J", Shows::All, "Of target and jaws against the end effector (CON-6)";
+    relative_energy_printed "relativeKineticEnergyAsPrinted" [], "J", Shows::All, "As relativeKineticEnergy with the sign that S2 (21) prints (CON-6)";
+    outcome "outcome" [], "", Shows::Item(&OUTCOME), "What the capture would be if it ended now";
+}
+
+layout! {
+    /// Where states of a gripper begin.
+    States of State, s: Structure:
+    closing "closing" [] if s.scheduled(), "1", state("1/s", 1.0, Shows::Flag), "share of the closing time that is over";
+    dissipated_energy "dissipatedEnergy" [], "J", state("N.m/s", 1e-3, Shows::All), "energy taken by dampers and friction";
+    jaw_work "jawWork" [], "J", state("N.m/s", 1e-3, Shows::All), "work of what moves the jaws";
+    first_speed "firstSpeed" [], "m/s", state("m/s2", 1e-3, Shows::Flag), "relative speed of port and end effector at the start";
+    first_angle "firstAngle" [], "rad", state("rad/s", 0.1, Shows::Flag), "attitude of the target against the end effector at the start";
+    begin "beginTime" [], "s", state("1", 1.0, Shows::Flag), "time of the start";
+    last_contact "lastContact" [], "s", state("1", 1.0, Shows::Flag), "time when the last contact ended";
+    ball_displacement "ballDisplacement" [2] if s.elastic(), "m", state("m/s", 1e-4, Shows::All), "end ball on its mount, end effector's axes (CON-8)";
+    ball_velocity "ballVelocity" [2] if s.elastic(), "m/s", state("m/s2", 1e-3, Shows::All), "end ball, inertial frame; unused without mass (CON-8)";
+}
+
+layout! {
+    /// Where parameters of `CaptureScene` begin, behind those of its gripper.
+    SceneParameters of Parameter, _s: ():
+    chaser_mass "chaserMass" [], "kg", tunable(Positive), "Chaser with its arm, one rigid body";
+    chaser_inertia "chaserInertia" [], "kg.m2", tunable(Positive), "Chaser about its centre of mass";
+    end_effector "endEffectorPosition" [2], "m", FIXED, "From the chaser's centre of mass, chaser's axes";
+    chaser_position "initialChaserPosition" [2], "m", FIXED, "Centre of mass at the start";
+    chaser_attitude "initialChaserAttitude" [], "rad", FIXED, "At the start";
+    chaser_velocity "initialChaserVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
+    chaser_rate "initialChaserRate" [], "rad/s", FIXED, "At the start";
+    port_offset "initialPortOffset" [2], "m", FIXED, "The port from the end effector at the start, end effector's axes";
+    port_angle "initialPortAngle" [], "rad", FIXED, "Attitude of the target against the end effector at the start";
+    target_velocity "initialTargetVelocity" [2], "m/s", FIXED, "Of the target's centre of mass at the start";
+    target_rate "initialTargetRate" [], "rad/s", FIXED, "Of the target at the start";
+}
+
+layout! {
+    /// Where inputs of `CaptureScene` begin, behind [`Command`].
+    SceneInputs of Start, _s: ():
+    force "chaserForce" [2], "N", ZERO, "On the chaser at its centre of mass, inertial frame";
+    torque "chaserTorque" [], "N.m", ZERO, "On the chaser";
+}
+
+layout! {
+    /// Where outputs of `CaptureScene` begin, behind those of its gripper.
+    SceneOutputs of Shows, _s: ():
+    chaser_position "chaserPosition" [2], "m", Shows::State("chaserPosition"), "Centre of mass";
+    chaser_attitude "chaserAttitude" [], "rad", Shows::State("chaserAttitude"), "Of the chaser";
+    chaser_velocity "chaserVelocity" [2], "m/s", Shows::State("chaserVelocity"), "Of the centre of mass";
+    chaser_rate "chaserRate" [], "rad/s", Shows::State("chaserRate"), "Of the chaser";
+    target_position "targetPosition" [2], "m", Shows::State("targetPosition"), "Centre of mass";
+    target_attitude "targetAttitude" [], "rad", Shows::State("targetAttitude"), "Of the target";
+    target_velocity "targetVelocity" [2], "m/s", Shows::State("targetVelocity"), "Of the centre of mass";
+    target_rate "targetRate" [], "rad/s", Shows::State("targetRate"), "Of the target";
+    port_offset "portOffset" [2], "m", Shows::States, "The port from the end effector, end effector's axes";
+    port_angle "portAngle" [], "rad", Shows::States, "Attitude of the target against the end effector";
+    linear_momentum "linearMomentum" [2], "kg.m/s", Shows::States, "Of chaser, target and a ball on a mount";
+    angular_momentum "angularMomentum" [], "kg.m2/s", Shows::States, "Of chaser, target and a ball on a mount, about the inertial origin";
+    kinetic_energy "kineticEnergy" [], "J", Shows::States, "Of chaser, target and a ball on a mount";
+}
+
+layout! {
+    /// Where states of `CaptureScene` begin, behind those of its gripper.
+    SceneStates of State, _s: ():
+    chaser_position "chaserPosition" [2], "m", state("m/s", 1e-3, Shows::State("chaserVelocity")), "the chaser's centre of mass";
+    chaser_attitude "chaserAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("chaserRate")), "the chaser's attitude";
+    target_position "targetPosition" [2], "m", state("m/s", 1e-3, Shows::State("targetVelocity")), "the target's centre of mass";
+    target_attitude "targetAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("targetRate")), "the target's attitude";
+    chaser_velocity "chaserVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the chaser's velocity";
+    chaser_rate "chaserRate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the chaser's rate";
+    target_velocity "targetVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the target's velocity";
+    target_rate "targetRate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the target's rate";
+}
+
+layout! {
+    /// Where parameters of `FreeBody` begin.
+    BodyParameters of Parameter, ports: usize:
+    mass "mass" [], "kg", tunable(Positive), "m";
+    inertia "inertia" [], "kg.m2", tunable(Positive), "About the centre of mass, I";
+    port "portPosition" [*ports, 2], "m", tunable(Allowed::Any), "Docking point from the centre of mass, body axes";
+    position "initialPosition" [2], "m", FIXED, "Centre of mass at the start";
+    attitude "initialAttitude" [], "rad", FIXED, "At the start";
+    velocity "initialVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
+    rate "initialRate" [], "rad/s", FIXED, "At the start";
+}
+
+layout! {
+    /// Where inputs of `FreeBody` begin.
+    BodyInputs of Start, ports: usize:
+    force "portForce" [*ports, 2], "N", ZERO, "At the docking point, inertial frame (CON-9)";
+    torque "portTorque" [*ports], "N.m", ZERO, "About the docking point (CON-9)";
+}
+
+layout! {
+    /// Where outputs of `FreeBody` begin.
+    BodyOutputs of Shows, ports: usize:
+    position "position" [2], "m", Shows::State("position"), "Centre of mass, inertial frame";
+    attitude "attitude" [], "rad", Shows::State("attitude"), "Of the body";
+    velocity "velocity" [2], "m/s", Shows::State("velocity"), "Of the centre of mass";
+    rate "rate" [], "rad/s", Shows::State("rate"), "Of the body";
+    port_point "portPoint" [*ports, 2], "m", Shows::States, "Docking point, inertial frame";
+    port_attitude "portAttitude" [*ports], "rad", Shows::States, "Of the body, for each docking point";
+    port_velocity "portVelocity" [*ports, 2], "m/s", Shows::States, "Of the docking point, inertial frame";
+    port_rate "portRate" [*ports], "rad/s", Shows::States, "Of the body, for each docking point";
+    linear_momentum "linearMomentum" [2], "kg.m/s", Shows::States, "m v";
+    angular_momentum "angularMomentum" [], "kg.m2/s", Shows::States, "About the inertial origin";
+    kinetic_energy "kineticEnergy" [], "J", Shows::States, "Of the body";
+}
+
+layout! {
+    /// Where states of `FreeBody` begin.
+    BodyStates of State, _ports: usize:
+    position "position" [2], "m", state("m/s", 1e-3, Shows::State("velocity")), "the centre of mass";
+    attitude "attitude" [], "rad", state("rad/s", 1e-3, Shows::State("rate")), "the attitude";
+    velocity "velocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the velocity";
+    rate "rate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the rate";
+}

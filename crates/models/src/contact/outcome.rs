@@ -1,0 +1,129 @@
+//! What a capture has come to. S2's letters A, B and C are pictures that are lost; these definitions are ours, by numbers, as if
+//! the run ended now.
+
+use super::frame::{Vector, cross, dot, sub};
+use crate::layout::Items;
+
+/// The first of these that fits, in this order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// Jaws closed, the port's centre within the cage of the balls, slower than a hundredth of the first relative speed.
+    Held = 1,
+    /// Held, and the target turned by more than 5 degrees against the hand since the start.
+    HeldTurned,
+    /// Touches P1 and one jaw only.
+    OneJaw,
+    /// Jaws stopped by their limit of force before they were closed.
+    Jammed,
+    /// No contact in the last third of the time, and the distance grows.
+    PushedAway,
+    /// Nothing of that.
+    Open,
+}
+
+/// The enumeration, in the order of [`Outcome`].
+pub static OUTCOME: Items = Items {
+    name: "Outcome",
+    text: "What a capture has come to",
+    items: &[
+        ("held", "jaws closed, port within the cage of all balls, below 1 % of the first relative speed"),
+        ("held-turned", "held, and the target turned by more than 5 degrees against the hand"),
+        ("one-jaw", "touches P1 and one jaw only"),
+        ("jammed", "jaws stopped by holdForceLimit before they were closed"),
+        ("pushed-away", "no contact in the last third of the time, distance grows"),
+        ("open", "time ran out"),
+    ],
+};
+
+/// Share of the first relative speed below which a port is at rest in the hand.
+const AT_REST: f64 = 0.01;
+/// rad.
+const TURNED: f64 = 5.0 * core::f64::consts::PI / 180.0;
+/// Share of the time without contact after which a target is lost.
+const LOST: f64 = 1.0 / 3.0;
+
+/// What decides.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Facts {
+    pub closed: bool,
+    pub jammed: bool,
+    pub caged: bool,
+    /// Of the port against the hand, m/s; now and at the start.
+    pub speed: [f64; 2],
+    /// Of the target against the hand since the start, rad.
+    pub turn: f64,
+    pub touches_palm: bool,
+    /// How many others touch.
+    pub touching_jaws: usize,
+    /// Time since the last contact and since the start, s.
+    pub since: [f64; 2],
+    pub parting: bool,
+}
+
+impl Facts {
+    pub(super) fn outcome(&self) -> Outcome {
+        if self.closed && self.caged && self.speed[0] < AT_REST * self.speed[1] {
+            return if self.turn.abs() > TURNED { Outcome::HeldTurned } else { Outcome::Held };
+        }
+        if self.touches_palm && self.touching_jaws == 1 {
+            return Outcome::OneJaw;
+        }
+        if self.jammed {
+            return Outcome::Jammed;
+        }
+        let touches = self.touches_palm || self.touching_jaws > 0;
+        let lost = self.since[1] > 0.0 && self.since[0] > LOST * self.since[1];
+        if !touches && lost && self.parting { Outcome::PushedAway } else { Outcome::Open }
+    }
+}
+
+/// Whether a point lies within the convex hull of others, boundary excluded: only there can forces of these balls on it, all
+/// pushing, balance.
+pub(super) fn caged(point: Vector<f64>, balls: &[Vector<f64>]) -> bool {
+    // Within: from every ball another one lies less than half a turn on.
+    let to = |b: &Vector<f64>| sub(*b, point);
+    balls.iter().all(|b| dot(to(b), to(b)) > 0.0 && balls.iter().any(|c| cross(to(b), to(c)) > 0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HELD: Facts = Facts {
+        closed: true,
+        jammed: false,
+        caged: true,
+        speed: [1e-5, 5e-3],
+        turn: 0.01,
+        touches_palm: true,
+        touching_jaws: 2,
+        since: [0.0, 30.0],
+        parting: false,
+    };
+
+    #[test]
+    fn outcomes_are_as_defined() {
+        let free = Facts { closed: false, touches_palm: false, touching_jaws: 0, ..HELD };
+        for (facts, want) in [
+            (HELD, Outcome::Held),
+            (Facts { turn: -0.1, ..HELD }, Outcome::HeldTurned),
+            (Facts { speed: [6e-5, 5e-3], ..HELD }, Outcome::Open),
+            (Facts { caged: false, touching_jaws: 1, ..HELD }, Outcome::OneJaw),
+            (Facts { jammed: true, ..free }, Outcome::Jammed),
+            (Facts { since: [11.0, 30.0], parting: true, ..free }, Outcome::PushedAway),
+            (Facts { since: [9.0, 30.0], parting: true, ..free }, Outcome::Open),
+            (Facts { since: [11.0, 30.0], ..free }, Outcome::Open),
+        ] {
+            assert_eq!(facts.outcome(), want, "{facts:?}");
+        }
+        assert_eq!(OUTCOME.items.len(), Outcome::Open as usize);
+    }
+
+    #[test]
+    fn a_cage_is_the_hull_of_the_balls() {
+        let balls = [[0.0, 0.0], [0.15, 0.086], [0.15, -0.086]];
+        assert!(caged([0.1, 0.01], &balls));
+        assert!(!caged([0.16, 0.0], &balls) && !caged([0.1, 0.08], &balls) && !caged([-0.01, 0.0], &balls));
+        assert!(!caged([0.1, 0.0], &balls[..2]));
+    }
+}

@@ -1,0 +1,104 @@
+//! Default values of the contact models, and what their parameters may not be.
+
+use super::frame::{dot, sub};
+use super::gripper::Gripper;
+use super::layout::{Against, Closing, Mount, Parameters, Structure};
+use super::presets::SIM2;
+use super::touch::two;
+
+/// Values in the order of [`Parameters`]: SIM2; balls beyond three lie further along the hand, in pairs.
+pub(super) fn defaults(s: &Structure) -> Vec<f64> {
+    let at = Parameters::new(s);
+    let mut p = vec![0.0; at.count];
+    p[at.stiffness] = SIM2.stiffness;
+    p[at.damping] = SIM2.damping;
+    p[at.damping_law] = 1.0;
+    p[at.reference] = 1e-3;
+    p[at.slip_speed] = 1e-4;
+    for i in 0..s.balls {
+        p[at.ball_radius + i] = SIM2.ball_radius;
+        p[at.ball_mass + i] = SIM2.ball_mass;
+        if i > 0 {
+            let (side, further) = (if i % 2 == 1 { 1.0 } else { -1.0 }, 0.12 * ((i - 1) / 2) as f64);
+            for (begin, place) in [(at.open, SIM2.open), (at.closed, SIM2.closed)] {
+                p[begin + 2 * i] = place[0] + further;
+                p[begin + 2 * i + 1] = side * place[1];
+            }
+        }
+    }
+    if s.closing == Closing::Schedule {
+        p[at.closing_time] = SIM2.closing_time;
+        p[at.hold_force] = 1000.0;
+    }
+    match s.against {
+        Against::Ball => p[at.port_radius] = SIM2.ball_radius,
+        Against::Plate => p[at.port_normal] = -1.0,
+    }
+    if s.mount == Mount::Elastic {
+        p[at.mount_stiffness..at.mount_stiffness + 2].fill(2000.0);
+        p[at.mount_damping..at.mount_damping + 2].fill(30.0);
+    }
+    p[at.target_mass] = SIM2.target_mass;
+    p[at.target_inertia] = SIM2.target_inertia;
+    p[at.target_center..at.target_center + 2].copy_from_slice(&SIM2.target_center);
+    p
+}
+
+/// Parameters that contradict each other: the first of them, and the mend.
+pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
+    let (at, s) = (&g.parameters, &g.structure);
+    for i in 0..s.balls {
+        for j in 0..i {
+            let apart = sub(two(p, at.closed + 2 * i), two(p, at.closed + 2 * j));
+            let (distance, radii) = (dot(apart, apart).sqrt(), p[at.ball_radius + i] + p[at.ball_radius + j]);
+            if distance < radii {
+                return Err((
+                    at.closed + 2 * i,
+                    format!(
+                        "closed, ball {} would overlap ball {} of the hand: their centres are {distance:.4} m apart, \
+                         their radii add up to {radii:.4} m; move it or take smaller balls",
+                        i + 1,
+                        j + 1
+                    ),
+                ));
+            }
+        }
+    }
+    if s.against == Against::Plate && two(p, at.port_normal) == [0.0; 2] {
+        return Err((at.port_normal, "a plate wants a normal; give a vector that is not 0".into()));
+    }
+    if s.mount == Mount::Elastic {
+        if two(p, at.open) != two(p, at.closed) {
+            return Err((
+                at.closed,
+                "the mount of an elastic ball does not move: give the position of the open jaws".into(),
+            ));
+        }
+        if p[at.ball_mass] == 0.0 {
+            if let Some(i) = (0..2).find(|i| p[at.mount_damping + i] == 0.0) {
+                return Err((
+                    at.mount_damping + i,
+                    "a ball without mass wants a damper on its mount: give one above 0, or a ballMass".into(),
+                ));
+            }
+            if p[at.friction] > 0.0 {
+                return Err((
+                    at.friction,
+                    "a ball without mass on a mount has no friction: give 0, or a ballMass".into(),
+                ));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// How deep a pair overlaps at the start: no deeper than the smaller radius, or the error.
+pub(super) fn deepest(ball: usize, penetration: f64, radii: [f64; 2]) -> Result<(), String> {
+    let smaller = radii[0].min(radii[1]);
+    if penetration > smaller {
+        return Err(format!(
+            "ball {ball} begins {penetration:.4} m deep in the port, deeper than the smaller radius of {smaller:.4} m; begin further apart"
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,8 @@
+//! Contact, the gripper, bodies and the capture.
+
+mod capture;
+mod end_ball;
+mod events;
+mod properties;
+mod run;
+mod scaling;

@@ -1,0 +1,136 @@
+//! SIM3 is SIM2 at the scale 0.3: scaled exactly it is the same, scaled wrongly it is as wrong as it is. Golden facts C14 and C46.
+
+use super::capture::{Sim, parameters};
+use super::run::TIGHT;
+use trueup_models::contact::Structure;
+use trueup_numerics::driver::Options;
+
+const SCALE: f64 = 0.3;
+
+/// Exponents of kg, m and s of the units that a capture's parameters have.
+fn exponent(unit: &str) -> i32 {
+    let (kg, m, s) = match unit {
+        "1" | "" | "rad" => (0, 0, 0),
+        "m" => (0, 1, 0),
+        "s" => (0, 0, 1),
+        "kg" => (1, 0, 0),
+        "kg.m2" => (1, 2, 0),
+        "m/s" => (0, 1, -1),
+        "rad/s" => (0, 0, -1),
+        "N" => (1, 1, -2),
+        "N/m" => (1, 0, -2),
+        "N.s/m" => (1, 0, -1),
+        other => panic!("what is {other}?"),
+    };
+    3 * kg + m + s
+}
+
+/// A capture, all of it scaled but these.
+fn scaled(scale: f64, but: &[&str]) -> Sim {
+    let mut sim = Sim::of(Structure::default());
+    let mut at = 0;
+    for e in parameters(&Structure::default()) {
+        for value in &mut sim.p[at..at + e.len()] {
+            if !but.contains(&e.name) {
+                *value *= scale.powi(exponent(e.unit));
+            }
+        }
+        at += e.len();
+    }
+    sim
+}
+
+/// Relative energy and forces on the balls, scaled to full size, over the time of 30 s at full size.
+fn rows(sim: &Sim, scale: f64) -> [Vec<f64>; 4] {
+    let times: Vec<f64> = (1..=3000).map(|i| scale * 0.01 * f64::from(i)).collect();
+    // Nominals of the scene stay; a tolerance that is relative to them has to be tighter at the smaller scale.
+    let all = sim.run(&times, Options { tolerance: 1e-14, ..TIGHT });
+    let (energy, force) = (sim.output("relativeKineticEnergy"), sim.output("contactForce"));
+    let mut rows: [Vec<f64>; 4] = Default::default();
+    let mut next = 0;
+    for (t, y) in all.t.iter().zip(&all.y) {
+        if next < times.len() && *t == times[next] {
+            next += 1;
+            rows[0].push(y[energy] / scale.powi(3));
+            for i in 0..3 {
+                rows[1 + i].push(y[force + i] / scale.powi(2));
+            }
+        }
+    }
+    assert_eq!(rows[0].len(), times.len());
+    rows
+}
+
+/// Largest difference of energy and of forces, over the largest of each.
+fn apart(a: &[Vec<f64>; 4], b: &[Vec<f64>; 4]) -> [f64; 2] {
+    let largest = |rows: &[Vec<f64>]| rows.iter().flatten().fold(0.0, |m: f64, v| m.max(v.abs()));
+    let of = |range: core::ops::Range<usize>| {
+        let (a, b) = (&a[range.clone()], &b[range]);
+        let off = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        off / largest(a)
+    };
+    [of(0..1), of(1..4)]
+}
+
+/// Root mean square of the energy's difference over that of the energy, and ratio of the largest forces.
+fn wrong(full: &[Vec<f64>; 4], other: &[Vec<f64>; 4]) -> [f64; 2] {
+    let square = |v: &mut dyn Iterator<Item = f64>| v.map(|v| v * v).sum::<f64>().sqrt();
+    let off = square(&mut full[0].iter().zip(&other[0]).map(|(a, b)| a - b));
+    let largest = |rows: &[Vec<f64>; 4]| rows[1..].iter().flatten().fold(0.0, |m: f64, v| m.max(*v));
+    [off / square(&mut full[0].iter().copied()), largest(other) / largest(full)]
+}
+
+/// C14 both ways: the bench from full scale and full scale from the bench, to 1e-8.
+#[test]
+fn sim3_scaled_back_is_sim2() {
+    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let bench = scaled(SCALE, &[]);
+    let back = apart(&full, &rows(&bench, SCALE));
+    println!("SIM3 scaled back against SIM2: energy {:.1e}, forces {:.1e}", back[0], back[1]);
+    assert!(back.iter().all(|d| *d < 1e-8), "{back:?}");
+    // The other way: the bench's values scaled up are those of full scale.
+    let mut up = bench.p.clone();
+    let mut at = 0;
+    for e in parameters(&Structure::default()) {
+        for value in &mut up[at..at + e.len()] {
+            *value *= (1.0 / SCALE).powi(exponent(e.unit));
+        }
+        at += e.len();
+    }
+    let again = Sim { p: up, ..Sim::of(Structure::default()) };
+    let there = apart(&full, &rows(&again, 1.0));
+    println!("full scale from the bench: energy {:.1e}, forces {:.1e}", there[0], there[1]);
+    assert!(there.iter().all(|d| *d < 1e-8), "{there:?}");
+}
+
+/// C46: with the masses that Table 7 prints.
+#[test]
+fn printed_roundings_cost_a_thousandth() {
+    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let rounded = scaled(SCALE, &[])
+        .set("chaserMass", &[48.0])
+        .set("chaserInertia", &[1.85])
+        .set("targetMass", &[213.3])
+        .set("targetInertia", &[313.7]);
+    let off = apart(&full, &rows(&rounded, SCALE));
+    println!("rounded: {off:?}");
+    // The fact, of fixed steps, is 1.2e-3 and 8.3e-4.
+    assert!((off[0] - 0.00182).abs() < 1e-4 && (off[1] - 0.00065).abs() < 1e-4, "{off:?}");
+}
+
+/// What a bench says that scales all but one thing: recomputed with located events.
+#[test]
+fn wrong_scalings_are_as_wrong_as_they_are() {
+    let full = rows(&Sim::of(Structure::default()), 1.0);
+    let inertia = scaled(SCALE, &[]).set("targetInertia", &[4.81]);
+    for (what, sim, wanted) in [
+        ("stiffness as at full scale", scaled(SCALE, &["stiffness"]), [1.21, 2.53]),
+        ("damping as at full scale", scaled(SCALE, &["normalDamping"]), [0.54, 2.52]),
+        ("closing time as at full scale", scaled(SCALE, &["closingTime"]), [4.46, 0.68]),
+        ("target's inertia 4.81", inertia, [13.67, 0.87]),
+    ] {
+        let [energy, force] = wrong(&full, &rows(&sim, SCALE));
+        println!("{what}: energy {:.0} % rms, largest force x {force:.2}", 100.0 * energy);
+        assert!((energy / wanted[0] - 1.0).abs() < 0.01 && (force - wanted[1]).abs() < 0.01, "{what}");
+    }
+}
