@@ -15,11 +15,11 @@ pub(super) struct Moments {
 
 impl Moments {
     /// The last outputs.
-    pub fn end(&self) -> &[f64] {
+    pub(super) fn end(&self) -> &[f64] {
         self.y.last().unwrap()
     }
     /// Times at which the mode of a pair changes, and what it is from there on.
-    pub fn changes(&self, pair: usize) -> Vec<(f64, i32)> {
+    pub(super) fn changes(&self, pair: usize) -> Vec<(f64, i32)> {
         let mut all = Vec::new();
         for i in 1..self.t.len() {
             if self.modes[i][pair] != self.modes[i - 1][pair] {
@@ -29,7 +29,7 @@ impl Moments {
         all
     }
     /// Largest value of an output.
-    pub fn largest(&self, output: usize) -> f64 {
+    pub(super) fn largest(&self, output: usize) -> f64 {
         self.y.iter().map(|y| y[output]).fold(f64::NEG_INFINITY, f64::max)
     }
 }
