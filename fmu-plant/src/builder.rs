@@ -46,10 +46,13 @@ impl Builder {
         self.next[class] += dimensions.iter().product::<usize>();
         first
     }
-    /// An enumeration type; returns its index.
+    /// An enumeration type, which is there once; returns its index.
     pub(crate) fn enumeration(&mut self, e: trueup_fmi::table::Enumeration) -> Kind {
-        self.table.enumerations.push(e);
-        Kind::Enumeration(self.table.enumerations.len() - 1)
+        let known = self.table.enumerations.iter().position(|k| *k == e);
+        Kind::Enumeration(known.unwrap_or_else(|| {
+            self.table.enumerations.push(e);
+            self.table.enumerations.len() - 1
+        }))
     }
     /// A parameter that may be changed between steps; one start value per element.
     pub(crate) fn tunable(
@@ -86,14 +89,20 @@ impl Builder {
         self.push(Variable::new(name, Causality::Parameter, v, at, unit, text).array(dims).start(start))
     }
     /// An input, 0 unless set.
-    pub(crate) fn input(&mut self, name: &str, unit: &'static str, dims: &[usize], text: &str) {
+    pub(crate) fn input(
+        &mut self,
+        name: &str,
+        unit: &'static str,
+        dims: &[usize],
+        text: &str,
+    ) -> &mut Variable {
         let at = Storage::Input(self.take(INPUT, dims));
         let zeros = vec![0.0; dims.iter().product()];
         self.push(
             Variable::new(name, Causality::Input, Variability::Continuous, at, unit, text)
                 .array(dims)
                 .start(&zeros),
-        );
+        )
     }
     /// An output.
     pub(crate) fn output(
@@ -113,11 +122,15 @@ impl Builder {
     }
     /// A Boolean output that changes at events.
     pub(crate) fn flag(&mut self, name: &str, dims: &[usize], text: &str) {
+        self.item(name, Kind::Boolean, dims, text);
+    }
+    /// An output of that kind that changes at events.
+    pub(crate) fn item(&mut self, name: &str, kind: Kind, dims: &[usize], text: &str) {
         let at = Storage::Output(self.take(OUTPUT, dims));
         self.push(
             Variable::new(name, Causality::Output, Variability::Discrete, at, "", text)
                 .array(dims)
-                .kind(Kind::Boolean),
+                .kind(kind),
         );
     }
     /// Something that is fixed when packed.
@@ -200,9 +213,14 @@ impl Builder {
             }
         }
     }
-    /// A plug: (member, variable) pairs.
+    /// A plug whose members are called as their variables.
     pub(crate) fn terminal(&mut self, name: &str, text: &str, members: &[&str]) {
-        let members = members.iter().map(|m| ((*m).to_owned(), (*m).to_owned())).collect();
+        let members: Vec<(&str, &str)> = members.iter().map(|m| (*m, *m)).collect();
+        self.plug(name, text, &members);
+    }
+    /// A plug: pairs of member and variable.
+    pub(crate) fn plug(&mut self, name: &str, text: &str, members: &[(&str, &str)]) {
+        let members = members.iter().map(|(m, v)| ((*m).to_owned(), (*v).to_owned())).collect();
         self.table.terminals.push(Terminal { name: name.to_owned(), description: text.to_owned(), members });
     }
     fn push(&mut self, v: Variable) -> &mut Variable {

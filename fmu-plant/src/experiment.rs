@@ -45,6 +45,27 @@ pub fn schedule(model: &str) -> Option<Schedule<'static>> {
             (6.0, "jointTorque[5]", -0.02),
             (7.0, "jointTorque[5]", 0.0),
         ],
+        // A push at the docking point and back.
+        "FreeBody" => &[
+            (0.5, "portForce[1,1]", 100.0),
+            (0.5, "portForce[1,2]", -40.0),
+            (3.0, "portForce[1,1]", -100.0),
+            (5.5, "portForce[1,1]", 0.0),
+            (5.5, "portForce[1,2]", 0.0),
+        ],
+        // The target comes nearer and goes back while the jaws close.
+        "GripperContact" => &[
+            (1.0, "portPosition[1]", 0.099),
+            (2.0, "portPosition[1]", 0.12),
+            (7.0, "portPosition[2]", -0.01),
+        ],
+        // The chaser's thrusters push while the target bounces in the hand.
+        "CaptureScene" => &[
+            (2.0, "chaserForce[1]", 3.0),
+            (6.0, "chaserForce[1]", 0.0),
+            (6.0, "chaserForce[2]", -1.0),
+            (9.0, "chaserForce[2]", 0.0),
+        ],
         _ => return None,
     })
 }

@@ -1,18 +1,23 @@
-//! TwoMassJoint, PlanarManipulator and SpatialFreeFlyer as FMUs: binding only.
+//! The plants and the contact between them as FMUs: binding only.
 
 mod arm;
 mod builder;
+mod contact;
+mod entries;
 mod experiment;
 mod joint;
 mod model;
 mod space;
+mod structure;
 
 pub use experiment::schedule;
 pub use model::{Plant, TEST_BED};
 pub use space::of_design;
+pub use structure::{Choice, Wanted, choices};
 
 /// The models of this library.
-pub const MODELS: &[&str] = &["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer"];
+pub const MODELS: &[&str] =
+    &["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FreeBody", "GripperContact", "CaptureScene"];
 
 #[cfg(test)]
 mod tests {
@@ -20,15 +25,15 @@ mod tests {
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
-    use trueup_models::effect::Choice;
+    use trueup_models::effect;
     use trueup_models::space::presets;
     use trueup_models::space::table::{Table, TabledMode};
     use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn the_tables_cover_every_value_of_the_models() {
-        let all = |plant| Choice::all(plant).map(|c| c.id()).collect::<Vec<_>>();
-        let (joint, arm) = (all(trueup_models::effect::Plant::Joint), all(trueup_models::effect::Plant::Arm));
+        let all = |plant| effect::Choice::all(plant).map(|c| c.id()).collect::<Vec<_>>();
+        let (joint, arm) = (all(effect::Plant::Joint), all(effect::Plant::Arm));
         let cases = [
             ("TwoMassJoint", vec![], vec![]),
             ("TwoMassJoint", vec![false], joint.clone()),
@@ -57,7 +62,8 @@ mod tests {
             effects,
             ..Configuration::of(model)
         });
-        for c in plain.chain(robots) {
+        let contact = crate::contact::tests::structures();
+        for c in plain.chain(robots).chain(contact) {
             let m = Plant::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {

@@ -1,5 +1,6 @@
 //! The plants as one type: a library stands for any of them, as its configuration says.
 
+use crate::contact::{self, Contact};
 use crate::{arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
@@ -19,12 +20,19 @@ pub enum Plant {
     Arm(PlanarManipulator),
     /// `SpatialFreeFlyer` with the start values of its parameters.
     Space(SpatialFreeFlyer, Vec<f64>),
+    /// `FreeBody`, `GripperContact` or `CaptureScene`.
+    Contact(Contact),
 }
 
 /// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
 pub const TEST_BED: [bool; 3] = [true, false, false];
 
-trueup_numerics::delegate_hybrid!(Plant { Plant::Joint(m, _) => m, Plant::Arm(m) => m, Plant::Space(m, _) => m });
+trueup_numerics::delegate_hybrid!(Plant {
+    Plant::Joint(m, _) => m,
+    Plant::Arm(m) => m,
+    Plant::Space(m, _) => m,
+    Plant::Contact(m) => m
+});
 
 impl FmuModel for Plant {
     fn build(c: &Configuration) -> Result<Self, String> {
@@ -45,6 +53,7 @@ impl FmuModel for Plant {
                 PlanarManipulator::new(flexible, &c.effects).map(Self::Arm).map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
+            name if contact::MODELS.contains(&name) => contact::build(c).map(Self::Contact),
             other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(", "))),
         }
     }
@@ -53,6 +62,7 @@ impl FmuModel for Plant {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
             Self::Space(m, start) => space::table(m, start),
+            Self::Contact(m) => m.table(),
         }
     }
     fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
@@ -64,18 +74,32 @@ impl FmuModel for Plant {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
+            Self::Contact(m) => m.check(p),
         }
     }
-    fn watch(&self, at: At<'_, f64>) -> Option<String> {
+    fn watch(&self, at: At<'_, f64>, said: u32) -> Option<(u32, String)> {
         match self {
-            Self::Space(m, _) => m.too_fast(&at),
-            Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(m, _) if said == 0 => m.too_fast(&at).map(|text| (1, text)),
+            Self::Contact(m) => m.watch(&at, said),
+            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
+        }
+    }
+    fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
+        match self {
+            Self::Contact(m) => m.long_step(h, p),
+            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
+        }
+    }
+    fn singular(&self, at: At<'_, f64>) -> Option<String> {
+        match self {
+            Self::Contact(m) => m.singular(&at),
+            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Space(m, _) => m.remark(p),
-            Self::Joint(..) | Self::Arm(_) => None,
+            Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }
 }

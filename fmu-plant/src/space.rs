@@ -3,8 +3,7 @@
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
 use trueup_fmi::configuration::Configuration;
-use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable, Storage};
-use trueup_models::layout::{Allowed, Shows};
+use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
 use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
@@ -112,25 +111,13 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     })
 }
 
-fn depends(shows: Shows) -> Depends {
-    match shows {
-        Shows::State(name) => Depends::On(vec![format!("state.{name}")]),
-        Shows::States => Depends::StatesAnd(Vec::new()),
-        Shows::All | Shows::Flag | Shows::Item(_) => Depends::All,
-    }
-}
-
 /// The table of a model with those start values (in the model's order).
 pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let s = model.structure();
     let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
-    let coupling = b.enumeration(Enumeration {
-        name: COUPLING.name,
-        description: COUPLING.text,
-        items: COUPLING.items.to_vec(),
-    });
+    b.items(&COUPLING);
     let kind = b.enumeration(Enumeration {
         name: "JointType",
         description: "What a joint leaves free",
@@ -187,44 +174,10 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
         b.constant(TABLE_MODES, Kind::Integer, &[s.tables.len()], &reals(&s.tables), text);
     }
 
-    let mut rest = start;
-    for e in Parameters::list(s) {
-        let (own, behind) = rest.split_at(e.len().min(rest.len()));
-        rest = behind;
-        let v = if e.kind.tunable {
-            b.tunable(e.name, e.unit, &e.dimensions, own, e.text)
-        } else {
-            b.fixed(e.name, e.unit, &e.dimensions, own, e.text)
-        };
-        match e.kind.allowed {
-            Allowed::Any => {}
-            Allowed::Positive => {
-                v.bounded_above(0.0);
-            }
-            Allowed::NotNegative => {
-                v.bounded(0.0);
-            }
-            Allowed::OneUp => {
-                v.bounded(1.0);
-            }
-            Allowed::Item(_) => v.kind = coupling,
-        }
-        v.follows = e.kind.follows.map(str::to_owned);
-    }
-    for e in Inputs::list(s) {
-        b.input(e.name, e.unit, &e.dimensions, e.text);
-    }
-    for e in Outputs::list(s) {
-        b.output(e.name, e.unit, &e.dimensions, depends(e.kind), e.text);
-    }
-    let states = States::list(s);
-    let states: Vec<crate::builder::State<'_>> = states
-        .iter()
-        .map(|e| {
-            (e.name, e.unit, e.kind.rate, &e.dimensions[..], e.kind.nominal, depends(e.kind.depends), e.text)
-        })
-        .collect();
-    b.states(&states);
+    b.parameters(&Parameters::list(s), start);
+    b.inputs(&Inputs::list(s));
+    b.outputs(&Outputs::list(s));
+    b.moved(&States::list(s));
     if n > 0 {
         b.terminal(
             "drive",

@@ -9,7 +9,10 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-MODELS = ("TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController")
+MODELS = (
+    "TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FreeBody", "GripperContact", "CaptureScene",
+    "JointController", "ManipulatorController",
+)
 
 
 def pytest_addoption(parser):

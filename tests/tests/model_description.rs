@@ -16,8 +16,16 @@ mod robots {
     pub(super) use trueup_models::space::table::{Table, TabledMode};
 }
 
-const MODELS: [&str; 5] =
-    ["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "JointController", "ManipulatorController"];
+const MODELS: [&str; 8] = [
+    "TwoMassJoint",
+    "PlanarManipulator",
+    "SpatialFreeFlyer",
+    "FreeBody",
+    "GripperContact",
+    "CaptureScene",
+    "JointController",
+    "ManipulatorController",
+];
 
 fn written(configuration: &Configuration, version: Version) -> String {
     let table = fmu_library::table(configuration).expect("the default configuration is valid");
@@ -93,7 +101,19 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
     });
     let robots = [robots::table_1_with_panels(), robots::test_bed(), satellite, held, analysed, tabled]
         .map(|d| fmu_library::of_design(&d).expect("a robot that can be had"));
-    for configuration in plain.into_iter().chain(with_effect).chain(structures).chain(robots) {
+    let contact = [
+        ("FreeBody", vec![("numberOfPorts", 3)]),
+        ("GripperContact", vec![("numberOfBalls", 5), ("closing", 2)]),
+        ("GripperContact", vec![("numberOfBalls", 1), ("endBallMount", 2), ("against", 2)]),
+        ("CaptureScene", vec![("numberOfBalls", 1), ("endBallMount", 2), ("against", 2)]),
+        ("CaptureScene", vec![("numberOfBalls", 8), ("closing", 2)]),
+    ]
+    .map(|(model, chosen)| Configuration {
+        structure: chosen.into_iter().map(|(name, value)| (name.to_owned(), vec![value])).collect(),
+        ..Configuration::of(model)
+    });
+    let all = plain.into_iter().chain(with_effect).chain(structures).chain(robots).chain(contact);
+    for configuration in all {
         for version in Version::ALL {
             let xml = written(&configuration, version);
             let description = read::read(xml.as_bytes()).expect("what is written can be read");

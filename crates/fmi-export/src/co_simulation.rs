@@ -157,6 +157,7 @@ impl<M: FmuModel> Instance<M> {
             return error(format!("the step ends at {:?}, beyond the stop time {stop:?}: shorten it", t + h));
         }
         self.ready()?;
+        self.watch_step(h);
         let Some(mut work) = self.co_simulation.take() else {
             return error("the instance has no integrator: it was made for Model Exchange");
         };
@@ -263,7 +264,7 @@ impl<M: FmuModel> Instance<M> {
             Quantity::Input(i) => self.layout.name_of(Storage::Input(i)),
             Quantity::Indicator(i) => format!("eventIndicator[{}]", i + 1),
         };
-        format!("`{name}` is not finite at time {t:?}; check parameters and inputs")
+        format!("`{name}` is not finite at time {t:?}; {}", self.singular("check parameters and inputs"))
     }
 
     /// fmi2SetRealInputDerivatives: slopes of inputs during the next step.

@@ -77,8 +77,8 @@ pub struct Instance<M: FmuModel> {
     pub(crate) token: String,
     pub(crate) memory: Memory,
     pub(crate) cache: Cache,
-    /// Something was said of the states of this run.
-    watched: bool,
+    /// Bits of what was said of the states of this run, and whether of its communication steps.
+    said: (u32, bool),
     /// Where messages go.
     pub log: Log,
     /// Boxed, because their addresses are the importer's handles.
@@ -152,7 +152,7 @@ impl<M: FmuModel> Instance<M> {
             token: configuration.token.clone(),
             memory,
             cache,
-            watched: false,
+            said: (0, false),
             log: Log::default(),
             snapshots: Vec::new(),
             duals: crate::derivatives::Duals::default(),
@@ -245,17 +245,33 @@ impl<M: FmuModel> Instance<M> {
         }
         Ok(())
     }
-    /// Warns of states that the model is not made for, once a run.
+    /// Warns of states that the model is not made for, of each thing once a run.
     pub(crate) fn watch(&mut self) {
-        if self.watched || !self.log.wants(WARNINGS) {
+        if !self.log.wants(WARNINGS) {
             return;
         }
         let m = &self.memory;
         let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
-        if let Some(warning) = self.model.watch(at) {
-            self.watched = true;
+        if let Some((bit, warning)) = self.model.watch(at, self.said.0) {
+            self.said.0 |= bit;
             self.log.say(Status::Warning, WARNINGS, warning);
         }
+    }
+    /// Warns of a communication step that is too long for the model, once a run.
+    pub(crate) fn watch_step(&mut self, h: f64) {
+        if self.said.1 || !self.log.wants(WARNINGS) {
+            return;
+        }
+        if let Some(warning) = self.model.long_step(h, &self.memory.p) {
+            self.said.1 = true;
+            self.log.say(Status::Warning, WARNINGS, warning);
+        }
+    }
+    /// Why values are not numbers now, as far as the model knows; else `otherwise`.
+    pub(crate) fn singular(&self, otherwise: &str) -> String {
+        let m = &self.memory;
+        let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
+        self.model.singular(at).unwrap_or_else(|| otherwise.to_owned())
     }
     pub(crate) fn finite_states(&self) -> Outcome {
         match self.memory.x.iter().position(|v| !v.is_finite()) {
@@ -272,10 +288,11 @@ impl<M: FmuModel> Instance<M> {
         match values.iter().position(|v| !v.is_finite()) {
             None => Ok(()),
             Some(i) => discard(format!(
-                "`{}` is {} at time {:?} with these states and inputs; try a smaller step",
+                "`{}` is {} at time {:?} with these states and inputs; {}",
                 self.layout.name_of(place(i)),
                 values[i],
-                self.memory.t
+                self.memory.t,
+                self.singular("try a smaller step")
             )),
         }
     }
@@ -321,10 +338,11 @@ impl<M: FmuModel> Instance<M> {
         self.model.indicators(at, &mut self.cache.z);
         if let Some(i) = self.cache.z.iter().position(|v| !v.is_finite()) {
             return discard(format!(
-                "event indicator {} is {} at time {:?}; try a smaller step",
+                "event indicator {} is {} at time {:?}; {}",
                 i + 1,
                 self.cache.z[i],
-                m.t
+                m.t,
+                self.singular("try a smaller step")
             ));
         }
         self.cache.z_valid = true;
@@ -353,7 +371,7 @@ impl<M: FmuModel> Instance<M> {
     pub fn enter_initialization(&mut self) -> Outcome {
         self.permit(Call::EnterInitialization)?;
         self.enter(State::Initialization);
-        self.watched = false;
+        self.said = (0, false);
         Ok(())
     }
     /// fmiXExitInitializationMode.

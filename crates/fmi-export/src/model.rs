@@ -20,10 +20,18 @@ pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
     fn remark(&self, _p: &[f64]) -> Option<String> {
         None
     }
-    /// What the model is not made for at this state, and the mend: a warning to the importer, at most one a run. Asked where a run
-    /// begins and at communication points (Model Exchange: completed steps, and where outputs are read) while there was none;
-    /// must not allocate unless it answers.
-    fn watch(&self, _at: At<'_, f64>) -> Option<String> {
+    /// What the model is not made for at this state, and the mend: a warning to the importer. `said` has the bits of the
+    /// warnings that this run has had; the answer has the bit of its own and the text. Asked where a run begins and at
+    /// communication points (Model Exchange: completed steps, and where outputs are read); must not allocate unless it answers.
+    fn watch(&self, _at: At<'_, f64>, _said: u32) -> Option<(u32, String)> {
+        None
+    }
+    /// Why a communication step of `h` s is longer than the model is made for, and the mend: a warning, at most one a run.
+    fn long_step(&self, _h: f64, _p: &[f64]) -> Option<String> {
+        None
+    }
+    /// Why values at this state are not numbers, with the mend, where the model knows more than that they are not.
+    fn singular(&self, _at: At<'_, f64>) -> Option<String> {
         None
     }
     /// Whether Co-Simulation needs a method for stiff equations.

@@ -15,7 +15,7 @@ pub const MARKER: &[u8; 32] = b"TRUEUP-FMU-CONFIGURATION-BLOCK:\n";
 /// A packed model: what is fixed when packed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Configuration {
-    /// `TwoMassJoint`, `PlanarManipulator`, `SpatialFreeFlyer`, `JointController` or `ManipulatorController`.
+    /// By its name, as `TwoMassJoint`.
     pub model: String,
     /// GUID (FMI 2.0) and instantiation token (FMI 3.0).
     pub token: String,

@@ -5,7 +5,7 @@
 
 use fmu_controller::Controller;
 use fmu_plant::Plant;
-pub use fmu_plant::of_design;
+pub use fmu_plant::{Choice, Wanted, choices, of_design};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
@@ -44,10 +44,22 @@ impl FmuModel for Model {
             Self::Controller(m) => m.check(p),
         }
     }
-    fn watch(&self, at: At<'_, f64>) -> Option<String> {
+    fn watch(&self, at: At<'_, f64>, said: u32) -> Option<(u32, String)> {
         match self {
-            Self::Plant(m) => m.watch(at),
-            Self::Controller(m) => m.watch(at),
+            Self::Plant(m) => m.watch(at, said),
+            Self::Controller(m) => m.watch(at, said),
+        }
+    }
+    fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
+        match self {
+            Self::Plant(m) => m.long_step(h, p),
+            Self::Controller(m) => m.long_step(h, p),
+        }
+    }
+    fn singular(&self, at: At<'_, f64>) -> Option<String> {
+        match self {
+            Self::Plant(m) => m.singular(at),
+            Self::Controller(m) => m.singular(at),
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {

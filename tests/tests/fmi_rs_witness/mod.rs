@@ -36,6 +36,10 @@ const EXPERIMENTS: &[(&str, Values)] = &[
         "SpatialFreeFlyer",
         &[("jointTorque", &[2.0, -3.0, 1.5, 0.02, -0.02, 0.004]), ("baseForce", &[5.0, 0.0, -2.0])],
     ),
+    ("FreeBody", &[("portForce", &[100.0, -40.0]), ("portTorque", &[20.0])]),
+    // The target's port falls onto P1, jaws moving; the chaser meets it at once.
+    ("GripperContact", &[("portPosition", &[0.095, 0.01]), ("portVelocity", &[-0.004, 0.0])]),
+    ("CaptureScene", &[("initialPortOffset", &[0.1001, 0.0]), ("chaserForce", &[2.0, -1.0])]),
     // Reaches its limit during the run, not at once.
     ("JointController", &[("positionReference", &[1e-3]), ("motorVelocity", &[0.5]), ("loadAngle", &[2e-4])]),
     (

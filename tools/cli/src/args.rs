@@ -230,6 +230,9 @@ pub(crate) struct Pack {
     /// Structure of an arm: which of its joints are flexible; as many entries as the arm has joints
     #[arg(long, value_name = "true|false,..", value_delimiter = ',', action = clap::ArgAction::Append)]
     pub(crate) flexible: Vec<bool>,
+    /// Structure of a contact model: how many balls or ports, what moves the jaws (see `trueup fmu list`); may be repeated
+    #[arg(long, value_name = "NAME=VALUE")]
+    pub(crate) structure: Vec<String>,
     /// Folder with the template libraries; found beside the program when not given
     #[arg(long, value_name = "DIR")]
     pub(crate) library: Option<PathBuf>,

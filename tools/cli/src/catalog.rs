@@ -26,6 +26,9 @@ pub(crate) fn models() -> impl Iterator<Item = Model> {
         model("TwoMassJoint", "flexible geared joint with true stick-slip"),
         model("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
         model("SpatialFreeFlyer", "base with arms in space: joints, thrusters, wrenches at the tips"),
+        model("FreeBody", "rigid body that floats in the plane, with docking points"),
+        model("GripperContact", "contact of a gripper of balls with a docking port, bodies from elsewhere"),
+        model("CaptureScene", "chaser, gripper and target in one: a capture in the plane"),
         model("JointController", "P/PI and wave-based control of one joint"),
         model("ManipulatorController", "the same control law for every joint of an arm"),
     ]
@@ -45,6 +48,11 @@ pub(crate) fn preset_names(model: &str) -> Vec<(&'static str, &'static str)> {
     let of_values = presets(model).map(|p| (p.name, p.source));
     let robots = robots::PRESETS.iter().filter(|_| model == FLYER).map(|p| (p.name, p.source));
     of_values.chain(robots).collect()
+}
+
+/// What of the model's structure is chosen by name.
+pub(crate) fn choices(model: &str) -> &'static [fmu_library::Choice] {
+    fmu_library::choices(model)
 }
 
 /// Every effect, in the order in which they act.

@@ -54,7 +54,9 @@ impl FreeBody {
     /// None of them, or more than [`MAX_PORTS`].
     pub fn new(ports: usize) -> Result<Self, String> {
         if ports == 0 || ports > MAX_PORTS {
-            return Err(format!("a body of {ports} docking points: it has 1 to {MAX_PORTS}"));
+            return Err(format!(
+                "a body of {ports} docking points: it has 1 to {MAX_PORTS}; give numberOfPorts"
+            ));
         }
         Ok(Self {
             ports,

@@ -39,11 +39,11 @@ impl Gripper {
     pub(super) fn new(structure: Structure) -> Result<Self, String> {
         let Structure { balls, mount, .. } = structure;
         if balls == 0 || balls > MAX_BALLS {
-            return Err(format!("a gripper of {balls} balls: it has 1 to {MAX_BALLS}"));
+            return Err(format!("a gripper of {balls} balls: it has 1 to {MAX_BALLS}; give numberOfBalls"));
         }
         if mount == Mount::Elastic && balls != 1 {
             return Err(format!(
-                "a mount that is elastic is for one ball, not for {balls}: pack it with balls=1"
+                "a mount that is elastic is for one ball, not for {balls}: pack it with numberOfBalls=1"
             ));
         }
         Ok(Self {
@@ -133,7 +133,11 @@ impl Gripper {
         y[at.jaw_work] = v.x[self.states.jaw_work];
         y[at.relative_energy] = relative_motion(self, v, touch.jaw_motion, 1.0) * 0.5;
         y[at.relative_energy_printed] = relative_motion(self, v, touch.jaw_motion, -1.0) * 0.5;
-        let outcome = v.modes[self.outcome_mode()].max(1);
+        // Before the first event there is none yet.
+        let outcome = match v.modes[self.outcome_mode()] {
+            0 => Outcome::Open as i32,
+            known => known,
+        };
         y[at.outcome] = T::constant(f64::from(outcome));
     }
 

@@ -65,6 +65,30 @@ impl Structure {
     }
 }
 
+/// What moves the jaws, in the order of [`Closing`].
+pub static CLOSING: Items = Items {
+    name: "Closing",
+    text: "What moves the jaws",
+    items: &[
+        ("schedule", "a schedule of closingTime from the start on"),
+        ("command", "the inputs close and closeRate"),
+    ],
+};
+
+/// How a ball is fixed, in the order of [`Mount`].
+pub static MOUNT: Items = Items {
+    name: "EndBallMount",
+    text: "How a ball is fixed to the hand",
+    items: &[("rigid", "rigidly"), ("elastic", "by springs and dampers, one ball only: the dummy gripper")],
+};
+
+/// What the balls may touch, in the order of [`Against`].
+pub static AGAINST: Items = Items {
+    name: "Against",
+    text: "What the balls may touch",
+    items: &[("ball", "a ball about the port"), ("plate", "a plate through the port, without end")],
+};
+
 /// Which damper the law has.
 pub static DAMPING: Items = Items {
     name: "Damping",

@@ -7,9 +7,9 @@
 
 mod bodies;
 mod closing;
-mod fmu;
 pub mod frame;
 mod gripper;
+mod gripper_contact;
 pub mod impact;
 pub mod law;
 pub mod layout;
@@ -20,7 +20,7 @@ mod scene;
 mod touch;
 
 pub use bodies::FreeBody;
-pub use fmu::GripperContact;
+pub use gripper_contact::GripperContact;
 pub use layout::{Against, Closing, Mount, Structure};
 pub use outcome::Outcome;
 pub use scene::CaptureScene;

@@ -5,10 +5,10 @@
 //! with its arm (S2 section 3.2: the manipulator holds its configuration); beyond that as `GripperContact`.
 
 use super::bodies::{Inertia, both, carry};
-use super::fmu::{MOST_MODES, copies};
 use super::frame::{Frame, Vector, Wrench, add, sub};
 use super::gripper::{Gripper, View};
-use super::layout::{Mount, SceneInputs, SceneOutputs, SceneParameters, SceneStates, Structure};
+use super::gripper_contact::{MOST_MODES, copies};
+use super::layout::{Against, Mount, SceneInputs, SceneOutputs, SceneParameters, SceneStates, Structure};
 use super::parameters;
 use super::presets::SIM2;
 use super::touch::{Touch, touch, two};
@@ -59,6 +59,13 @@ impl CaptureScene {
             p[at.end_effector + i] = SIM2.end_effector[i];
             p[at.port_offset + i] = SIM2.port_offset[i];
         }
+        if self.gripper.structure.against == Against::Plate {
+            // As far before the foremost ball as SIM2's port before P1.
+            let g = &self.gripper.parameters;
+            let fronts = (0..self.gripper.structure.balls).map(|i| p[g.open + 2 * i] + p[g.ball_radius + i]);
+            p[at.port_offset] =
+                fronts.fold(f64::NEG_INFINITY, f64::max) + SIM2.port_offset[0] - 2.0 * SIM2.ball_radius;
+        }
         p
     }
     /// Parameters that contradict each other: the index of one, and the mend.
@@ -81,9 +88,13 @@ impl CaptureScene {
         });
         refused
     }
-    /// A command beyond its ends, overlap where the run begins: what an importer is told, once a run.
-    pub fn remarkable(&self, at: &At<'_, f64>) -> Option<String> {
-        self.gripper.remarkable(&self.view(at, &self.bodies(at.x)))
+    /// A command beyond its ends, and how it is taken.
+    pub fn clipped(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.clipped(at)
+    }
+    /// Balls that overlap where the run begins.
+    pub fn overlap(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.overlap_at_start(&self.view(at, &self.bodies(at.x)))
     }
     /// Why values are not numbers, where balls are concentric.
     pub fn fault(&self, at: &At<'_, f64>) -> Option<String> {

@@ -50,13 +50,13 @@ fn a_command_is_held_to_its_ends() {
         let (x, modes, mut y) = (vec![0.0; n.states], vec![0; n.modes], vec![0.0; n.outputs]);
         let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes };
         g.outputs(at, &mut y);
-        (y, g.remarkable(&At { t: 1.0, ..at }))
+        (y, g.clipped(&At { t: 1.0, ..at }))
     };
     let (half, said) = seen(0.5, 0.1);
     assert!(said.is_none() && half.contains(&0.5));
     let (over, said) = seen(1.5, 0.1);
     let said = said.unwrap();
-    assert!(over.contains(&1.0) && said.contains("close = 1.5") && said.contains("taken as 1"), "{said}");
+    assert!(over.contains(&1.0) && said.contains("`close` = 1.5") && said.contains("taken as 1"), "{said}");
 }
 
 /// Line 8 of the design: what begins overlapping is named, what begins too deep or concentric is refused, nothing is NaN unsaid.
@@ -89,9 +89,9 @@ fn starts_that_overlap() {
     let nominal = super::capture::nominal(&Structure::default());
     let all = run(&scene, &overlapping.p, &u, &[0.5], &nominal, Options { tolerance: 1e-9, ..TIGHT });
     let at = At { t: 0.0, x: &all.x[0], u: &u, p: &overlapping.p, modes: &all.modes[0] };
-    let said = scene.remarkable(&at).unwrap();
+    let said = scene.overlap(&at).unwrap();
     assert!(said.contains("ball 1 begins 0.010000 m deep"), "{said}");
-    assert!(scene.remarkable(&At { t: 0.5, ..at }).is_none(), "said once");
+    assert!(scene.overlap(&At { t: 0.5, ..at }).is_none(), "said once");
 }
 
 #[test]
@@ -101,5 +101,5 @@ fn structures_that_cannot_be_had_are_refused() {
         assert!(e.contains(said), "{e}");
     }
     let elastic = Structure { mount: trueup_models::contact::Mount::Elastic, ..Structure::default() };
-    assert!(GripperContact::new(elastic).unwrap_err().contains("balls=1"));
+    assert!(GripperContact::new(elastic).unwrap_err().contains("numberOfBalls=1"));
 }

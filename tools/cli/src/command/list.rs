@@ -16,6 +16,12 @@ pub(crate) fn run() -> Result<(), Error> {
             out += &format!("  {name:<30}{}: {source}\n", m.name);
         }
     }
+    out += "\nStructure (--structure NAME=VALUE)\n";
+    for m in &models {
+        for c in catalog::choices(m.name) {
+            out += &format!("  {:<30}{}: {}: {}\n", c.name, m.name, c.text, c.range());
+        }
+    }
     out += "\nEffects (--effect)\n";
     for e in catalog::effects() {
         out += &format!("  {:<30}{} [{}]\n", e.id, e.description, e.models.join(", "));

@@ -82,8 +82,8 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
             })
     };
     if args.model.is_empty() {
-        if !args.set.is_empty() || !args.flexible.is_empty() {
-            return Err(Error::Usage("--set and --flexible want a model: name it".to_owned()));
+        if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
+            return Err(Error::Usage("--set, --flexible and --structure want a model: name it".to_owned()));
         }
         let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none()).collect();
         if fitting.is_empty() {
@@ -120,6 +120,25 @@ fn robot(model: Model, args: &Pack) -> Result<Option<Design>, Error> {
     Ok(Some(design))
 }
 
+/// What `--structure` chooses; the last one of a name counts.
+fn structure(model: Model, args: &Pack) -> Result<Vec<(String, Vec<u32>)>, String> {
+    let known = catalog::choices(model.name);
+    let mut chosen: Vec<(String, Vec<u32>)> = Vec::new();
+    for asked in &args.structure {
+        let wrong = |why: String| format!("--structure {asked}: {why}");
+        let (name, value) =
+            asked.split_once('=').ok_or_else(|| wrong("write it as name=value".to_owned()))?;
+        let choice = known.iter().find(|k| k.name == name.trim()).ok_or_else(|| {
+            let mend = suggestion(name.trim(), known.iter().map(|k| k.name), LIST);
+            wrong(format!("there is no `{}` to choose here; {mend}", name.trim()))
+        })?;
+        let number = choice.parse(value.trim()).map_err(wrong)?;
+        chosen.retain(|c| c.0 != choice.name);
+        chosen.push((choice.name.to_owned(), vec![number]));
+    }
+    Ok(chosen)
+}
+
 fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let refused = |why: String| Error::Usage(format!("{}: {why}", model.name));
     // In the order in which they act; given twice, an effect is packed once.
@@ -127,9 +146,12 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
     let mut configuration = match robot(model, args)? {
         Some(design) => Configuration { effects, ..fmu_library::of_design(&design).map_err(refused)? },
-        None => {
-            Configuration { joint_flexible: args.flexible.clone(), effects, ..Configuration::of(model.name) }
-        }
+        None => Configuration {
+            joint_flexible: args.flexible.clone(),
+            structure: structure(model, args).map_err(refused)?,
+            effects,
+            ..Configuration::of(model.name)
+        },
     };
     // Start values are read against the variables that this structure has.
     let table = fmu_library::table(&configuration).map_err(refused)?;

@@ -7,12 +7,14 @@
 
 use super::frame::Frame;
 use super::gripper::{Gripper, View};
-use super::layout::{Against, Closing, Poses, Structure};
+use super::layout::{Against, Closing, Mount, Poses, Structure};
 use super::touch::{touch, two};
 use super::{MAX_BALLS, parameters};
-use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::{Figure, Scalar};
 
+/// Communication steps that a period of the contact wants at least.
+const STEPS_PER_PERIOD: f64 = 5.0;
 /// Most states of a gripper.
 pub(super) const MOST_STATES: usize = 24;
 /// Most modes.
@@ -71,17 +73,31 @@ impl GripperContact {
             ),
         }
     }
-    /// A command beyond its ends, overlap where the run begins: what an importer is told, once a run.
-    pub fn remarkable(&self, at: &At<'_, f64>) -> Option<String> {
-        self.gripper.remarkable(&self.view(at))
+    /// A command beyond its ends, and how it is taken.
+    pub fn clipped(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.clipped(at)
+    }
+    /// Balls that overlap where the run begins.
+    pub fn overlap(&self, at: &At<'_, f64>) -> Option<String> {
+        self.gripper.overlap_at_start(&self.view(at))
     }
     /// Why values are not numbers, where balls are concentric.
     pub fn fault(&self, at: &At<'_, f64>) -> Option<String> {
         self.gripper.fault(&self.view(at))
     }
-    /// Stiffness in N/m and the least mass in kg that it can move: the target's, which is all that the gripper knows.
-    pub fn period(&self, p: &[f64]) -> f64 {
-        self.gripper.period(p, p[self.gripper.parameters.target_mass])
+    /// A communication step of `h` s that is long against the contact: forces that lag by it feed energy in.
+    pub fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
+        let period = self.gripper.period(p);
+        let most = period / STEPS_PER_PERIOD;
+        (h > most).then(|| {
+            format!(
+                "the communication step of {} s is longer than {} s, a fifth of the period of the contact, {} s: forces \
+                 that lag by a step feed energy in; take shorter steps",
+                Figure(h),
+                Figure(most),
+                Figure(period)
+            )
+        })
     }
 }
 
@@ -132,22 +148,19 @@ pub(super) fn copies(x: &[f64], modes: &[i32]) -> ([f64; MOST_STATES], [i32; MOS
 }
 
 impl Gripper {
-    /// A command beyond its ends, or balls that overlap where the run begins.
-    pub(super) fn remarkable(&self, v: &View<'_, f64>) -> Option<String> {
-        if self.structure.closing == Closing::Command {
-            let close = v.u[self.command.close];
-            if !(0.0..=1.0).contains(&close) {
-                return Some(format!(
-                    "close = {close} at t = {} s is taken as {}",
-                    v.t,
-                    close.clamp(0.0, 1.0)
-                ));
-            }
+    pub(super) fn clipped(&self, at: &At<'_, f64>) -> Option<String> {
+        if self.structure.closing != Closing::Command {
+            return None;
         }
+        let close = at.u[self.command.close];
+        (!(0.0..=1.0).contains(&close))
+            .then(|| format!("`close` = {close} at t = {} s is taken as {}", at.t, close.clamp(0.0, 1.0)))
+    }
+    pub(super) fn overlap_at_start(&self, v: &View<'_, f64>) -> Option<String> {
         (v.t == v.x[self.states.begin]).then(|| self.overlap(v)).flatten()
     }
     /// The deepest overlap of a ball with the port, in words.
-    pub(super) fn overlap(&self, v: &View<'_, f64>) -> Option<String> {
+    fn overlap(&self, v: &View<'_, f64>) -> Option<String> {
         let (ball, depth) = self.deepest(v)?;
         Some(format!(
             "ball {} begins {depth:.6} m deep in the port: the first contact is no impact",
@@ -175,8 +188,14 @@ impl Gripper {
             v.t
         ))
     }
-    /// 2 pi sqrt(m/k) in s.
-    pub(super) fn period(&self, p: &[f64], mass: f64) -> f64 {
-        2.0 * core::f64::consts::PI * (mass / p[self.parameters.stiffness]).sqrt()
+    /// 2 pi sqrt(m/k) in s, m the least mass that is known to move: the ball on its mount, else the target.
+    fn period(&self, p: &[f64]) -> f64 {
+        let at = &self.parameters;
+        let (mut mass, mut stiffness) = (p[at.target_mass], p[at.stiffness]);
+        if self.structure.mount == Mount::Elastic && p[at.ball_mass] > 0.0 {
+            mass = p[at.ball_mass];
+            stiffness += p[at.mount_stiffness].max(p[at.mount_stiffness + 1]);
+        }
+        2.0 * core::f64::consts::PI * (mass / stiffness).sqrt()
     }
 }

@@ -1,0 +1,87 @@
+//! Lists of a model's variables ([`trueup_models::layout`]) as a table.
+
+use crate::builder::Builder;
+use trueup_fmi::table::{Depends, Enumeration, Kind};
+use trueup_models::layout::{Allowed, Entry, Items, Parameter, Shows, Start, State};
+
+fn depends(shows: Shows) -> Depends {
+    match shows {
+        Shows::State(name) => Depends::On(vec![format!("state.{name}")]),
+        Shows::States => Depends::StatesAnd(Vec::new()),
+        Shows::All | Shows::Flag | Shows::Item(_) => Depends::All,
+    }
+}
+
+impl Builder {
+    /// An enumeration type, which is there once.
+    pub(crate) fn items(&mut self, items: &Items) -> Kind {
+        let own = Enumeration { name: items.name, description: items.text, items: items.items.to_vec() };
+        self.enumeration(own)
+    }
+    /// Parameters with those start values, in order.
+    pub(crate) fn parameters(&mut self, entries: &[Entry<Parameter>], start: &[f64]) {
+        let mut rest = start;
+        for e in entries {
+            let (own, behind) = rest.split_at(e.len().min(rest.len()));
+            rest = behind;
+            let kind = match e.kind.allowed {
+                Allowed::Item(items) => Some(self.items(items)),
+                _ => None,
+            };
+            let v = if e.kind.tunable {
+                self.tunable(e.name, e.unit, &e.dimensions, own, e.text)
+            } else {
+                self.fixed(e.name, e.unit, &e.dimensions, own, e.text)
+            };
+            match e.kind.allowed {
+                Allowed::Any | Allowed::Item(_) => {}
+                Allowed::Positive => {
+                    v.bounded_above(0.0);
+                }
+                Allowed::NotNegative => {
+                    v.bounded(0.0);
+                }
+                Allowed::OneUp => {
+                    v.bounded(1.0);
+                }
+            }
+            if let Some(kind) = kind {
+                v.kind = kind;
+            }
+            v.follows = e.kind.follows.map(str::to_owned);
+        }
+    }
+    /// Inputs with their start values.
+    pub(crate) fn inputs(&mut self, entries: &[Entry<Start>]) {
+        for e in entries {
+            let start = if e.kind.is_empty() { vec![0.0; e.len()] } else { e.kind.to_vec() };
+            self.input(e.name, e.unit, &e.dimensions, e.text).start = start;
+        }
+    }
+    /// Outputs.
+    pub(crate) fn outputs(&mut self, entries: &[Entry<Shows>]) {
+        for e in entries {
+            match e.kind {
+                Shows::Flag => self.flag(e.name, &e.dimensions, e.text),
+                Shows::Item(items) => {
+                    let kind = self.items(items);
+                    self.item(e.name, kind, &e.dimensions, e.text);
+                }
+                shows => {
+                    self.output(e.name, e.unit, &e.dimensions, depends(shows), e.text);
+                }
+            }
+        }
+    }
+    /// States and their rates.
+    pub(crate) fn moved(&mut self, entries: &[Entry<State>]) {
+        let rate = |shows| if shows == Shows::Flag { Depends::On(Vec::new()) } else { depends(shows) };
+        let states: Vec<crate::builder::State<'_>> = entries
+            .iter()
+            .map(|e| {
+                (e.name, e.unit, e.kind.rate, &e.dimensions[..], e.kind.nominal, rate(e.kind.depends), e.text)
+            })
+            .collect();
+        self.states(&states);
+    }
+}

@@ -1,0 +1,98 @@
+//! What of a model's structure is chosen when it is packed: whole numbers by name in the configuration.
+
+use trueup_fmi::configuration::Configuration;
+use trueup_models::contact::layout::{AGAINST, CLOSING, MOUNT};
+use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
+use trueup_models::layout::Items;
+
+/// Something that is chosen.
+#[derive(Clone, Copy, Debug)]
+pub struct Choice {
+    /// Its name, that of the constant that shows it.
+    pub name: &'static str,
+    /// What may be chosen.
+    pub wanted: Wanted,
+    /// What it is.
+    pub text: &'static str,
+}
+
+/// What may be chosen.
+#[derive(Clone, Copy, Debug)]
+pub enum Wanted {
+    /// A number from 1 to this.
+    Count(usize),
+    /// An item, counted from 1.
+    Item(&'static Items),
+}
+
+pub(crate) const BALLS: &str = "numberOfBalls";
+pub(crate) const PORTS: &str = "numberOfPorts";
+pub(crate) const CLOSES: &str = "closing";
+pub(crate) const MOUNTED: &str = "endBallMount";
+pub(crate) const TOUCHES: &str = "against";
+
+static OF_BODY: [Choice; 1] =
+    [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
+static OF_GRIPPER: [Choice; 4] = [
+    Choice { name: BALLS, wanted: Wanted::Count(MAX_BALLS), text: "Balls of the gripper, P1 first" },
+    Choice { name: CLOSES, wanted: Wanted::Item(&CLOSING), text: "What moves the jaws" },
+    Choice { name: MOUNTED, wanted: Wanted::Item(&MOUNT), text: "How a ball is fixed to the hand" },
+    Choice { name: TOUCHES, wanted: Wanted::Item(&AGAINST), text: "What the balls may touch" },
+];
+
+/// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.
+pub fn choices(model: &str) -> &'static [Choice] {
+    match model {
+        "FreeBody" => &OF_BODY,
+        "GripperContact" | "CaptureScene" => &OF_GRIPPER,
+        _ => &[],
+    }
+}
+
+impl Choice {
+    /// What may be chosen, in words.
+    pub fn range(&self) -> String {
+        match self.wanted {
+            Wanted::Count(most) => format!("1 to {most}"),
+            Wanted::Item(items) => items.items.iter().map(|i| i.0).collect::<Vec<_>>().join(", "),
+        }
+    }
+    /// The number that a text stands for.
+    ///
+    /// # Errors
+    /// It stands for none: what would.
+    pub fn parse(&self, text: &str) -> Result<u32, String> {
+        let number = match self.wanted {
+            Wanted::Count(_) => text.parse().ok(),
+            Wanted::Item(items) => items.items.iter().position(|i| i.0 == text).map(|i| i as u32 + 1),
+        };
+        number
+            .filter(|n| self.allows(*n))
+            .ok_or_else(|| format!("`{}` wants one of {}, not `{text}`", self.name, self.range()))
+    }
+    fn allows(&self, number: u32) -> bool {
+        let most = match self.wanted {
+            Wanted::Count(most) => most,
+            Wanted::Item(items) => items.items.len(),
+        };
+        (1..=most).contains(&(number as usize))
+    }
+}
+
+/// What a configuration chooses of a structure: the number by its name, if it is there.
+///
+/// # Errors
+/// Something that the model has not, or that cannot be chosen.
+pub(crate) fn chosen(c: &Configuration) -> Result<impl Fn(&str) -> Option<usize> + '_, String> {
+    let known = choices(&c.model);
+    for (name, values) in &c.structure {
+        let Some(choice) = known.iter().find(|k| k.name == name) else {
+            let names = known.iter().map(|k| k.name).collect::<Vec<_>>().join(", ");
+            return Err(format!("{} has no `{name}` to choose; it has {names}", c.model));
+        };
+        if !matches!(values[..], [one] if choice.allows(one)) {
+            return Err(format!("`{name}` = {values:?}: it is one of {}", choice.range()));
+        }
+    }
+    Ok(|name: &str| c.structure.iter().find(|s| s.0 == name).and_then(|s| s.1.first()).map(|v| *v as usize))
+}
