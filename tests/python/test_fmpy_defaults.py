@@ -21,6 +21,12 @@ def columns(model, amplitude, w):
         return {"jointTorque": [wave(0.3), wave(-0.2, 2), wave(0.1, 3)]}
     if model == "SpatialFreeFlyer":
         return {"jointTorque": [wave(a, k + 1) for k, a in enumerate((2, 3, -1.5, 0.02, 0.02, 0.004))]}
+    if model == "FreeBody":
+        return {"portTorque": [wave(50)]}
+    if model == "GripperContact":  # the target's port comes and goes between the balls
+        return {"portPosition": [0.12 + wave(0.02), 0.01 + wave(0.01)]}
+    if model == "CaptureScene":
+        return {"chaserForce": [wave(20), wave(-5, 2)]}
     n = 44340 if model == "JointController" else 1
     signals = {
         "positionReference": (1, 0, False),
@@ -58,9 +64,9 @@ def table(model, version, amplitude, w):
 def test_sampled_sines(fmu, model, version):
     shown = {
         "TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "SpatialFreeFlyer": "jointAngle",
-        "JointController": "motorCurrent",
+        "FreeBody": "rate", "GripperContact": "hostForce", "CaptureScene": "chaserVelocity", "JointController": "motorCurrent",
     }
-    array = version == 2 and model not in ("TwoMassJoint", "JointController")
+    array = version == 2 and model not in ("TwoMassJoint", "FreeBody", "JointController")
     name = shown.get(model, "jointTorque") + ("[1]" if array else "")
     # Amplitude as a factor, and frequency in Hz: from slow to what one period of 100 ms makes of 10 samples.
     for amplitude, hz in ((1, 0.16), (0.3, 2), (3, 0.5), (10, 2), (3, 10)):

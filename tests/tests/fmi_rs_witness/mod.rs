@@ -179,6 +179,7 @@ fn run_fmi3(fmu: &Path, model_exchange: bool, event_mode: bool) -> Run {
             .flat_map(|v| match v {
                 fmi3::VariableValue::Float64(v) => v.clone(),
                 fmi3::VariableValue::Boolean(v) => v.iter().map(|b| f64::from(u8::from(*b))).collect(),
+                fmi3::VariableValue::Int64(v) => v.iter().map(|i| *i as f64).collect(),
                 other => panic!("an output of a type that no model here has: {other:?}"),
             })
             .collect()

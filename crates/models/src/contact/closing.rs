@@ -16,8 +16,9 @@ pub(super) struct Jaws<T> {
     pub rate: T,
 }
 
-/// By the share `u` of the closing time in s that is over: at rest at both ends.
+/// By the share `u` of the closing time in s that is over: at rest at both ends, where a solver looks beyond them too.
 pub(super) fn scheduled<T: Scalar>(u: T, closing_time: T, mode: i32) -> Jaws<T> {
+    let u = u.max(T::zero()).min(T::one());
     let position = u * u * (-u * 2.0 + 3.0);
     let rate = if mode == CLOSING { u * (-u + 1.0) * 6.0 / closing_time } else { T::zero() };
     Jaws { position, rate }

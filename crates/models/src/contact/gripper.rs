@@ -3,7 +3,7 @@
 use super::MAX_BALLS;
 use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws};
 use super::frame::{Frame, dot, sub};
-use super::law::{self, FREE};
+use super::law::{self, FREE, touches};
 use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, States, Structure};
 use super::outcome::{Facts, Outcome, caged};
 use super::touch::{Touch, relative_motion, touch, two};
@@ -125,7 +125,7 @@ impl Gripper {
             y[at.force + i] = touch.forces[i];
             y[at.penetration + i] = touch.pairs[i].penetration;
             y[at.approach + i] = touch.pairs[i].approach;
-            y[at.in_contact + i] = T::constant(if v.modes[i] == FREE { 0.0 } else { 1.0 });
+            y[at.in_contact + i] = T::constant(if touches(v.modes[i]) { 1.0 } else { 0.0 });
         }
         y[at.jaw_position] = touch.jaws.position;
         y[at.elastic_energy] = touch.elastic;
@@ -200,7 +200,7 @@ impl Gripper {
     }
 
     fn touching<'m>(&self, modes: &'m [i32]) -> impl Iterator<Item = usize> + 'm {
-        modes[..self.structure.balls].iter().enumerate().filter(|(_, m)| **m != FREE).map(|(i, _)| i)
+        modes[..self.structure.balls].iter().enumerate().filter(|(_, m)| touches(**m)).map(|(i, _)| i)
     }
     /// Of the port against the hand, m/s.
     fn relative_speed<T: Scalar>(&self, v: &View<'_, T>) -> f64 {
@@ -212,7 +212,7 @@ impl Gripper {
         let at = &self.states;
         let n = self.structure.balls;
         let (jaws, t) = (v.modes[self.jaws_mode()], v.t.value());
-        let touches_palm = v.modes[0] != FREE;
+        let touches_palm = touches(v.modes[0]);
         let touching = self.touching(v.modes).count();
         let balls: [_; MAX_BALLS] = core::array::from_fn(|i| touch.balls[i].map(Scalar::value));
         let apart = sub(v.port.position, v.host.position).map(Scalar::value);

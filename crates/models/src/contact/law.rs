@@ -6,12 +6,21 @@
 use super::frame::{Vector, dot};
 use trueup_numerics::Scalar;
 
-/// The balls do not touch.
+/// The balls do not touch, and approach or rest.
 pub const FREE: i32 = 0;
 /// They touch and approach.
 pub const COMPRESSING: i32 = 1;
 /// They touch and part.
 pub const RESTITUTING: i32 = 2;
+/// They do not touch, and part. That is a mode of its own so that a solver whose step is longer than a contact sees that there
+/// was one: where balls have passed through each other the depth has the same sign at both ends of the step, their approach
+/// has not.
+pub const PARTING: i32 = 3;
+
+/// Whether a pair in this mode touches.
+pub const fn touches(mode: i32) -> bool {
+    matches!(mode, COMPRESSING | RESTITUTING)
+}
 
 /// Where one pair stands: a ball of the gripper and what it may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,27 +52,27 @@ pub fn plate<T: Scalar>(apart: Vector<T>, velocity: Vector<T>, outward: Vector<T
 /// rounding of a pair at rest. The event comes late by this over the acceleration, 1e-10 s in S2.
 pub const TURNED: f64 = 1e-12;
 
-/// The mode that follows for a pair that stands so. Exactly touching counts as free, as for the indicators.
-pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
-    if pair.penetration.value() <= 0.0 || pair.penetration.value().is_nan() {
-        return FREE;
-    }
-    let turned = match mode {
-        FREE => 0.0,
-        COMPRESSING => -TURNED,
-        _ => TURNED,
-    };
-    if pair.approach.value() > turned { COMPRESSING } else { RESTITUTING } // (CON-3)
+/// The approach that turns a pair in this mode, m/s.
+fn turn(mode: i32) -> f64 {
+    if matches!(mode, FREE | COMPRESSING) { -TURNED } else { TURNED }
 }
 
-/// Event indicators of a pair: its depth, and its approach while it touches.
+/// The mode that follows for a pair that stands so. Exactly touching counts as free, as for the indicators.
+pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
+    let (depth, approach) = (pair.penetration.value(), pair.approach.value());
+    if depth.is_nan() {
+        FREE
+    } else if depth <= 0.0 {
+        if approach > turn(mode) { FREE } else { PARTING } // (CON-3)
+    } else {
+        let turned = if touches(mode) { turn(mode) } else { 0.0 };
+        if approach > turned { COMPRESSING } else { RESTITUTING } // (CON-3)
+    }
+}
+
+/// Event indicators of a pair: its depth, and its approach.
 pub fn indicators<T: Scalar>(mode: i32, pair: &Pair<T>) -> [T; 2] {
-    let turn = match mode {
-        FREE => T::one(),
-        COMPRESSING => pair.approach + TURNED, // (CON-3)
-        _ => pair.approach - TURNED,
-    };
-    [pair.penetration, turn]
+    [pair.penetration, pair.approach - turn(mode)] // (CON-3)
 }
 
 /// The law's constants.
@@ -81,8 +90,7 @@ impl<T: Scalar> Law<T> {
     /// Damping in N.s/m of a pair in this mode at this depth.
     pub fn damping(&self, mode: i32, penetration: T) -> T {
         match (mode, self.reference) {
-            (FREE, _) => T::zero(),
-            (_, Some(reference)) => self.damping * penetration / reference,
+            (COMPRESSING | RESTITUTING, Some(reference)) => self.damping * penetration / reference,
             (COMPRESSING, None) => self.damping,
             _ => T::zero(),
         }
@@ -90,7 +98,7 @@ impl<T: Scalar> Law<T> {
     /// Normal force in N, never pulling; jumps by eta_n v_n where a pair begins to touch, unless the damping is Hunt and
     /// Crossley's.
     pub fn force(&self, mode: i32, penetration: T, approach: T) -> T {
-        if mode == FREE {
+        if !touches(mode) {
             return T::zero();
         }
         let force = self.stiffness * penetration + self.damping(mode, penetration) * approach; // (CON-2)
@@ -98,7 +106,7 @@ impl<T: Scalar> Law<T> {
     }
     /// Energy of the spring in J.
     pub fn energy(&self, mode: i32, penetration: T) -> T {
-        if mode == FREE { T::zero() } else { self.stiffness * penetration * penetration * 0.5 }
+        if touches(mode) { self.stiffness * penetration * penetration * 0.5 } else { T::zero() }
     }
 }
 
@@ -146,7 +154,8 @@ mod tests {
         let pair = |penetration, approach| Pair { normal: [1.0, 0.0], penetration, approach };
         assert_eq!(indicators(COMPRESSING, &pair(2.0, 3.0)), [2.0, 3.0 + TURNED]);
         assert_eq!(indicators(RESTITUTING, &pair(2.0, 3.0)), [2.0, 3.0 - TURNED]);
-        assert_eq!(indicators(FREE, &pair(-2.0, -3.0)), [-2.0, 1.0]);
+        assert_eq!(indicators(FREE, &pair(-2.0, 3.0)), [-2.0, 3.0 + TURNED]);
+        assert_eq!(indicators(PARTING, &pair(-2.0, -3.0)), [-2.0, -3.0 - TURNED]);
     }
 
     /// A pair at rest stays as it is: rounding turns nothing.
@@ -157,14 +166,17 @@ mod tests {
         };
         assert_eq!(
             [next(FREE, 0.0, 1.0), next(COMPRESSING, -1e-18, -1.0), next(RESTITUTING, f64::NAN, 0.0)],
-            [FREE; 3]
+            [FREE, PARTING, FREE]
         );
+        assert_eq!([next(PARTING, -1.0, 1e-9), next(FREE, -1.0, -1e-9)], [FREE, PARTING]);
+        assert_eq!([next(PARTING, 1e-9, 1e-15), next(PARTING, 1e-9, -1.0)], [COMPRESSING, RESTITUTING]);
         assert_eq!([next(FREE, 1e-9, 1e-15), next(FREE, 1e-9, 0.0)], [COMPRESSING, RESTITUTING]);
         for noise in [-1e-15, 0.0, 1e-15] {
             assert_eq!(
                 [next(COMPRESSING, 1e-3, noise), next(RESTITUTING, 1e-3, noise)],
                 [COMPRESSING, RESTITUTING]
             );
+            assert_eq!([next(FREE, -1e-3, noise), next(PARTING, -1e-3, noise)], [FREE, PARTING]);
         }
         assert_eq!(
             [next(COMPRESSING, 1e-3, -1e-9), next(RESTITUTING, 1e-3, 1e-9)],

@@ -3,7 +3,7 @@
 use super::closing::Jaws;
 use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub, turned};
 use super::gripper::{Gripper, View};
-use super::law::{self, FREE, Law, Pair};
+use super::law::{self, Law, Pair, touches};
 use super::layout::{Against, Mount, Structure};
 use super::{MAX_BALLS, layout};
 use trueup_numerics::Scalar;
@@ -116,17 +116,17 @@ pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
         let mode = v.modes[i];
         let normal_force = law.force(mode, pair.penetration, pair.approach);
         // Halfway into the overlap, on the line of the centres: both bodies feel the force there.
-        let depth = if mode == FREE { T::zero() } else { pair.penetration * 0.5 };
+        let depth = if touches(mode) { pair.penetration * 0.5 } else { T::zero() };
         let arm = scale(radius - depth, pair.normal);
         let place = add(ball.place, arm);
         let surface = add(ball.velocity, turned(v.host.rate, arm));
         let tangent = [-pair.normal[1], pair.normal[0]];
         let slip = dot(tangent, sub(v.port.velocity_at(place), surface));
         let (friction, rub) = friction(v.p[at.friction] * normal_force, slip, v.p[at.slip_speed]);
-        let on_target = if mode == FREE {
-            [T::zero(); 2]
-        } else {
+        let on_target = if touches(mode) {
             add(scale(normal_force, pair.normal), scale(friction, tangent))
+        } else {
+            [T::zero(); 2]
         };
         all.on_port.add(on_target, sub(place, v.port.position));
         if g.structure.mount == Mount::Elastic {
@@ -144,7 +144,7 @@ pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
         }
         all.elastic += law.energy(mode, pair.penetration);
         all.loss += rub;
-        if mode != FREE {
+        if touches(mode) {
             all.loss += (normal_force - law.stiffness * pair.penetration) * pair.approach;
         }
         all.jaw_power += dot(on_target, v.host.out(moving));
