@@ -32,7 +32,9 @@ def test_csv_and_parquet_hold_the_same_bits(trueup, fmu, tmp_path, model, versio
     csv = columns(tmp_path / "r.csv") if model in ("SpatialFreeFlyer", "FreeBody") else read_csv(tmp_path / "r.csv")
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
     assert tuple(table.column_names) == csv.dtype.names
-    assert len(csv) == table.num_rows == 501
+    # In FMI 3.0 balls of the capture that part and come back are two events, each a row before and one after it.
+    events = 4 if (model, version) == ("CaptureScene", 3) else 0
+    assert len(csv) == table.num_rows == 501 + events
     for name in table.column_names:
         column = table[name].to_numpy()
         assert np.array_equal(column.astype(float).view(np.int64), csv[name].view(np.int64)), name
