@@ -1,6 +1,7 @@
 //! From names to numbers: a [`System`] and its FMUs become a [`Plan`], or a list of all mistakes.
 
 mod experiment;
+mod files;
 mod links;
 pub(crate) mod names;
 mod record;
@@ -9,17 +10,18 @@ mod types;
 mod units;
 
 use std::collections::HashMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use trueup_fmi_description::description::Description;
 use trueup_fmi_import::Fmu;
 
+pub use files::Files;
+
 use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::mistake::{Mistake, suggestion};
 use crate::plan::{Plan, Planned};
-use crate::store::Store;
 use crate::system::{Component, InputFile, Interface, Place, Port, System};
 
 /// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
@@ -27,10 +29,17 @@ use crate::system::{Component, InputFile, Interface, Place, Port, System};
 /// # Errors
 /// [`Error::System`] with every mistake: what it is, where it was written, and the mend.
 pub fn check(system: &System) -> Result<Plan, Error> {
+    check_with(system, &mut Files::default())
+}
+
+/// The same for one of several systems of the same files, which are read once and taken to stay as they are.
+///
+/// # Errors
+/// Those of [`check`].
+pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     let mut report = Report { mistakes: Vec::new(), notes: system.notes.clone() };
-    let mut store = Store::default();
-    let parts = Parts::of(system, &mut store, &mut report);
-    let inputs = system.inputs.as_ref().and_then(|wanted| read_inputs(wanted, &mut store, &mut report));
+    let parts = Parts::of(system, files, &mut report);
+    let inputs = system.inputs.as_ref().and_then(|wanted| read_inputs(wanted, files, &mut report));
     let (grid, every) = experiment::grid(system, &parts, inputs.as_ref(), &mut report);
     let mut components = Vec::new();
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
@@ -59,23 +68,9 @@ pub fn check(system: &System) -> Result<Plan, Error> {
     Ok(Plan { components, links, driven, inputs, recorded, grid, tolerance, algorithm, maps, notes })
 }
 
-fn read_inputs(wanted: &InputFile, store: &mut Store, report: &mut Report) -> Option<Inputs> {
-    let mut wrong = |message: String| report.wrong_of(&wanted.file, &wanted.place, message);
-    let disk = match store.on_disk(&wanted.file) {
-        Ok(disk) => disk,
-        Err(why) => {
-            wrong(format!("{}: {why}", wanted.file.display()));
-            return None;
-        }
-    };
-    match Inputs::read(&disk) {
-        Ok(inputs) => Some(Inputs { file: wanted.file.clone(), ..inputs }),
-        Err(e) => {
-            let message = e.to_string().replace(&*disk.to_string_lossy(), &wanted.file.to_string_lossy());
-            wrong(message);
-            None
-        }
-    }
+fn read_inputs(wanted: &InputFile, files: &mut Files, report: &mut Report) -> Option<Inputs> {
+    let read = files.inputs(&wanted.file);
+    read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()
 }
 
 /// What is to be told.
@@ -129,8 +124,8 @@ struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    fn of(system: &'a System, store: &mut Store, report: &mut Report) -> Self {
-        let (mut library, mut by_name) = (Library { fmus: HashMap::new(), store }, HashMap::new());
+    fn of(system: &'a System, files: &mut Files, report: &mut Report) -> Self {
+        let mut by_name = HashMap::new();
         let mut list = Vec::with_capacity(system.components.len());
         for (i, component) in system.components.iter().enumerate() {
             if let Some(first) = by_name.insert(component.name.as_str(), i) {
@@ -140,9 +135,9 @@ impl<'a> Parts<'a> {
                     format!("the name `{}` is taken, see {first}; choose another one", component.name),
                 );
             }
-            list.push(part(component, &mut library, report));
+            list.push(part(component, files, report));
         }
-        library.only_once(system, &list, report);
+        only_once(system, &list, report);
         Self { list, by_name }
     }
 
@@ -157,8 +152,8 @@ impl<'a> Parts<'a> {
     }
 }
 
-fn part(component: &Component, library: &mut Library, report: &mut Report) -> Option<Part> {
-    let fmu = library.open(&component.fmu).map_err(|why| report.wrong_fmu(component, why)).ok()?;
+fn part(component: &Component, files: &mut Files, report: &mut Report) -> Option<Part> {
+    let fmu = files.fmu(&component.fmu).map_err(|why| report.wrong_fmu(component, why)).ok()?;
     let d = fmu.description();
     let offered = |interface| match interface {
         Interface::CoSimulation => d.co_simulation.is_some(),
@@ -187,60 +182,22 @@ fn part(component: &Component, library: &mut Library, report: &mut Report) -> Op
     Some(Part { fmu, interface, starts })
 }
 
-/// FMUs by file, each opened once.
-struct Library<'s> {
-    fmus: HashMap<PathBuf, Result<Arc<Fmu>, String>>,
-    store: &'s mut Store,
-}
-
-impl Library<'_> {
-    fn open(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
-        if let Some(known) = self.fmus.get(file) {
-            return known.clone();
-        }
-        let missing = || format!("there is no file {}{}", file.display(), beside(file));
-        let opened = match self.store.on_disk(file) {
-            Ok(disk) => Fmu::open_as(&disk, file).map_err(|e| {
-                // In an archive: as the user knows it.
-                e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
-            }),
-            Err(_) if file.parent().is_some_and(Path::is_dir) => Err(missing()),
-            Err(why) => Err(format!("{}: {why}, or pack it with `trueup fmu pack`", file.display())),
+/// Some FMUs allow one instance per process.
+fn only_once(system: &System, list: &[Option<Part>], report: &mut Report) {
+    let mut used: HashMap<*const Fmu, usize> = HashMap::new();
+    for (part, component) in list.iter().zip(&system.components) {
+        let Some(part) = part else { continue };
+        let offered = match part.interface {
+            Interface::CoSimulation => &part.d().co_simulation,
+            Interface::ModelExchange => &part.d().model_exchange,
         };
-        self.fmus.insert(file.to_owned(), opened.clone());
-        opened
-    }
-
-    /// Some FMUs allow one instance per process.
-    fn only_once(&self, system: &System, list: &[Option<Part>], report: &mut Report) {
-        let mut used: HashMap<*const Fmu, usize> = HashMap::new();
-        for (part, component) in list.iter().zip(&system.components) {
-            let Some(part) = part else { continue };
-            let offered = match part.interface {
-                Interface::CoSimulation => &part.d().co_simulation,
-                Interface::ModelExchange => &part.d().model_exchange,
-            };
-            let count = used.entry(Arc::as_ptr(&part.fmu)).or_default();
-            *count += 1;
-            if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
-                report.wrong_fmu(
-                    component,
-                    format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
-                );
-            }
+        let count = used.entry(Arc::as_ptr(&part.fmu)).or_default();
+        *count += 1;
+        if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
+            report.wrong_fmu(
+                component,
+                format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
+            );
         }
     }
-}
-
-/// The nearest file name in the same folder.
-fn beside(file: &Path) -> String {
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let names: Vec<String> = std::fs::read_dir(folder)
-        .into_iter()
-        .flatten()
-        .flatten()
-        .map(|e| e.file_name().to_string_lossy().into_owned())
-        .filter(|n| n.ends_with(".fmu"))
-        .collect();
-    suggestion(&file.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
 }

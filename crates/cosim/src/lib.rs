@@ -47,13 +47,13 @@ mod toml;
 mod value;
 
 pub use adaptive::Adapted;
-pub use check::check;
+pub use check::{Files, check, check_with};
 pub use error::{Error, Residual};
 pub use grid::Grid;
 pub use inputs::Inputs;
 pub use log::RunLog;
 pub use master::Master;
-pub use mistake::Mistake;
+pub use mistake::{Mistake, suggestion};
 pub use results::{Column, Kind, Memory, Results, Row, Sink, Values, slots};
 pub use simulate::{Options, Summary, simulate};
 pub use slave::{Block, Buffer, Slave};

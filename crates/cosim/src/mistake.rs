@@ -32,7 +32,7 @@ impl fmt::Display for Mistake {
 }
 
 /// `; did you mean X?`, or what there is if that is little, or nothing.
-pub(crate) fn suggestion<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub fn suggestion<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     let known: Vec<&str> = known.into_iter().collect();
     let plain = |text: &str| text.to_lowercase();
     // Names of very different length are never near; this keeps a look through a large FMU cheap.

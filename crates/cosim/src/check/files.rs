@@ -1,0 +1,65 @@
+//! What systems are made of: FMUs and inputs, each file read once.
+
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use trueup_fmi_import::Fmu;
+
+use crate::inputs::Inputs;
+use crate::mistake::suggestion;
+use crate::store::Store;
+
+/// Files that were read, for [checks](super::check_with) of several systems.
+#[derive(Default)]
+pub struct Files {
+    fmus: HashMap<PathBuf, Result<Arc<Fmu>, String>>,
+    inputs: HashMap<PathBuf, Result<Inputs, String>>,
+    store: Store,
+}
+
+impl Files {
+    pub(super) fn fmu(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
+        if let Some(known) = self.fmus.get(file) {
+            return known.clone();
+        }
+        let missing = || format!("there is no file {}{}", file.display(), beside(file));
+        let opened = match self.store.on_disk(file) {
+            Ok(disk) => Fmu::open_as(&disk, file).map_err(|e| {
+                // In an archive: as the user knows it.
+                e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
+            }),
+            Err(_) if file.parent().is_some_and(Path::is_dir) => Err(missing()),
+            Err(why) => Err(format!("{}: {why}, or pack it with `trueup fmu pack`", file.display())),
+        };
+        self.fmus.insert(file.to_owned(), opened.clone());
+        opened
+    }
+
+    pub(super) fn inputs(&mut self, file: &Path) -> Result<Inputs, String> {
+        if let Some(known) = self.inputs.get(file) {
+            return known.clone();
+        }
+        let read = match self.store.on_disk(file) {
+            Err(why) => Err(format!("{}: {why}", file.display())),
+            Ok(disk) => Inputs::read(&disk)
+                .map(|inputs| Inputs { file: file.to_owned(), ..inputs })
+                .map_err(|e| e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())),
+        };
+        self.inputs.insert(file.to_owned(), read.clone());
+        read
+    }
+}
+
+/// The nearest file name in the same folder.
+fn beside(file: &Path) -> String {
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let names: Vec<String> = std::fs::read_dir(folder)
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|e| e.file_name().to_string_lossy().into_owned())
+        .filter(|n| n.ends_with(".fmu"))
+        .collect();
+    suggestion(&file.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
+}
