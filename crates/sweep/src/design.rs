@@ -1,0 +1,156 @@
+//! The numbered list of runs.
+
+mod sobol;
+
+use rand::RngCore;
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+use crate::file::{Factor, Kind, Range, Sweep, Values};
+pub use sobol::MOST as MOST_SOBOL;
+
+/// A value of a factor.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A number, finite.
+    Number(f64),
+    /// A whole number, as it was written.
+    Integer(i64),
+    /// A Boolean.
+    Boolean(bool),
+    /// An item of an enumeration, or a text.
+    Text(String),
+}
+
+impl Value {
+    pub(crate) fn of(value: &toml::Value) -> Option<Self> {
+        Some(match value {
+            toml::Value::Float(x) if x.is_finite() => Self::Number(*x),
+            toml::Value::Integer(n) => Self::Integer(*n),
+            toml::Value::Boolean(b) => Self::Boolean(*b),
+            toml::Value::String(text) => Self::Text(text.clone()),
+            _ => return None,
+        })
+    }
+
+    /// As a start value.
+    pub fn text(&self) -> String {
+        match self {
+            // The shortest digits that read back as the same bits; a whole number as one, which integers take too.
+            Self::Number(x) => format!("{x}"),
+            Self::Integer(n) => n.to_string(),
+            Self::Boolean(b) => b.to_string(),
+            Self::Text(text) => text.clone(),
+        }
+    }
+}
+
+/// The values of all factors in all runs, a pure function of the sweep's file.
+#[derive(Clone, Debug)]
+pub struct Design {
+    kind: Kind,
+    runs: u64,
+    factors: Vec<Factor>,
+    /// Of a grid: runs after which a factor takes its next value.
+    strides: Vec<u64>,
+    /// Of a Latin hypercube: where each run lies in its factor, 0 to 1.
+    drawn: Vec<Vec<f64>>,
+    /// Of a Sobol sequence: what it is shifted by, bit by bit.
+    shifts: Vec<u32>,
+}
+
+/// Where a run lies within a factor.
+enum Spot {
+    /// At the k-th value.
+    Level(u64),
+    /// In [0, 1).
+    Part(f64),
+}
+
+impl Design {
+    /// Of this sweep.
+    pub fn of(sweep: &Sweep) -> Self {
+        let Sweep { kind, runs, factors, seed, .. } = sweep;
+        let lengths = factors.iter().map(|f| match &f.values {
+            Values::Range(r) => r.points,
+            Values::List(list) => list.len() as u64,
+        });
+        let mut strides: Vec<u64> = Vec::with_capacity(factors.len());
+        let mut stride = 1_u64;
+        for length in lengths.rev() {
+            strides.push(stride);
+            stride = stride.saturating_mul(length);
+        }
+        strides.reverse();
+        let stream = |factor: usize, seed: u64| {
+            let mut random = ChaCha8Rng::seed_from_u64(seed);
+            random.set_stream(factor as u64);
+            random
+        };
+        let each = 0..factors.len();
+        let drawn = match kind {
+            Kind::LatinHypercube => {
+                each.clone().map(|f| layers(*runs, stream(f, seed.unwrap_or(0)))).collect()
+            }
+            _ => Vec::new(),
+        };
+        let shifts = match (kind, seed) {
+            (Kind::Sobol, Some(seed)) => each.map(|f| stream(f, *seed).next_u32()).collect(),
+            _ => vec![0; factors.len()],
+        };
+        Self { kind: *kind, runs: *runs, factors: factors.clone(), strides, drawn, shifts }
+    }
+
+    /// How many runs there are.
+    pub fn runs(&self) -> u64 {
+        self.runs
+    }
+
+    /// The value of a factor (from 0) in a run (from 1).
+    pub fn value(&self, factor: usize, run: u64) -> Value {
+        let at = run - 1;
+        let spot = match self.kind {
+            Kind::Grid => Spot::Level(at / self.strides[factor]),
+            Kind::List => Spot::Level(at),
+            Kind::LatinHypercube => Spot::Part(self.drawn[factor][at as usize]),
+            Kind::Sobol => Spot::Part(sobol::part(factor, at as u32, self.shifts[factor])),
+        };
+        match (&self.factors[factor].values, spot) {
+            (Values::Range(range), Spot::Level(level)) => Value::Number(range.level(level % range.points)),
+            (Values::Range(range), Spot::Part(part)) => Value::Number(range.part(part)),
+            (Values::List(list), Spot::Level(level)) => list[(level % list.len() as u64) as usize].clone(),
+            (Values::List(list), Spot::Part(part)) => list[(part * list.len() as f64) as usize].clone(),
+        }
+    }
+}
+
+/// One point in each of as many layers as runs, in an order that is drawn.
+fn layers(runs: u64, mut random: ChaCha8Rng) -> Vec<f64> {
+    let mut order: Vec<u64> = (0..runs).collect();
+    // Fisher and Yates; written out so that a list of runs never depends on a library's version.
+    for i in (1..order.len()).rev() {
+        order.swap(i, (part(&mut random) * (i + 1) as f64) as usize);
+    }
+    let below_one = 1.0 - f64::EPSILON / 2.0;
+    order.into_iter().map(|layer| ((layer as f64 + part(&mut random)) / runs as f64).min(below_one)).collect()
+}
+
+/// In [0, 1): the upper 53 bits.
+fn part(random: &mut ChaCha8Rng) -> f64 {
+    (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
+}
+
+impl Range {
+    fn level(&self, level: u64) -> f64 {
+        match level {
+            0 => self.from,
+            last if last + 1 == self.points => self.to,
+            _ => self.part(level as f64 / (self.points - 1) as f64),
+        }
+    }
+
+    fn part(&self, part: f64) -> f64 {
+        let Self { from, to, .. } = *self;
+        if self.log { from * (to / from).powf(part) } else { from + (to - from) * part }
+    }
+}

@@ -1,0 +1,410 @@
+//! What a sweep's file says (docs/sweeps.md).
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use toml::Spanned;
+use trueup_cosim::Mistake;
+use trueup_cosim::system::{Algorithm, Place, Run};
+
+use crate::design::{MOST_SOBOL, Value};
+use crate::error::Error;
+use crate::mistakes::Mistakes;
+
+/// A sweep as its author wrote it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// The file.
+    pub file: PathBuf,
+    /// What is run: an FMU, a system as TOML or SSP.
+    pub system: PathBuf,
+    /// How the factors are varied.
+    pub kind: Kind,
+    /// How many runs; of a grid or a list the factors say it.
+    pub runs: u64,
+    /// Of what is drawn. A Sobol sequence without a seed is not shifted.
+    pub seed: Option<u64>,
+    /// What the sweep says of when and how to run, over what the system says.
+    pub run: Run,
+    /// What is varied, in the order of the file.
+    pub factors: Vec<Factor>,
+    /// What is kept of each run, in the order of the file.
+    pub outputs: Vec<Output>,
+}
+
+/// How factors are varied.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// All combinations; the last factor changes fastest.
+    Grid,
+    /// The k-th run takes the k-th value of each.
+    List,
+    /// As many layers of each factor as runs, each used once.
+    LatinHypercube,
+    /// Sobol's sequence with the direction numbers of Joe and Kuo.
+    Sobol,
+}
+
+/// Something that is varied.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Factor {
+    /// Name of its column.
+    pub name: String,
+    /// What it sets: `component.variable`, an element of it, of an FMU alone `variable`; several get the same value.
+    pub variables: Vec<String>,
+    /// Which values it takes.
+    pub values: Values,
+    /// Where it was said.
+    pub place: Place,
+}
+
+/// Which values a factor takes.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Values {
+    /// From one number to another, both included in a grid.
+    Range(Range),
+    /// These.
+    List(Vec<Value>),
+}
+
+/// Numbers from one to another.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// First, in the variable's unit.
+    pub from: f64,
+    /// Last, in the variable's unit.
+    pub to: f64,
+    /// How many, in a grid.
+    pub points: u64,
+    /// Equal ratios instead of equal differences.
+    pub log: bool,
+}
+
+/// A number that is kept of a run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// Name of its column.
+    pub name: String,
+    /// Of which variable: `component.variable` or an element of it.
+    pub variable: String,
+    /// What of it.
+    pub take: Take,
+    /// Where it was said.
+    pub place: Place,
+}
+
+/// What is kept of a variable's course.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Take {
+    /// The last value.
+    Final,
+    /// The least value.
+    Min,
+    /// The largest value.
+    Max,
+    /// The mean over time, of the line between rows.
+    Mean,
+    /// The root of the mean square over time, of the line between rows.
+    Rms,
+    /// When it first rises above a level, s; none if it never does.
+    Above(f64),
+    /// When it first falls below a level, s; none if it never does.
+    Below(f64),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawSweep {
+    system: String,
+    design: Kind,
+    runs: Option<Spanned<u64>>,
+    seed: Option<u64>,
+    #[serde(default)]
+    run: RawRun,
+    factors: Spanned<BTreeMap<Spanned<String>, RawFactor>>,
+    outputs: Spanned<BTreeMap<Spanned<String>, RawOutput>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct RawRun {
+    start: Option<f64>,
+    stop: Option<f64>,
+    step: Option<f64>,
+    tolerance: Option<f64>,
+    algorithm: Option<Spanned<String>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFactor {
+    variable: Option<OneOrMore>,
+    values: Option<Vec<toml::Value>>,
+    from: Option<f64>,
+    to: Option<f64>,
+    points: Option<u64>,
+    spacing: Option<Spacing>,
+}
+
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum OneOrMore {
+    One(String),
+    More(Vec<String>),
+}
+
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+enum Spacing {
+    Linear,
+    Log,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawOutput {
+    variable: Option<String>,
+    #[serde(default)]
+    take: RawTake,
+    above: Option<f64>,
+    below: Option<f64>,
+}
+
+#[derive(Deserialize, Default, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+enum RawTake {
+    #[default]
+    Final,
+    Min,
+    Max,
+    Mean,
+    Rms,
+    Time,
+}
+
+/// Columns that every table has beside factors and outputs.
+pub(crate) const OWN: [&str; 2] = ["run", "reason"];
+/// More runs would not fit the memory of a merge.
+const MOST: u64 = 100_000_000;
+
+impl Sweep {
+    /// Reads a file. Paths in it are relative to its folder.
+    ///
+    /// # Errors
+    /// [`Error::File`] if it cannot be read, else [`Error::Mistakes`] with lines.
+    pub fn read(file: &Path) -> Result<Self, Error> {
+        let text = std::fs::read_to_string(file).map_err(|e| {
+            let mend = "name a sweep's file, see docs/sweeps.md";
+            Error::at(file, format!("{e}; {mend}"))
+        })?;
+        Self::parse(&text, file)
+    }
+
+    /// Reads a text that stands in this file.
+    ///
+    /// # Errors
+    /// [`Error::Mistakes`] with lines.
+    pub fn parse(text: &str, file: &Path) -> Result<Self, Error> {
+        let mut mistakes = Mistakes::of(file, text);
+        let raw: RawSweep = match toml::from_str(text) {
+            Ok(raw) => raw,
+            Err(e) => {
+                mistakes.wrong(e.span().unwrap_or(0..0), e.message().replace('\n', "; "));
+                return Err(Error::Mistakes(mistakes.list));
+            }
+        };
+        let sweep = raw.said(file, &mut mistakes);
+        if mistakes.list.is_empty() {
+            Ok(sweep)
+        } else {
+            mistakes.list.sort_by_key(|m| m.place.line);
+            Err(Error::Mistakes(mistakes.list))
+        }
+    }
+
+    /// Where the logs of its runs lie: beside it, `NAME.runs`.
+    pub fn folder(&self) -> PathBuf {
+        self.file.with_extension("runs")
+    }
+}
+
+impl RawSweep {
+    fn said(self, file: &Path, mistakes: &mut Mistakes) -> Sweep {
+        let run = self.run.said(mistakes);
+        let (factors_at, outputs_at) = (self.factors.span(), self.outputs.span());
+        let kind = self.design;
+        let factors: Vec<Factor> = in_order(self.factors.into_inner())
+            .into_iter()
+            .map(|(name, raw)| raw.said(name, kind, mistakes))
+            .collect();
+        let outputs: Vec<Output> = in_order(self.outputs.into_inner())
+            .into_iter()
+            .map(|(name, raw)| raw.said(name, mistakes))
+            .collect();
+        if factors.is_empty() {
+            mistakes.wrong(factors_at, "[factors] is empty; name what is varied");
+        }
+        if outputs.is_empty() {
+            mistakes.wrong(outputs_at, "[outputs] is empty; name what is kept of each run");
+        }
+        if kind == Kind::Sobol && factors.len() > MOST_SOBOL {
+            let more = format!("a Sobol sequence has {MOST_SOBOL} factors at most; use \"latin-hypercube\"");
+            mistakes.wrong(0..0, more);
+        }
+        let mut names: Vec<(&str, &Place)> = factors.iter().map(|f| (f.name.as_str(), &f.place)).collect();
+        names.extend(outputs.iter().map(|o| (o.name.as_str(), &o.place)));
+        for (i, (name, place)) in names.iter().enumerate() {
+            let taken = OWN.contains(name) || names[..i].iter().any(|(before, _)| before == name);
+            if taken {
+                let message = format!("the column `{name}` is there already; give this one another name");
+                mistakes.list.push(Mistake { place: (*place).clone(), message });
+            }
+        }
+        let runs = runs(kind, self.runs, &factors, mistakes);
+        let folder = file.parent().unwrap_or(Path::new(""));
+        let system = folder.join(self.system);
+        Sweep { file: file.into(), system, kind, runs, seed: self.seed, run, factors, outputs }
+    }
+}
+
+/// How many runs there are.
+fn runs(kind: Kind, said: Option<Spanned<u64>>, factors: &[Factor], mistakes: &mut Mistakes) -> u64 {
+    let lengths = factors.iter().map(|f| match &f.values {
+        Values::Range(r) => r.points,
+        Values::List(list) => list.len() as u64,
+    });
+    let span = said.as_ref().map_or(0..0, Spanned::span);
+    let runs = match (kind, said.map(Spanned::into_inner)) {
+        (Kind::Grid | Kind::List, Some(_)) => {
+            mistakes
+                .wrong(span, "of a grid or a list the factors say how many runs there are; take `runs` out");
+            return 0;
+        }
+        (Kind::Grid, None) => lengths.fold(1, u64::saturating_mul),
+        (Kind::List, None) => {
+            let (least, most) = lengths.fold((u64::MAX, 0), |(a, b), n| (a.min(n), b.max(n)));
+            if least != most && mistakes.list.is_empty() {
+                let mend = "a list has as many values of each factor";
+                mistakes
+                    .wrong(span.clone(), format!("{mend}; here are {least} of one and {most} of another"));
+            }
+            most
+        }
+        (Kind::LatinHypercube | Kind::Sobol, Some(runs)) => runs,
+        (Kind::LatinHypercube | Kind::Sobol, None) => {
+            mistakes.wrong(span, "this design needs `runs = N`");
+            return 0;
+        }
+    };
+    if runs == 0 && mistakes.list.is_empty() {
+        mistakes.wrong(span.clone(), "there is no run; `runs` is 1 or more, and no list of values is empty");
+    }
+    if runs > MOST {
+        mistakes.wrong(span, format!("these are {runs} runs; {MOST} are the most"));
+    }
+    runs
+}
+
+/// As they stand in the file.
+fn in_order<T>(map: BTreeMap<Spanned<String>, T>) -> Vec<(Spanned<String>, T)> {
+    let mut all: Vec<_> = map.into_iter().collect();
+    all.sort_by_key(|(name, _)| name.span().start);
+    all
+}
+
+impl RawRun {
+    fn said(self, mistakes: &mut Mistakes) -> Run {
+        let Self { start, stop, step, tolerance, algorithm } = self;
+        let place = mistakes.place(0..0);
+        let algorithm = algorithm.and_then(|word| {
+            let parsed = word.get_ref().parse::<Algorithm>();
+            parsed.map_err(|why| mistakes.wrong(word.span(), format!("`algorithm`: {why}"))).ok()
+        });
+        Run { start, stop, step, tolerance, algorithm, place }
+    }
+}
+
+impl RawFactor {
+    fn said(self, name: Spanned<String>, kind: Kind, mistakes: &mut Mistakes) -> Factor {
+        let span = name.span();
+        let name = name.into_inner();
+        let variables = match self.variable {
+            None => vec![name.clone()],
+            Some(OneOrMore::One(one)) => vec![one],
+            Some(OneOrMore::More(list)) => list,
+        };
+        let log = self.spacing == Some(Spacing::Log);
+        let values = match (self.values, self.from, self.to) {
+            (Some(list), None, None) if self.points.is_none() && self.spacing.is_none() => {
+                let values: Option<Vec<Value>> = list.iter().map(Value::of).collect();
+                if values.is_none() {
+                    mistakes.wrong(
+                        span.clone(),
+                        format!("`{name}`: values are finite numbers, true, false or texts"),
+                    );
+                }
+                Values::List(values.unwrap_or_default())
+            }
+            (None, Some(from), Some(to)) => {
+                let points = self.points.unwrap_or(0);
+                let grid = kind == Kind::Grid;
+                if !(to - from).is_finite() {
+                    mistakes.wrong(span.clone(), format!("`{name}`: `from` and `to` are finite numbers"));
+                } else if log && (from <= 0.0 || to <= 0.0) {
+                    let mend = "let `from` and `to` be above 0, or take `spacing` out";
+                    mistakes.wrong(span.clone(), format!("`{name}`: equal ratios lead to no 0; {mend}"));
+                }
+                if kind == Kind::List {
+                    mistakes.wrong(span.clone(), format!("`{name}`: a list needs `values = [...]`"));
+                } else if grid && points < 2 {
+                    let mend = "write `points = N`, 2 or more, or `values = [...]`";
+                    mistakes.wrong(span.clone(), format!("`{name}`: how many points has it? {mend}"));
+                } else if !grid && self.points.is_some() {
+                    let mend = "`points` belongs to a grid; take it out";
+                    mistakes.wrong(span.clone(), format!("`{name}`: {mend}"));
+                }
+                Values::Range(Range { from, to, points, log })
+            }
+            _ => {
+                let mend = "write either `values = [...]`, or `from` and `to`";
+                mistakes.wrong(span.clone(), format!("`{name}`: which values does it take? {mend}"));
+                Values::List(Vec::new())
+            }
+        };
+        Factor { name, variables, values, place: mistakes.place(span) }
+    }
+}
+
+impl RawOutput {
+    fn said(self, name: Spanned<String>, mistakes: &mut Mistakes) -> Output {
+        let span = name.span();
+        let name = name.into_inner();
+        let take = match (self.take, self.above, self.below) {
+            (RawTake::Final, None, None) => Take::Final,
+            (RawTake::Min, None, None) => Take::Min,
+            (RawTake::Max, None, None) => Take::Max,
+            (RawTake::Mean, None, None) => Take::Mean,
+            (RawTake::Rms, None, None) => Take::Rms,
+            (RawTake::Time, Some(level), None) if level.is_finite() => Take::Above(level),
+            (RawTake::Time, None, Some(level)) if level.is_finite() => Take::Below(level),
+            (RawTake::Time, ..) => {
+                let mend = "write either `above = X` or `below = X`";
+                mistakes.wrong(span.clone(), format!("`{name}`: the time of what? {mend}"));
+                Take::Final
+            }
+            _ => {
+                let mend = "`above` and `below` belong to `take = \"time\"`";
+                mistakes.wrong(span.clone(), format!("`{name}`: {mend}"));
+                Take::Final
+            }
+        };
+        Output {
+            variable: self.variable.unwrap_or_else(|| name.clone()),
+            name,
+            take,
+            place: mistakes.place(span),
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! A log of runs: a line per run, only ever added to. Each line begins with the CRC-32 of the rest, so that what a killed
+//! process, or a disk, left of a line is never taken for a result.
+
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use crate::error::Error;
+
+/// What a run gave.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Its number, from 1.
+    pub run: u64,
+    /// A number for each output, `None` where there is none; or why the run failed.
+    pub result: Result<Vec<Option<f64>>, String>,
+}
+
+/// A line that is not what was written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Damage {
+    /// The log.
+    pub file: PathBuf,
+    /// From 1.
+    pub line: u64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+enum Line {
+    Head { sweep: String },
+    Done { run: u64, values: Vec<Option<f64>> },
+    Failed { run: u64, reason: String },
+}
+
+/// A log that is written.
+pub struct Log {
+    path: PathBuf,
+    file: File,
+    /// The file does not end with a whole line.
+    torn: bool,
+}
+
+impl Log {
+    /// Opens a log, makes it if there is none, and keeps others from writing it. `print` is the sweep's
+    /// [fingerprint](crate::fingerprint).
+    ///
+    /// # Errors
+    /// [`Error::File`]: another process writes it, it is of another sweep, it cannot be written.
+    pub fn open(path: &Path, print: &str) -> Result<Self, Error> {
+        let fail = |e: std::io::Error| Error::at(path, e);
+        let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(fail)?;
+        // Where there are no locks nobody is kept away.
+        if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
+            return Err(Error::at(path, "another process runs this share; wait for it, or end it first"));
+        }
+        let known = read(path, print)?.known;
+        let mut last = [b'\n'];
+        match file.seek(SeekFrom::End(-1)) {
+            Ok(_) => file.read_exact(&mut last).map_err(fail)?,
+            Err(e) if e.kind() == ErrorKind::InvalidInput => {} // empty
+            Err(e) => return Err(fail(e)),
+        }
+        let mut log = Self { path: path.into(), file, torn: last != [b'\n'] };
+        if !known {
+            log.line(&Line::Head { sweep: print.into() })?;
+        }
+        Ok(log)
+    }
+
+    /// Adds a run. It is there once this returns, whatever becomes of the process.
+    ///
+    /// # Errors
+    /// [`Error::File`]
+    pub fn add(&mut self, record: &Record) -> Result<(), Error> {
+        let run = record.run;
+        self.line(&match &record.result {
+            Ok(values) => Line::Done { run, values: values.clone() },
+            Err(reason) => Line::Failed { run, reason: reason.clone() },
+        })
+    }
+
+    /// Waits until all of it is on the disk: it survives a loss of power, too.
+    ///
+    /// # Errors
+    /// [`Error::File`]
+    pub fn sync(&self) -> Result<(), Error> {
+        self.file.sync_data().map_err(|e| Error::at(&self.path, e))
+    }
+
+    fn line(&mut self, line: &Line) -> Result<(), Error> {
+        let body = serde_json::to_string(line).map_err(|e| Error::at(&self.path, e))?;
+        // What was torn stays, as a line of its own.
+        let first = if self.torn { "\n" } else { "" };
+        let text = format!("{first}{:08x} {body}\n", crc32fast::hash(body.as_bytes()));
+        // One call: other writers of the file system see all of it or nothing.
+        self.torn = true;
+        self.file.write_all(text.as_bytes()).map_err(|e| Error::at(&self.path, e))?;
+        self.torn = false;
+        Ok(())
+    }
+}
+
+/// What a log holds.
+#[derive(Debug, Default)]
+pub struct Found {
+    /// Whole records, in the order of the file.
+    pub records: Vec<Record>,
+    /// Lines that are not what was written; their runs are run again.
+    pub damage: Vec<Damage>,
+    /// It says which sweep it belongs to.
+    pub known: bool,
+}
+
+/// Reads a log of the sweep with this [fingerprint](crate::fingerprint).
+///
+/// # Errors
+/// [`Error::File`]: it belongs to another sweep, or cannot be read.
+pub fn read(path: &Path, print: &str) -> Result<Found, Error> {
+    let bytes = std::fs::read(path).map_err(|e| Error::at(path, e))?;
+    let mut found = Found::default();
+    let other = || {
+        let name = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
+        let why = "these runs are of another state of the sweep, of its system or its FMUs";
+        Error::at(path, format!("{why}; move the folder {name} away to begin anew, or undo the change"))
+    };
+    for (at, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
+        match parse(line) {
+            Some(Line::Head { sweep }) if sweep == print => found.known = true,
+            Some(Line::Head { .. }) => return Err(other()),
+            Some(Line::Done { run, values }) if found.known => {
+                found.records.push(Record { run, result: Ok(values) })
+            }
+            Some(Line::Failed { run, reason }) if found.known => {
+                found.records.push(Record { run, result: Err(reason) })
+            }
+            // A line that is not ended may be in the making by another process.
+            None if !line.ends_with(b"\n") => {}
+            _ => found.damage.push(Damage { file: path.into(), line: at as u64 + 1 }),
+        }
+    }
+    Ok(found)
+}
+
+/// What a whole line says; `None` if it is not what was written.
+fn parse(line: &[u8]) -> Option<Line> {
+    let text = std::str::from_utf8(line).ok()?.strip_suffix('\n')?;
+    let (sum, body) = text.split_once(' ')?;
+    let right = sum.len() == 8 && u32::from_str_radix(sum, 16).ok()? == crc32fast::hash(body.as_bytes());
+    right.then(|| serde_json::from_str(body).ok()).flatten()
+}

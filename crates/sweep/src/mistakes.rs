@@ -1,0 +1,30 @@
+//! Mistakes of one file with their lines.
+
+use std::ops::Range;
+use std::path::Path;
+
+use trueup_cosim::Mistake;
+use trueup_cosim::system::Place;
+
+pub(crate) struct Mistakes<'a> {
+    file: &'a Path,
+    text: &'a str,
+    pub(crate) list: Vec<Mistake>,
+}
+
+impl<'a> Mistakes<'a> {
+    pub(crate) fn of(file: &'a Path, text: &'a str) -> Self {
+        Self { file, text, list: Vec::new() }
+    }
+
+    pub(crate) fn place(&self, span: Range<usize>) -> Place {
+        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
+        let line = 1 + before.iter().filter(|b| **b == b'\n').count() as u32;
+        Place { file: self.file.into(), line }
+    }
+
+    pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>) {
+        let place = self.place(span);
+        self.list.push(Mistake { place, message: message.into() });
+    }
+}

@@ -1,0 +1,207 @@
+//! All runs as one table: the same bytes however they were shared out or interrupted.
+
+use std::io::{BufWriter, Write};
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{LogicalType, Repetition, Type as Physical};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::{EnabledStatistics, WriterProperties};
+use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::schema::types::Type;
+use trueup_fmi_description::whole;
+
+use crate::design::{Design, Value};
+use crate::error::Error;
+use crate::file::OWN;
+use crate::log::{Damage, Record, read};
+use crate::runner::{Runner, logs};
+
+/// Rows of a group.
+const GROUP: usize = 1 << 16;
+/// Runs that are named where some are missing.
+const NAMED: usize = 5;
+
+/// What was merged.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Merged {
+    /// Rows: all runs.
+    pub runs: u64,
+    /// Failures among them.
+    pub failed: u64,
+    /// Lines of logs that were left out because they are damaged.
+    pub damage: Vec<Damage>,
+}
+
+/// Writes all runs of a sweep, in their order, as Parquet: `run`, the factors, the outputs (null where there is no number), and
+/// `reason` (null where the run is done). Units stand in the file's metadata under `unit.<column>`, the sweep's fingerprint
+/// under `sweep`.
+///
+/// # Errors
+/// [`Error::File`]: a run is in no log, two logs differ about one, something cannot be read or written. Then nothing is left
+/// under that name.
+pub fn merge(runner: &Runner, file: &Path) -> Result<Merged, Error> {
+    let folder = runner.sweep().folder();
+    let mend = format!("`trueup sweep {}` goes on with them", runner.sweep().file.display());
+    if !folder.is_dir() {
+        return Err(Error::at(&folder, format!("no run is done yet; {mend}")));
+    }
+    let runs = runner.design().runs();
+    let mut records: Vec<Option<Record>> = vec![None; runs as usize];
+    let mut merged = Merged { runs, ..Merged::default() };
+    for log in logs(&folder)? {
+        let found = read(&log, runner.print())?;
+        merged.damage.extend(found.damage);
+        for record in found.records {
+            let run = record.run;
+            let slot = usize::try_from(run).ok().and_then(|run| records.get_mut(run.checked_sub(1)?));
+            let Some(slot) = slot else { return Err(Error::at(&log, Error::NoRun { run, runs })) };
+            match slot {
+                // Two shares that overlap in time may both have done it.
+                Some(before) if *before != record => {
+                    let why = format!("run {run} gave something else in another log of the folder");
+                    return Err(Error::at(&log, format!("{why}; an FMU does not repeat itself")));
+                }
+                _ => *slot = Some(record),
+            }
+        }
+    }
+    let missing = records.iter().filter(|r| r.is_none()).count();
+    if missing > 0 {
+        let first = records.iter().enumerate().filter(|(_, r)| r.is_none()).take(NAMED);
+        let first: Vec<String> = first.map(|(at, _)| (at + 1).to_string()).collect();
+        let more = if missing > NAMED { ", ..." } else { "" };
+        let which = format!("{missing} of {runs} runs are not done ({}{more})", first.join(", "));
+        return Err(Error::at(&folder, format!("{which}; {mend}")));
+    }
+    let records: Vec<Record> = records.into_iter().flatten().collect();
+    merged.failed = records.iter().filter(|r| r.result.is_err()).count() as u64;
+    write(runner, &records, file).map_err(|e| Error::at(file, e))?;
+    Ok(merged)
+}
+
+/// What a factor's values are.
+#[derive(Clone, Copy)]
+enum Cells {
+    Numbers,
+    Booleans,
+    Texts,
+}
+
+impl Cells {
+    /// Whatever fits all of them.
+    fn of(design: &Design, factor: usize, runs: u64) -> Self {
+        let mut all = (1..=runs).map(|run| design.value(factor, run));
+        let (mut numbers, mut booleans) = (true, true);
+        while let Some(value) = all.next().filter(|_| numbers || booleans) {
+            numbers &= matches!(value, Value::Number(_) | Value::Integer(_));
+            booleans &= matches!(value, Value::Boolean(_));
+        }
+        match (numbers, booleans) {
+            (true, _) => Self::Numbers,
+            (_, true) => Self::Booleans,
+            _ => Self::Texts,
+        }
+    }
+
+    fn field(self, name: &str) -> Result<Arc<Type>, ParquetError> {
+        match self {
+            Self::Numbers => field(name, Physical::DOUBLE, None, Repetition::REQUIRED),
+            Self::Booleans => field(name, Physical::BOOLEAN, None, Repetition::REQUIRED),
+            Self::Texts => field(name, Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::REQUIRED),
+        }
+    }
+}
+
+fn field(
+    name: &str,
+    physical: Physical,
+    logical: Option<LogicalType>,
+    repetition: Repetition,
+) -> Result<Arc<Type>, ParquetError> {
+    let field = Type::primitive_type_builder(name, physical);
+    Ok(Arc::new(field.with_repetition(repetition).with_logical_type(logical).build()?))
+}
+
+fn write(runner: &Runner, records: &[Record], file: &Path) -> Result<(), Box<dyn std::error::Error>> {
+    let (sweep, design) = (runner.sweep(), runner.design());
+    let factors: Vec<Cells> = (0..sweep.factors.len()).map(|f| Cells::of(design, f, design.runs())).collect();
+    let [run, reason] = OWN;
+    let mut fields = vec![field(run, Physical::INT64, None, Repetition::REQUIRED)?];
+    for (factor, cells) in sweep.factors.iter().zip(&factors) {
+        fields.push(cells.field(&factor.name)?);
+    }
+    for output in &sweep.outputs {
+        fields.push(field(&output.name, Physical::DOUBLE, None, Repetition::OPTIONAL)?);
+    }
+    fields.push(field(reason, Physical::BYTE_ARRAY, Some(LogicalType::String), Repetition::OPTIONAL)?);
+    let schema = Type::group_type_builder("schema").with_fields(fields).build()?;
+    let units = runner.units().into_iter().filter(|(_, unit)| !unit.is_empty());
+    let mut told = vec![KeyValue::new("sweep".into(), runner.print().to_owned())];
+    told.extend(units.map(|(name, unit)| KeyValue::new(format!("unit.{name}"), unit)));
+    let properties = WriterProperties::builder()
+        .set_created_by("trueup".to_owned())
+        .set_dictionary_enabled(false)
+        .set_statistics_enabled(EnabledStatistics::None)
+        .set_key_value_metadata(Some(told))
+        .build();
+    let part = BufWriter::new(whole::part(file)?);
+    let mut writer = SerializedFileWriter::new(part, Arc::new(schema), Arc::new(properties))?;
+    for rows in records.chunks(GROUP) {
+        let mut group = writer.next_row_group()?;
+        let numbers: Vec<i64> = rows.iter().map(|r| r.run as i64).collect();
+        column::<Int64Type>(&mut group, &numbers, None)?;
+        for (at, cells) in factors.iter().enumerate() {
+            let values = rows.iter().map(|r| design.value(at, r.run));
+            match cells {
+                Cells::Numbers => {
+                    column::<DoubleType>(&mut group, &values.map(number).collect::<Vec<_>>(), None)?
+                }
+                Cells::Booleans => {
+                    let values: Vec<bool> = values.map(|v| v == Value::Boolean(true)).collect();
+                    column::<BoolType>(&mut group, &values, None)?;
+                }
+                Cells::Texts => {
+                    let values: Vec<ByteArray> = values.map(|v| v.text().into_bytes().into()).collect();
+                    column::<ByteArrayType>(&mut group, &values, None)?;
+                }
+            }
+        }
+        for at in 0..sweep.outputs.len() {
+            let of = |r: &Record| r.result.as_ref().ok().and_then(|values| values.get(at).copied().flatten());
+            let values: Vec<f64> = rows.iter().filter_map(of).collect();
+            let defined: Vec<i16> = rows.iter().map(|r| i16::from(of(r).is_some())).collect();
+            column::<DoubleType>(&mut group, &values, Some(&defined))?;
+        }
+        let reasons = rows.iter().filter_map(|r| r.result.as_ref().err());
+        let reasons: Vec<ByteArray> = reasons.map(|why| why.as_bytes().to_vec().into()).collect();
+        let defined: Vec<i16> = rows.iter().map(|r| i16::from(r.result.is_err())).collect();
+        column::<ByteArrayType>(&mut group, &reasons, Some(&defined))?;
+        group.close()?;
+    }
+    let mut part = writer.into_inner()?.into_inner().map_err(|e| e.into_error())?;
+    part.flush()?;
+    part.persist(file).map_err(|e| e.error)?;
+    Ok(())
+}
+
+fn number(value: Value) -> f64 {
+    match value {
+        Value::Number(x) => x,
+        Value::Integer(n) => n as f64,
+        Value::Boolean(_) | Value::Text(_) => f64::NAN, // another kind of cells
+    }
+}
+
+/// Writes the next column.
+fn column<T: DataType>(
+    group: &mut SerializedRowGroupWriter<'_, impl Write + Send>,
+    values: &[T::T],
+    defined: Option<&[i16]>,
+) -> Result<(), ParquetError> {
+    let Some(mut column) = group.next_column()? else { return Ok(()) };
+    column.typed::<T>().write_batch(values, defined, None)?;
+    column.close()
+}
