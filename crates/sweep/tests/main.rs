@@ -1,2 +1,9 @@
 //! Integration tests, one module a file.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod designs;
+mod logs;
+mod measures;
+mod mistakes;
+mod runs;

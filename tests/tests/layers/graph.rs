@@ -28,6 +28,12 @@ const RULES: &[Rule] = &[
         ours: &["trueup-numerics", "trueup-signals", "trueup-fmi-description", "trueup-fmi-import"],
         never: &["clap", "libloading"],
     },
+    // Many runs of the master's; files that are whole are fmi-description's.
+    Rule {
+        name: "trueup-sweep",
+        ours: &["trueup-cosim", "trueup-fmi-description"],
+        never: &["clap", "libloading", "zip", "quick-xml", "roxmltree"],
+    },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
@@ -87,6 +93,7 @@ const RULES: &[Rule] = &[
             "trueup-fmi-import",
             "trueup-cosim",
             "trueup-signals",
+            "trueup-sweep",
             "trueup-identification",
             "trueup-diagnosis",
             "trueup-report",

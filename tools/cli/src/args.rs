@@ -1,10 +1,14 @@
 //! The command line.
 
+mod sweep;
+
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
 use trueup_identification::identify::Method;
+
+pub(crate) use sweep::{After, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]
@@ -21,6 +25,8 @@ pub(crate) enum Command {
     Fmu(Fmu),
     /// Run an FMU, or a system of FMUs, and write its outputs as CSV or Parquet
     Simulate(Simulate),
+    /// Run a system many times with values that are varied, resumable and in shares
+    Sweep(Sweep),
     /// Estimate a model's parameters from recordings, with their uncertainty
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
@@ -106,7 +112,7 @@ pub(crate) struct Robot {
     pub(crate) tip: Option<String>,
     /// Also look for singular poses along a joint, as in 3=-3..3
     #[arg(long, value_name = "JOINT=A..B", allow_hyphen_values = true)]
-    pub(crate) sweep: Option<Sweep>,
+    pub(crate) sweep: Option<Way>,
     /// Write measures and norms over two joints instead, as in 2,3
     #[arg(long, value_name = "I,J", value_delimiter = ',', conflicts_with_all = ["json", "sweep"])]
     pub(crate) surface: Option<Vec<usize>>,
@@ -129,13 +135,13 @@ pub(crate) struct Robot {
 
 /// A way along one joint, from 1.
 #[derive(Clone, Debug)]
-pub(crate) struct Sweep {
+pub(crate) struct Way {
     pub(crate) joint: usize,
     pub(crate) from: f64,
     pub(crate) to: f64,
 }
 
-impl std::str::FromStr for Sweep {
+impl std::str::FromStr for Way {
     type Err = String;
     fn from_str(s: &str) -> Result<Self, String> {
         let parsed = || {

@@ -8,6 +8,7 @@ mod list;
 mod pack;
 mod robot;
 mod simulate;
+mod sweep;
 mod trial;
 mod validate;
 
@@ -22,6 +23,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Robot(a) => robot::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Simulate(a) => simulate::run(&a),
+        Command::Sweep(a) => sweep::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),
         Command::Fmu(Fmu::Info(a)) => info::run(&a),

@@ -47,6 +47,16 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "sweep",
+        &[
+            "trueup sweep examples/sweep.toml",
+            "trueup sweep examples/sweep.toml --shard 1/2",
+            "trueup sweep examples/sweep.toml --slurm=64",
+            "trueup sweep examples/sweep.toml --run 17 -o run.csv",
+        ],
+    ),
+    ("sweep merge", &["trueup sweep merge examples/sweep.toml -o runs.parquet"]),
+    (
         "identify",
         &[
             "trueup identify recordings",

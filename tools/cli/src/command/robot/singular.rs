@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use trueup_models::space::design::{Design, Tip};
 
 use super::{form, singular_values};
-use crate::args::Sweep;
+use crate::args::Way;
 use crate::error::Error;
 
 /// Poses looked at before minima are closed in on.
@@ -18,12 +18,12 @@ const ZERO: f64 = 1e-7;
 
 /// Singular poses along one joint.
 pub(super) struct Singular {
-    sweep: Sweep,
+    sweep: Way,
     /// Of J_M and of J_g.
     at: [Vec<f64>; 2],
 }
 
-pub(super) fn along(design: &Design, tip: &Tip, q: &[f64], sweep: &Sweep) -> Result<Singular, Error> {
+pub(super) fn along(design: &Design, tip: &Tip, q: &[f64], sweep: &Way) -> Result<Singular, Error> {
     if sweep.joint == 0 || sweep.joint > q.len() {
         let n = q.len();
         return Err(Error::Usage(format!(
@@ -70,11 +70,11 @@ fn zeros(f: &dyn Fn(f64) -> f64, from: f64, to: f64) -> Vec<f64> {
 
 impl Singular {
     pub(super) fn json(&self) -> Value {
-        let Sweep { joint, from, to } = self.sweep;
+        let Way { joint, from, to } = self.sweep;
         json!({"joint": joint, "from": from, "to": to, "J_M": self.at[0], "J_g": self.at[1]})
     }
     pub(super) fn text(&self, design: &Design) -> String {
-        let Sweep { joint, from, to } = self.sweep;
+        let Way { joint, from, to } = self.sweep;
         let list = |v: &[f64]| {
             if v.is_empty() {
                 "nowhere".into()

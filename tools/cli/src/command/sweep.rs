@@ -1,0 +1,161 @@
+//! `trueup sweep`
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use trueup_cosim::{Master, Results, check};
+use trueup_sweep::{Damage, Error as SweepError, Runner, Shard, merge, script};
+
+use crate::args::{After, Merge, Sweep};
+use crate::error::Error;
+use crate::output::{say, write};
+use crate::stages::Stages;
+use crate::voice;
+
+/// Tasks of an array that clusters allow where nobody changed it.
+const TASKS: u64 = 1000;
+/// Time between two words on how far it is.
+const TELL: Duration = Duration::from_secs(2);
+
+pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
+    if let Some(After::Merge(args)) = &args.after {
+        return merged(args);
+    }
+    let Some(file) = &args.file else { return Err(Error::Usage("name the sweep's file".into())) };
+    let mut runner = Runner::open(file).map_err(failed)?;
+    runner.plan().notes.iter().for_each(|note| voice::note(note));
+    if let Some(tasks) = args.slurm {
+        return slurm(file, tasks.map_or(TASKS, u64::from).min(runner.design().runs()));
+    }
+    if args.isolate {
+        let isolation = crate::isolate::isolation(args.deadline);
+        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
+        runner.plan().components.iter().for_each(|component| component.fmu.isolate(&isolation));
+    }
+    match args.run {
+        Some(run) => one(args, &mut runner, run),
+        None => share(args, &mut runner),
+    }
+}
+
+fn failed(e: SweepError) -> Error {
+    match e {
+        SweepError::NoRun { .. } => Error::Usage(format!("--run: {e}")),
+        _ => Error::Failed(e.to_string()),
+    }
+}
+
+fn share(args: &Sweep, runner: &mut Runner) -> Result<(), Error> {
+    let (index, of) = args.shard.unwrap_or((1, 1));
+    let (index, of) = (index as u64, of as u64);
+    let mut stages: Option<Stages> = None;
+    let mut told = Instant::now();
+    let tally = runner.shard(Shard { index, of }, |step| {
+        if told.elapsed() >= TELL {
+            told = Instant::now();
+            let what = format!("{} of {} runs", step.done, step.of);
+            stages.get_or_insert_with(Stages::new).tell(step.done as f64 / step.of as f64, &what);
+        }
+    });
+    drop(stages);
+    let tally = tally.map_err(failed)?;
+    damaged(&tally.damage, "what was in it is run again");
+    let (file, folder) = (runner.sweep().file.display(), runner.sweep().folder());
+    let before = if tally.kept > 0 { format!(", {} were done before", tally.kept) } else { String::new() };
+    let failures = match tally.failed {
+        0 => String::new(),
+        n => format!("; {n} of them failed, the table says why"),
+    };
+    let (all, folder) = (tally.ran + tally.kept, folder.display());
+    say(&format!(
+        "{folder}: {all} runs{before}{failures}\n`trueup sweep merge {file}` makes one table of them\n"
+    ))
+}
+
+/// Damaged lines are told, a few of them.
+fn damaged(list: &[Damage], mend: &str) {
+    const FEW: usize = 3;
+    for damage in list.iter().take(FEW) {
+        voice::note(&format!("{}:{}: this line is damaged; {mend}", damage.file.display(), damage.line));
+    }
+    if list.len() > FEW {
+        voice::note(&format!("... and {} more damaged lines", list.len() - FEW));
+    }
+}
+
+fn slurm(file: &Path, tasks: u64) -> Result<(), Error> {
+    let to = file.with_extension("slurm.sh");
+    write(&to, script(file, tasks).as_bytes())?;
+    say(&format!("{}: {tasks} tasks; hand it in with sbatch from its folder\n", to.display()))
+}
+
+/// One run once more, with all that the system records.
+fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
+    let system = runner.system(run).map_err(failed)?;
+    let file = &runner.sweep().file;
+    let to = args.output.clone().unwrap_or_else(|| beside(file, &format!("-run-{run}.csv")));
+    let record = runner.run(run);
+    let mut lines = String::new();
+    for (at, factor) in runner.sweep().factors.iter().enumerate() {
+        lines += &format!("{} = {}\n", factor.name, runner.design().value(at, run).text());
+    }
+    let values = record.result.as_ref().map(Vec::as_slice).unwrap_or_default();
+    for (output, value) in runner.sweep().outputs.iter().zip(values) {
+        lines += &format!("{} = {}\n", output.name, value.map_or("none".into(), |x| format!("{x:?}")));
+    }
+    say(&lines)?;
+    let failed = |e: trueup_cosim::Error| Error::Failed(e.to_string());
+    let plan = check(&system).map_err(failed)?;
+    if args.isolate {
+        let isolation = crate::isolate::isolation(args.deadline);
+        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
+        plan.components.iter().for_each(|component| component.fmu.isolate(&isolation));
+    }
+    let mut results = Results::create(&to).map_err(failed)?;
+    let mut master = match Master::new(plan) {
+        Ok(master) => master,
+        Err(e) => {
+            results.give_back().map_err(failed)?;
+            return Err(Error::Failed(e.to_string()));
+        }
+    };
+    match master.run(&mut results) {
+        Ok(_) => {
+            let rows = results.rows();
+            results.finish().map_err(failed)?;
+            eprintln!("{}: {rows} rows", to.display());
+            Ok(())
+        }
+        Err(e) => {
+            let kept = match results.keep_partial().map_err(failed)? {
+                None => "nothing was computed before".to_owned(),
+                Some(file) => format!("what was computed before is kept in {}", file.display()),
+            };
+            Err(Error::Failed(format!("run {run}: {e}\n{kept}")))
+        }
+    }
+}
+
+fn merged(args: &Merge) -> Result<(), Error> {
+    let to = args.output.clone().unwrap_or_else(|| beside(&args.file, ".parquet"));
+    if to.extension().is_none_or(|e| !e.eq_ignore_ascii_case("parquet")) {
+        let name = to.display();
+        return Err(Error::Usage(format!(
+            "the table is written as Parquet; let --output {name} end with .parquet"
+        )));
+    }
+    let runner = Runner::open(&args.file).map_err(failed)?;
+    let merged = merge(&runner, &to).map_err(failed)?;
+    damaged(&merged.damage, "its run is there from another line");
+    let failures = match merged.failed {
+        0 => String::new(),
+        n => format!(", {n} of them failed (column `reason`)"),
+    };
+    say(&format!("{}: {} runs{failures}\n", to.display(), merged.runs))
+}
+
+/// `NAME` with this end, in the folder of `NAME.toml`.
+fn beside(file: &Path, end: &str) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    file.with_file_name(format!("{stem}{end}"))
+}
