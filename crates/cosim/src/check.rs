@@ -3,7 +3,7 @@
 mod experiment;
 mod files;
 mod links;
-pub(crate) mod names;
+pub mod names;
 mod record;
 mod start;
 mod types;

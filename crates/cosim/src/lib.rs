@@ -47,7 +47,7 @@ mod toml;
 mod value;
 
 pub use adaptive::Adapted;
-pub use check::{Files, check, check_with};
+pub use check::{Files, check, check_with, names};
 pub use error::{Error, Residual};
 pub use grid::Grid;
 pub use inputs::Inputs;

@@ -41,7 +41,8 @@ fn torn_anywhere_it_goes_on() {
         std::fs::write(&path, &whole[..length]).unwrap();
         let before = read_log(&path, "p").unwrap().records;
         assert_eq!(before[..], records()[..before.len()], "{length}");
-        let ended = whole[..length].iter().filter(|b| **b == b'\n').count();
+        // A record lacks nothing once all but the end of its line is there.
+        let ended = whole[..(length + 1).min(whole.len())].iter().filter(|b| **b == b'\n').count();
         assert_eq!(before.len(), ended.saturating_sub(1), "{length}");
         write(&path, &records()[before.len()..]);
         assert_eq!(read_log(&path, "p").unwrap().records, records(), "{length}");

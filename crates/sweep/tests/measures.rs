@@ -4,7 +4,9 @@ use trueup_cosim::{Column, Kind, Row, Sink, Values};
 use trueup_sweep::{Measures, Output, Sweep};
 
 fn outputs(text: &str) -> Vec<Output> {
-    let text = format!("system = \"a.fmu\"\ndesign = \"list\"\n[factors]\na = {{ values = [1] }}\n[outputs]\n{text}");
+    let text = format!(
+        "system = \"a.fmu\"\ndesign = \"list\"\n[factors]\na = {{ values = [1] }}\n[outputs]\n{text}"
+    );
     Sweep::parse(&text, "s.toml".as_ref()).unwrap().outputs
 }
 
@@ -42,7 +44,7 @@ fn of_lines_and_a_jump() {
 
 #[test]
 fn a_level_is_passed_at_once_where_the_run_begins_beyond_it_and_at_the_jump_that_passes_it() {
-    let above = "a = { variable = \"x\", take = \"time\", above = 1 }";
+    let above = "when = { variable = \"x\", take = \"time\", above = 1 }";
     assert_eq!(kept(above, &[(0.5, 1.5), (1.0, 0.0)]), [Some(0.5)]);
     assert_eq!(kept(above, &[(0.0, 1.0), (1.0, 1.0)]), [None]);
     assert_eq!(kept(above, &[(0.0, 0.0), (2.0, 0.5), (2.0, 3.0), (3.0, 9.0)]), [Some(2.0)]);
@@ -51,8 +53,13 @@ fn a_level_is_passed_at_once_where_the_run_begins_beyond_it_and_at_the_jump_that
 #[test]
 fn rows_however_uneven_give_the_mean_over_time() {
     let rows: Vec<(f64, f64)> = (0..=1000).map(|k| (f64::from(k) / 1000.0).powi(3)).map(|t| (t, t)).collect();
-    let found = kept("mean = { variable = \"x\", take = \"mean\" }\nrms = { variable = \"x\", take = \"rms\" }", &rows);
-    assert!((found[0].unwrap() - 0.5).abs() < 1e-14 && (found[1].unwrap() - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14);
+    let found = kept(
+        "mean = { variable = \"x\", take = \"mean\" }\nrms = { variable = \"x\", take = \"rms\" }",
+        &rows,
+    );
+    assert!(
+        (found[0].unwrap() - 0.5).abs() < 1e-14 && (found[1].unwrap() - (1.0_f64 / 3.0).sqrt()).abs() < 1e-14
+    );
 }
 
 #[test]

@@ -23,7 +23,11 @@ fn each_has_its_line_and_its_mend() {
         (", points = 3", "", "s.toml:5: `a`: how many points has it? write `points = N`"),
         ("points = 3", "points = 1", "s.toml:5: `a`: how many points has it?"),
         ("to = 2", "to = inf", "s.toml:5: `a`: `from` and `to` are finite numbers"),
-        ("from = 1", "from = -1e308", "finite"),
+        (
+            "from = 1, to = 2",
+            "from = -1e308, to = 1e308",
+            "s.toml:5: `a`: `from` and `to` are finite numbers",
+        ),
         ("points = 3", "points = 3, values = [1]", "s.toml:5: `a`: which values does it take? write either"),
         ("from = 1, to = 2, points = 3", "to = 2", "s.toml:5: `a`: which values"),
         ("from = 1,", "from = 0, spacing = \"log\",", "s.toml:5: `a`: equal ratios lead to no 0"),
@@ -58,7 +62,8 @@ fn all_of_them_come_at_once() {
 
 #[test]
 fn lists_of_a_list_are_equally_long() {
-    let text = GOOD.replace("\"grid\"", "\"list\"").replace("from = 1, to = 2, points = 3", "values = [1, 2, 3]");
+    let text =
+        GOOD.replace("\"grid\"", "\"list\"").replace("from = 1, to = 2, points = 3", "values = [1, 2, 3]");
     let why = Sweep::parse(&text, "s.toml".as_ref()).unwrap_err().to_string();
     assert!(why.contains("here are 2 of one and 3 of another"), "{why}");
 }

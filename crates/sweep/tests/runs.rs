@@ -129,7 +129,10 @@ fn nothing_is_merged_that_is_not_whole() {
     assert!(merged(&file).contains("no run is done yet"), "{}", merged(&file));
     done(&file, 1, 2);
     let why = merged(&file);
-    assert!(why.contains("6 of 12 runs are not done (2, 4, 6, 8, 10, ...)") && why.contains("goes on"), "{why}");
+    assert!(
+        why.contains("6 of 12 runs are not done (2, 4, 6, 8, 10, ...)") && why.contains("goes on"),
+        "{why}"
+    );
     // The same run with another result, as of an FMU that does not repeat itself.
     done(&file, 2, 2);
     let folder = file.with_extension("runs");
@@ -165,7 +168,11 @@ fn a_run_is_the_same_alone_and_in_the_system_that_it_stands_for() {
 fn names_are_looked_up_first() {
     let Some((folder, file)) = desk(SWEEP) else { return };
     for (from, to, said) in [
-        ("xStart =", "xStrat =", "sweep.toml:9: start of `xStrat`: the FMU has no variable `xStrat`; did you mean `xStart`?"),
+        (
+            "xStart =",
+            "xStrat =",
+            "sweep.toml:9: start of `xStrat`: the FMU has no variable `xStrat`; did you mean `xStart`?",
+        ),
         ("xStart =", "v =", "sweep.toml:9: start of `v`: it is an output"),
         ("\"x\", take = \"time\", below", "\"y\", take = \"time\", below", "sweep.toml:14: `y`"),
         ("mass.fmi3", "mess.fmi3", "did you mean `mass.fmi3.fmu`?"),

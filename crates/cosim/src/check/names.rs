@@ -6,15 +6,19 @@ use crate::mistake::suggestion;
 
 /// What a name stands for: elements (variable, position in it), row by row, and their shape.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Found {
-    pub(crate) elements: Vec<(usize, usize)>,
+pub struct Found {
+    /// Variable and position in it, row by row.
+    pub elements: Vec<(usize, usize)>,
     /// Empty for a scalar.
-    pub(crate) shape: Vec<usize>,
+    pub shape: Vec<usize>,
 }
 
 /// Finds `gain`, an array `mass`, an element `mass[2]`. The array may be one of FMI 3.0, or one that FMI 2.0 flattens
 /// into variables `mass[1]`, `mass[2]`.
-pub(crate) fn find(d: &Description, name: &str) -> Result<Found, String> {
+///
+/// # Errors
+/// There is none, with the name that may have been meant.
+pub fn find(d: &Description, name: &str) -> Result<Found, String> {
     if let Some(at) = d.position(name) {
         let shape = shape(d, &d.variables[at])?;
         let n = shape.iter().product();
@@ -94,7 +98,7 @@ fn indexed(name: &str, at: &[usize]) -> String {
 }
 
 /// Name of an element: `gain`, `mass[2]`, `inertia[1,2]`.
-pub(crate) fn element(d: &Description, variable: usize, element: usize) -> String {
+pub fn element(d: &Description, variable: usize, element: usize) -> String {
     let Some(v) = d.variables.get(variable) else { return String::new() };
     match shape(d, v) {
         Ok(shape) if !shape.is_empty() && !shape.contains(&0) => indexed(&v.name, &position(&shape, element)),

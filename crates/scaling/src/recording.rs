@@ -1,0 +1,59 @@
+//! Recordings and results as CSV: the time and every column by its unit.
+
+use std::io::{Read, Write};
+use std::path::Path;
+
+use crate::error::Error;
+use crate::law::{Law, Lawless, Scale};
+
+/// Writes the table again, `time` and the columns scaled; cells that are no numbers (empty ones, `nan`, `true`) stay as they are.
+/// `scale_of` says how a column scales.
+///
+/// # Errors
+/// [`Error::File`] with line or column and the mend.
+pub fn scale(
+    file: &Path,
+    from: impl Read,
+    to: impl Write,
+    law: &Law,
+    mut scale_of: impl FnMut(&str) -> Result<Scale, String>,
+) -> Result<(), Error> {
+    let fail = |e: csv::Error| {
+        let line = e.position().map_or_else(String::new, |p| format!("line {}: ", p.line()));
+        Error::at(file, format!("{line}{e}"))
+    };
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(from);
+    let names = reader.headers().map_err(fail)?.clone();
+    if names.get(0) != Some("time") {
+        return Err(Error::at(file, "line 1: the first column is `time`, in s; name it so"));
+    }
+    let mut scales = vec![law.time()];
+    let mut wrong = Vec::new();
+    for name in names.iter().skip(1) {
+        match scale_of(name) {
+            Ok(scale) => scales.push(scale),
+            Err(why) => wrong.push(format!("line 1: column `{name}`: {why}")),
+        }
+    }
+    if !wrong.is_empty() {
+        let all = wrong.iter().map(|why| format!("{}: {why}", file.display())).collect::<Vec<_>>().join("\n");
+        let bare = all.strip_prefix(&format!("{}: ", file.display())).unwrap_or(&all).to_owned();
+        return Err(Error::at(file, bare));
+    }
+    let mut writer = csv::Writer::from_writer(to);
+    writer.write_record(&names).map_err(fail)?;
+    let mut record = csv::StringRecord::new();
+    while reader.read_record(&mut record).map_err(fail)? {
+        let cells = record.iter().zip(&scales).map(|(cell, scale)| match cell.parse::<f64>() {
+            Ok(x) if x.is_finite() && !scale.is_one() => format!("{:?}", scale.apply(x)),
+            _ => cell.to_owned(),
+        });
+        writer.write_record(cells).map_err(fail)?;
+    }
+    writer.flush().map_err(|e| Error::at(file, e))
+}
+
+/// A refusal with the column's unit.
+pub fn refused(unit: &str, why: &Lawless) -> String {
+    if unit.is_empty() { why.to_string() } else { format!("in {unit}: {why}") }
+}

@@ -1,0 +1,69 @@
+//! Numbers in a TOML text, changed where they stand; comments and order stay.
+
+use std::ops::Range;
+use std::path::Path;
+
+use toml_edit::{Document, Item, TableLike, Value};
+use trueup_cosim::Mistake;
+use trueup_cosim::system::Place;
+
+use crate::error::Error;
+use crate::law::Scale;
+
+/// A parsed text that knows its lines.
+pub(crate) struct Parsed<'a> {
+    file: &'a Path,
+    text: &'a str,
+    pub(crate) document: Document<String>,
+}
+
+impl<'a> Parsed<'a> {
+    pub(crate) fn of(text: &'a str, file: &'a Path) -> Result<Self, Error> {
+        match Document::parse(text.to_owned()) {
+            Ok(document) => Ok(Self { file, text, document }),
+            Err(e) => {
+                let place = place(file, text, e.span());
+                Err(Error::Mistakes(vec![Mistake { place, message: e.message().replace('\n', "; ") }]))
+            }
+        }
+    }
+
+    pub(crate) fn place(&self, span: Option<Range<usize>>) -> Place {
+        place(self.file, self.text, span)
+    }
+}
+
+fn place(file: &Path, text: &str, span: Option<Range<usize>>) -> Place {
+    let at = span.map_or(0, |s| s.start).min(text.len());
+    let line = 1 + text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count() as u32;
+    Place { file: file.into(), line }
+}
+
+/// A number, whole or not.
+pub(crate) fn number(value: &Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
+}
+
+/// Scales a number or all numbers of a list; what surrounds them stays. Returns whether all of it was numbers.
+pub(crate) fn scale(value: &mut Value, by: Scale) -> bool {
+    if let Some(list) = value.as_array_mut() {
+        return list.iter_mut().fold(true, |all, v| scale(v, by) && all);
+    }
+    let Some(x) = number(value) else { return false };
+    if !by.is_one() {
+        put(value, by.apply(x));
+    }
+    true
+}
+
+/// Another number in the same place.
+pub(crate) fn put(value: &mut Value, x: f64) {
+    let decor = value.decor().clone();
+    *value = Value::from(x);
+    *value.decor_mut() = decor;
+}
+
+/// The value that a table has under this key.
+pub(crate) fn value_mut<'t>(table: &'t mut dyn TableLike, key: &str) -> Option<&'t mut Value> {
+    table.get_mut(key).and_then(Item::as_value_mut)
+}
