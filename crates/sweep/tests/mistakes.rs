@@ -44,7 +44,11 @@ fn each_has_its_line_and_its_mend() {
         ("take = \"max\"", "take = \"most\"", "s.toml:9: unknown variant `most`, expected one of `final`"),
         ("y = { take = \"max\" }", "", "s.toml:8: [outputs] is empty"),
         ("points = 3", "points = 300000000", "are the most"),
-        ("design", "[run]\nalgorithm = \"jacoby\"\n[x]\ndesign", "missing field `design`"),
+        (
+            "[factors]",
+            "[run]\nalgorithm = \"jacoby\"\n\n[factors]",
+            "s.toml:5: `algorithm`: there is no algorithm \"jacoby\"; did you mean `jacobi`?",
+        ),
     ] {
         let text = GOOD.replacen(from, to, 1);
         assert_ne!(text, GOOD, "{from}");

@@ -29,10 +29,12 @@ const RULES: &[Rule] = &[
         never: &["clap", "libloading"],
     },
     // Many runs of the master's; files that are whole are fmi-description's.
+    Rule { name: "trueup-sweep", ours: &["trueup-cosim", "trueup-fmi-description"], never: ARCHIVES },
+    // Units are those of FMUs and of files; it knows no model.
     Rule {
-        name: "trueup-sweep",
-        ours: &["trueup-cosim", "trueup-fmi-description"],
-        never: &["clap", "libloading", "zip", "quick-xml", "roxmltree"],
+        name: "trueup-scaling",
+        ours: &["trueup-cosim", "trueup-signals", "trueup-fmi-description"],
+        never: ARCHIVES,
     },
     Rule { name: "trueup-signals", ours: &[], never: &["clap", "libloading"] },
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
@@ -93,6 +95,7 @@ const RULES: &[Rule] = &[
             "trueup-fmi-import",
             "trueup-cosim",
             "trueup-signals",
+            "trueup-scaling",
             "trueup-sweep",
             "trueup-identification",
             "trueup-diagnosis",

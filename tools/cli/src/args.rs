@@ -1,5 +1,6 @@
 //! The command line.
 
+mod scale;
 mod sweep;
 
 use std::path::PathBuf;
@@ -8,6 +9,7 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
 use trueup_identification::identify::Method;
 
+pub(crate) use scale::Scale;
 pub(crate) use sweep::{After, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
@@ -25,6 +27,8 @@ pub(crate) enum Command {
     Fmu(Fmu),
     /// Run an FMU, or a system of FMUs, and write its outputs as CSV or Parquet
     Simulate(Simulate),
+    /// Bring parameters, a system or a recording to another size by the laws of scaling, and back
+    Scale(Scale),
     /// Run a system many times with values that are varied, resumable and in shares
     Sweep(Sweep),
     /// Estimate a model's parameters from recordings, with their uncertainty

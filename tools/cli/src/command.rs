@@ -7,6 +7,7 @@ mod info;
 mod list;
 mod pack;
 mod robot;
+mod scale;
 mod simulate;
 mod sweep;
 mod trial;
@@ -23,6 +24,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Robot(a) => robot::run(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Simulate(a) => simulate::run(&a),
+        Command::Scale(a) => scale::run(&a),
         Command::Sweep(a) => sweep::run(&a),
         Command::Fmu(Fmu::Pack(a)) => pack::run(&a),
         Command::Fmu(Fmu::List) => list::run(),

@@ -47,6 +47,14 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         ],
     ),
     (
+        "scale",
+        &[
+            "trueup scale examples/arm.toml --lambda 0.3",
+            "trueup scale out/TwoMassJoint.fmi3.fmu --lambda 0.3 --exponent A=0 -o bench.toml",
+            "trueup scale bench.csv --lambda 0.3 --back --units examples/arm.toml -o orbit.csv",
+        ],
+    ),
+    (
         "sweep",
         &[
             "trueup sweep examples/sweep.toml",

@@ -1,0 +1,151 @@
+//! `trueup scale`
+
+use std::path::{Path, PathBuf};
+
+use trueup_cosim::system::System;
+use trueup_cosim::{check, write_ssp};
+use trueup_scaling::{Error as ScalingError, Law, recording, system, table};
+
+use crate::args::Scale;
+use crate::error::Error;
+use crate::output::write;
+use crate::voice;
+
+pub(crate) fn run(args: &Scale) -> Result<(), Error> {
+    let law = Law { lambda: args.lambda, back: args.back, given: args.exponent.clone() };
+    let kind = Kind::of(&args.file)?;
+    let extension = kind.extension(&args.file);
+    let to = args.output.clone().unwrap_or_else(|| {
+        let stem = args.file.file_stem().unwrap_or_default().to_string_lossy();
+        let word = if args.back { "full" } else { "scaled" };
+        args.file.with_file_name(format!("{stem}.{word}.{extension}"))
+    });
+    if to.extension().is_none_or(|e| e.to_string_lossy().to_lowercase() != extension) {
+        let name = to.display();
+        return Err(Error::Usage(format!("the result is a .{extension}; let --output {name} end with that")));
+    }
+    if args.units.is_some() && kind != Kind::Recording {
+        return Err(Error::Usage("--units: only a recording has its units elsewhere; leave it out".into()));
+    }
+    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
+    if same(&args.file, &to) {
+        let mend = "a file scaled twice looks like one scaled once; name another one";
+        return Err(Error::Usage(format!("--output {}: that is the file itself; {mend}", to.display())));
+    }
+    match kind {
+        Kind::Table => {
+            let scaled = table::scaled(&text(&args.file)?, &args.file, &law).map_err(failed)?;
+            write(&to, scaled.as_bytes())?;
+        }
+        Kind::Recording => of_recording(args, &law, &to)?,
+        Kind::Case => {
+            let mend = "scale its recordings with --units FMU, and its parameters as a table of quantities";
+            return Err(Error::at(&args.file, format!("a case is not scaled as a whole; {mend}")));
+        }
+        Kind::System | Kind::Package | Kind::Fmu => of_system(kind, args, &law, &to)?,
+    }
+    eprintln!("{}", to.display());
+    Ok(())
+}
+
+/// What a file is.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// TOML with components.
+    System,
+    /// SSP.
+    Package,
+    Fmu,
+    Recording,
+    Case,
+    /// Quantities with their units.
+    Table,
+}
+
+impl Kind {
+    fn of(file: &Path) -> Result<Self, Error> {
+        let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        Ok(match extension.as_str() {
+            "ssp" | "ssd" => Self::Package,
+            "csv" => Self::Recording,
+            "toml" => {
+                let whole: Option<toml::Table> = text(file)?.parse().ok();
+                let has = |key: &str| whole.as_ref().is_some_and(|t| t.contains_key(key));
+                match () {
+                    () if has("components") => Self::System,
+                    () if has("model") && has("train") => Self::Case,
+                    () => Self::Table,
+                }
+            }
+            "fmu" => Self::Fmu,
+            _ if file.join("modelDescription.xml").is_file() => Self::Fmu,
+            _ => {
+                let mend = "name a system (.toml, .ssp), an FMU, a table of quantities (.toml) or a recording (.csv)";
+                return Err(Error::at(file, format!("there is nothing to scale in it; {mend}")));
+            }
+        })
+    }
+
+    fn extension(self, file: &Path) -> String {
+        match self {
+            Self::Package => "ssp".into(),
+            Self::Fmu => "toml".into(),
+            _ => file.extension().unwrap_or_default().to_string_lossy().to_lowercase(),
+        }
+    }
+}
+
+fn text(file: &Path) -> Result<String, Error> {
+    std::fs::read_to_string(file).map_err(|e| Error::at(file, e))
+}
+
+fn failed(e: ScalingError) -> Error {
+    Error::Failed(e.to_string())
+}
+
+fn of_recording(args: &Scale, law: &Law, to: &Path) -> Result<(), Error> {
+    let Some(units) = &args.units else {
+        let mend = "name the system or the FMU that they are variables of with --units FILE";
+        return Err(Error::Usage(format!("the columns of {} have no units; {mend}", args.file.display())));
+    };
+    let bytes = scaled_table(&args.file, &System::read(units).map_err(cosim)?, law)?;
+    write(to, &bytes)
+}
+
+fn cosim(e: trueup_cosim::Error) -> Error {
+    Error::Failed(e.to_string())
+}
+
+/// A table whose columns are variables of the system.
+fn scaled_table(file: &Path, of: &System, law: &Law) -> Result<Vec<u8>, Error> {
+    let plan = check(of).map_err(cosim)?;
+    let from = std::fs::File::open(file).map_err(|e| Error::at(file, e))?;
+    let mut bytes = Vec::new();
+    recording::scale(file, from, &mut bytes, law, |name| system::column(of, &plan, law, name))
+        .map_err(failed)?;
+    Ok(bytes)
+}
+
+fn of_system(kind: Kind, args: &Scale, law: &Law, to: &Path) -> Result<(), Error> {
+    let of = System::read(&args.file).map_err(cosim)?;
+    let mut scaled = system::scale(&of, law).map_err(failed)?;
+    scaled.notes.iter().for_each(|note| voice::note(note));
+    let mut inputs = None;
+    if let Some(file) = &of.inputs {
+        let stem = to.file_stem().unwrap_or_default().to_string_lossy();
+        let name = format!("{stem}.inputs.csv");
+        let beside: PathBuf = to.with_file_name(&name);
+        write(&beside, &scaled_table(&file.file, &of, law)?)?;
+        if let Some(file) = &mut scaled.system.inputs {
+            file.file = beside;
+        }
+        inputs = Some(name);
+    }
+    if kind == Kind::Package {
+        let plan = check(&scaled.system).map_err(cosim)?;
+        return write_ssp(&scaled.system, &plan, to).map_err(cosim);
+    }
+    let before = if kind == Kind::Fmu { String::new() } else { text(&args.file)? };
+    let after = system::toml(&scaled, &before, &args.file, to, inputs.as_deref()).map_err(failed)?;
+    write(to, after.as_bytes())
+}
