@@ -44,12 +44,13 @@ pub struct Lawless {
     pub base: &'static str,
 }
 
-/// What becomes of a value: `x` becomes `factor (x + zero) - zero`.
+/// What becomes of a value, `lambda^w (x + zero) - zero`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scale {
-    /// lambda^w, or what undoes it.
+    /// lambda to the size of w.
     power: f64,
-    back: bool,
+    /// Divide by it: w is below 0, or the way is back.
+    divide: bool,
     zero: f64,
 }
 
@@ -93,7 +94,7 @@ impl Law {
     /// What becomes of values with that exponent.
     pub fn scale(&self, exponent: f64, dimension: Option<Dimension>) -> Scale {
         let zero = dimension.map_or(0.0, |d| d.zero);
-        Scale { power: self.lambda.powf(exponent), back: self.back, zero }
+        Scale { power: power(self.lambda, exponent.abs()), divide: self.back != (exponent < 0.0), zero }
     }
 
     /// [`exponent`](Self::exponent), then [`scale`](Self::scale).
@@ -124,7 +125,7 @@ impl Scale {
     /// The value at the other size.
     pub fn apply(&self, x: f64) -> f64 {
         // Divided on the way back: to and fro is the same up to the rounding of both.
-        let scaled = |x: f64| if self.back { x / self.power } else { x * self.power };
+        let scaled = |x: f64| neat(if self.divide { x / self.power } else { x * self.power });
         match self.zero {
             _ if self.is_one() => x,
             0.0 => scaled(x),
@@ -132,11 +133,32 @@ impl Scale {
         }
     }
 
-    /// By how much a ratio of a quantity with this scale to one with `other` changes.
+    /// By how much the ratio of a quantity with this scale to one with `other` changes.
     pub fn over(&self, other: &Self) -> f64 {
-        let ratio = self.power / other.power;
-        if self.back { 1.0 / ratio } else { ratio }
+        let factor = |it: &Self| if it.divide { 1.0 / it.power } else { it.power };
+        factor(self) / factor(other)
     }
+}
+
+/// lambda^w for w >= 0: of a whole w that of the decimal number which the user wrote, so that 0.3^3 is 0.027.
+fn power(lambda: f64, w: f64) -> f64 {
+    let decimal = || {
+        let text = format!("{lambda:e}");
+        let (digits, ten) = text.split_once('e')?;
+        let fraction = digits.split_once('.').map_or(0, |(_, after)| after.len() as i64);
+        let whole: u128 = digits.replace('.', "").parse().ok()?;
+        let (w, ten) = (w as u32, ten.parse::<i64>().ok()? - fraction);
+        format!("{}e{}", whole.checked_pow(w)?, ten * i64::from(w)).parse().ok()
+    };
+    let exact = if w.fract() == 0.0 && w <= 32.0 { decimal() } else { None };
+    exact.unwrap_or_else(|| lambda.powf(w))
+}
+
+/// Of the number and both of its neighbours the one with the fewest digits: 213.3 for 213.29999999999998.
+fn neat(x: f64) -> f64 {
+    let length = |x: &f64| format!("{x:?}").len();
+    let better = [x.next_down(), x.next_up()].into_iter().filter(|y| length(y) < length(&x));
+    better.min_by_key(length).unwrap_or(x)
 }
 
 impl std::fmt::Display for Lawless {

@@ -59,8 +59,13 @@ pub(crate) fn scale(value: &mut Value, by: Scale) -> bool {
 /// Another number in the same place.
 pub(crate) fn put(value: &mut Value, x: f64) {
     let decor = value.decor().clone();
-    *value = Value::from(x);
+    *value = of(x);
     *value.decor_mut() = decor;
+}
+
+/// A number in as few characters as read back as the same bits: `2.916e-10`.
+pub(crate) fn of(x: f64) -> Value {
+    format!("{x:?}").parse().unwrap_or_else(|_| Value::from(x))
 }
 
 /// The value that a table has under this key.

@@ -1,2 +1,7 @@
 //! Integration tests, one module a file.
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod law;
+mod recordings;
+mod systems;
+mod tables;

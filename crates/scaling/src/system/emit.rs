@@ -7,7 +7,7 @@ use toml_edit::{Array, DocumentMut, InlineTable, Item, Table, TableLike, Value};
 use super::Scaled;
 use crate::error::Error;
 use crate::law::Scale;
-use crate::toml::{Parsed, put, scale, value_mut};
+use crate::toml::{Parsed, of, put, scale, value_mut};
 
 /// The text of the system's TOML with the new values in their places, and those that its FMUs have added; of a single FMU
 /// (`text` is then empty) a new system. `to` is the file that it will be; `inputs` the name of the scaled inputs, beside it.
@@ -131,15 +131,15 @@ fn change(table: &mut dyn TableLike, name: &str, by: Scale) -> bool {
 
 fn value(values: &[f64]) -> Value {
     match values {
-        [one] => Value::from(*one),
-        several => Value::Array(several.iter().copied().collect::<Array>()),
+        [one] => of(*one),
+        several => Value::Array(several.iter().map(|x| of(*x)).collect::<Array>()),
     }
 }
 
 fn number(table: &mut dyn TableLike, key: &str, x: f64) {
     match value_mut(table, key) {
         Some(value) => put(value, x),
-        None => drop(table.insert(key, toml_edit::value(x))),
+        None => drop(table.insert(key, Item::Value(of(x)))),
     }
 }
 
@@ -162,8 +162,8 @@ fn connections(document: &mut DocumentMut, scaled: &Scaled, file: &Path) -> Resu
             *value.decor_mut() = decor;
         }
         if let Some(table) = value.as_inline_table_mut() {
-            table.insert("factor", (*factor).into());
-            table.insert("offset", (*offset).into());
+            table.insert("factor", of(*factor));
+            table.insert("offset", of(*offset));
         }
     }
     Ok(())
