@@ -6,4 +6,6 @@ mod faults;
 mod fmu;
 mod isolated;
 mod robot;
+mod scale;
 mod simulate;
+mod sweep;
