@@ -69,7 +69,7 @@ impl Found<'_> {
 
     fn quantity(&mut self, item: &Item, table: &dyn TableLike, path: &[String]) {
         let name = path.join(".");
-        let numbers = table.get("value").and_then(Item::as_value).is_some_and(|v| is_numbers(v));
+        let numbers = table.get("value").and_then(Item::as_value).is_some_and(is_numbers);
         let unit = table.get("unit").and_then(Item::as_str);
         let (true, Some(unit)) = (numbers, unit) else {
             let mend = "write { value = 7900, unit = \"kg\" }";

@@ -47,7 +47,7 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
 /// Scales a number or all numbers of a list; what surrounds them stays. Returns whether all of it was numbers.
 pub(crate) fn scale(value: &mut Value, by: Scale) -> bool {
     if let Some(list) = value.as_array_mut() {
-        return list.iter_mut().fold(true, |all, v| scale(v, by) && all);
+        return list.iter_mut().all(|v| scale(v, by));
     }
     let Some(x) = number(value) else { return false };
     if !by.is_one() {

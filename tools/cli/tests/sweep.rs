@@ -122,6 +122,7 @@ fn the_array_script_runs_every_share() {
 fn one_run_once_more_has_all_outputs_and_touches_no_log() {
     let Some(folder) = desk() else { return };
     let folder = folder.path();
+    std::fs::write(folder.join("s.toml"), SWEEP.replace("[0, 0, 0, 3]", "[0]")).unwrap();
     let said = well(folder, &["sweep", "s.toml", "--run", "1"]);
     assert!(said.contains("x1Start = ") && said.contains("fault = 0") && said.contains("x1 = "), "{said}");
     let results = std::fs::read_to_string(folder.join("s-run-1.csv")).unwrap();

@@ -46,7 +46,11 @@ pub fn toml(
             }
         }
         if !changes.added[at].is_empty() {
-            let start = opened(table, "start");
+            let Some(start) = opened(table, "start") else {
+                let message = format!("`start` of `{key}` is no table; write [components.{key}.start]");
+                let place = component.place.clone();
+                return Err(Error::Mistakes(vec![trueup_cosim::Mistake { place, message }]));
+            };
             for (name, values) in &changes.added[at] {
                 start.insert(name, Item::Value(value(values)));
             }
@@ -99,19 +103,12 @@ fn table_in<'t>(root: &'t mut Table, path: &[&str], file: &Path) -> Result<&'t m
 }
 
 /// A table below this one, as lines of its own.
-fn opened<'t>(table: &'t mut dyn TableLike, key: &str) -> &'t mut dyn TableLike {
+fn opened<'t>(table: &'t mut dyn TableLike, key: &str) -> Option<&'t mut dyn TableLike> {
     let inline = table.get_mut(key).and_then(Item::as_inline_table_mut).map(std::mem::take);
     if let Some(inline) = inline {
         table.insert(key, Item::Table(inline.into_table()));
     }
-    let item = table.entry(key).or_insert_with(|| Item::Table(Table::new()));
-    if !item.is_table_like() {
-        *item = Item::Table(Table::new());
-    }
-    match item.as_table_like_mut() {
-        Some(table) => table,
-        None => unreachable!("it has just been made a table"),
-    }
+    table.entry(key).or_insert_with(|| Item::Table(Table::new())).as_table_like_mut()
 }
 
 /// Scales the value of this name; one without quotes (`spring.stiffness`) is a table in a table.
@@ -162,8 +159,11 @@ fn connections(document: &mut DocumentMut, scaled: &Scaled, file: &Path) -> Resu
             *value.decor_mut() = decor;
         }
         if let Some(table) = value.as_inline_table_mut() {
-            table.insert("factor", of(*factor));
-            table.insert("offset", of(*offset));
+            for (key, x, usual) in [("factor", *factor, 1.0), ("offset", *offset, 0.0)] {
+                if x != usual || table.contains_key(key) {
+                    table.insert(key, of(x));
+                }
+            }
         }
     }
     Ok(())
