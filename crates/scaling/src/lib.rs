@@ -1,9 +1,10 @@
 //! Laws of scaling: what a model at another size says of the real thing.
 //!
 //! A quantity P of the full size is P_s = lambda^w P of the scaled one (paper 002, eq. 19), and its unit alone gives the
-//! exponent: w = 3 kg + m + s ([`Law`], docs/scaling.md). [`tables`](table), [systems](system) and [recordings](recording) are
-//! scaled by it; units are those of the FMUs, or stand beside the numbers.
+//! exponent: w = 3 kg + m + s ([`Law`], docs/scaling.md). [Tables](table), [systems](system), [cases](case) and
+//! [recordings](recording) are scaled by it; units are those of the FMUs, or stand beside the numbers.
 
+pub mod case;
 mod error;
 mod law;
 pub mod recording;

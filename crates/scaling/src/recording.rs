@@ -6,7 +6,7 @@ use std::path::Path;
 use crate::error::Error;
 use crate::law::{Law, Lawless, Scale};
 
-/// Writes the table again, `time` and the columns scaled; cells that are no numbers (empty ones, `nan`, `true`) stay as they are.
+/// Writes the table again, `time` and the columns scaled; empty cells and `nan` stay as they are.
 /// `scale_of` says how a column scales.
 ///
 /// # Errors
@@ -44,10 +44,22 @@ pub fn scale(
     writer.write_record(&names).map_err(fail)?;
     let mut record = csv::StringRecord::new();
     while reader.read_record(&mut record).map_err(fail)? {
-        let cells = record.iter().zip(&scales).map(|(cell, scale)| match cell.parse::<f64>() {
-            Ok(x) if x.is_finite() && !scale.is_one() => format!("{:?}", scale.apply(x)),
-            _ => cell.to_owned(),
-        });
+        let mut cells = Vec::with_capacity(record.len());
+        for ((cell, scale), name) in record.iter().zip(&scales).zip(&names) {
+            cells.push(match cell.parse::<f64>() {
+                _ if cell.is_empty() || scale.is_one() => cell.to_owned(),
+                Ok(x) if x.is_nan() => cell.to_owned(),
+                Ok(x) => format!("{:?}", scale.apply(x)),
+                Err(_) => {
+                    let line = record.position().map_or(0, csv::Position::line);
+                    let mend = "write one number, or nothing";
+                    return Err(Error::at(
+                        file,
+                        format!("line {line}: column `{name}`: {cell:?} is no number; {mend}"),
+                    ));
+                }
+            });
+        }
         writer.write_record(cells).map_err(fail)?;
     }
     writer.flush().map_err(|e| Error::at(file, e))

@@ -7,7 +7,7 @@ use trueup_cosim::Mistake;
 
 use crate::error::Error;
 use crate::law::{Dimension, Law};
-use crate::toml::{Parsed, number, scale, value_mut};
+use crate::toml::{Parsed, is_numbers, number, scale, value_mut};
 
 /// The same text with all quantities scaled.
 ///
@@ -80,14 +80,6 @@ impl Found<'_> {
             Ok(by) => self.paths.push((path.to_vec(), by)),
             Err(why) => self.wrong(item, format!("`{name}` in {unit}: {why}")),
         }
-    }
-}
-
-/// A number, or a list of them.
-fn is_numbers(value: &Value) -> bool {
-    match value.as_array() {
-        Some(list) => list.iter().all(is_numbers),
-        None => number(value).is_some(),
     }
 }
 

@@ -44,6 +44,22 @@ pub(crate) fn number(value: &Value) -> Option<f64> {
     value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
 }
 
+/// A number, or a list of them.
+pub(crate) fn is_numbers(value: &Value) -> bool {
+    match value.as_array() {
+        Some(list) => list.iter().all(is_numbers),
+        None => number(value).is_some(),
+    }
+}
+
+/// 0, or a list of that: the same at any size.
+pub(crate) fn is_zero(value: &Value) -> bool {
+    match value.as_array() {
+        Some(list) => list.iter().all(is_zero),
+        None => number(value) == Some(0.0),
+    }
+}
+
 /// Scales a number or all numbers of a list; what surrounds them stays. Returns whether all of it was numbers.
 pub(crate) fn scale(value: &mut Value, by: Scale) -> bool {
     if let Some(list) = value.as_array_mut() {

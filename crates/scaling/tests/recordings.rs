@@ -31,6 +31,10 @@ fn mistakes_name_line_and_column() {
             "r.csv: line 1: column `torque`: it names no variable\nr.csv: line 1: column `mass`",
         ),
         ("time,force\n0,1\n1\n", "r.csv: line 3: "),
+        (
+            "time,force\n0,1\n1,1.0 2.0\n",
+            "r.csv: line 3: column `force`: \"1.0 2.0\" is no number; write one",
+        ),
     ] {
         let why = scaled(text, false).unwrap_err();
         assert!(why.starts_with(said), "{why}");

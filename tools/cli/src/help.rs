@@ -50,6 +50,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         "scale",
         &[
             "trueup scale examples/arm.toml --lambda 0.3",
+            "trueup scale examples/backlash --lambda 0.3 --exponent A=0 -o bench",
             "trueup scale out/TwoMassJoint.fmi3.fmu --lambda 0.3 --exponent A=0 -o bench.toml",
             "trueup scale bench.csv --lambda 0.3 --back --units examples/arm.toml -o orbit.csv",
         ],

@@ -26,7 +26,6 @@ fn desk() -> tempfile::TempDir {
     file("r.csv", "time,u\n0.0,8.0\n2.0,4.0\n");
     let system = "inputs = \"r.csv\"\n[components.a]\nfmu = \"m\"\n";
     file("s.toml", &system.replace("\"r.csv\"", "{ file = \"r.csv\", columns = { u = \"a.u\" } }"));
-    file("case.toml", "model = \"TwoMassJoint\"\ntrain = [\"r.csv\"]\n");
     folder
 }
 
@@ -74,12 +73,11 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["t.toml"][..], 2, "--lambda"),
         (&["t.toml", "--lambda", "-1"], 2, "write a number above 0, as in 0.3"),
         (&["t.toml", "--lambda", "0.3", "--exponent", "A"], 2, "write NAME=W, as in A=0"),
-        (&["t.toml", "--lambda", "0.3", "-o", "t.toml"], 2, "that is the file itself"),
+        (&["t.toml", "--lambda", "0.3", "-o", "t.toml"], 2, "that is where it comes from"),
         (&["t.toml", "--lambda", "0.3", "-o", "t.csv"], 2, "the result is a .toml"),
         (&["t.toml", "--lambda", "0.3", "--units", "m"], 2, "only a recording"),
         (&["r.csv", "--lambda", "0.3"], 2, "--units FILE"),
         (&["r.csv", "--lambda", "0.3", "--units", "t.toml"], 1, "t.toml"),
-        (&["case.toml", "--lambda", "0.3"], 1, "a case is not scaled as a whole; scale its recordings"),
         (&["absent.toml", "--lambda", "0.3"], 1, "absent.toml: "),
         (&["absent.mat", "--lambda", "0.3"], 1, "there is nothing to scale in it; name a system"),
     ] {
@@ -99,4 +97,40 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     let given = trueup(folder, &["t.toml", "--lambda", "0.5", "--exponent", "A=0"]);
     assert!(given.status.success());
     assert!(std::fs::read_to_string(folder.join("t.scaled.toml")).unwrap().contains("value = 0.25"));
+}
+
+/// The example: its recordings and what its owner believes, to and fro.
+#[test]
+fn a_case_is_scaled_with_its_recordings_and_back() {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/backlash");
+    let folder = tempfile::tempdir().unwrap();
+    let case = folder.path().join("case");
+    std::fs::create_dir(&case).unwrap();
+    for name in ["case.toml", "train-1.csv", "train-2.csv", "train-3.csv", "holdout-1.csv"] {
+        std::fs::copy(source.join(name), case.join(name)).unwrap();
+    }
+    let run = |arguments: &[&str]| {
+        let out = trueup(folder.path(), &[arguments, &["--lambda", "0.3", "--exponent", "A=0"]].concat());
+        assert!(out.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&out.stderr));
+    };
+    run(&["case"]);
+    run(&["case.scaled/case.toml", "--back", "-o", "again"]);
+    let rows = |folder_name: &str, name: &str| {
+        let text = std::fs::read_to_string(folder.path().join(folder_name).join(name)).unwrap();
+        let cells = text.lines().skip(1).flat_map(|line| line.split(','));
+        cells.map(|cell| cell.parse::<f64>().unwrap_or(f64::NAN)).collect::<Vec<f64>>()
+    };
+    let (first, scaled, again) =
+        (rows("case", "train-1.csv"), rows("case.scaled", "train-1.csv"), rows("again", "train-1.csv"));
+    assert!(first.len() > 100 && first.len() == scaled.len() && first.len() == again.len());
+    assert!(first.iter().zip(&scaled).any(|(a, b)| a != b));
+    let near = |a: f64, b: f64| a == b || (a.is_nan() && b.is_nan()) || (a - b).abs() < 1e-15 * a.abs();
+    assert!(first.iter().zip(&again).all(|(a, b)| near(*a, *b)));
+    let out = trueup(folder.path(), &["case", "--lambda", "0.3", "--exponent", "A=0", "-o", "case"]);
+    let error = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(2) && error.contains("that is where it comes from"), "{error}");
+    let out = trueup(folder.path(), &["case", "--lambda", "0.3", "-o", "refused"]);
+    let error = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.code() == Some(1) && error.contains("nothing says how A scales"), "{error}");
+    assert!(!folder.path().join("refused").exists());
 }

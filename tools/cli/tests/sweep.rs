@@ -9,7 +9,7 @@ use trueup_testkit::{Version, compiler, problems};
 
 const SWEEP: &str = r#"system = "left.fmi2.fmu"
 design = "sobol"
-runs = 300
+runs = 3000
 seed = 1
 
 [run]
@@ -69,9 +69,9 @@ fn killed_at_any_time_it_goes_on_without_loss_or_repeat() {
     let Some(folder) = desk() else { return };
     let folder = folder.path();
     let said = well(folder, &["sweep", "s.toml"]);
-    assert!(said.starts_with("s.runs: 300 runs; 75 of them failed"), "{said}");
+    assert!(said.starts_with("s.runs: 3000 runs; 750 of them failed"), "{said}");
     assert!(
-        well(folder, &["sweep", "merge", "s.toml"]).starts_with("s.parquet: 300 runs, 75 of them failed")
+        well(folder, &["sweep", "merge", "s.toml"]).starts_with("s.parquet: 3000 runs, 750 of them failed")
     );
     let whole = std::fs::read(folder.join("s.parquet")).unwrap();
     std::fs::remove_dir_all(folder.join("s.runs")).unwrap();
@@ -89,7 +89,7 @@ fn killed_at_any_time_it_goes_on_without_loss_or_repeat() {
     well(folder, &["sweep", "s.toml"]);
     let mut runs = logged(folder);
     runs.sort_unstable();
-    assert_eq!(runs, (1..=300).collect::<Vec<_>>());
+    assert_eq!(runs, (1..=3000).collect::<Vec<_>>());
     well(folder, &["sweep", "merge", "s.toml", "-o", "again.parquet"]);
     assert!(std::fs::read(folder.join("again.parquet")).unwrap() == whole);
 }
@@ -135,7 +135,7 @@ fn one_run_once_more_has_all_outputs_and_touches_no_log() {
 fn a_crash_is_a_row() {
     let Some(folder) = desk() else { return };
     let folder = folder.path();
-    let text = SWEEP.replace("[0, 0, 0, 3]", "[0, 50]").replace("runs = 300", "runs = 4");
+    let text = SWEEP.replace("[0, 0, 0, 3]", "[0, 50]").replace("runs = 3000", "runs = 4");
     std::fs::write(folder.join("s.toml"), text).unwrap();
     let said = well(folder, &["sweep", "s.toml", "--isolate"]);
     assert!(said.starts_with("s.runs: 4 runs; 2 of them failed"), "{said}");
@@ -148,7 +148,7 @@ fn mistakes_have_their_exit_code() {
     let Some(folder) = desk() else { return };
     let folder = folder.path();
     for (arguments, code, said) in [
-        (&["s.toml", "--run", "301"][..], 2, "there is no run 301: the sweep has runs 1 to 300"),
+        (&["s.toml", "--run", "3001"][..], 2, "there is no run 3001: the sweep has runs 1 to 3000"),
         (&["s.toml", "--shard", "3/2"], 2, "write I/N with 1 <= I <= N"),
         (&["s.toml", "--slurm=0"], 2, "0 is not in"),
         (&["s.toml", "-o", "r.csv"], 2, "--run"),

@@ -6,7 +6,8 @@ use trueup_scaling::Given;
 
 #[derive(Debug, clap::Args)]
 pub(crate) struct Scale {
-    /// A system (.toml, .ssp), an FMU (its own values become a system), a table of quantities (.toml), or a recording (.csv)
+    /// A system (.toml, .ssp), an FMU (its own values become a system), a case with its recordings, a table of quantities (.toml), or a
+    /// recording (.csv)
     pub(crate) file: PathBuf,
     /// Size of the scaled system by that of the full one
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = lambda)]
@@ -21,7 +22,7 @@ pub(crate) struct Scale {
     /// Where the units of a recording's columns are from: the system or the FMU that they are variables of
     #[arg(long, value_name = "FILE")]
     pub(crate) units: Option<PathBuf>,
-    /// The result [default: NAME.scaled, with --back NAME.full, beside FILE; of an FMU a .toml]
+    /// The result [default: NAME.scaled, with --back NAME.full, beside FILE; of an FMU a .toml, of a case a folder]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -1,5 +1,7 @@
 //! `trueup scale`
 
+mod case;
+
 use std::path::{Path, PathBuf};
 
 use trueup_cosim::system::System;
@@ -14,38 +16,47 @@ use crate::voice;
 pub(crate) fn run(args: &Scale) -> Result<(), Error> {
     let law = Law { lambda: args.lambda, back: args.back, given: args.exponent.clone() };
     let kind = Kind::of(&args.file)?;
+    if args.units.is_some() && kind != Kind::Recording {
+        return Err(Error::Usage("--units: only a recording has its units elsewhere; leave it out".into()));
+    }
+    if kind == Kind::Case {
+        return case::run(args, &law);
+    }
     let extension = kind.extension(&args.file);
     let to = args.output.clone().unwrap_or_else(|| {
         let stem = args.file.file_stem().unwrap_or_default().to_string_lossy();
-        let word = if args.back { "full" } else { "scaled" };
-        args.file.with_file_name(format!("{stem}.{word}.{extension}"))
+        args.file.with_file_name(format!("{stem}.{}.{extension}", word(args)))
     });
     if to.extension().is_none_or(|e| e.to_string_lossy().to_lowercase() != extension) {
         let name = to.display();
         return Err(Error::Usage(format!("the result is a .{extension}; let --output {name} end with that")));
     }
-    if args.units.is_some() && kind != Kind::Recording {
-        return Err(Error::Usage("--units: only a recording has its units elsewhere; leave it out".into()));
-    }
-    let same = |a: &Path, b: &Path| a.canonicalize().is_ok_and(|a| b.canonicalize().is_ok_and(|b| a == b));
-    if same(&args.file, &to) {
-        let mend = "a file scaled twice looks like one scaled once; name another one";
-        return Err(Error::Usage(format!("--output {}: that is the file itself; {mend}", to.display())));
-    }
+    another(&args.file, &to)?;
     match kind {
         Kind::Table => {
             let scaled = table::scaled(&text(&args.file)?, &args.file, &law).map_err(failed)?;
             write(&to, scaled.as_bytes())?;
         }
         Kind::Recording => of_recording(args, &law, &to)?,
-        Kind::Case => {
-            let mend = "scale its recordings with --units FMU, and its parameters as a table of quantities";
-            return Err(Error::at(&args.file, format!("a case is not scaled as a whole; {mend}")));
-        }
-        Kind::System | Kind::Package | Kind::Fmu => of_system(kind, args, &law, &to)?,
+        _ => of_system(kind, args, &law, &to)?,
     }
     eprintln!("{}", to.display());
     Ok(())
+}
+
+/// Of a name of a result.
+fn word(args: &Scale) -> &'static str {
+    if args.back { "full" } else { "scaled" }
+}
+
+/// A result never replaces what it came from.
+fn another(from: &Path, to: &Path) -> Result<(), Error> {
+    let same = from.canonicalize().is_ok_and(|a| to.canonicalize().is_ok_and(|b| a == b));
+    if !same {
+        return Ok(());
+    }
+    let mend = "what was scaled twice looks like what was scaled once; name another one";
+    Err(Error::Usage(format!("--output {}: that is where it comes from; {mend}", to.display())))
 }
 
 /// What a file is.
@@ -79,8 +90,9 @@ impl Kind {
             }
             "fmu" => Self::Fmu,
             _ if file.join("modelDescription.xml").is_file() => Self::Fmu,
+            _ if file.join("case.toml").is_file() => Self::Case,
             _ => {
-                let mend = "name a system (.toml, .ssp), an FMU, a table of quantities (.toml) or a recording (.csv)";
+                let mend = "name a system (.toml, .ssp), an FMU, a case, a table of quantities (.toml) or a recording (.csv)";
                 return Err(Error::at(file, format!("there is nothing to scale in it; {mend}")));
             }
         })

@@ -1,0 +1,134 @@
+//! Cases: what an owner believes of a model, what is known of sensors. Recordings are scaled beside it ([`crate::recording`]).
+
+use std::path::Path;
+
+use toml_edit::{Item, Table, TableLike};
+use trueup_cosim::Mistake;
+use trueup_signals::{Variable, base_name};
+
+use crate::error::Error;
+use crate::law::{Dimension, Law, Scale};
+use crate::toml::{Parsed, of, scale};
+
+/// Keys of a case that hold no quantity.
+const PLAIN: [&str; 7] = ["model", "train", "holdout", "repeats", "rest", "uncertain", "fit"];
+
+/// The text of a `case.toml` with parameters and sensors scaled. `variables` are the model's; `left_out` are the values of parameters
+/// that the case leaves to the model, by element, which are written out.
+///
+/// # Errors
+/// [`Error::Mistakes`]: what has no law, with line, variable and mend.
+pub fn scaled(
+    text: &str,
+    file: &Path,
+    law: &Law,
+    variables: &[Variable],
+    left_out: &[(String, f64)],
+) -> Result<String, Error> {
+    let parsed = Parsed::of(text, file)?;
+    let mut work = Work { parsed: &parsed, law, variables, mistakes: Vec::new(), found: Vec::new() };
+    for (key, item) in parsed.document.as_table().iter() {
+        match (key, item.as_table_like()) {
+            ("parameters", Some(table)) => work.parameters(table),
+            ("channels", Some(table)) => work.channels(table),
+            _ if PLAIN.contains(&key) => {}
+            _ => work.wrong(
+                item,
+                format!("`{key}` cannot be scaled; take it out, and put its scaled values back"),
+            ),
+        }
+    }
+    let mut added = Vec::new();
+    for (name, value) in left_out.iter().filter(|(_, value)| *value != 0.0) {
+        match column(law, variables, name) {
+            Ok(by) if by.is_one() => {}
+            Ok(by) => added.push((name, by.apply(*value))),
+            Err(why) => {
+                let place = parsed.place(None);
+                let message = format!("`{name}`: {why}; the value is the model's own");
+                work.mistakes.push(Mistake { place, message });
+            }
+        }
+    }
+    let Work { mistakes, found, .. } = work;
+    if !mistakes.is_empty() {
+        return Err(Error::Mistakes(mistakes));
+    }
+    let mut document = parsed.document.clone().into_mut();
+    for (path, by) in found {
+        let mut item = Some(document.as_item_mut());
+        for key in &path {
+            item = item.and_then(Item::as_table_like_mut).and_then(|t| t.get_mut(key));
+        }
+        if let Some(value) = item.and_then(Item::as_value_mut) {
+            scale(value, by);
+        }
+    }
+    if !added.is_empty() {
+        let parameters = document.entry("parameters").or_insert_with(|| Item::Table(Table::new()));
+        if let Some(table) = parameters.as_table_like_mut() {
+            added.iter().for_each(|(name, x)| drop(table.insert(name, Item::Value(of(*x)))));
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// How a variable of the model (an array, an element) scales.
+///
+/// # Errors
+/// There is none, or it has no law; in words.
+pub fn column(law: &Law, variables: &[Variable], name: &str) -> Result<Scale, String> {
+    let known = variables.iter().find(|v| v.name == name);
+    let known = known.or_else(|| variables.iter().find(|v| base_name(&v.name) == name));
+    let known = known.ok_or_else(|| "the model has no such variable; take it out".to_owned())?;
+    let refused = |why| crate::recording::refused(&known.unit, &why).replace("NAME", name);
+    law.of(name, Dimension::named(&known.unit)).map_err(refused)
+}
+
+struct Work<'a> {
+    parsed: &'a Parsed<'a>,
+    law: &'a Law,
+    variables: &'a [Variable],
+    mistakes: Vec<Mistake>,
+    /// Where quantities stand.
+    found: Vec<(Vec<String>, Scale)>,
+}
+
+impl Work<'_> {
+    fn wrong(&mut self, item: &Item, message: String) {
+        let place = self.parsed.place(item.span());
+        self.mistakes.push(Mistake { place, message });
+    }
+
+    fn parameters(&mut self, table: &dyn TableLike) {
+        for (name, item) in table.iter() {
+            let Some(value) = item.as_value().filter(|v| crate::toml::is_numbers(v)) else {
+                continue; // a choice
+            };
+            match column(self.law, self.variables, name) {
+                Ok(by) => self.found.push((vec!["parameters".into(), name.into()], by)),
+                Err(_) if crate::toml::is_zero(value) => {}
+                Err(why) => self.wrong(item, format!("`{name}`: {why}")),
+            }
+        }
+    }
+
+    fn channels(&mut self, table: &dyn TableLike) {
+        for (channel, item) in table.iter() {
+            for (key, item) in item.as_table_like().into_iter().flat_map(|t| t.iter()) {
+                if !item.as_value().is_some_and(crate::toml::is_numbers) {
+                    continue;
+                }
+                let by = match key {
+                    "delay" => Ok(self.law.time()),
+                    "resolution" | "noise" => column(self.law, self.variables, channel),
+                    _ => Err("it cannot be scaled; take it out, and put its scaled value back".into()),
+                };
+                match by {
+                    Ok(by) => self.found.push((vec!["channels".into(), channel.into(), key.into()], by)),
+                    Err(why) => self.wrong(item, format!("`{key}` of `{channel}`: {why}")),
+                }
+            }
+        }
+    }
+}
