@@ -19,6 +19,8 @@ pub struct Importer<'a> {
     moved: Vec<f64>,
     dx: Vec<f64>,
     inputs: (Vec<u32>, Vec<f64>),
+    /// Values of the inputs at the start: bodies that are led stand apart.
+    start: Vec<f64>,
     outputs: (Vec<u32>, Vec<f64>),
     _callbacks: Box<fmi2CallbackFunctions>,
 }
@@ -89,6 +91,12 @@ impl<'a> Importer<'a> {
             (variables.iter().map(|v| v.reference).collect(), vec![0.0; len])
         };
         let n = fmu.states;
+        let mut inputs: (Vec<u32>, Vec<f64>) = all(Causality::Input);
+        let (ur, un, u, ul) = parts(&mut inputs);
+        match &fmu.library {
+            Library::Two(f) => ok!((f.fmi2GetReal)(c, ur, un, u)),
+            Library::Three(f) => ok!((f.fmi3GetFloat64)(c, ur, un, u, ul)),
+        }
         Self {
             fmu,
             c,
@@ -96,7 +104,8 @@ impl<'a> Importer<'a> {
             x: vec![0.0; n],
             moved: vec![0.0; n],
             dx: vec![0.0; n],
-            inputs: all(Causality::Input),
+            start: inputs.1.clone(),
+            inputs,
             outputs: all(Causality::Output),
             _callbacks: callbacks,
         }
@@ -149,9 +158,9 @@ impl<'a> Importer<'a> {
         }
         &self.dx
     }
-    /// All inputs set, one step, all outputs read.
+    /// All inputs set, to their start values and `input` more, one step, all outputs read.
     pub fn step(&mut self, h: f64, input: f64) -> &[f64] {
-        self.inputs.1.fill(input);
+        self.inputs.1.iter_mut().zip(&self.start).for_each(|(u, start)| *u = start + input);
         let (c, t) = (self.c, self.t);
         let (ur, un, u, ul) = parts(&mut self.inputs);
         let (yr, yn, y, yl) = parts(&mut self.outputs);

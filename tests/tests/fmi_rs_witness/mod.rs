@@ -89,11 +89,14 @@ fn run_fmi2(fmu: &Path, model_exchange: bool) -> Run {
     let description = Arc::new(description);
     let mut start_values = Vec::new();
     for (name, values) in experiment(&description.modelName) {
-        let scalar = description.modelVariables.iter().any(|v| v.name == *name);
-        for (i, value) in values.iter().enumerate() {
-            let name = if scalar { (*name).to_owned() } else { format!("{name}[{}]", i + 1) };
-            start_values.push((name, value.to_string()));
-        }
+        // Elements have a name each, in the order of the array: x[1] of a vector, x[1,1] of a table.
+        let element = |v: &&str| *v == *name || v.strip_prefix(name).is_some_and(|v| v.starts_with('['));
+        let elements: Vec<_> =
+            description.modelVariables.iter().map(|v| v.name.as_str()).filter(element).collect();
+        assert_eq!(elements.len(), values.len(), "{}: {name}", fmu.display());
+        start_values.extend(
+            elements.iter().zip(*values).map(|(name, value)| ((*name).to_owned(), value.to_string())),
+        );
     }
     let settings = fmi2::SimulationSettings {
         unzipdir: folder.path().to_owned(),

@@ -129,7 +129,7 @@ fn packed() -> Option<(tempfile::TempDir, Vec<PathBuf>)> {
 #[test]
 fn our_fmus_give_the_same_bits() {
     let Some((folder, files)) = packed() else { return };
-    assert_eq!(files.len(), 10);
+    assert_eq!(files.len(), 16);
     for file in &files {
         for interface in ["cs", "me"] {
             let file = file.to_str().unwrap();
