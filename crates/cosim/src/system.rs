@@ -49,6 +49,14 @@ pub struct Place {
     pub line: u32,
 }
 
+impl Place {
+    /// The line of the byte `at` of a file's `text`; of its last line where that is beyond it.
+    pub fn of(file: &Path, text: &str, at: usize) -> Self {
+        let before = &text.as_bytes()[..at.min(text.len())];
+        Self { file: file.into(), line: 1 + before.iter().filter(|b| **b == b'\n').count() as u32 }
+    }
+}
+
 /// One FMU with its name in the system.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Component {

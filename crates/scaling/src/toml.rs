@@ -34,9 +34,7 @@ impl<'a> Parsed<'a> {
 }
 
 fn place(file: &Path, text: &str, span: Option<Range<usize>>) -> Place {
-    let at = span.map_or(0, |s| s.start).min(text.len());
-    let line = 1 + text.as_bytes()[..at].iter().filter(|b| **b == b'\n').count() as u32;
-    Place { file: file.into(), line }
+    Place::of(file, text, span.map_or(0, |s| s.start))
 }
 
 /// A number, whole or not.

@@ -18,9 +18,7 @@ impl<'a> Mistakes<'a> {
     }
 
     pub(crate) fn place(&self, span: Range<usize>) -> Place {
-        let before = &self.text.as_bytes()[..span.start.min(self.text.len())];
-        let line = 1 + before.iter().filter(|b| **b == b'\n').count() as u32;
-        Place { file: self.file.into(), line }
+        Place::of(self.file, self.text, span.start)
     }
 
     pub(crate) fn wrong(&mut self, span: Range<usize>, message: impl Into<String>) {

@@ -80,6 +80,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["r.csv", "--lambda", "0.3", "--units", "t.toml"], 1, "t.toml"),
         (&["absent.toml", "--lambda", "0.3"], 1, "absent.toml: "),
         (&["absent.mat", "--lambda", "0.3"], 1, "there is nothing to scale in it; name a system"),
+        (&["absent.toml", "--lambda", "0.3"], 1, "; name a system (.toml, .ssp), an FMU, a case"),
     ] {
         let out = trueup(folder, arguments);
         let error = String::from_utf8_lossy(&out.stderr);

@@ -89,8 +89,9 @@ fn too_many_elements_are_refused_before_they_are_built() {
     let text = std::fs::read(desk.path().join("l12.ssd")).unwrap();
     let mistakes = says(&desk, "l12.ssd", &text);
     assert!(mistakes.iter().any(|m| m.contains("use fewer references")), "{mistakes:#?}");
-    // Built, 200000 elements take 700 MB.
-    assert!(peak() - before < 300 << 20, "{} MiB more", (peak() - before) >> 20);
+    // Built, 200000 elements take 700 MB. The kernel's count lags by a few pages, so it can also fall.
+    let more = peak().saturating_sub(before) >> 20;
+    assert!(more < 300, "{more} MiB more");
 }
 
 #[test]

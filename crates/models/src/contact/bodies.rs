@@ -7,7 +7,7 @@ use super::MAX_PORTS;
 use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub};
 use super::layout::{BodyInputs, BodyOutputs, BodyParameters, BodyStates};
 use super::presets::SIM2;
-use super::touch::two;
+use super::touch::{frame, two};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
@@ -83,7 +83,7 @@ impl FreeBody {
     }
     fn frame<T: Scalar>(&self, x: &[T]) -> Frame<T> {
         let at = &self.states;
-        Frame::new(two(x, at.position), x[at.attitude], two(x, at.velocity), x[at.rate])
+        frame(x, [at.position, at.attitude, at.velocity, at.rate])
     }
     fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
         Inertia { mass: p[self.parameters.mass], inertia: p[self.parameters.inertia] }

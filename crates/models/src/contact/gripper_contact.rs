@@ -5,10 +5,9 @@
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
 //! command moves however large the force, but for `holdForceLimit`.
 
-use super::frame::Frame;
 use super::gripper::{Gripper, View};
 use super::layout::{Against, Closing, Mount, Poses, Structure};
-use super::touch::{touch, two};
+use super::touch::{frame, touch};
 use super::{MAX_BALLS, parameters};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 use trueup_numerics::{Figure, Scalar};
@@ -44,33 +43,23 @@ impl GripperContact {
     pub fn defaults(&self) -> Vec<f64> {
         parameters::defaults(&self.gripper.structure)
     }
-    /// Parameters that contradict each other: the index of one, and the mend.
+    /// Whether the parameters fit each other.
     ///
     /// # Errors
-    /// That.
+    /// Where they contradict each other: the index of one of them, and the mend.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)
     }
     fn view<'a, T: Scalar>(&self, at: &At<'a, T>) -> View<'a, T> {
-        let (u, at_) = (&at.u[self.gripper.command.count..], &self.poses);
+        let (u, led) = (&at.u[self.gripper.command.count..], &self.poses);
         View {
             t: at.t,
             p: at.p,
             x: at.x,
             u: at.u,
             modes: at.modes,
-            host: Frame::new(
-                two(u, at_.host_position),
-                u[at_.host_attitude],
-                two(u, at_.host_velocity),
-                u[at_.host_rate],
-            ),
-            port: Frame::new(
-                two(u, at_.port_position),
-                u[at_.port_attitude],
-                two(u, at_.port_velocity),
-                u[at_.port_rate],
-            ),
+            host: frame(u, [led.host_position, led.host_attitude, led.host_velocity, led.host_rate]),
+            port: frame(u, [led.port_position, led.port_attitude, led.port_velocity, led.port_rate]),
         }
     }
     /// A command beyond its ends, and how it is taken.

@@ -11,7 +11,7 @@ use super::gripper_contact::{MOST_MODES, copies};
 use super::layout::{Against, Mount, SceneInputs, SceneOutputs, SceneParameters, SceneStates, Structure};
 use super::parameters;
 use super::presets::SIM2;
-use super::touch::{Touch, touch, two};
+use super::touch::{Touch, frame, touch, two};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
@@ -68,10 +68,10 @@ impl CaptureScene {
         }
         p
     }
-    /// Parameters that contradict each other: the index of one, and the mend.
+    /// Whether the parameters fit each other.
     ///
     /// # Errors
-    /// That.
+    /// Where they contradict each other: the index of one of them, and the mend.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)?;
         let mut refused = Ok(());
@@ -113,18 +113,8 @@ impl CaptureScene {
     fn bodies<T: Scalar>(&self, x: &[T]) -> Bodies<T> {
         let at = &self.states;
         Bodies {
-            chaser: Frame::new(
-                two(x, at.chaser_position),
-                x[at.chaser_attitude],
-                two(x, at.chaser_velocity),
-                x[at.chaser_rate],
-            ),
-            target: Frame::new(
-                two(x, at.target_position),
-                x[at.target_attitude],
-                two(x, at.target_velocity),
-                x[at.target_rate],
-            ),
+            chaser: frame(x, [at.chaser_position, at.chaser_attitude, at.chaser_velocity, at.chaser_rate]),
+            target: frame(x, [at.target_position, at.target_attitude, at.target_velocity, at.target_rate]),
         }
     }
     fn view<'a, T: Scalar>(&self, at: &At<'a, T>, bodies: &Bodies<T>) -> View<'a, T> {
@@ -179,12 +169,8 @@ impl Hybrid for CaptureScene {
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         x.fill(T::zero());
         let (from, to) = (&self.parameters, &self.states);
-        let chaser = Frame::new(
-            two(p, from.chaser_position),
-            p[from.chaser_attitude],
-            two(p, from.chaser_velocity),
-            p[from.chaser_rate],
-        );
+        let chaser =
+            frame(p, [from.chaser_position, from.chaser_attitude, from.chaser_velocity, from.chaser_rate]);
         let port = chaser.at(add(two(p, from.end_effector), two(p, from.port_offset)));
         let attitude = chaser.attitude + p[from.port_angle];
         let target = Frame::new(port.position, attitude, two(p, from.target_velocity), p[from.target_rate]);

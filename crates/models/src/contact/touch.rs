@@ -95,6 +95,11 @@ pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> Vector<T> {
     [values[at], values[at + 1]]
 }
 
+/// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which stand from these indices on.
+pub(super) fn frame<T: Scalar>(values: &[T], [position, attitude, velocity, rate]: [usize; 4]) -> Frame<T> {
+    Frame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
+}
+
 /// Everything at that instant.
 pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
     let (at, law) = (&g.parameters, law(v.p, &g.parameters));

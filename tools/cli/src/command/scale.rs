@@ -92,8 +92,7 @@ impl Kind {
             _ if file.join("modelDescription.xml").is_file() => Self::Fmu,
             _ if file.join("case.toml").is_file() => Self::Case,
             _ => {
-                let mend = "name a system (.toml, .ssp), an FMU, a case, a table of quantities (.toml) or a recording (.csv)";
-                return Err(Error::at(file, format!("there is nothing to scale in it; {mend}")));
+                return Err(Error::at(file, format!("there is nothing to scale in it; {MEND}")));
             }
         })
     }
@@ -107,8 +106,12 @@ impl Kind {
     }
 }
 
+/// What may be named.
+const MEND: &str =
+    "name a system (.toml, .ssp), an FMU, a case, a table of quantities (.toml) or a recording (.csv)";
+
 fn text(file: &Path) -> Result<String, Error> {
-    std::fs::read_to_string(file).map_err(|e| Error::at(file, e))
+    std::fs::read_to_string(file).map_err(|e| Error::at(file, format!("{e}; {MEND}")))
 }
 
 fn failed(e: ScalingError) -> Error {
