@@ -224,7 +224,7 @@ def exact_run():
     return schedule, joint, stop
 
 
-@pytest.mark.parametrize("version", [2, 3])
+@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.full), 3])
 def test_event_times_of_a_stick_slip_run(version):
     schedule, joint, stop = exact_run()
     times = np.repeat([t for t, _, _ in schedule] + [stop], 2)[1:-1]

@@ -124,7 +124,7 @@ def test_facts_of_the_paper():
     assert np.allclose(accuracy, (0.96709, 0.20879, 0.50125), atol=1e-4)
 
 
-@pytest.mark.parametrize("version", (2, 3))
+@pytest.mark.parametrize("version", (pytest.param(2, marks=pytest.mark.full), 3))
 def test_the_fmu_with_what_was_identified_reproduces_the_recordings(fmu, trueup, tmp_path, version):
     """Recordings by the exact solution, identified by the program; FMPy then drives the FMU with the recorded currents."""
     from exact_joint import ExactJoint

@@ -49,6 +49,7 @@ def test_smooth(ours):
         assert errors(table[:, 1:], reference, 1.0).max() < 10 * tolerance
 
 
+@pytest.mark.full
 def test_van_der_pol(ours):
     def rates(t, x):
         return [x[1], 1e6 * ((1 - x[0] ** 2) * x[1] - x[0])]

@@ -279,6 +279,7 @@ fn friction_of_a_rigid_joint_has_no_side() {
 
 /// As other simulators have it a motor creeps where ours would stick: it has bristles along, in full.
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn motor_friction_of_an_arm_has_bristles_along() {
     use trueup_diagnosis::engine::recordings::Prepared;
     use trueup_diagnosis::engine::search::Search;

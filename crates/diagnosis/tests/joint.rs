@@ -234,6 +234,7 @@ fn case(missing: Missing, seeds: &[u64]) -> (tempfile::TempDir, trueup_signals::
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn the_picture_of_a_case_shows_what_is_missing_and_where() {
     let subject = Subject { plant: Plant::Joint, flexible: vec![true] };
     for (k, (place, components, missing)) in [

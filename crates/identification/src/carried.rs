@@ -14,9 +14,10 @@
 use nalgebra::{DMatrix, DVector};
 use trueup_numerics::{Dual, Scalar};
 
+use crate::lanes::{LANES, Lanes};
 use crate::plant::Plant;
 use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
-use crate::run::Run;
+use crate::run::{Drive, Run};
 
 /// How a reading enters the filter: residuals are in the readings' deviations.
 #[derive(Clone, Debug)]
@@ -70,6 +71,16 @@ impl Carried {
     }
 }
 
+/// One instant of the linearised simulation.
+struct Instant {
+    /// The error from the last instant to this one.
+    transition: DMatrix<f64>,
+    /// Whether each noisy input has a new sample.
+    fresh: Vec<bool>,
+    /// The rows of its readings among the residuals, and what each shows of the error, in its own deviation.
+    readings: Vec<(usize, DVector<f64>)>,
+}
+
 /// The carried noise of a recording at `theta`; `None` where no input is declared to be noisy.
 ///
 /// # Errors
@@ -81,93 +92,112 @@ pub fn carried<M: Plant>(
     p: &[f64],
     map: &InputMap<f64>,
 ) -> Result<Option<Carried>, PredictError> {
-    let noisy = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).count();
-    if noisy == 0 {
+    let drives: Vec<_> = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).collect();
+    if drives.is_empty() {
         return Ok(None);
     }
-    match model.sizes().states + noisy {
-        0..=4 => linearised::<M, 4>(model, recording, plan, p, map),
-        5..=6 => linearised::<M, 6>(model, recording, plan, p, map),
-        7..=10 => linearised::<M, 10>(model, recording, plan, p, map),
-        11..=20 => linearised::<M, 20>(model, recording, plan, p, map),
-        21..=40 => linearised::<M, 40>(model, recording, plan, p, map),
-        _ => Ok(None),
+    let size = model.sizes().states + drives.len();
+    let mut instants = Vec::with_capacity(plan.nodes());
+    for begin in (0..size).step_by(LANES) {
+        linearise(model, (recording, &drives), plan, (p, map), begin, &mut instants)?;
     }
+    let sigma: Vec<f64> = drives.iter().map(|d| d.sigma).collect();
+    Ok(filter(instants, &sigma, size, plan.len()))
 }
 
-fn linearised<M: Plant, const N: usize>(
+/// The columns from `begin` on, as many as a dual has derivatives, of all transitions and of what all readings show.
+fn linearise<M: Plant>(
     model: &M,
-    recording: &Run,
+    (recording, drives): (&Run, &[&Drive]),
     plan: &Plan,
-    p: &[f64],
-    map: &InputMap<f64>,
-) -> Result<Option<Carried>, PredictError> {
+    (p, map): (&[f64], &InputMap<f64>),
+    begin: usize,
+    instants: &mut Vec<Instant>,
+) -> Result<(), PredictError> {
     let states = model.sizes().states;
-    let drives: Vec<_> = recording.drives.iter().filter(|d| d.sigma > 0.0 && d.t.len() > 1).collect();
     let size = states + drives.len();
-    let constant = |v: &[f64]| -> Vec<Dual<N>> { v.iter().map(|v| Dual::constant(*v)).collect() };
+    let lanes = begin..size.min(begin + LANES);
+    let constant = |v: &[f64]| -> Vec<Lanes> { v.iter().map(|v| Dual::constant(*v)).collect() };
+    let along = |i: usize| core::array::from_fn(|k| f64::from(begin + k == i));
     let map = InputMap { gain: constant(&map.gain), bias: constant(&map.bias) };
     // The next sample of each noisy drive.
     let mut next = vec![0; drives.len()];
-    let mut covariance = DMatrix::<f64>::zeros(size, size);
-    let mut free = covariance.clone();
-    let mut carried =
-        Carried { steps: Vec::with_capacity(plan.nodes()), size, deviation: vec![0.0; plan.len()] };
-    let mut finite = true;
-    follow(model, plan, &constant(p), &map, recording.at_rest, &mut |m: Moment<Dual<N>>| match m {
+    let mut at = 0;
+    follow(model, plan, &constant(p), &map, recording.at_rest, &mut |m: Moment<Lanes>| match m {
         Moment::Begin { t, x, u } => {
-            // Noise that holds since the last sample stays, new samples bring their own.
-            let mut transition = DMatrix::zeros(size, size);
-            let fresh: Vec<bool> = (drives.iter().zip(&mut next))
-                .map(|(d, next)| {
+            at += 1;
+            if instants.len() < at {
+                let fresh = drives.iter().zip(&mut next).map(|(d, next)| {
                     let before = *next;
                     while *next < d.t.len() && d.t[*next] <= t + 1e-9 {
                         *next += 1;
                     }
                     *next > before
-                })
-                .collect();
-            if !carried.steps.is_empty() {
-                for i in 0..states {
-                    (0..size).for_each(|j| transition[(i, j)] = x[i].eps[j]);
+                });
+                let fresh: Vec<bool> = fresh.collect();
+                let mut transition = DMatrix::zeros(size, size);
+                // Noise that holds since the last sample stays, new samples bring their own.
+                for j in (0..drives.len()).filter(|&j| !fresh[j]) {
+                    transition[(states + j, states + j)] = 1.0;
                 }
+                instants.push(Instant { transition, fresh, readings: Vec::new() });
             }
-            for j in (0..drives.len()).filter(|&j| !fresh[j]) {
-                transition[(states + j, states + j)] = 1.0;
-            }
-            for p in [&mut covariance, &mut free] {
-                *p = &transition * &*p * transition.transpose();
-                for j in (0..drives.len()).filter(|&j| fresh[j]) {
-                    p[(states + j, states + j)] = drives[j].sigma.powi(2);
-                }
-            }
-            finite &= transition.iter().all(|v| v.is_finite());
-            carried.steps.push(Step { transition, readings: Vec::new() });
             for i in 0..states {
-                x[i].eps = [0.0; N];
-                x[i].eps[i] = 1.0;
+                if at > 1 {
+                    lanes.clone().for_each(|j| instants[at - 1].transition[(i, j)] = x[i].eps[j - begin]);
+                }
+                x[i].eps = along(i);
             }
             for (j, d) in drives.iter().enumerate() {
-                u[d.input].eps = [0.0; N];
-                u[d.input].eps[states + j] = 1.0;
+                u[d.input].eps = along(states + j);
             }
         }
         Moment::Reading { channel, sample, y } => {
-            let sigma = recording.channels[channel].deviation(sample);
-            let shows = DVector::from_fn(size, |i, _| y.eps[i] / sigma);
+            let Some(instant) = instants.get_mut(at.wrapping_sub(1)) else { return };
             let row = plan.channels()[channel] + sample;
-            carried.deviation[row] = (shows.dot(&(&free * &shows))).max(0.0).sqrt();
+            let known = instant.readings.iter().position(|(r, _)| *r == row);
+            let place = known.unwrap_or_else(|| {
+                instant.readings.push((row, DVector::zeros(size)));
+                instant.readings.len() - 1
+            });
+            let sigma = recording.channels[channel].deviation(sample);
+            lanes.clone().for_each(|j| instant.readings[place].1[j] = y.eps[j - begin] / sigma);
+        }
+    })?;
+    Ok(())
+}
+
+/// The filter's gains along the instants; `None` where a figure is not finite.
+fn filter(instants: Vec<Instant>, sigma: &[f64], size: usize, readings: usize) -> Option<Carried> {
+    let states = size - sigma.len();
+    let mut covariance = DMatrix::<f64>::zeros(size, size);
+    let mut free = covariance.clone();
+    let mut deviation = vec![0.0; readings];
+    let mut steps = Vec::with_capacity(instants.len());
+    for Instant { transition, fresh, readings } in instants {
+        for p in [&mut covariance, &mut free] {
+            *p = &transition * &*p * transition.transpose();
+            for j in (0..sigma.len()).filter(|&j| fresh[j]) {
+                p[(states + j, states + j)] = sigma[j].powi(2);
+            }
+        }
+        if !transition.iter().all(|v| v.is_finite()) {
+            return None;
+        }
+        let mut read = Vec::with_capacity(readings.len());
+        for (row, shows) in readings {
+            deviation[row] = (shows.dot(&(&free * &shows))).max(0.0).sqrt();
             let along = &covariance * &shows;
             let variance = 1.0 + shows.dot(&along).max(0.0);
             let gain = &along / variance;
             covariance -= &gain * along.transpose();
             covariance.fill_lower_triangle_with_upper_triangle();
-            finite &= variance.is_finite();
-            let reading = Reading { row, shows, gain, scale: 1.0 / variance.sqrt() };
-            if let Some(step) = carried.steps.last_mut() {
-                step.readings.push(reading);
+            if !variance.is_finite() {
+                return None;
             }
+            read.push(Reading { row, shows, gain, scale: 1.0 / variance.sqrt() });
         }
-    })?;
-    Ok(finite.then_some(carried))
+        steps.push(Step { transition, readings: read });
+    }
+    Some(Carried { steps, size, deviation })
 }

@@ -28,9 +28,10 @@ use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::{Role, Value, element_name};
 
+use crate::lanes::{LANES, Lanes};
 use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
-use crate::predictor::{Predictor, ReadingsAlong};
+use crate::predictor::Predictor;
 use crate::subject::Subject;
 use instance::Slave;
 
@@ -454,19 +455,17 @@ impl Predictor for FmuModel {
     ) -> Result<Vec<f64>, PredictError> {
         self.simulate(plan, p, map)
     }
-}
 
-impl<const N: usize> ReadingsAlong<N> for FmuModel {
     /// Along the way where the FMU gives directional derivatives by these parameters; else by differences.
     fn readings_along(
         &self,
         plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
         at_rest: bool,
-    ) -> Result<Vec<Dual<N>>, PredictError> {
+    ) -> Result<Vec<Lanes>, PredictError> {
         let moves = |k: usize| p.iter().chain(&map.gain).chain(&map.bias).any(|v| v.eps[k] != 0.0);
-        let acting: Vec<usize> = (0..N).filter(|&k| moves(k)).collect();
+        let acting: Vec<usize> = (0..LANES).filter(|&k| moves(k)).collect();
         let known = self.along.load(Ordering::Relaxed);
         let along = (known != REFUSED).then(|| self.sensitivities(plan, p, map, &acting)).flatten();
         if let (Some(y), TRUSTED) = (&along, known) {
@@ -482,7 +481,7 @@ impl<const N: usize> ReadingsAlong<N> for FmuModel {
 }
 
 /// Derivatives along the way and differences, of which a few may have met another event.
-fn agree<const N: usize>(along: &[Dual<N>], differences: &[Dual<N>], acting: &[usize]) -> bool {
+fn agree(along: &[Lanes], differences: &[Lanes], acting: &[usize]) -> bool {
     acting.iter().all(|&k| {
         let size =
             (differences.iter().map(|y| y.eps[k].powi(2)).sum::<f64>() / differences.len() as f64).sqrt();
@@ -493,20 +492,20 @@ fn agree<const N: usize>(along: &[Dual<N>], differences: &[Dual<N>], acting: &[u
 
 impl FmuModel {
     /// By central differences, lane by lane.
-    fn differences<const N: usize>(
+    fn differences(
         &self,
         plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
         at_rest: bool,
         acting: &[usize],
-    ) -> Result<Vec<Dual<N>>, PredictError> {
-        let lane = |v: &[Dual<N>], k: usize| -> Vec<Dual<1>> {
+    ) -> Result<Vec<Lanes>, PredictError> {
+        let lane = |v: &[Lanes], k: usize| -> Vec<Dual<1>> {
             v.iter().map(|v| Dual::new(v.re, [v.eps[k]])).collect()
         };
         let moved = |v: &[Dual<1>], by: f64| -> Vec<f64> { v.iter().map(|v| v.re + by * v.eps[0]).collect() };
         let all: Vec<Vec<Dual<1>>> =
-            (0..N).map(|k| [lane(p, k), lane(&map.gain, k), lane(&map.bias, k)].concat()).collect();
+            (0..LANES).map(|k| [lane(p, k), lane(&map.gain, k), lane(&map.bias, k)].concat()).collect();
         let run = |k: usize, by: f64| {
             let v = moved(&all[k], by);
             let (p, inputs) = v.split_at(p.len());
@@ -521,7 +520,7 @@ impl FmuModel {
         let found: Result<Vec<Vec<f64>>, PredictError> =
             jobs.par_iter().map(|(k, by)| run(*k, *by)).collect();
         let found = found?;
-        let mut y: Vec<Dual<N>> = found[0].iter().map(|v| Dual::constant(*v)).collect();
+        let mut y: Vec<Lanes> = found[0].iter().map(|v| Dual::constant(*v)).collect();
         for (job, &k) in acting.iter().enumerate() {
             let (low, high, width) = (&found[2 * job + 1], &found[2 * job + 2], jobs[2 * job + 2].1);
             for (i, y) in y.iter_mut().enumerate() {

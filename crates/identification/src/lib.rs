@@ -8,6 +8,7 @@ pub mod flexible_joint;
 pub mod fmu;
 pub mod identify;
 mod interval;
+pub mod lanes;
 mod law;
 pub mod lsq;
 pub mod model;

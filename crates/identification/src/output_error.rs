@@ -7,13 +7,14 @@
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use trueup_numerics::{Dual, Scalar};
+use trueup_numerics::Scalar;
 
 use crate::carried::Carried;
 use crate::interval;
+use crate::lanes::{LANES, Lanes};
 use crate::lsq::{Evaluation, Problem};
 use crate::predict::{InputMap, Plan, PredictError};
-use crate::predictor::{Predictor, ReadingsAlong};
+use crate::predictor::Predictor;
 use crate::run::{Channel, Run};
 use crate::unknown::{Target, Unknown};
 
@@ -201,17 +202,14 @@ impl<'a> OutputError<'a> {
     }
 
     /// Residuals of a run and, column by column, their derivatives by the unknowns that act in it.
-    fn derivatives<const N: usize>(
+    fn derivatives(
         &self,
         run: usize,
         theta: &[f64],
         acting: &[usize],
-    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError>
-    where
-        dyn Predictor + 'a: ReadingsAlong<N>,
-    {
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
         let (p, map, offsets) = self.arguments(run, theta, |k, value, slope| {
-            let mut v = Dual::<N>::constant(value);
+            let mut v = Lanes::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
                 v.eps[i] = slope;
             }
@@ -251,13 +249,8 @@ impl<'a> OutputError<'a> {
     fn run_derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
         let acting = self.acting(run);
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
-        // Duals of fixed lengths; a longer list goes in pieces.
-        for piece in acting.chunks(16) {
-            let (r, columns) = match piece.len() {
-                0..=4 => self.derivatives::<4>(run, theta, piece)?,
-                5..=8 => self.derivatives::<8>(run, theta, piece)?,
-                _ => self.derivatives::<16>(run, theta, piece)?,
-            };
+        for piece in acting.chunks(LANES) {
+            let (r, columns) = self.derivatives(run, theta, piece)?;
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));
         }

@@ -2,31 +2,16 @@
 
 use std::fmt::Debug;
 
-use trueup_numerics::Dual;
 use trueup_numerics::hybrid::Sizes;
 
 use crate::carried::Carried;
+use crate::lanes::Lanes;
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::run::Run;
 
-/// Readings with derivatives to `N` unknowns.
-pub trait ReadingsAlong<const N: usize> {
-    /// Readings of a recording with parameters `p`, channel after channel, with derivatives.
-    ///
-    /// # Errors
-    /// See [`PredictError`].
-    fn readings_along(
-        &self,
-        plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
-        at_rest: bool,
-    ) -> Result<Vec<Dual<N>>, PredictError>;
-}
-
 /// What can be simulated along a recording: a model of ours, or an FMU. What fits and judges takes it as a trait object,
 /// so that it is compiled once, not for each model.
-pub trait Predictor: ReadingsAlong<4> + ReadingsAlong<8> + ReadingsAlong<16> + Debug + Sync {
+pub trait Predictor: Debug + Sync {
     /// How many inputs, parameters and outputs it has; what else is left 0 may be unknown.
     fn counts(&self) -> Sizes;
     /// Readings of a recording with parameters `p`, channel after channel.
@@ -40,6 +25,17 @@ pub trait Predictor: ReadingsAlong<4> + ReadingsAlong<8> + ReadingsAlong<16> + D
         map: &InputMap<f64>,
         at_rest: bool,
     ) -> Result<Vec<f64>, PredictError>;
+    /// Readings of a recording with parameters `p`, channel after channel, with derivatives.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    fn readings_along(
+        &self,
+        plan: &Plan,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
+        at_rest: bool,
+    ) -> Result<Vec<Lanes>, PredictError>;
     /// Whether it can say what noise of measured inputs does to its readings.
     fn carries_noise(&self) -> bool {
         false

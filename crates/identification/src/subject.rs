@@ -2,14 +2,14 @@
 
 use std::collections::BTreeMap;
 
-use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{Hybrid, Sizes};
 use trueup_signals::Value;
 
 use crate::carried::{Carried, carried};
+use crate::lanes::Lanes;
 use crate::model::{Coordinate, Model, ModelError, Named};
 use crate::predict::{InputMap, Plan, PredictError, Prediction, predict};
-use crate::predictor::{Predictor, ReadingsAlong};
+use crate::predictor::Predictor;
 use crate::run::Run;
 
 /// Variables by name, simulated along recordings.
@@ -57,24 +57,6 @@ impl Model {
     }
 }
 
-// One by one, so that they are compiled here, not by whoever uses them.
-macro_rules! readings_along {
-    ($($lanes:literal)*) => {$(
-        impl ReadingsAlong<$lanes> for Model {
-            fn readings_along(
-                &self,
-                plan: &Plan,
-                p: &[Dual<$lanes>],
-                map: &InputMap<Dual<$lanes>>,
-                at_rest: bool,
-            ) -> Result<Vec<Dual<$lanes>>, PredictError> {
-                Ok(predict(self, plan, p, map, at_rest)?.y)
-            }
-        }
-    )*};
-}
-readings_along!(4 8 16);
-
 impl Predictor for Model {
     fn counts(&self) -> Sizes {
         self.sizes()
@@ -87,6 +69,15 @@ impl Predictor for Model {
         at_rest: bool,
     ) -> Result<Vec<f64>, PredictError> {
         Ok(Model::predict(self, plan, p, map, at_rest)?.y)
+    }
+    fn readings_along(
+        &self,
+        plan: &Plan,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
+        at_rest: bool,
+    ) -> Result<Vec<Lanes>, PredictError> {
+        Ok(predict(self, plan, p, map, at_rest)?.y)
     }
     fn carries_noise(&self) -> bool {
         true

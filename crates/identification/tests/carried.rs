@@ -81,6 +81,7 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn estimates_are_as_sure_as_they_say() {
     let model = joint(&[]);
     let q = truth(&model);

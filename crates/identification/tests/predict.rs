@@ -2,10 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
+use trueup_identification::lanes::{LANES, Lanes};
 use trueup_identification::model::Model;
 use trueup_identification::plant::Plant;
 use trueup_identification::predict::{InputMap, Plan};
-use trueup_identification::predictor::ReadingsAlong;
+use trueup_identification::predictor::Predictor;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
@@ -90,15 +91,24 @@ fn derivatives(model: &Model, q: &[f64], run: &Run, at_rest: bool, tolerance: f6
     const N: usize = 9;
     let plan = Plan::new(run, 2);
     let predict_f = |q: &[f64]| model.predict(&plan, q, &InputMap::default(), at_rest).unwrap();
-    let dual: Vec<Dual<16>> = q
-        .iter()
-        .enumerate()
-        .map(|(i, v)| if i < N { Dual::variable(*v, i) } else { Dual::constant(*v) })
-        .collect();
-    let found = model.readings_along(&plan, &dual, &InputMap::default(), at_rest).unwrap();
     let plain = predict_f(q);
-    for (a, b) in found.iter().zip(&plain.y) {
-        assert_eq!(a.re.to_bits(), b.to_bits());
+    // As many unknowns at once as a number has derivatives.
+    let found: Vec<Vec<Lanes>> = (0..N)
+        .step_by(LANES)
+        .map(|begin| {
+            let dual: Vec<Lanes> = (q.iter().enumerate())
+                .map(|(i, v)| match i.checked_sub(begin) {
+                    Some(lane) if i < N => Dual::variable(*v, lane),
+                    _ => Dual::constant(*v),
+                })
+                .collect();
+            model.readings_along(&plan, &dual, &InputMap::default(), at_rest).unwrap()
+        })
+        .collect();
+    for found in &found {
+        for (a, b) in found.iter().zip(&plain.y) {
+            assert_eq!(a.re.to_bits(), b.to_bits());
+        }
     }
     for i in (0..N).filter(|&i| q[i] != 0.0) {
         let at = |f: f64| {
@@ -112,7 +122,7 @@ fn derivatives(model: &Model, q: &[f64], run: &Run, at_rest: bool, tolerance: f6
         let [a, b, c, d] = [&moved[0].y, &moved[1].y, &moved[2].y, &moved[3].y];
         for channel in 0..run.channels.len() {
             let range = plan.channels()[channel]..plan.channels()[channel + 1];
-            let exact: Vec<f64> = range.clone().map(|k| found[k].eps[i] * q[i]).collect();
+            let exact: Vec<f64> = range.clone().map(|k| found[i / LANES][k].eps[i % LANES] * q[i]).collect();
             let scale = exact.iter().fold(0.0f64, |m, v| m.max(v.abs()));
             let motion = plain.y[range.clone()].iter().fold(0.0f64, |m, v| m.max(v.abs()));
             for (k, exact) in range.clone().zip(exact) {

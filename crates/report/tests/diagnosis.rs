@@ -428,6 +428,7 @@ fn fits(pages: &[(Verdict, bool)], widths: &[u32]) {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn a_browser_shows_it_with_and_without_script() {
     let Some(browser) = chromium() else { return };
     let folder = tempfile::tempdir().unwrap();

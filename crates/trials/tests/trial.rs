@@ -300,6 +300,7 @@ fn two_programs_are_compared_on_the_same_cases_alone() {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn a_corpus_is_made_again_case_by_case_or_not_at_all() {
     let [first, again] = [(); 2].map(|()| tempfile::tempdir().unwrap());
     generate(to(first.path()), &order(Plant::Joint, Split::None, 2), |_, _| {}).unwrap();

@@ -58,15 +58,18 @@ fn parts(file: &File) -> (&str, &str) {
 
 fn loose_equations(chapter: &File, sources: &[File]) -> Complaints {
     let mut complaints = Vec::new();
+    let in_code: BTreeSet<String> =
+        sources.iter().filter(|f| f.path.ends_with(".rs")).flat_map(|f| ids(parts(f).0)).collect();
+    let tests: Vec<&str> = sources.iter().map(|f| parts(f).1).collect();
+    let in_tests: BTreeSet<String> = tests.iter().flat_map(|text| ids(text)).collect();
     for id in ids(&chapter.text) {
-        if !sources.iter().any(|f| f.path.ends_with(".rs") && ids(parts(f).0).contains(&id)) {
+        if !in_code.contains(&id) {
             complaints.push(format!(
                 "{}: {id} stands at no line of code; end that line with `// ({id})`",
                 chapter.path
             ));
         }
-        let tested = |f: &File| ids(parts(f).1).contains(&id) || names_a_function(parts(f).1, &id);
-        if !sources.iter().any(tested) {
+        if !in_tests.contains(&id) && !tests.iter().any(|text| names_a_function(text, &id)) {
             let mend = format!(
                 "write `Checks {id}.` into the doc comment of the test that would fail if it were wrong"
             );

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 pub use trueup_estimation::unknown::Target;
+use trueup_identification::lanes::LANES;
 use trueup_identification::lsq::{Evaluation, Problem};
 use trueup_identification::predict::{InputMap, Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
@@ -348,11 +349,10 @@ impl Comparison<'_> {
             self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
-        for piece in smooth.chunks(16) {
+        for piece in smooth.chunks(LANES) {
             let (r, columns) = match piece.len() {
                 0..=4 => self.columns::<4>(run, theta, piece)?,
-                5..=8 => self.columns::<8>(run, theta, piece)?,
-                _ => self.columns::<16>(run, theta, piece)?,
+                _ => self.columns::<LANES>(run, theta, piece)?,
             };
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));

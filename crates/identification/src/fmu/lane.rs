@@ -1,8 +1,7 @@
 //! A direction in which a simulation is differentiated along the way.
 
-use trueup_numerics::Dual;
-
 use super::{FmuModel, Place};
+use crate::lanes::Lanes;
 use crate::predict::InputMap;
 
 /// Parameters and inputs that move in one direction.
@@ -50,13 +49,8 @@ impl Lane {
 
 impl FmuModel {
     /// The directions of these duals.
-    pub(super) fn lanes<const N: usize>(
-        &self,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
-        acting: &[usize],
-    ) -> Vec<Lane> {
-        let moves = |v: &[Dual<N>], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
+    pub(super) fn lanes(&self, p: &[Lanes], map: &InputMap<Lanes>, acting: &[usize]) -> Vec<Lane> {
+        let moves = |v: &[Lanes], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
         let one = |&k: &usize| {
             let mut lane = Lane { moves: moves(p, k), ..Lane::default() };
             let inputs = moves(&map.gain, k).into_iter().chain(moves(&map.bias, k));

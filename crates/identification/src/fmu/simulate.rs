@@ -2,14 +2,15 @@
 
 use trueup_fmi_description::description::Interface;
 use trueup_fmi_import::{Error, Experiment};
+use trueup_numerics::Figure;
 use trueup_numerics::driver::{DriveError, Memory, Options, Reached, Solver, Stepper, System};
 use trueup_numerics::event::Direction;
-use trueup_numerics::{Dual, Figure};
 
 use super::field::{Columns, Field};
 use super::instance::Slave;
 use super::lane::Lane;
 use super::{FmuModel, Place, WIDTH};
+use crate::lanes::Lanes;
 use crate::predict::{InputMap, Plan, PredictError};
 
 /// Why a run ended.
@@ -175,22 +176,22 @@ impl FmuModel {
     }
 
     /// Readings with their derivatives, integrated along with the states; `None` where the FMU does not give them.
-    pub(super) fn sensitivities<const N: usize>(
+    pub(super) fn sensitivities(
         &self,
         plan: &Plan,
-        p: &[Dual<N>],
-        map: &InputMap<Dual<N>>,
+        p: &[Lanes],
+        map: &InputMap<Lanes>,
         acting: &[usize],
-    ) -> Option<Vec<Dual<N>>> {
+    ) -> Option<Vec<Lanes>> {
         let columns = self.columns()?;
-        let plain = |v: &[Dual<N>]| -> Vec<f64> { v.iter().map(|v| v.re).collect() };
-        let moved = |v: &[Dual<N>], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
+        let plain = |v: &[Lanes]| -> Vec<f64> { v.iter().map(|v| v.re).collect() };
+        let moved = |v: &[Lanes], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
         let lanes = self.lanes(p, map, acting).into_iter().zip(acting).map(|(lane, &k)| {
             // Without an entry of its own an input would count with gain 1.
             let zero = |v: Vec<f64>| if v.is_empty() { vec![0.0; self.inputs.len()] } else { v };
             (lane, InputMap { gain: zero(moved(&map.gain, k)), bias: zero(moved(&map.bias, k)) })
         });
-        let mut y = vec![Dual::<N>::default(); plan.len()];
+        let mut y = vec![Lanes::default(); plan.len()];
         let each = &mut |run: &mut Under, at: usize, output: usize| {
             y[at].re = self.output_of(&mut run.slave, output)?;
             let place = self.output_places.iter().rfind(|p| p.begin <= output);
