@@ -77,7 +77,8 @@ def recorded_joint(fmus, tmp_path_factory):
     return folder
 
 
-@pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.full), 3])
+@pytest.mark.full
+@pytest.mark.parametrize("version", [2, 3])
 def test_our_fmu_gives_what_the_model_gives(trueup, fmu, recorded_joint, version):
     """What is fitted is what is shipped: the estimates differ by a small share of their standard errors."""
     native = identified(trueup, recorded_joint)

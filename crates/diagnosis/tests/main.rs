@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
 mod arm;
+mod balance;
 mod believed;
 mod data;
 mod floor;

@@ -434,6 +434,3 @@ impl Led {
         all
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -43,3 +43,19 @@ pub(super) fn lag(u: &mut [f64], samples: f64) {
         *v = x;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lag_is_exact_on_ramps() {
+        // T dx/dt = u - x with u = t from rest: x = t - T + T e^(-t/T).
+        let mut u: Vec<f64> = (0..200).map(f64::from).collect();
+        lag(&mut u, 12.5);
+        for (k, x) in u.iter().enumerate() {
+            let t = k as f64;
+            assert!((x - (t - 12.5 + 12.5 * (-t / 12.5).exp())).abs() < 1e-9);
+        }
+    }
+}

@@ -47,9 +47,11 @@ pub(super) fn parts(step: f64, fastest: f64, most: usize) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::balance::Led;
     use crate::engine::subject::Subject;
+    use trueup_identification::run::{Channel, Run};
     use trueup_models::effect::Plant;
-    use trueup_models::joint::parameter;
+    use trueup_models::joint::{output, parameter};
     use trueup_numerics::hybrid::Hybrid;
 
     #[test]
@@ -63,7 +65,16 @@ mod tests {
         // The motor is led; the load swings on the spring: deflection and load velocity are free.
         let (k, n, j) = (p[parameter::STIFFNESS], p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let coordinates = subject.coordinates(&model, &p);
-        let led = super::super::tests::motor_only();
+        let t: Vec<f64> = (0..1000).map(|k| f64::from(k) * 0.002).collect();
+        let motor = Channel {
+            name: "motorAngle".into(),
+            output: output::MOTOR_ANGLE,
+            y: t.iter().map(|t| (3.0 * t).sin()).collect(),
+            t,
+            sigma: 1e-6,
+            ..Channel::default()
+        };
+        let led = Led::new(&Run { channels: vec![motor], ..Run::default() }, 2, 1.5).unwrap();
         let links = led.links(&model, &coordinates);
         let (x, u) = (vec![0.0; model.sizes().states], vec![0.0; model.sizes().inputs]);
         let modes = vec![0; model.sizes().modes];

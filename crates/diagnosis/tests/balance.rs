@@ -1,7 +1,10 @@
-use super::*;
-use crate::engine::coordinate::Coordinate;
-use crate::engine::subject::Subject;
-use trueup_identification::run::{Between, Channel, Drive};
+//! Accelerations that the recorded inputs do not explain, on recordings that are made here.
+
+use trueup_diagnosis::engine::balance::{Led, Links};
+use trueup_diagnosis::engine::coordinate::Coordinate;
+use trueup_diagnosis::engine::octaves;
+use trueup_diagnosis::engine::subject::{Model, Subject};
+use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::effect::Plant;
 use trueup_models::joint::{input, output, parameter};
 
@@ -33,13 +36,6 @@ fn recording(p: &[f64], push: f64) -> Run {
     }
 }
 
-/// A recording of a motor's angle.
-pub(super) fn motor_only() -> Led {
-    let subject = Subject { plant: Plant::Joint, flexible: vec![true] };
-    let model = subject.model(&[] as &[&str]).unwrap();
-    Led::new(&recording(&subject.defaults(&model), 0.0), 2, 1.5).unwrap()
-}
-
 #[test]
 fn what_is_missing_is_the_torque_that_nobody_told_of() {
     let subject = Subject { plant: Plant::Joint, flexible: vec![false] };
@@ -63,17 +59,6 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
             // The kernels' error: they flatten a sine by (w s)^2 / 2, motion and current alike.
             assert!((v + lacks).abs() < 1e-4 * (180.0 + lacks), "at {t}: {v}, lacks {lacks}");
         }
-    }
-}
-
-#[test]
-fn a_lag_is_exact_on_ramps() {
-    // T dx/dt = u - x with u = t from rest: x = t - T + T e^(-t/T).
-    let mut u: Vec<f64> = (0..200).map(f64::from).collect();
-    lag(&mut u, 12.5);
-    for (k, x) in u.iter().enumerate() {
-        let t = k as f64;
-        assert!((x - (t - 12.5 + 12.5 * (-t / 12.5).exp())).abs() < 1e-9);
     }
 }
 
@@ -178,6 +163,7 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
 fn what_nothing_leads_moves_beside_what_was_measured() {
     use trueup_models::arm::{input, output, parameter};
     use trueup_numerics::driver::{Options, simulate};
+    use trueup_numerics::hybrid::Hybrid;
     let subject = Subject { plant: Plant::Arm, flexible: vec![true, false, false] };
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
