@@ -1,5 +1,8 @@
 """`trueup sweep` and `trueup scale` as users of Python see them: tables by pyarrow, Sobol's sequence by SciPy, an arm at another size."""
 
+import json
+import re
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -88,3 +91,87 @@ def test_an_arm_at_another_size_says_what_the_full_one_does(run, fmus, tmp_path)
     # Scaled, it is another motion: energies are 0.3^3 of the full ones.
     energy = names.index("arm.kineticEnergy")
     assert small[:, energy].max() == pytest.approx(0.027 * full[:, energy].max(), rel=1e-8)
+
+
+def capture(fmus, folder, name, **instead):
+    """One of the captures of examples/, beside its FMU; `instead` replaces the values of factors."""
+    (folder / "scene.fmu").symlink_to(fmus / "CaptureScene.fmi3.fmu")
+    system = (ROOT / "examples/capture.toml").read_text().replace("../out/CaptureScene.fmi3.fmu", "scene.fmu")
+    (folder / "capture.toml").write_text(system)
+    lines = (ROOT / "examples" / f"{name}.toml").read_text().splitlines()
+    for at, line in enumerate(lines):
+        factor = line.split(" = ")[0]
+        if factor in instead:
+            variable = line.split('"')[1]
+            lines[at] = f'{factor} = {{ variable = "{variable}", values = {instead.pop(factor)} }}'
+    assert not instead
+    (folder / f"{name}.toml").write_text("\n".join(lines))
+
+
+@pytest.fixture
+def map_of(run, fmus, tmp_path):
+    """map_of(name, ...) does the runs of a capture, draws them, and gives the page's data and the table of runs."""
+
+    def map_of(name, *options, **instead):
+        capture(fmus, tmp_path, name, **instead)
+        run("sweep", f"{name}.toml")
+        run("sweep", "merge", f"{name}.toml")
+        run("sweep", "map", f"{name}.toml", *options)
+        page = (tmp_path / f"{name}.html").read_text()
+        (data,) = re.findall(r'<script type="application/json">(.*?)</script>', page, re.DOTALL)
+        return json.loads(data), pq.read_table(tmp_path / f"{name}.parquet").to_pydict(), page
+
+    return map_of
+
+
+def test_a_map_has_a_tile_a_run_and_their_time_lines(map_of):
+    data, table, page = map_of("capture-map", x=[0.12, 0.3], y=[-0.15, 0.0, 0.15])
+    assert data["kinds"] == ["held", "held-turned", "one-jaw", "jammed", "pushed-away", "open"]
+    assert [cell["kind"] for cell in data["cells"]] == [int(o) - 1 for o in table["outcome"]]
+    assert [cell["at"][1:] for cell in data["cells"]] == [[x, y] for y in range(3) for x in range(2)]
+    for k, cell in enumerate(data["cells"]):
+        lines = dict(zip(data["lines"], cell["lines"]))
+        assert lines["outcome"][-1] == table["outcome"][k]
+        # When each ball first touched is when its line first rises.
+        for ball in ("P1", "P2", "P3"):
+            first = [t for t, v in zip(lines[ball][::2], lines[ball][1::2]) if v]
+            assert (first[0] if first else None) == pytest.approx(table[ball][k], abs=1e-5)
+    held = data["cells"][2]
+    assert held["name"].endswith("y = 0 m, x = 0.12 m") and data["kinds"][held["kind"]] == "held"
+    assert page.count("<rect data-k=") == 6
+
+
+def test_what_others_say_stands_beside_and_decides_nothing(map_of, tmp_path):
+    (tmp_path / "letters.csv").write_text("x,y,angle,bench\n0.12,0,0,A\n0.13,0.01,0,C\n")
+    some = {"x": [0.12, 0.13], "y": [0.0, 0.01], "angle": [0.0]}
+    plain, *_ = map_of("capture-cells", **some)
+    (tmp_path / "scene.fmu").unlink()
+    beside, _, page = map_of("capture-cells", "--beside", "letters.csv", **some)
+    assert [c["remark"] for c in beside["cells"]] == ["bench: A", "", "", "bench: C"]
+    assert [c["kind"] for c in beside["cells"]] == [c["kind"] for c in plain["cells"]]
+    assert "bench: A" in page
+
+
+@pytest.mark.parametrize(
+    "change, letters, says",
+    [
+        (("outcome = {", "# outcome = {"), None, "outcome = { variable"),
+        (('design = "grid"', 'design = "sobol"\nruns = 2'), None, "a grid or a list"),
+        (None, "x,bench\n0.12,A\n", "the factor `y` has no column"),
+        (None, "y,x,bench\n0.0,0.12,A\n0.0,7,C\n", "line 3: no run has y = 0.0, x = 7"),
+    ],
+)
+def test_maps_that_cannot_be_drawn_say_why(trueup, fmus, tmp_path, change, letters, says):
+    capture(fmus, tmp_path, "capture-map", x=[0.12], y=[0.0])
+    file = tmp_path / "capture-map.toml"
+    if change:
+        text = file.read_text()
+        assert change[0] in text
+        file.write_text(text.replace(*change))
+    options = []
+    if letters:
+        (tmp_path / "letters.csv").write_text(letters)
+        options = ["--beside", "letters.csv"]
+    done = trueup("sweep", "map", "capture-map.toml", *options, cwd=tmp_path)
+    assert done.returncode != 0 and says in done.stderr, done.stderr
+    assert not (tmp_path / "capture-map.html").exists()

@@ -23,6 +23,7 @@ mod page;
 mod picture;
 mod surface;
 mod svg;
+mod tiles;
 
 pub use chart::{Axis, Chart, Style};
 pub use diagnosis::{
@@ -32,3 +33,4 @@ pub use heat::Heat;
 pub use number::number;
 pub use page::{Page, escape};
 pub use surface::Surface;
+pub use tiles::{Tile, Tiles};

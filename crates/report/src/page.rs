@@ -11,6 +11,7 @@ const POINTS: usize = 12_000;
 
 const STYLE: &str = include_str!("../assets/page.css");
 const SCRIPT: &str = include_str!("../assets/page.js");
+const TILES: &str = include_str!("../assets/tiles.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
 const UPLOT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
@@ -19,6 +20,7 @@ const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
 pub struct Page {
     html: String,
     charts: usize,
+    tiles: bool,
     open: bool,
     /// Where the table of contents goes, if there is one.
     contents: Option<usize>,
@@ -36,7 +38,7 @@ impl Page {
              <style>\n{STYLE}</style>\n</head>\n<body>\n<header>\n<h1>{title}</h1>\n{}</header>\n<main>\n",
             if lead.is_empty() { String::new() } else { format!("<p>{}</p>\n", escape(lead)) }
         );
-        Self { html, charts: 0, open: false, contents: None, headings: Vec::new() }
+        Self { html, charts: 0, tiles: false, open: false, contents: None, headings: Vec::new() }
     }
 
     /// Here stands a table of contents with all sections of the page.
@@ -113,6 +115,11 @@ impl Page {
         );
     }
 
+    /// There are tiles, which have a script.
+    pub(crate) fn has_tiles(&mut self) {
+        self.tiles = true;
+    }
+
     /// The whole page.
     pub fn finish(mut self) -> String {
         self.close();
@@ -128,6 +135,9 @@ impl Page {
                 self.html,
                 "<!-- uPlot\n{UPLOT_LICENSE}\n-->\n<style>{UPLOT_STYLE}</style>\n<script>{UPLOT}</script>\n<script>\n{SCRIPT}</script>\n"
             );
+        }
+        if self.tiles {
+            let _ = write!(self.html, "<script>\n{TILES}</script>\n");
         }
         self.html.push_str("</body>\n</html>\n");
         self.html
@@ -173,7 +183,7 @@ fn data(chart: &Chart<'_>) -> String {
 }
 
 /// As JSON; of y seven digits, which no screen can tell from all of them.
-fn numbers(values: &[f64], short: bool) -> String {
+pub(crate) fn numbers(values: &[f64], short: bool) -> String {
     let mut out = String::with_capacity(10 * values.len());
     out.push('[');
     for (k, v) in values.iter().enumerate() {
@@ -190,7 +200,7 @@ fn numbers(values: &[f64], short: bool) -> String {
 }
 
 /// A JSON string that may stand in a script.
-fn quote(text: &str) -> String {
+pub(crate) fn quote(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('<', "\\u003c")
 }
 

@@ -4,7 +4,9 @@
 //! runs any share of them and appends a checked line per run to a [log](Log); [`merge`] makes one table of all logs, the same
 //! bytes however the runs were shared out or interrupted (docs/sweeps.md).
 
+mod beside;
 mod design;
+mod done;
 mod error;
 mod file;
 mod log;
@@ -15,7 +17,9 @@ mod runner;
 mod slurm;
 mod table;
 
+pub use beside::Beside;
 pub use design::{Design, MOST_SOBOL, Value};
+pub use done::{Done, done};
 pub use error::Error;
 pub use file::{Factor, Kind, Output, Range, Sweep, Take, Values};
 pub use log::{Damage, Log, Record, read as read_log};

@@ -150,6 +150,7 @@ fn parse(line: &[u8]) -> Option<Line> {
     // A line that lacks nothing but its end is whole: another process may just be writing that.
     let text = text.strip_suffix('\n').unwrap_or(text);
     let (sum, body) = text.split_once(' ')?;
-    let right = sum.len() == 8 && u32::from_str_radix(sum, 16).ok()? == crc32fast::hash(body.as_bytes());
+    // Compared as text: as a number, a digit of another case would go unnoticed.
+    let right = sum == format!("{:08x}", crc32fast::hash(body.as_bytes()));
     right.then(|| serde_json::from_str(body).ok()).flatten()
 }

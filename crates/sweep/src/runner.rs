@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use trueup_cosim::plan::Plan;
 use trueup_cosim::system::{Place, Record as Recorded, System};
-use trueup_cosim::{Error as RunError, Files, Kind, Master, Mistake, check_with};
+use trueup_cosim::{Error as RunError, Files, Kind, Master, Mistake, Sink, check_with};
+use trueup_fmi_description::description::Item;
 
 use crate::design::{Design, Value};
 use crate::error::Error;
@@ -145,14 +146,25 @@ impl Runner {
 
     /// Does one run.
     pub fn run(&mut self, run: u64) -> Record {
+        let master = self.master(run);
         let mut measures = Measures::new(&self.sweep.outputs);
-        let system = self.set(run).map_err(|mistake| RunError::System(vec![mistake]));
-        let done = system
-            .and_then(|system| check_with(&system, &mut self.files))
-            .and_then(Master::new)
-            .and_then(|mut master| master.run(&mut measures));
+        let done = master.and_then(|mut master| master.run(&mut measures));
         let values = measures.values();
         Record { run, result: done.map(|_| values).map_err(|e| self.reason(&e)) }
+    }
+
+    /// Does one run and hands its rows over, with a column per variable of the outputs.
+    ///
+    /// # Errors
+    /// Why the run failed; the rows until then have been handed over.
+    pub fn run_into(&mut self, run: u64, sink: &mut dyn Sink) -> Result<(), String> {
+        let done = self.master(run).and_then(|mut master| master.run(sink));
+        done.map(|_| ()).map_err(|e| self.reason(&e))
+    }
+
+    fn master(&mut self, run: u64) -> Result<Master, RunError> {
+        let system = self.set(run).map_err(|mistake| RunError::System(vec![mistake]))?;
+        Master::new(check_with(&system, &mut self.files)?)
     }
 
     /// Does the runs of a share that no log has, and tells each.
@@ -198,6 +210,17 @@ impl Runner {
         let factors = self.sweep.factors.iter().map(|f| (f.name.clone(), self.unit_of_factor(&f.variables)));
         let outputs = self.sweep.outputs.iter().map(|o| (o.name.clone(), self.unit_of_output(o)));
         factors.chain(outputs).collect()
+    }
+
+    /// Items of the enumeration that an output's variable is of; none of what is no enumeration.
+    pub fn items(&self, output: &Output) -> &[Item] {
+        let recorded = self.plan.recorded.iter().find(|r| r.name == output.variable);
+        let items = recorded.and_then(|r| {
+            let d = self.plan.components[r.from.component].description();
+            let name = d.variables[r.from.variable].declared_type.as_deref()?;
+            Some(d.declared_type(name)?.items.as_slice())
+        });
+        items.unwrap_or_default()
     }
 
     fn unit_of_factor(&self, variables: &[String]) -> String {

@@ -14,15 +14,14 @@ use parquet::schema::types::Type;
 use trueup_fmi_description::whole;
 
 use crate::design::{Design, Value};
+use crate::done::{Done, done};
 use crate::error::Error;
 use crate::file::OWN;
-use crate::log::{Damage, Record, read};
-use crate::runner::{Runner, logs};
+use crate::log::{Damage, Record};
+use crate::runner::Runner;
 
 /// Rows of a group.
 const GROUP: usize = 1 << 16;
-/// Runs that are named where some are missing.
-const NAMED: usize = 5;
 
 /// What was merged.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -43,43 +42,10 @@ pub struct Merged {
 /// [`Error::File`]: a run is in no log, two logs differ about one, something cannot be read or written. Then nothing is left
 /// under that name.
 pub fn merge(runner: &Runner, file: &Path) -> Result<Merged, Error> {
-    let folder = runner.sweep().folder();
-    let mend = format!("`trueup sweep {}` goes on with them", runner.sweep().file.display());
-    if !folder.is_dir() {
-        return Err(Error::at(&folder, format!("no run is done yet; {mend}")));
-    }
-    let runs = runner.design().runs();
-    let mut records: Vec<Option<Record>> = vec![None; runs as usize];
-    let mut merged = Merged { runs, ..Merged::default() };
-    for log in logs(&folder)? {
-        let found = read(&log, runner.print())?;
-        merged.damage.extend(found.damage);
-        for record in found.records {
-            let run = record.run;
-            let slot = usize::try_from(run).ok().and_then(|run| records.get_mut(run.checked_sub(1)?));
-            let Some(slot) = slot else { return Err(Error::at(&log, Error::NoRun { run, runs })) };
-            match slot {
-                // Two shares that overlap in time may both have done it.
-                Some(before) if *before != record => {
-                    let why = format!("run {run} gave something else in another log of the folder");
-                    return Err(Error::at(&log, format!("{why}; an FMU does not repeat itself")));
-                }
-                _ => *slot = Some(record),
-            }
-        }
-    }
-    let missing = records.iter().filter(|r| r.is_none()).count();
-    if missing > 0 {
-        let first = records.iter().enumerate().filter(|(_, r)| r.is_none()).take(NAMED);
-        let first: Vec<String> = first.map(|(at, _)| (at + 1).to_string()).collect();
-        let more = if missing > NAMED { ", ..." } else { "" };
-        let which = format!("{missing} of {runs} runs are not done ({}{more})", first.join(", "));
-        return Err(Error::at(&folder, format!("{which}; {mend}")));
-    }
-    let records: Vec<Record> = records.into_iter().flatten().collect();
-    merged.failed = records.iter().filter(|r| r.result.is_err()).count() as u64;
+    let Done { records, damage } = done(runner)?;
+    let failed = records.iter().filter(|r| r.result.is_err()).count() as u64;
     write(runner, &records, file).map_err(|e| Error::at(file, e))?;
-    Ok(merged)
+    Ok(Merged { runs: runner.design().runs(), failed, damage })
 }
 
 /// What a factor's values are.

@@ -80,4 +80,23 @@ proptest! {
         let last_line_torn = at + 1 == bytes.len();
         prop_assert!(!found.damage.is_empty() || last_line_torn);
     }
+
+    /// Letters of the sum in another case are damage, too.
+    #[test]
+    fn a_sum_in_capitals_is_damage(at in 0_usize..8) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("1-of-1.log");
+        write(&path, &records());
+        let text = std::fs::read_to_string(&path).unwrap();
+        let Some((begin, digit)) = text.match_indices('\n').find_map(|(n, _)| {
+            let digit = text.as_bytes().get(n + 1 + at).copied()?;
+            digit.is_ascii_lowercase().then_some((n + 1 + at, digit))
+        }) else { return Ok(()) };
+        let mut bytes = text.into_bytes();
+        bytes[begin] = digit.to_ascii_uppercase();
+        std::fs::write(&path, &bytes).unwrap();
+        let found = read_log(&path, "p").unwrap();
+        prop_assert_eq!(found.records.len() + 1, records().len());
+        prop_assert_eq!(found.damage.len(), 1);
+    }
 }

@@ -10,7 +10,7 @@ use trueup_cosim::system::{Algorithm, Interface};
 use trueup_identification::identify::Method;
 
 pub(crate) use scale::Scale;
-pub(crate) use sweep::{After, Merge, Sweep};
+pub(crate) use sweep::{After, Map, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
 #[derive(Debug, Parser)]

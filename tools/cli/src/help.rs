@@ -64,6 +64,10 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "trueup sweep examples/sweep.toml --run 17 -o run.csv",
         ],
     ),
+    (
+        "sweep map",
+        &["trueup sweep map examples/capture-cells.toml --beside examples/capture-cells.csv -o cells.html"],
+    ),
     ("sweep merge", &["trueup sweep merge examples/sweep.toml -o runs.parquet"]),
     (
         "identify",

@@ -61,7 +61,9 @@ pub(super) struct Facts {
 }
 
 impl Facts {
+    /// A pure function of these facts.
     pub(super) fn outcome(&self) -> Outcome {
+        // (CON-10), in its order
         if self.closed && self.caged && self.speed[0] < AT_REST * self.speed[1] {
             return if self.turn.abs() > TURNED { Outcome::HeldTurned } else { Outcome::Held };
         }
@@ -101,6 +103,7 @@ mod tests {
         parting: false,
     };
 
+    /// Checks CON-10: every definition, and which one goes first.
     #[test]
     fn outcomes_are_as_defined() {
         let free = Facts { closed: false, touches_palm: false, touching_jaws: 0, ..HELD };
@@ -109,14 +112,38 @@ mod tests {
             (Facts { turn: -0.1, ..HELD }, Outcome::HeldTurned),
             (Facts { speed: [6e-5, 5e-3], ..HELD }, Outcome::Open),
             (Facts { caged: false, touching_jaws: 1, ..HELD }, Outcome::OneJaw),
+            (Facts { caged: false, touching_jaws: 1, jammed: true, ..HELD }, Outcome::OneJaw),
             (Facts { jammed: true, ..free }, Outcome::Jammed),
+            (Facts { jammed: true, since: [11.0, 30.0], parting: true, ..free }, Outcome::Jammed),
             (Facts { since: [11.0, 30.0], parting: true, ..free }, Outcome::PushedAway),
-            (Facts { since: [9.0, 30.0], parting: true, ..free }, Outcome::Open),
+            (Facts { since: [11.0, 30.0], parting: true, touching_jaws: 1, ..free }, Outcome::Open),
             (Facts { since: [11.0, 30.0], ..free }, Outcome::Open),
         ] {
             assert_eq!(facts.outcome(), want, "{facts:?}");
         }
         assert_eq!(OUTCOME.items.len(), Outcome::Open as usize);
+    }
+
+    /// Checks CON-10 at its borders: a number at the border itself does not yet count.
+    #[test]
+    fn borders_belong_to_the_lesser_outcome() {
+        let above = f64::next_up;
+        let below = f64::next_down;
+        let free = Facts { closed: false, touches_palm: false, touching_jaws: 0, parting: true, ..HELD };
+        for (facts, want) in [
+            (Facts { speed: [0.01, 1.0], ..HELD }, Outcome::Open),
+            (Facts { speed: [below(0.01), 1.0], ..HELD }, Outcome::Held),
+            (Facts { speed: [0.0, 0.0], ..HELD }, Outcome::Open),
+            (Facts { turn: TURNED, ..HELD }, Outcome::Held),
+            (Facts { turn: above(TURNED), ..HELD }, Outcome::HeldTurned),
+            (Facts { turn: -above(TURNED), ..HELD }, Outcome::HeldTurned),
+            (Facts { since: [10.0, 30.0], ..free }, Outcome::Open),
+            (Facts { since: [above(10.0), 30.0], ..free }, Outcome::PushedAway),
+            (Facts { since: [0.0, 0.0], ..free }, Outcome::Open),
+        ] {
+            assert_eq!(facts.outcome(), want, "{facts:?}");
+        }
+        assert!((TURNED.to_degrees() - 5.0).abs() < 1e-12);
     }
 
     #[test]

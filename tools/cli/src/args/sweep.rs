@@ -36,6 +36,22 @@ pub(crate) struct Sweep {
 pub(crate) enum After {
     /// Write all runs as one table, in their order: the same bytes however they were shared out or interrupted
     Merge(Merge),
+    /// Show what the runs came to as a page: tiles over the last two factors, the last one from left to right, coloured by the
+    /// first output that is the last value of an enumeration; a tile that is clicked shows its time line
+    Map(Map),
+}
+
+#[derive(Debug, clap::Args)]
+pub(crate) struct Map {
+    /// The file whose runs are done, a grid or a list
+    #[arg(value_name = "SWEEP.toml")]
+    pub(crate) file: PathBuf,
+    /// What others say of the same runs: a column per factor, and columns of texts that are written into the tiles
+    #[arg(long, value_name = "FILE.csv")]
+    pub(crate) beside: Option<PathBuf>,
+    /// The page [default: NAME.html beside the file]
+    #[arg(short, long, value_name = "FILE.html")]
+    pub(crate) output: Option<PathBuf>,
 }
 
 #[derive(Debug, clap::Args)]

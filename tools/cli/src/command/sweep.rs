@@ -1,5 +1,7 @@
 //! `trueup sweep`
 
+mod map;
+
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -18,8 +20,10 @@ const TASKS: u64 = 1000;
 const TELL: Duration = Duration::from_secs(2);
 
 pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
-    if let Some(After::Merge(args)) = &args.after {
-        return merged(args);
+    match &args.after {
+        Some(After::Merge(args)) => return merged(args),
+        Some(After::Map(args)) => return map::map(args),
+        None => {}
     }
     let Some(file) = &args.file else { return Err(Error::Usage("name the sweep's file".into())) };
     let mut runner = Runner::open(file).map_err(failed)?;
