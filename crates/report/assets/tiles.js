@@ -14,7 +14,12 @@
   function times(map, cell) {
     const [from, to] = map.span, h = ROW * map.lines.length;
     const px = (t) => LEFT + ((t - from) / (to - from || 1)) * (WIDTH - LEFT - RIGHT);
-    const parts = cell.lines.map((line, row) => {
+    const parts = [];
+    for (let k = 0; k <= 6; k++) {
+      const t = from + ((to - from) * k) / 6;
+      parts.push(`<path class="rule" d="M${px(t)} 0V${h}"/><text x="${px(t)}" y="${h + 16}" text-anchor="middle">${+t.toPrecision(4)}${k < 6 ? "" : " s"}</text>`);
+    }
+    cell.lines.forEach((line, row) => {
       const y = ROW * row;
       const bars = stretches(line, to).filter(([, , v]) => v).map(([a, b, v]) => {
         const name = row ? map.lines[row] : map.kinds[v - 1] ?? String(v);
@@ -24,13 +29,9 @@
         return `<rect class="${colour}" x="${px(a).toFixed(2)}" y="${y + 5}" width="${w.toFixed(2)}" height="${ROW - 10}">` +
           `<title>${text(name)}: ${+a.toPrecision(5)} to ${+b.toPrecision(5)} s</title></rect>`;
       });
-      return `<text x="${LEFT - 10}" y="${y + 17}" text-anchor="end">${text(map.lines[row])}</text>` +
-        `<path class="rule" d="M${LEFT} ${y + ROW / 2}H${WIDTH - RIGHT}"/>${bars.join("")}`;
+      parts.push(`<text x="${LEFT - 10}" y="${y + 17}" text-anchor="end">${text(map.lines[row])}</text>` +
+        `<path class="rule" d="M${LEFT} ${y + ROW / 2}H${WIDTH - RIGHT}"/>${bars.join("")}`);
     });
-    for (let k = 0; k <= 6; k++) {
-      const t = from + ((to - from) * k) / 6;
-      parts.push(`<path class="rule" d="M${px(t)} 0V${h}"/><text x="${px(t)}" y="${h + 16}" text-anchor="middle">${+t.toPrecision(4)}${k < 6 ? "" : " s"}</text>`);
-    }
     return `<svg viewBox="0 0 ${WIDTH} ${h + 24}" role="img" aria-label="Time line">${parts.join("")}</svg>`;
   }
 
@@ -49,7 +50,7 @@
       rects[k].classList.add("chosen");
       const kind = cell.kind == null ? "failed" : map.kinds[cell.kind];
       const colour = cell.kind == null ? "none" : "c" + map.colours[cell.kind];
-      const told = map.columns.map(([name, unit], i) => `<li>${text(name)} <b>${text(cell.told[i] ?? "none")}</b> ${cell.told[i] === "none" ? "" : text(unit)}</li>`);
+      const told = map.columns.map(([name, unit], i) => `<li>${text(name)} <b>${text(cell.told[i] ?? "none")}</b> ${cell.told[i] === "none" || unit === "1" ? "" : text(unit)}</li>`);
       place.innerHTML = `<h3>${text(cell.name)}: <i class="${colour}"></i>${text(kind)}</h3>` +
         (cell.remark ? `<p>${text(cell.remark)}</p>` : "") +
         `<ul class="legend">${told.join("")}</ul>` + (cell.lines.length ? times(map, cell) : "");
