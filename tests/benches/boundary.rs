@@ -92,7 +92,7 @@ fn main() {
     }
     println!("| work | called | min ns | median ns | ratio of min | ratio of median |");
     println!("|---|---|---|---|---|---|");
-    for model in ["PlanarManipulator", "TwoMassJoint"] {
+    for model in ["SpatialFreeFlyer", "PlanarManipulator", "TwoMassJoint"] {
         let load = |version: u32| {
             let ending = format!("{model}.fmi{version}.fmu");
             Fmu::load(files.iter().find(|f| f.ends_with(&ending)).unwrap_or_else(|| panic!("no {ending}")))

@@ -5,6 +5,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{ModelTable, Storage};
 use trueup_models::arm::PlanarManipulator;
 use trueup_models::joint::TwoMassJoint;
+use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, State};
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -21,6 +22,11 @@ pub fn native(name: &str) -> Box<dyn Native> {
     let table = fmu_library::table(&configuration).unwrap();
     match name {
         "TwoMassJoint" => Box::new(Run::new(TwoMassJoint::new::<&str>(true, &[]).unwrap(), &table)),
+        "SpatialFreeFlyer" => {
+            // What an FMU without a structure of its own is.
+            let chaser = presets::chaser().structure();
+            Box::new(Run::new(SpatialFreeFlyer::new(chaser).unwrap(), &table))
+        }
         _ => Box::new(Run::new(PlanarManipulator::new::<&str>(&[true, false, false], &[]).unwrap(), &table)),
     }
 }
