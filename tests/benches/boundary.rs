@@ -80,6 +80,13 @@ fn co_simulation<'a>(name: &str, fmu: &'a Fmu, h: f64) -> Candidate<'a> {
     Candidate { name: name.to_owned(), work: Box::new(work) }
 }
 
+/// Steps alone: no input set, no output read.
+fn do_step<'a>(name: &str, fmu: &'a Fmu, h: f64) -> Candidate<'a> {
+    let mut i = Importer::co_simulation(fmu);
+    let work = move |n: usize| (0..n).for_each(|_| i.advance(h));
+    Candidate { name: name.to_owned(), work: Box::new(work) }
+}
+
 fn main() {
     // `cargo test` runs benchmarks too, once and without --bench.
     if !std::env::args().any(|a| a == "--bench") {
@@ -125,6 +132,15 @@ fn main() {
             &what,
             200,
             vec![native_steps, co_simulation("FMI 2.0", &two, 1e-3), co_simulation("FMI 3.0", &three, 1e-3)],
+        );
+        let mut model_alone = native(model);
+        let steps = move |n: usize| (0..n).for_each(|_| model_alone.advance(1e-3));
+        let native_steps = Candidate { name: "native".to_owned(), work: Box::new(steps) };
+        let what = format!("{model}: doStep of 1 ms alone");
+        compare(
+            &what,
+            200,
+            vec![native_steps, do_step("FMI 2.0", &two, 1e-3), do_step("FMI 3.0", &three, 1e-3)],
         );
     }
     reference_fmus(&files);

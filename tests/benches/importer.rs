@@ -161,25 +161,32 @@ impl<'a> Importer<'a> {
     /// All inputs set, to their start values and `input` more, one step, all outputs read.
     pub fn step(&mut self, h: f64, input: f64) -> &[f64] {
         self.inputs.1.iter_mut().zip(&self.start).for_each(|(u, start)| *u = start + input);
-        let (c, t) = (self.c, self.t);
+        let c = self.c;
         let (ur, un, u, ul) = parts(&mut self.inputs);
+        match &self.fmu.library {
+            Library::Two(f) => ok!((f.fmi2SetReal)(c, ur, un, u)),
+            Library::Three(f) => ok!((f.fmi3SetFloat64)(c, ur, un, u, ul)),
+        }
+        self.advance(h);
         let (yr, yn, y, yl) = parts(&mut self.outputs);
         match &self.fmu.library {
-            Library::Two(f) => {
-                ok!((f.fmi2SetReal)(c, ur, un, u));
-                ok!((f.fmi2DoStep)(c, t, h, 1));
-                ok!((f.fmi2GetReal)(c, yr, yn, y));
-            }
+            Library::Two(f) => ok!((f.fmi2GetReal)(c, yr, yn, y)),
+            Library::Three(f) => ok!((f.fmi3GetFloat64)(c, yr, yn, y, yl)),
+        }
+        &self.outputs.1
+    }
+    /// One step, and nothing else.
+    pub fn advance(&mut self, h: f64) {
+        let (c, t) = (self.c, self.t);
+        match &self.fmu.library {
+            Library::Two(f) => ok!((f.fmi2DoStep)(c, t, h, 1)),
             Library::Three(f) => {
                 let (mut b, mut reached) = ([fmi3False; 3], 0.0);
                 let [event, end, early] = &mut b;
-                ok!((f.fmi3SetFloat64)(c, ur, un, u, ul));
                 ok!((f.fmi3DoStep)(c, t, h, fmi3True, event, end, early, &mut reached));
-                ok!((f.fmi3GetFloat64)(c, yr, yn, y, yl));
             }
         }
         self.t += h;
-        &self.outputs.1
     }
 }
 

@@ -14,6 +14,8 @@ pub trait Native {
     fn evaluate(&mut self, t: f64, move_by: f64) -> &[f64];
     /// Inputs, one step, outputs.
     fn step(&mut self, h: f64, input: f64) -> &[f64];
+    /// One step, and nothing else.
+    fn advance(&mut self, h: f64);
 }
 
 /// With the start values of the packed FMU's table.
@@ -91,6 +93,12 @@ impl<M: Hybrid> Native for Run<M> {
     }
     fn step(&mut self, h: f64, input: f64) -> &[f64] {
         self.u.fill(input);
+        self.advance(h);
+        let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: &self.modes };
+        self.model.outputs(at, &mut self.y);
+        &self.y
+    }
+    fn advance(&mut self, h: f64) {
         let end = self.t + h;
         let mut state = State {
             t: &mut self.t,
@@ -102,8 +110,5 @@ impl<M: Hybrid> Native for Run<M> {
         };
         let observer = &mut |_: trueup_numerics::driver::View| Flow::Continue;
         self.driver.advance_to(&self.model, &mut state, end, Inputs::Hold, observer).unwrap();
-        let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: &self.modes };
-        self.model.outputs(at, &mut self.y);
-        &self.y
     }
 }
