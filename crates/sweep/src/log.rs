@@ -103,6 +103,14 @@ impl Log {
     }
 }
 
+impl Drop for Log {
+    /// Lets go of the lock, which a process that is being started beside this one would hold on to for a while.
+    fn drop(&mut self) {
+        // Closing the file is what is left to do.
+        let _ = self.file.unlock();
+    }
+}
+
 /// What a log holds.
 #[derive(Debug, Default)]
 pub struct Found {
