@@ -5,7 +5,6 @@
 mod cases_document;
 mod closed_loops;
 mod effects_document;
-mod fmi_rs_witness;
 mod hostile;
 mod layers;
 mod model_description;

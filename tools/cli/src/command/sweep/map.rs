@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use trueup_cosim::{Kind as Sort, Memory};
 use trueup_report::{Page, Tile, Tiles, number};
-use trueup_sweep::{Beside, Design, Done, Kind, Runner, Sweep, Take, Value, done};
+use trueup_sweep::{Beside, Design, Done, Kind, Record, Runner, Sweep, Take, Value, done};
 
 use super::{TELL, beside, damaged, failed};
 use crate::args::Map;
@@ -123,70 +123,93 @@ fn changes(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     all
 }
 
-fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Option<&Beside>) -> String {
+/// The tiles, and what their places and numbers stand for.
+struct Drawn {
+    tiles: Vec<Tile>,
+    /// Names of the maps, one for each combination of the factors apart.
+    panels: Vec<String>,
+    /// Values along x and y.
+    levels: [Vec<Value>; 2],
+    /// Outputs whose numbers stand below, by their place.
+    told: Vec<usize>,
+    /// Outputs with a time line, by their place: first that of what a run would have come to.
+    lines: Vec<usize>,
+}
+
+fn draw(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Option<&Beside>) -> Drawn {
     let (sweep, design) = (runner.sweep(), runner.design());
+    let outputs = &sweep.outputs;
     let units = runner.units();
-    let (factor_units, output_units) = units.split_at(sweep.factors.len());
     let named = |f: usize, run: u64| {
-        let (value, unit) = (shown(&design.value(f, run)), &factor_units[f].1);
+        let (value, unit) = (shown(&design.value(f, run)), &units[f].1);
         format!("{} = {value}{}{unit}", sweep.factors[f].name, if unit.is_empty() { "" } else { " " })
     };
-    let levels = what.axes.map(|f| levels(design, f));
-    let mut panels: Vec<String> = Vec::new();
-    let mut columns = Vec::new();
-    let told: Vec<usize> = (0..sweep.outputs.len()).filter(|o| *o != what.outcome).collect();
-    for o in &told {
-        columns.push([sweep.outputs[*o].name.clone(), output_units[*o].1.clone()]);
-    }
-    // The line of what it would have come to stands first.
-    let variable = &sweep.outputs[what.outcome].variable;
-    let mut lines: Vec<usize> = (0..courses.outputs.len()).collect();
-    lines.sort_by_key(|l| sweep.outputs[courses.outputs[*l]].variable != *variable);
+    let colours = |o: usize| outputs[o].variable == outputs[what.outcome].variable;
+    let mut order: Vec<usize> = (0..courses.outputs.len()).collect();
+    order.sort_by_key(|l| !colours(courses.outputs[*l]));
+    let mut drawn = Drawn {
+        tiles: Vec::with_capacity(done.records.len()),
+        panels: Vec::new(),
+        levels: what.axes.map(|f| levels(design, f)),
+        told: (0..outputs.len()).filter(|o| *o != what.outcome).collect(),
+        lines: order.iter().map(|l| courses.outputs[*l]).collect(),
+    };
     let kind = |value: f64| what.kinds.iter().position(|k| k.0 as f64 == value);
-    let tile = |(at, record): (usize, &trueup_sweep::Record)| {
+    for (at, record) in done.records.iter().enumerate() {
         let run = record.run;
         let panel = what.apart.iter().map(|f| named(*f, run)).collect::<Vec<_>>().join(", ");
-        let panel = panels.iter().position(|p| *p == panel).unwrap_or_else(|| {
-            panels.push(panel);
-            panels.len() - 1
-        });
+        if !drawn.panels.contains(&panel) {
+            drawn.panels.push(panel.clone());
+        }
         let place = |axis: usize| {
             let value = design.value(what.axes[axis], run);
-            levels[axis].iter().position(|l| *l == value).unwrap_or_default()
+            drawn.levels[axis].iter().position(|l| *l == value).unwrap_or_default()
         };
         let values = record.result.as_ref().map(Vec::as_slice).unwrap_or_default();
-        let texts = others.map(|o| (o, &o.texts[at]));
-        let remark = match (&record.result, texts) {
-            (Err(why), _) => format!("Failed: {why}"),
-            (_, Some((o, texts))) => {
-                let said = o.columns.iter().zip(texts).filter(|(_, t)| !t.is_empty());
-                said.map(|(c, t)| format!("{c}: {t}")).collect::<Vec<_>>().join(", ")
-            }
-            _ => String::new(),
-        };
         let course = |l: &usize| {
-            let of = &courses.lines[at][*l];
-            let kinds = sweep.outputs[courses.outputs[*l]].variable == *variable;
-            let shown = |v: f64| if kinds { kind(v).map_or(0.0, |k| k as f64 + 1.0) } else { v };
-            of.iter().map(|(t, v)| (*t, shown(*v))).collect()
+            // A time line of kinds has 0 where there is none of them.
+            let height = |v: f64| {
+                if colours(courses.outputs[*l]) { kind(v).map_or(0.0, |k| k as f64 + 1.0) } else { v }
+            };
+            courses.lines[at][*l].iter().map(|(t, v)| (*t, height(*v))).collect()
         };
         let all: Vec<String> = (0..sweep.factors.len()).map(|f| named(f, run)).collect();
-        Tile {
+        drawn.tiles.push(Tile {
             name: format!("run {run}, {}", all.join(", ")),
-            panel,
+            panel: drawn.panels.iter().position(|p| *p == panel).unwrap_or_default(),
             at: [place(0), place(1)],
             kind: values.get(what.outcome).copied().flatten().and_then(kind),
-            mark: texts.map(|(_, texts)| mark(texts)).unwrap_or_default(),
-            remark,
-            values: told.iter().map(|o| values.get(*o).copied().flatten()).collect(),
-            lines: lines.iter().map(course).collect(),
-        }
-    };
-    let tiles: Vec<Tile> = done.records.iter().enumerate().map(tile).collect();
+            mark: others.map(|o| mark(&o.texts[at])).unwrap_or_default(),
+            remark: remark(record, others.map(|o| (o, &o.texts[at][..]))),
+            values: drawn.told.iter().map(|o| values.get(*o).copied().flatten()).collect(),
+            lines: order.iter().map(course).collect(),
+        });
+    }
+    drawn
+}
+
+/// Why a run failed, else what others say of it.
+fn remark(record: &Record, others: Option<(&Beside, &[String])>) -> String {
+    if let Err(why) = &record.result {
+        return format!("Failed: {why}");
+    }
+    let Some((others, texts)) = others else { return String::new() };
+    let said = others.columns.iter().zip(texts).filter(|(_, t)| !t.is_empty());
+    said.map(|(c, t)| format!("{c}: {t}")).collect::<Vec<_>>().join(", ")
+}
+
+fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Option<&Beside>) -> String {
+    let sweep = runner.sweep();
+    let units = runner.units();
+    let (factor_units, output_units) = units.split_at(sweep.factors.len());
+    let drawn = draw(runner, what, done, courses, others);
+    let tiles = &drawn.tiles;
+    let name = |o: &usize| sweep.outputs[*o].name.clone();
+    let columns: Vec<_> = drawn.told.iter().map(|o| [name(o), output_units[*o].1.clone()]).collect();
+    let lines: Vec<String> = drawn.lines.iter().map(name).collect();
     let kinds: Vec<String> = what.kinds.iter().map(|k| k.1.clone()).collect();
-    let shown_levels = levels.map(|l| l.iter().map(shown).collect::<Vec<_>>());
+    let levels = drawn.levels.each_ref().map(|l| l.iter().map(shown).collect::<Vec<_>>());
     let axis = |k: usize| [sweep.factors[what.axes[k]].name.as_str(), factor_units[what.axes[k]].1.as_str()];
-    let names: Vec<String> = lines.iter().map(|l| sweep.outputs[courses.outputs[*l]].name.clone()).collect();
     let stem = sweep.file.file_stem().unwrap_or_default().to_string_lossy();
     let lead = format!("{} runs of {}.", tiles.len(), sweep.system.display());
     let mut page = Page::new(&format!("Map of {stem}"), &lead);
@@ -203,13 +226,13 @@ fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
         title: &sweep.outputs[what.outcome].name,
         x: axis(0),
         y: axis(1),
-        levels: [&shown_levels[0], &shown_levels[1]],
+        levels: [&levels[0], &levels[1]],
         kinds: &kinds,
-        panels: &panels,
+        panels: &drawn.panels,
         columns: &columns,
-        lines: &names,
+        lines: &lines,
         span: courses.span,
-        tiles: &tiles,
+        tiles,
     });
     page.section("What the colours mean", "");
     let count = |k: usize| tiles.iter().filter(|t| t.kind == Some(k)).count().to_string();
@@ -217,7 +240,7 @@ fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
         what.kinds.iter().enumerate().map(|(k, (_, name, text))| vec![name.clone(), text.clone(), count(k)]);
     page.table(&[&sweep.outputs[what.outcome].name, "meaning", "runs"], &rows.collect::<Vec<_>>());
     if let Some(others) = others {
-        compare(&mut page, others, &kinds, &tiles);
+        compare(&mut page, others, &kinds, tiles);
     }
     page.finish()
 }

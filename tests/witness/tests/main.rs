@@ -3,7 +3,7 @@
 //!
 //! Runs on the FMUs in the folder that `TRUEUP_FMUS` names; `./test` packs them there.
 
-#![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
+#![allow(missing_docs, clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 // fmi-rs asks for it.
 #![allow(clippy::arc_with_non_send_sync)]
 
