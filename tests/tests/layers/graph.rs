@@ -111,6 +111,7 @@ const RULES: &[Rule] = &[
     Rule { name: "trueup-testkit", ours: &[], never: &["libloading", "clap"] },
     // Evidence: only dev-dependencies.
     Rule { name: "trueup-acceptance", ours: &[], never: &["*"] },
+    Rule { name: "trueup-witness", ours: &[], never: &["*"] },
 ];
 const BINDING: &[&str] = &["trueup-fmi", "trueup-fmi-export", "trueup-models", "trueup-numerics"];
 
