@@ -13,6 +13,7 @@ mod place;
 mod progress;
 pub mod record;
 
+use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
@@ -195,7 +196,7 @@ pub fn diagnose(
         let theta = search.compare(&led.stated).start();
         (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, POLISH))
     };
-    let (led, given) = rayon::join(|| search.polish(&led, POLISH), given);
+    let (led, given) = parallel::join(|| search.polish(&led, POLISH), given);
     let (models, mut ground) = ground(&search, &found, [Some(led), given].into_iter().flatten(), options)?;
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);

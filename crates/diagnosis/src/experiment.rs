@@ -11,9 +11,9 @@ use std::collections::BTreeSet;
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
 use trueup_identification::lsq::Options;
+use trueup_identification::parallel;
 use trueup_identification::run::{Channel, Drive, Run};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::Recording;
@@ -113,9 +113,8 @@ pub fn propose(
     let mut named = BTreeSet::new();
     separates.retain(|id| named.insert(id.clone()));
     let courses = menu::courses(&setting.driven, setting.step, setting.length, &setting.favoured(&rivals));
-    let tried: Vec<(Promise, &Course)> =
-        courses.par_iter().filter_map(|c| Some((setting.least(&found.best, &rivals, c)?, c))).collect();
-    let (promise, course) = tried.into_iter().max_by(|a, b| a.0.odds.total_cmp(&b.0.odds))?;
+    let tried = parallel::map(&courses, |c| Some((setting.least(&found.best, &rivals, c)?, c)));
+    let (promise, course) = tried.into_iter().flatten().max_by(|a, b| a.0.odds.total_cmp(&b.0.odds))?;
     // Odds that are there already count.
     let odds = promise.odds + decision.rivals[at].first().map_or(0.0, |r| -r.1);
     let spread = promise.spread.hypot((2.0 * promise.odds.max(0.0)).sqrt()).max(1e-9);

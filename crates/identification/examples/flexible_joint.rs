@@ -5,8 +5,8 @@
 #[path = "../tests/testbed/mod.rs"]
 mod testbed;
 
-use rayon::prelude::*;
 use trueup_identification::flexible_joint::{Fit, Method, fit};
+use trueup_identification::parallel;
 
 fn row(name: &str, truth: [f64; 4], by_torque: bool, method: Method, seeds: u64) {
     let drive = if by_torque { "torque" } else { "motion" };
@@ -14,10 +14,8 @@ fn row(name: &str, truth: [f64; 4], by_torque: bool, method: Method, seeds: u64)
     if std::env::args().nth(2).is_some_and(|only| !begin.contains(&only)) {
         return;
     }
-    let fits: Vec<Fit> = (0..seeds)
-        .into_par_iter()
-        .map(|s| fit(&testbed::run(truth, by_torque, 1.0, s + 1), method).unwrap())
-        .collect();
+    let fits: Vec<Fit> =
+        parallel::map(0..seeds, |s| fit(&testbed::run(truth, by_torque, 1.0, s + 1), method).unwrap());
     let n = seeds as f64;
     let mut cells = Vec::new();
     for k in 0..4 {

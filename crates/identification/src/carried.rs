@@ -153,7 +153,7 @@ fn linearise<M: Plant>(
             }
         }
         Moment::Reading { channel, sample, y } => {
-            let Some(instant) = instants.get_mut(at.wrapping_sub(1)) else { return };
+            let Some(instant) = at.checked_sub(1).and_then(|i| instants.get_mut(i)) else { return };
             let row = plan.channels()[channel] + sample;
             let known = instant.readings.iter().position(|(r, _)| *r == row);
             let place = known.unwrap_or_else(|| {

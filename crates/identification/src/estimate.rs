@@ -7,8 +7,8 @@
 //! *Intervals*: profile likelihood: where the least cost with the unknown held fixed has risen by half of the chi-square
 //! quantile, times the ratio of the two variances.
 
+use crate::parallel;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueup_signals::process::rms;
 
@@ -147,35 +147,31 @@ pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> E
     // Of a wrong model the likelihood says nothing.
     let readings = problem.readings();
     let wrong = rms(&found.residuals.as_slice()[..readings]) > 5.0;
-    let estimates = (0..n)
-        .into_par_iter()
-        .map(|k| {
-            let u = &unknowns[k];
-            let (value, slope) = u.scale.value(found.x[k]);
-            let se = (information.covariance[(k, k)].max(0.0) * inflation[k]).sqrt();
-            let reason = why_not(problem, found, &information, k, se);
-            let given = reason.is_none();
-            let wald = |sign: f64| Some(u.scale.value(found.x[k] + sign * Z95 * se).0);
-            let ci95 = if !given && found.at_bound[k] == 0 && !information.determines(k) {
-                [None, None]
-            } else if settings.profile.contains(&k) && !wrong {
-                [-1.0, 1.0].map(|sign| {
-                    profile(problem, found, &information, k, sign, se, inflation[k], settings.loss)
-                })
-            } else {
-                [wald(-1.0), wald(1.0)]
-            };
-            Estimated {
-                name: u.name.clone(),
-                run: u.run,
-                value,
-                standard_error: given.then_some(se * slope),
-                cramer_rao: given.then_some(independent.covariance[(k, k)].max(0.0).sqrt() * slope),
-                ci95,
-                reason,
-            }
-        })
-        .collect();
+    let estimates = parallel::map(0..n, |k| {
+        let u = &unknowns[k];
+        let (value, slope) = u.scale.value(found.x[k]);
+        let se = (information.covariance[(k, k)].max(0.0) * inflation[k]).sqrt();
+        let reason = why_not(problem, found, &information, k, se);
+        let given = reason.is_none();
+        let wald = |sign: f64| Some(u.scale.value(found.x[k] + sign * Z95 * se).0);
+        let ci95 = if !given && found.at_bound[k] == 0 && !information.determines(k) {
+            [None, None]
+        } else if settings.profile.contains(&k) && !wrong {
+            [-1.0, 1.0]
+                .map(|sign| profile(problem, found, &information, k, sign, se, inflation[k], settings.loss))
+        } else {
+            [wald(-1.0), wald(1.0)]
+        };
+        Estimated {
+            name: u.name.clone(),
+            run: u.run,
+            value,
+            standard_error: given.then_some(se * slope),
+            cramer_rao: given.then_some(independent.covariance[(k, k)].max(0.0).sqrt() * slope),
+            ci95,
+            reason,
+        }
+    });
     Estimate {
         unknowns: estimates,
         correlation: correlation(&information.covariance),

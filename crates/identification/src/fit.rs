@@ -1,8 +1,8 @@
 //! A fit as another program can use it: cost, whitened residuals with their times, Jacobian, covariance, and a
 //! free-running prediction of recordings that were not fitted.
 
+use crate::parallel;
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use trueup_signals::process::{nrmse, rms};
 
 use crate::covariance::Information;
@@ -118,7 +118,7 @@ pub fn search(problem: &OutputError, options: &FitOptions) -> Result<(Solution, 
     let tried: Vec<Result<Solution, PredictError>> = if options.starts.len() < 2 {
         Vec::new()
     } else {
-        options.starts.par_iter().map(|s| solve(problem, s, first)).collect()
+        parallel::map(&options.starts, |s| solve(problem, s, first))
     };
     let costs: Vec<f64> = tried.iter().map(|r| r.as_ref().map_or(f64::INFINITY, |s| s.cost)).collect();
     let best = (0..tried.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])).unwrap_or(0);
@@ -291,7 +291,7 @@ pub fn free_run(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Result<Vec
         all.iter_mut().for_each(|c| c.run = r);
         Ok(all)
     };
-    let all: Vec<Result<Vec<Comparison>, PredictError>> = runs.par_iter().enumerate().map(one).collect();
+    let all: Vec<Result<Vec<Comparison>, PredictError>> = parallel::map(runs.iter().enumerate(), one);
     Ok(all.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
 }
 

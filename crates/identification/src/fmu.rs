@@ -19,7 +19,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicU8, Ordering};
 use std::sync::{Arc, Mutex};
 
-use rayon::prelude::*;
+use crate::parallel;
 use trueup_fmi_description::description::{
     Causality, Description, Dimension, Initial, Type, Values, Variability, Variable,
 };
@@ -518,7 +518,7 @@ impl FmuModel {
             jobs.extend([(k, -width), (k, width)]);
         }
         let found: Result<Vec<Vec<f64>>, PredictError> =
-            jobs.par_iter().map(|(k, by)| run(*k, *by)).collect();
+            parallel::map(&jobs, |(k, by)| run(*k, *by)).into_iter().collect();
         let found = found?;
         let mut y: Vec<Lanes> = found[0].iter().map(|v| Dual::constant(*v)).collect();
         for (job, &k) in acting.iter().enumerate() {

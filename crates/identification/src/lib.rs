@@ -14,6 +14,7 @@ pub mod lsq;
 pub mod model;
 pub mod nelder_mead;
 pub mod output_error;
+pub mod parallel;
 pub mod plant;
 pub mod predict;
 pub mod predictor;

@@ -5,8 +5,8 @@
 //! exact ([`crate::predict`]); recordings run in parallel and are joined in order, so a result has the same bits
 //! whatever the number of threads.
 
+use crate::parallel;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use trueup_numerics::Scalar;
 
 use crate::carried::Carried;
@@ -276,7 +276,7 @@ impl<'a> OutputError<'a> {
             let (p, map, _) = self.arguments(run, theta, |_, v, _| v);
             self.model.carried(&self.runs[run], &self.plans[run], &p, &map)
         };
-        let all: Result<Vec<_>, _> = (0..self.runs.len()).into_par_iter().map(carried).collect();
+        let all: Result<Vec<_>, _> = parallel::map(0..self.runs.len(), carried).into_iter().collect();
         self.carried = all?;
         Ok(true)
     }
@@ -299,8 +299,7 @@ impl Problem for OutputError<'_> {
         let mut residuals = DVector::zeros(rows);
         let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
         if let Some(j) = &mut columns {
-            let found: Vec<_> =
-                (0..self.runs.len()).into_par_iter().map(|run| self.run_derivatives(run, theta)).collect();
+            let found: Vec<_> = parallel::map(0..self.runs.len(), |run| self.run_derivatives(run, theta));
             for (run, found) in found.into_iter().enumerate() {
                 let (r, all) = found?;
                 residuals.as_mut_slice()[self.residuals_of(run)].copy_from_slice(&r);
@@ -309,14 +308,11 @@ impl Problem for OutputError<'_> {
                 }
             }
         } else {
-            let found: Vec<_> = (0..self.runs.len())
-                .into_par_iter()
-                .map(|run| {
-                    let mut r = self.weighted(run, &self.predict(run, theta)?, |_, _, _| {});
-                    self.whiten(run, &mut r);
-                    Ok(r)
-                })
-                .collect();
+            let found: Vec<_> = parallel::map(0..self.runs.len(), |run| {
+                let mut r = self.weighted(run, &self.predict(run, theta)?, |_, _, _| {});
+                self.whiten(run, &mut r);
+                Ok(r)
+            });
             for (run, r) in found.into_iter().enumerate() {
                 residuals.as_mut_slice()[self.residuals_of(run)].copy_from_slice(&r?);
             }

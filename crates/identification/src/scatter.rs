@@ -10,11 +10,11 @@
 
 use std::collections::BTreeMap;
 
+use crate::parallel;
 use nalgebra::{DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 
 use crate::covariance::Information;
 use crate::interval;
@@ -49,7 +49,7 @@ pub(crate) fn scatter(
     let (counted, others): (Vec<_>, Vec<_>) =
         channels.into_iter().partition(|&(run, c)| problem.slack(run, c).is_some());
     let parts: Vec<DMatrix<f64>> =
-        others.par_iter().map(|&(run, c)| scores(problem, found, &rows, loss, run, c)).collect();
+        parallel::map(&others, |&(run, c)| scores(problem, found, &rows, loss, run, c));
     let mut m = parts.into_iter().fold(DMatrix::zeros(rows.ncols(), rows.ncols()), |sum, m| sum + m);
     // What a prior contributes is as sure as it says.
     let priors = rows.rows(problem.readings(), rows.nrows() - problem.readings());
@@ -282,33 +282,30 @@ fn bootstrap(
     let k = powered(h.clone(), 0.5);
     // w of the covariance K^-1 M K^-1: such are the scores K w.
     let spread = powered(h, -0.5) * powered(m.clone(), 0.5);
-    let draws: Vec<DVector<f64>> = (0..DRAWS)
-        .into_par_iter()
-        .map(|seed| {
-            let mut rng = StdRng::seed_from_u64(seed);
-            let mut phases = BTreeMap::new();
-            let counts = (counts.iter())
-                .map(|c| {
-                    let phase = *phases.entry(c.sensor).or_insert_with(|| rng.random_range(-0.5..0.5));
-                    c.again(phase, &mut rng)
-                })
-                .collect();
-            let w = &spread * DVector::from_fn(n, |_, _| StandardNormal.sample(&mut rng));
-            let again = Again { counts, k: &k, w };
-            let options = Options {
-                loss,
-                max_iterations: 30,
-                cost_tolerance: 1e-5,
-                step_tolerance: 1e-3,
-                radius: 10.0,
-                ..Options::default()
-            };
-            match solve(&again, &vec![0.0; n], options) {
-                Ok(s) => DVector::from_vec(s.x),
-                Err(never) => match never {},
-            }
-        })
-        .collect();
+    let draws: Vec<DVector<f64>> = parallel::map(0..DRAWS, |seed| {
+        let mut rng = StdRng::seed_from_u64(seed);
+        let mut phases = BTreeMap::new();
+        let counts = (counts.iter())
+            .map(|c| {
+                let phase = *phases.entry(c.sensor).or_insert_with(|| rng.random_range(-0.5..0.5));
+                c.again(phase, &mut rng)
+            })
+            .collect();
+        let w = &spread * DVector::from_fn(n, |_, _| StandardNormal.sample(&mut rng));
+        let again = Again { counts, k: &k, w };
+        let options = Options {
+            loss,
+            max_iterations: 30,
+            cost_tolerance: 1e-5,
+            step_tolerance: 1e-3,
+            radius: 10.0,
+            ..Options::default()
+        };
+        match solve(&again, &vec![0.0; n], options) {
+            Ok(s) => DVector::from_vec(s.x),
+            Err(never) => match never {},
+        }
+    });
     // Such that the error over its standard error has unit variance (Student's t).
     draws.iter().map(|z| z * z.transpose()).sum::<DMatrix<f64>>() / (DRAWS - 2) as f64
 }

@@ -1,6 +1,6 @@
 //! Free-running simulations of the sets that lead: what the balances leave open, the hold-out has to tell.
 
-use rayon::prelude::*;
+use trueup_identification::parallel;
 
 use super::field::{self, Field, Kind};
 use super::ground::Ground;
@@ -84,12 +84,12 @@ impl Ground<'_> {
         let places: Vec<usize> =
             (0..found.sets.len()).filter(new).filter(|at| grown(&found.sets[*at])).collect();
         let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
-        let mut all: Vec<(usize, Asked)> = places.into_par_iter().filter_map(ask).collect();
+        let mut all: Vec<(usize, Asked)> = parallel::map(places, ask).into_iter().flatten().collect();
         all.retain(|a| a.1.share > MISSED);
         all.sort_by(|a, b| b.1.share.total_cmp(&a.1.share));
         all.truncate(TRIED);
         let run = |(at, a): (usize, Asked)| self.shown(at, self.search.polished(a.stated, &a.start, POLISH)?);
-        all.into_par_iter().filter_map(run).collect()
+        parallel::map(all, run).into_iter().flatten().collect()
     }
 
     /// Noise carried through the model that is the best so far.
@@ -128,7 +128,7 @@ impl Ground<'_> {
             all.extend(self.more_than_plain(found, effort, &all));
             let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
             let list = field::leading(found, &ran);
-            all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+            all.extend(parallel::map(list, |at| self.run(found, at)).into_iter().flatten());
         }
         let seen = found.above(found.plain.excess());
         let blind = seen < self.limits.gap.left || seen < self.limits.gap.bare && !help(&all, bare.bare());
@@ -146,7 +146,7 @@ impl Ground<'_> {
         let good = all.iter().any(|c| self.is_near(c));
         let ran: Vec<usize> = all.iter().map(|c| c.at).collect();
         let list = field.entrants(found, wanted, good, &ran);
-        all.par_extend(list.into_par_iter().filter_map(|at| self.run(found, at)));
+        all.extend(parallel::map(list, |at| self.run(found, at)).into_iter().flatten());
     }
     /// Sets without two or more of the chosen causes, as long as those without one less do as well as all of them.
     fn fewer_still(&self, found: &Found, field: &Field, all: &mut Vec<Contender>) {

@@ -1,6 +1,6 @@
 //! What free runs see and balances do not: causes that explain much of what a free run misses, tried from where it ended.
 
-use rayon::prelude::*;
+use trueup_identification::parallel;
 
 use super::contest::{Contender, HELPS, MORE, POLISH, TRIED};
 use super::ground::Ground;
@@ -51,7 +51,7 @@ impl Ground<'_> {
         }
         // A look from afar says little of a fit, some steps of it say more.
         let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
-        let mut begun: Vec<Polished> = all.into_par_iter().filter_map(brief).collect();
+        let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
         begun.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
         let anew = |p: Polished| self.search.anew(p.fitted.as_ref()?);
         let begun = begun.into_iter().take(TRIED).filter_map(anew).collect();
@@ -77,7 +77,7 @@ impl Ground<'_> {
             let fits = starts.into_iter().flatten().filter_map(fit);
             Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
         };
-        let fitted: Vec<(Fitted, Polished)> = all.into_par_iter().filter_map(run).collect();
+        let fitted = parallel::map(all, run);
         let shown = |(led, polished): (Fitted, Polished)| {
             let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
             let new = self.shown(found.sets.len(), polished)?;
@@ -85,7 +85,7 @@ impl Ground<'_> {
             let stands = old.is_none_or(|old| new.after < old.after);
             stands.then(|| Contender { at: put(&mut found.sets, led), ..new })
         };
-        fitted.into_iter().filter_map(shown).collect()
+        fitted.into_iter().flatten().filter_map(shown).collect()
     }
 
     /// Fits the best of these further, where it falls short.

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
 use rand::SeedableRng;
-use rayon::prelude::*;
 use statrs::statistics::{Data, Median, Statistics};
+use trueup_identification::parallel;
 use trueup_identification::run::Run;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
@@ -86,12 +86,9 @@ pub fn floors(case: &Prepared, seed: u64) -> Result<Floors, String> {
 
 /// Recordings with what a perfect model leaves of them.
 fn weighed(case: &Prepared, runs: &[&Compared], mut led: Vec<Led>, seed: u64) -> Floors {
-    let spectra: Vec<Spectra> = led
-        .par_iter()
-        .zip(runs)
-        .enumerate()
-        .map(|(i, (led, run))| Spectra::of(case, led, run, seed.wrapping_add(i as u64)))
-        .collect();
+    let spectra: Vec<Spectra> = parallel::map(led.iter().zip(runs).enumerate(), |(i, (led, run))| {
+        Spectra::of(case, led, run, seed.wrapping_add(i as u64))
+    });
     let mut counts: Vec<f64> = Vec::new();
     for part in led[..case.train.len()].iter().filter(|l| !l.is_bridged()).flat_map(|l| &l.parts) {
         counts.resize(counts.len().max(part.octave + 1), 0.0);

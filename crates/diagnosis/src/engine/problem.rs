@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 pub use trueup_estimation::unknown::Target;
 use trueup_identification::lanes::LANES;
 use trueup_identification::lsq::{Evaluation, Problem};
+use trueup_identification::parallel;
 use trueup_identification::predict::{InputMap, Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
 use trueup_identification::unknown::Scale;
@@ -378,8 +378,7 @@ impl Comparison<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn residuals(&self, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
-        let found: Vec<_> =
-            (0..self.runs.len()).into_par_iter().map(|run| self.residual(run, theta)).collect();
+        let found: Vec<_> = parallel::map(0..self.runs.len(), |run| self.residual(run, theta));
         let mut all = Vec::with_capacity(self.readings());
         for r in found {
             all.extend(r?);
@@ -434,8 +433,7 @@ impl Problem for Comparison<'_> {
         let mut residuals = DVector::zeros(rows);
         let mut columns = jacobian.then(|| DMatrix::zeros(rows, theta.len()));
         if let Some(j) = &mut columns {
-            let found: Vec<_> =
-                (0..self.runs.len()).into_par_iter().map(|run| self.derivatives(run, theta)).collect();
+            let found: Vec<_> = parallel::map(0..self.runs.len(), |run| self.derivatives(run, theta));
             for (run, found) in found.into_iter().enumerate() {
                 let (r, all) = found?;
                 let range = begin[run]..begin[run + 1];

@@ -2,7 +2,7 @@
 
 use std::borrow::Borrow;
 
-use rayon::prelude::*;
+use trueup_identification::parallel;
 use trueup_models::effect::{PUSHES, Plant};
 
 use super::hypothesis::{Claim, Hypothesis, Times};
@@ -80,27 +80,24 @@ impl Search<'_> {
         let from = self.begin_with(&stated, base);
         let tries = self.tries();
         // By stretch and recording: by how much it would fall.
-        let gains: Vec<Vec<f64>> = tries
-            .par_iter()
-            .map(|stretch| {
-                let mut theta = from.clone();
-                for (k, u) in stated.unknowns[begin..].iter().enumerate() {
-                    theta[begin + k] = u.scale.coordinate(value(u, Some(*stretch)));
-                }
-                let Ok(there) = problem.residuals(&theta) else { return vec![0.0; segments.len() - 1] };
-                segments
-                    .windows(2)
-                    .map(|s| {
-                        let (mut cross, mut own) = (0.0, f64::MIN_POSITIVE);
-                        for (b, a) in there[s[0]..s[1]].iter().zip(&base.residuals.as_slice()[s[0]..s[1]]) {
-                            let d = b - a;
-                            (cross, own) = (cross + d * a, own + d * d);
-                        }
-                        cross * cross / own
-                    })
-                    .collect()
-            })
-            .collect();
+        let gains: Vec<Vec<f64>> = parallel::map(&tries, |stretch| {
+            let mut theta = from.clone();
+            for (k, u) in stated.unknowns[begin..].iter().enumerate() {
+                theta[begin + k] = u.scale.coordinate(value(u, Some(*stretch)));
+            }
+            let Ok(there) = problem.residuals(&theta) else { return vec![0.0; segments.len() - 1] };
+            segments
+                .windows(2)
+                .map(|s| {
+                    let (mut cross, mut own) = (0.0, f64::MIN_POSITIVE);
+                    for (b, a) in there[s[0]..s[1]].iter().zip(&base.residuals.as_slice()[s[0]..s[1]]) {
+                        let d = b - a;
+                        (cross, own) = (cross + d * a, own + d * d);
+                    }
+                    cross * cross / own
+                })
+                .collect()
+        });
         let best = |score: &dyn Fn(&Vec<f64>) -> f64| {
             let at = (0..tries.len()).max_by(|a, b| score(&gains[*a]).total_cmp(&score(&gains[*b])));
             at.map(|i| tries[i])

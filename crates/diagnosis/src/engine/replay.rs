@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use nalgebra::DMatrix;
-use rayon::prelude::*;
 use trueup_identification::lsq::{Options, solve};
+use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
@@ -255,7 +255,7 @@ impl Search<'_> {
         let theta = self.begin_with(&stated, &fitted);
         let problem = self.compare(&fitted.stated);
         let shown: Result<Replayed, PredictError> =
-            (0..train.len()).into_par_iter().map(|run| problem.shown(run, &fitted.theta)).collect();
+            parallel::map(0..train.len(), |run| problem.shown(run, &fitted.theta)).into_iter().collect();
         let misfit = self.misfit(&shown.ok()?, train);
         Some(Polished { complete: Complete { stated, theta }, misfit, fitted: Some(fitted) })
     }
@@ -265,7 +265,7 @@ impl Search<'_> {
         let (problem, train) = (self.compare(&from.stated), &self.case.train);
         let shown = |run: usize| problem.shown(run, &from.theta).map(|s| self.allowed(&s, &train[run]));
         let allowed: Result<Vec<Vec<f64>>, PredictError> =
-            (0..train.len()).into_par_iter().map(shown).collect();
+            parallel::map(0..train.len(), shown).into_iter().collect();
         let mut stated = self.state_like(&from.stated.set, Some(allowed.ok()?)).ok()?;
         stated.believe_like(&from.stated);
         let start = self.begin_with(&stated, from);
@@ -324,7 +324,7 @@ impl Search<'_> {
     /// # Errors
     /// The model cannot be simulated.
     pub fn settled(&self, complete: &Complete, runs: &[Compared]) -> Result<Vec<Settled>, PredictError> {
-        runs.par_iter().map(|run| self.settle(complete, run)).collect()
+        parallel::map(runs, |run| self.settle(complete, run)).into_iter().collect()
     }
 
     /// What they show then.
@@ -549,7 +549,7 @@ impl Search<'_> {
             })?;
             Ok(run.run.channels.iter().zip(carried).map(|(c, carried)| c.sigma.hypot(carried)).collect())
         };
-        runs.par_iter().zip(settled).map(floors).collect()
+        parallel::map(runs.iter().zip(settled), floors).into_iter().collect()
     }
 }
 

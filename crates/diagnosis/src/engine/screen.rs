@@ -5,7 +5,7 @@ mod pair;
 mod projection;
 
 use nalgebra::DVector;
-use rayon::prelude::*;
+use trueup_identification::parallel;
 use trueup_models::effect::PUSHES;
 
 use super::hypothesis::{self, Hypothesis, Look, Posed, Times};
@@ -51,8 +51,10 @@ impl Search<'_> {
             .filter(|i| !base.stated.set.iter().any(|h| h.same_place(&self.causes[*i])))
             .filter(|i| !(pushed && self.causes[*i].is_push()))
             .collect();
-        let mut all: Vec<Screened> =
-            tasks.par_iter().filter_map(|&i| self.screen_one(base, &projection, i, &[])).collect();
+        let mut all: Vec<Screened> = parallel::map(tasks, |i| self.screen_one(base, &projection, i, &[]))
+            .into_iter()
+            .flatten()
+            .collect();
         all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
         all
     }
@@ -146,7 +148,8 @@ impl Search<'_> {
         let (problem, posed) = (self.compare(&stated), stated.posed.last()?);
         let beside = Beside::new(base, projection, &problem, &stated, &from)?;
         let change = |s: Stretch| Some((s, beside.change(filled(&once, &posed.unknowns, &[s]))?));
-        let mut left: Vec<(Stretch, DVector<f64>)> = tries.into_par_iter().filter_map(change).collect();
+        let mut left: Vec<(Stretch, DVector<f64>)> =
+            parallel::map(tries, change).into_iter().flatten().collect();
         let (mut stretches, mut taken) = (Vec::new(), Vec::new());
         while stretches.len() < PUSHES && !left.is_empty() {
             let gain = |c: &(Stretch, DVector<f64>)| {

@@ -1,7 +1,7 @@
 //! Which set of causes: a beam search by evidence.
 
-use rayon::prelude::*;
 use trueup_identification::lsq::Options;
+use trueup_identification::parallel;
 use trueup_models::effect::Plant;
 
 use super::hypothesis::{Hypothesis, Times};
@@ -176,12 +176,12 @@ impl Search<'_> {
                 pairs.truncate(PAIRS);
                 let set = |p: &Pair| p.indices.map(|i| self.causes[i].clone());
                 pairs.retain(|p| !grown.iter().any(|g| same(&g.stated.set, &set(p))));
-                let fits = pairs.par_iter().filter_map(|p| self.fit_pair(base, screened, p, options));
-                grown.extend(fits.collect::<Vec<_>>());
+                let fits = parallel::map(&pairs, |p| self.fit_pair(base, screened, p, options));
+                grown.extend(fits.into_iter().flatten());
             }
             grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
             // The best once more with all derivatives.
-            grown.par_iter_mut().take(WHOLE).for_each(|fitted| {
+            parallel::map(grown.iter_mut().take(WHOLE), |fitted| {
                 if let Ok(whole) = self.fit(fitted.stated.clone(), &fitted.theta, options) {
                     *fitted = whole;
                 }
@@ -293,7 +293,7 @@ impl Search<'_> {
         let fit = |(set, start): (Vec<Hypothesis>, &Vec<f64>)| {
             self.fit_beside(self.state(&set).ok()?, start, options, base).ok()
         };
-        steps.into_par_iter().filter_map(fit).collect()
+        parallel::map(steps, fit).into_iter().flatten().collect()
     }
 
     /// Tries other causes in the place of each of several.
@@ -360,28 +360,28 @@ impl Search<'_> {
             let places: Vec<usize> = (0..self.causes.len())
                 .filter(|&k| self.causes[k].has_order() && !best.stated.set.contains(&self.causes[k]))
                 .collect();
-            let fits = places.into_par_iter().filter_map(|index| {
+            let fits = parallel::map(places, |index| {
                 let s = self.screen_orders(&base, index, &[order, 0.5 * order])?;
                 let mut set = fewer.clone();
                 set.push(self.causes[index].clone());
                 self.fit(self.state(&set).ok()?, &s.start, options).ok()
             });
-            fits.collect::<Vec<_>>().into_iter().for_each(|fitted| keep(sets, fitted));
+            fits.into_iter().flatten().for_each(|fitted| keep(sets, fitted));
         }
     }
 
     /// Leaves out what the others make needless.
     fn without_needless(&self, mut best: Fitted, options: Options) -> Fitted {
         while best.stated.set.len() > 1 {
-            let fits = (0..best.stated.set.len()).into_par_iter().filter_map(|i| {
+            let fits = parallel::map(0..best.stated.set.len(), |i| {
                 let mut set = best.stated.set.clone();
                 set.remove(i);
                 let stated = self.state(&set).ok()?;
                 let start = self.begin_with(&stated, &best);
                 self.fit(stated, &start, options).ok()
             });
-            let fits: Vec<Fitted> = fits.collect();
-            let Some(less) = fits.into_iter().max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))
+            let Some(less) =
+                fits.into_iter().flatten().max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))
             else {
                 break;
             };

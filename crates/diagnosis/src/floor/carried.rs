@@ -3,7 +3,7 @@
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
-use rayon::prelude::*;
+use trueup_identification::parallel;
 
 /// Noise of deviation 1 whose readings tell so much of the next.
 pub(crate) fn coloured(told: f64, rng: &mut impl Rng) -> impl Iterator<Item = f64> {
@@ -53,7 +53,7 @@ pub fn carried<E: Send>(
         };
         Ok(simulate(&noisy)?.iter().zip(&base).map(square).collect())
     };
-    let all: Vec<_> = (0..realisations).into_par_iter().map(one).collect();
+    let all: Vec<_> = parallel::map(0..realisations, one);
     for found in all {
         power.iter_mut().zip(found?).for_each(|(p, x)| *p += x);
     }
