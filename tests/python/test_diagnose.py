@@ -175,6 +175,8 @@ def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
     assert len(gaps) == 2 and all(gap == 0 for gap in gaps.values()), gaps
 
 
+# A joint without a gap is judged by the filter in crates/hypotheses/tests/joint.rs each time.
+@pytest.mark.full
 def test_the_filter_sees_no_gap_either(tmp_path, trials):
     results = trials / "by-filter"
     made = run("trial", "run", trials, "--results", results, "--verdict-only", "--engine", "filter")
