@@ -12,16 +12,17 @@ STOP = 30.0
 
 @pytest.fixture(scope="module")
 def simulated(trueup, fmus, tmp_path_factory):
-    """simulated(text) is the last row of a run of a system."""
+    """simulated(text) is the last row of a run of a system; simulated(text, True) are all rows."""
     folder = tmp_path_factory.mktemp("contact")
 
-    def run(text):
+    def run(text, whole=False):
         (folder / "system.toml").write_text(text)
         done = trueup("simulate", "system.toml", "-o", "r.csv", cwd=folder)
         assert done.returncode == 0, done.stderr
         with open(folder / "r.csv") as file:
             rows = list(csv.reader(file))
-        return {name: float(v) for name, v in zip(rows[0], rows[-1]) if v not in ("true", "false")}
+        rows = [{name: float(v) for name, v in zip(rows[0], row) if v not in ("true", "false")} for row in (rows[1:] if whole else rows[-1:])]
+        return rows if whole else rows[0]
 
     return run
 
@@ -34,17 +35,17 @@ def in_one(simulated, fmus):
     )
 
 
-def coupled(simulated, fmus, algorithm):
+def coupled(fmus, algorithm, more=""):
     text = (ROOT / "examples/capture-coupled.toml").read_text()
     assert '"extrapolate"' in text
-    return simulated(text.replace('"extrapolate"', f'"{algorithm}"').replace("../out", str(fmus)))
+    return text.replace('"extrapolate"', f'"{algorithm}"{more}').replace("../out", str(fmus))
 
 
 def test_three_fmus_come_to_what_one_comes_to(simulated, fmus, in_one):
     off, made = {}, {}
     wanted = [in_one[f"scene.targetVelocity[{i}]"] - in_one[f"scene.chaserVelocity[{i}]"] for i in (1, 2)]
-    for algorithm in ("jacobi", "extrapolate"):
-        row = coupled(simulated, fmus, algorithm)
+    for algorithm in ("jacobi", "extrapolate", "adaptive"):
+        row = simulated(coupled(fmus, algorithm))
         have = [row[f"target.velocity[{i}]"] - row[f"chaser.velocity[{i}]"] for i in (1, 2)]
         off[algorithm] = np.hypot(*np.subtract(have, wanted))
         stored = row["chaser.kineticEnergy"] + row["target.kineticEnergy"] + row["contact.elasticEnergy"]
@@ -55,6 +56,34 @@ def test_three_fmus_come_to_what_one_comes_to(simulated, fmus, in_one):
         assert row["contact.outcome"] == in_one["scene.outcome"]
     print("final relative velocity off by", off, "m/s; energy that the coupling made:", made, "J")
     assert np.hypot(*wanted) > 0.02
-    assert 10 * off["extrapolate"] < off["jacobi"] < 1e-4
+    assert 100 * off["extrapolate"] < off["jacobi"] < 1e-4
+    assert off["adaptive"] < 2e-6  # at its tolerance of 1e-4, in steps of up to 0.3 s
     # Forces that come a step late push what they should slow down.
     assert made["jacobi"] > 20 * abs(made["extrapolate"])
+
+
+def first_touch(rows, component):
+    """Rows before and after the first contact of a ball, and the next one."""
+    now = [[row[f"{component}.inContact[{i}]"] for i in (1, 2, 3)] for row in rows]
+    at = next(k for k in range(1, len(rows)) if max(now[k]) > max(now[k - 1]))
+    return rows[at - 1 : at + 2]
+
+
+def test_a_touch_ends_the_step_of_all(simulated, fmus):
+    """The chaser drifts until the touch: where it stands then tells when it was stopped."""
+    text = coupled(fmus, "extrapolate", "\nevent-rows = true").replace("stop = 30", "stop = 3.6")
+    before, after, later = first_touch(simulated(text, True), "contact")
+    scene = fmus / "CaptureScene.fmi3.fmu"
+    text = f'[run]\nstop = 3.6\nstep = 0.1\ntolerance = 1e-12\n[components.scene]\nfmu = "{scene}"\ninterface = "model-exchange"\n'
+    _, wanted, _ = first_touch(simulated(text, True), "scene")
+    assert before["time"] == after["time"] and abs(after["time"] / 0.001 - round(after["time"] / 0.001)) > 1e-3
+    assert abs(after["time"] - wanted["time"]) < 1e-9
+    assert abs(after["chaser.position[1]"] - SPEED * after["time"]) < 1e-14
+    # The force jumps (CON-2), and both bodies have it at once.
+    force = [np.hypot(row["contact.hostForce[1]"], row["contact.hostForce[2]"]) for row in (before, after)]
+    assert force[0] == 0.0 and force[1] > 20.0
+    lasts = later["time"] - after["time"]
+    assert 0 < lasts < 0.001
+    for body, sign in (("chaser", 1), ("target", -1)):
+        gained = (later[f"{body}.linearMomentum[2]"] - after[f"{body}.linearMomentum[2]"]) / lasts
+        assert abs(gained / after["contact.hostForce[2]"] - sign) < 0.03

@@ -25,6 +25,9 @@ const LONGEST: f64 = 0.02;
 const JUMP: f64 = 1e-3;
 /// And whatever the errors did before, once it is this part of that.
 const FORCED: f64 = 1e-3;
+/// A local error below this part of the tolerance is none: behind a jump steps grow by [`control`]'s START, so that a dozen of
+/// them come to 1e-4 of the tolerance.
+const NOISE: f64 = 1e-5;
 /// Jumps in a row after which the run is given up.
 const CHATTER: u32 = 1000;
 /// Exchanges among events at one time.
@@ -266,7 +269,9 @@ impl Adaptive {
             let moved = self.ends[track].iter().zip(from).map(|(end, from)| end - from);
             norm(moved, &self.inlets.scales)
         };
-        let local = predictor.milne() * apart(&self.predicted) / h;
+        let local = predictor.milne() * apart(&self.predicted);
+        // Of steps as short as those at a jump, values differ by what rounding makes of them, which no shorter step mends.
+        let local = if local > NOISE * self.control.tolerance { local / h } else { 0.0 };
         self.history[track].extrapolate(&predictor, &mut self.extrapolated);
         for i in 0..self.extrapolated.len() {
             if !self.inlets.is_judged(i, &self.predicted, &self.ends[track]) {
@@ -297,7 +302,10 @@ impl Adaptive {
         let apart = self.ends[FINE].iter().zip(&self.ends[COARSE]).map(|(fine, coarse)| fine - coarse);
         let error = largest(apart, &self.inlets.scales) / (2.0_f64.powi(NODES as i32) - 1.0);
         self.control.step = 0.5 * (end - time);
-        self.control.accept(ratio, points, error);
+        match jump && ratio > 1.0 {
+            true => self.control.jumped(error),
+            false => self.control.accept(ratio, points, error),
+        }
         self.log.error = self.control.largest;
         self.stubborn = (f64::INFINITY, 0);
         if points == NODES {
@@ -409,6 +417,7 @@ impl Inlets {
                 self.ended.extend_from_slice(stepper.nodes());
             }
             (done.time, done.terminate) = (done.time.min(one.time), done.terminate | one.terminate);
+            stepper.stay(parts.nodes, one.time)?;
         }
         parts.exchange.drive(parts.inputs, done.time, |_| true);
         parts.exchange.propagate(parts.nodes, done.time)?;

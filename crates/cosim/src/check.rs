@@ -22,7 +22,7 @@ use crate::error::Error;
 use crate::inputs::Inputs;
 use crate::mistake::{Mistake, suggestion};
 use crate::plan::{Plan, Planned};
-use crate::system::{Component, InputFile, Interface, Place, Port, System};
+use crate::system::{Component, InputFile, Interface, Place, Port, Run, System};
 
 /// Loads the FMUs of a system (each file once) and checks all of it before anything runs.
 ///
@@ -64,8 +64,20 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
         mistakes.dedup();
         return Err(Error::System(mistakes));
     };
-    let (tolerance, algorithm) = (system.run.tolerance, system.run.algorithm);
-    Ok(Plan { components, links, driven, inputs, recorded, grid, tolerance, algorithm, maps, notes })
+    let Run { tolerance, algorithm, event_rows, .. } = system.run;
+    Ok(Plan {
+        components,
+        links,
+        driven,
+        inputs,
+        recorded,
+        grid,
+        tolerance,
+        algorithm,
+        event_rows,
+        maps,
+        notes,
+    })
 }
 
 fn read_inputs(wanted: &InputFile, files: &mut Files, report: &mut Report) -> Option<Inputs> {

@@ -1,6 +1,7 @@
 //! The coupled system from one communication point to the next.
 
 mod anderson;
+mod shared_events;
 
 use crate::adaptive::Parts;
 use crate::error::{Error, Residual};
@@ -10,9 +11,13 @@ use crate::node::{self, Node};
 use crate::stepper::{Advance, Settled, Stepper, Within};
 use crate::system::Interface;
 use anderson::Anderson;
+use shared_events::{How, SharedEvents};
 
 /// Repetitions of a step before it is given up as not settling.
 const ITERATIONS: u32 = 25;
+
+/// A step below this part of the longest one, up to an event or on from it, tells no slopes: they stay what they were.
+const SHORT: f64 = 1e-6;
 
 /// When a stepper steps.
 pub(crate) struct Turn {
@@ -72,6 +77,9 @@ pub struct Coupling {
     outputs: Vec<Vec<usize>>,
     saved: Saved,
     anderson: Anderson,
+    shared: Option<SharedEvents>,
+    /// The longest step so far in s.
+    longest: f64,
 }
 
 /// Values at the start of a step that may be repeated.
@@ -160,6 +168,8 @@ impl Coupling {
             outputs,
             saved: Saved::default(),
             anderson: Anderson::default(),
+            shared: None,
+            longest: 0.0,
             exchange,
         };
         for stepper in &mut this.steppers {
@@ -256,7 +266,7 @@ impl Coupling {
 
     /// What the steppers chose on the way.
     pub(crate) fn notes(&self) -> impl Iterator<Item = String> {
-        self.steppers.iter().flat_map(|s| s.notes())
+        self.steppers.iter().flat_map(|s| s.notes()).chain(self.unshared())
     }
 
     /// Every unit that is due steps to `to`, one after the other, with the inputs that it has or on their lines. Nothing
@@ -266,6 +276,9 @@ impl Coupling {
     /// Whatever an FMU returns.
     #[inline]
     pub fn step(&mut self, to: f64, within: Within) -> Result<Advance, Error> {
+        if let Some(done) = self.step_to_event(to, How::Together(within))? {
+            return Ok(done);
+        }
         let mut all = Advance { time: to, ..Advance::default() };
         for (stepper, turn) in self.steppers.iter_mut().zip(&mut self.turns).filter(|(_, t)| t.due) {
             let end = match stepper.pace(&mut self.nodes, turn.time, to, within) {
@@ -278,6 +291,9 @@ impl Coupling {
                 Err(error) => return Err(*error),
             };
             (turn.last, turn.time) = (end - turn.time, end);
+            if self.has_events {
+                stepper.stay(&mut self.nodes, end)?;
+            }
         }
         Ok(all)
     }
@@ -288,33 +304,51 @@ impl Coupling {
     /// # Errors
     /// Whatever an FMU returns.
     pub(crate) fn step_in_order(&mut self, to: f64) -> Result<Advance, Error> {
+        if let Some(done) = self.step_to_event(to, How::InOrder)? {
+            return Ok(done);
+        }
         let mut all = Advance { time: to, ..Advance::default() };
         for at in 0..self.order.len() {
-            let at = self.order[at];
-            let (stepper, turn) = (&mut self.steppers[at], &mut self.turns[at]);
-            if !turn.due {
+            let u = self.order[at];
+            if !self.turns[u].due {
                 continue;
             }
-            let from = turn.time;
-            for &n in stepper.nodes() {
-                self.exchange.write(n, &mut self.nodes, from)?;
-                let line = &mut self.nodes[n].line;
-                for ((slot, value), slope) in line.slots.iter().zip(&line.value).zip(&mut line.slope) {
-                    if self.known[*slot] && self.smooth[*slot] != 0.0 {
-                        *slope = (self.exchange.reals()[*slot] - value) / (to - from);
-                    }
-                }
-                line.dirty = true;
-            }
-            let done = stepper.step(&mut self.nodes, from, to, Within::Line)?;
-            turn.terminated |= done.terminate;
-            (turn.last, turn.time) = (to - from, to);
-            for &n in stepper.nodes() {
-                self.exchange.read(n, &mut self.nodes, to)?;
-            }
+            let from = self.turns[u].time;
+            self.take_inputs(u)?;
+            self.aim_lines(u, from, to);
+            let done = self.steppers[u].step(&mut self.nodes, from, to, Within::Line)?;
+            self.turns[u].terminated |= done.terminate;
+            (self.turns[u].last, self.turns[u].time) = (to - from, to);
+            self.steppers[u].stay(&mut self.nodes, to)?;
+            self.hand_outputs(u, to)?;
             join(&mut all, done);
         }
         Ok(all)
+    }
+
+    /// Sets the inputs of a unit as they were exchanged last.
+    fn take_inputs(&mut self, u: usize) -> Result<(), Error> {
+        let nodes = self.steppers[u].nodes();
+        nodes.iter().try_for_each(|n| self.exchange.write(*n, &mut self.nodes, self.turns[u].time))
+    }
+
+    /// Lines of the inputs of a unit to what those before it have reached at `to`.
+    fn aim_lines(&mut self, u: usize, from: f64, to: f64) {
+        for &n in self.steppers[u].nodes() {
+            let line = &mut self.nodes[n].line;
+            for ((slot, value), slope) in line.slots.iter().zip(&line.value).zip(&mut line.slope) {
+                if self.known[*slot] && self.smooth[*slot] != 0.0 {
+                    *slope = (self.exchange.reals()[*slot] - value) / (to - from);
+                }
+            }
+            line.dirty = true;
+        }
+    }
+
+    /// Reads the outputs of a unit at `time`, for those behind it.
+    fn hand_outputs(&mut self, u: usize, time: f64) -> Result<(), Error> {
+        let nodes = self.steppers[u].nodes();
+        nodes.iter().try_for_each(|n| self.exchange.read(*n, &mut self.nodes, time))
     }
 
     /// Sources that have not stepped to `time` go on on their lines, as far as others see them.
@@ -333,8 +367,12 @@ impl Coupling {
     /// After an exchange: slopes over the last step, and the lines of the next one, up to `next(every)`.
     pub(crate) fn draw_lines(&mut self, next: impl Fn(u64) -> f64) {
         let reals = self.exchange.reals();
-        if self.uniform {
-            let last = self.turns.first().map_or(0.0, |u| u.last);
+        let last = self.turns.first().map_or(0.0, |u| u.last);
+        self.longest = self.longest.max(last);
+        let uniform = self.uniform && (self.shared.is_none() || self.turns.iter().all(|u| u.last == last));
+        if uniform && last < SHORT * self.longest {
+            self.previous.copy_from_slice(reals);
+        } else if uniform {
             let rate = if last > 0.0 { 1.0 / last } else { 0.0 };
             for (((slope, previous), x), smooth) in
                 self.slopes.iter_mut().zip(&mut self.previous).zip(reals).zip(&self.smooth)
@@ -363,7 +401,7 @@ impl Coupling {
                 let line = &mut self.nodes[n].line;
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
                 for ((slot, value), slope) in line.slots.iter().zip(&mut line.value).zip(&mut line.slope) {
-                    let own = !self.uniform && self.sampled[*slot];
+                    let own = !uniform && self.sampled[*slot];
                     let sampled = (reals[*slot] - *value) * rate * self.smooth[*slot];
                     *slope = if own { sampled } else { self.slopes[*slot] };
                     *value = reals[*slot];

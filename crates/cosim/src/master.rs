@@ -27,8 +27,9 @@ use crate::events::{Cuts, discrete_inputs};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::grid::Grid;
 use crate::log::RunLog;
+use crate::mistake::quoted;
 use crate::node::Node;
-use crate::plan::Plan;
+use crate::plan::{Plan, Planned};
 use crate::record::Recorder;
 use crate::results::Sink;
 use crate::stepper::{
@@ -54,6 +55,29 @@ fn stays<'a>(folder: &Folder, time: f64, nodes: impl Iterator<Item = &'a Node>) 
     Err(Error::Moved { time, who: format!("{one} {}", names.join(", ")), to })
 }
 
+/// Whether an event in one FMU can end the step of all of them; a note where it cannot.
+fn shares_events(plan: &mut Plan, algorithm: Algorithm) -> bool {
+    if matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
+        return false;
+    }
+    let steps = |c: &&Planned| {
+        let offered = c.description().co_simulation.as_ref();
+        c.interface == Interface::ModelExchange
+            || offered.is_some_and(|i| i.can_handle_variable_communication_step_size)
+    };
+    let rigid: Vec<&str> = plan.components.iter().filter(|c| !steps(c)).map(|c| c.name.as_str()).collect();
+    let seldom: Vec<&str> = plan.components.iter().filter(|c| c.every > 1).map(|c| c.name.as_str()).collect();
+    let why = match (rigid.is_empty(), seldom.is_empty()) {
+        (true, true) => return true,
+        (false, _) => format!("steps of {} are of equal length only", quoted(&rigid)),
+        (true, false) => format!("{} steps less often (`every`)", quoted(&seldom)),
+    };
+    if plan.components.iter().any(|c| c.interface == Interface::ModelExchange || has_event_mode(c)) {
+        plan.notes.push(format!("other FMUs learn of an event at the next communication point: {why}"));
+    }
+    false
+}
+
 /// Runs a [`Plan`] once.
 pub struct Master {
     /// Without its components, which have become nodes.
@@ -70,8 +94,10 @@ pub struct Master {
 struct Ready {
     nodes: Vec<Node>,
     shared: Vec<Option<std::sync::Arc<crate::stepper::Shared>>>,
-    /// There is one FMU, and its events are handled as FMI 3.0 has it.
-    event_mode: bool,
+    /// Of each: its events are handled as FMI 3.0 has it.
+    event_mode: Vec<bool>,
+    /// An event of one ends the step of all.
+    shares: bool,
 }
 
 impl Master {
@@ -86,7 +112,9 @@ impl Master {
         let follows = algorithm != Algorithm::Jacobi;
         let (mut nodes, mut shared) = (Vec::new(), Vec::new());
         let start = plan.grid.start;
-        let mut event_mode = false;
+        let mut event_mode = Vec::new();
+        let alone = units.len() == 1;
+        let shares = !alone && shares_events(&mut plan, algorithm);
         let folder = Folder::now();
         for planned in std::mem::take(&mut plan.components) {
             let slave_of = |event_mode: bool| {
@@ -96,11 +124,11 @@ impl Master {
                 (how.event_mode_used, how.early_return_allowed) = (event_mode, event_mode);
                 Node::instantiate(&planned, how).map(|slave| (slave, lines))
             };
-            event_mode = units.len() == 1 && has_event_mode(&planned);
-            let (slave, lines) = match slave_of(event_mode) {
+            let mut with_events = (alone || shares) && has_event_mode(&planned);
+            let (slave, lines) = match slave_of(with_events) {
                 // Declared, and yet refused.
-                Err(_) if event_mode => {
-                    event_mode = false;
+                Err(_) if with_events => {
+                    with_events = false;
                     plan.notes.push(format!(
                         "{}: refuses its event mode, runs without",
                         planned.fmu.file().display()
@@ -116,11 +144,12 @@ impl Master {
             stays(&folder, start, std::iter::once(&node))?;
             nodes.push(node);
             shared.push(lines);
+            event_mode.push(with_events);
         }
         let uniform = nodes.iter().all(|n| n.planned.every <= 1);
         let cuts = Cuts::new(&nodes, &plan.driven, plan.inputs.as_mut().filter(|_| uniform), &plan.grid);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
-        let ready = Some(Ready { nodes, shared, event_mode });
+        let ready = Some(Ready { nodes, shared, event_mode, shares });
         Ok(Self { plan, units, order, ready, cuts, log, folder })
     }
 
@@ -153,7 +182,7 @@ impl Master {
     }
 
     fn initialize(&mut self, ready: Ready, sink: &mut dyn Sink) -> Result<(Coupling, Recorder), Error> {
-        let Ready { mut nodes, shared, event_mode } = ready;
+        let Ready { mut nodes, shared, event_mode, shares } = ready;
         let Plan { links, driven, maps, inputs, recorded, grid, tolerance, .. } = &self.plan;
         let start = grid.start;
         for node in &mut nodes {
@@ -178,7 +207,8 @@ impl Master {
         }
         let rolls_back = matches!(self.log.algorithm, Algorithm::Iterative | Algorithm::Adaptive);
         let (units, step) = (&self.units, grid.step);
-        // Events of a system that is one unit show in the results; others step from point to point.
+        let groups = nodes.iter().any(|n| n.planned.interface == Interface::ModelExchange);
+        let shares = shares && (groups || event_mode.contains(&true));
         let alone = units.len() == 1;
         let steppers = |nodes: &mut [Node]| {
             let mut list: Vec<(Box<dyn Stepper>, u64)> = Vec::new();
@@ -188,9 +218,10 @@ impl Master {
                     Interface::CoSimulation => {
                         let step = step * every as f64;
                         let lines = shared[unit[0]].clone();
-                        let slave = SlaveStepper::new(nodes, unit[0], step, rolls_back, lines);
+                        let restored = rolls_back || shares && nodes[unit[0]].can_restore();
+                        let slave = SlaveStepper::new(nodes, unit[0], step, restored, lines);
                         match &nodes[unit[0]] {
-                            node if event_mode => Box::new(EventStepper::new(
+                            node if event_mode[unit[0]] => Box::new(EventStepper::new(
                                 slave,
                                 unit[0],
                                 discrete_inputs(node, unit[0], wiring),
@@ -200,7 +231,8 @@ impl Master {
                     }
                     Interface::ModelExchange => Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance)?),
                 };
-                if alone && !rolls_back {
+                // Where an event stops all, it shows in the results.
+                if shares || alone && !rolls_back {
                     stepper.stop_at_events();
                 }
                 list.push((stepper, every));
@@ -209,6 +241,9 @@ impl Master {
         };
         let order = std::mem::take(&mut self.order);
         let mut coupling = Coupling::new(nodes, wiring, inputs.clone(), steppers, order, start)?;
+        if shares {
+            coupling.share_events(self.log.algorithm == Algorithm::GaussSeidel);
+        }
         recorder.row(coupling.nodes(), start, Some(0), sink)?;
         Ok((coupling, recorder))
     }
@@ -233,6 +268,8 @@ impl Master {
                 cuts.between(time, to).map_or(to, |(cut, _)| cut)
             }
         };
+        let events_show = self.plan.event_rows.unwrap_or(self.units.len() == 1);
+        let inputs_show = self.plan.event_rows != Some(false);
         let mut time = grid.start;
         if follows {
             coupling.draw_lines(next(time, 0));
@@ -279,7 +316,8 @@ impl Master {
                 self.log.events += done.events;
                 self.log.time = done.time;
                 // Between points, rows are written where something jumps: one before, one after it.
-                let between = done.time < to && (done.event || cut.is_some_and(|(_, jumps)| jumps));
+                let jumps = done.event && events_show || inputs_show && cut.is_some_and(|(_, jumps)| jumps);
+                let between = done.time < to && jumps;
                 if between {
                     recorder.row(coupling.nodes(), done.time, None, sink)?;
                 }

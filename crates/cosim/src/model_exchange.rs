@@ -238,6 +238,11 @@ impl Group {
         Ok((group, Settled { changed: true, events: 0, terminated }))
     }
 
+    /// Some FMU may have an event whose time is not known beforehand.
+    pub fn finds_events(&self) -> bool {
+        self.indicators > 0 || self.members.iter().any(|m| m.completed)
+    }
+
     /// Time in s.
     pub fn time(&self) -> f64 {
         self.time

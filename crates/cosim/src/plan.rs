@@ -28,6 +28,8 @@ pub struct Plan {
     pub tolerance: Option<f64>,
     /// `None`: the master chooses.
     pub algorithm: Option<Algorithm>,
+    /// Rows at both sides of events between communication points; `None`: if all is one unit.
+    pub event_rows: Option<bool>,
     /// Tables of [`Link::map`]: value of the output, value of the input; what is not listed stays as it is.
     pub maps: Vec<Vec<(i64, i64)>>,
     /// What was chosen or converted on the way, to be told to the user.

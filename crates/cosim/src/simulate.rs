@@ -91,6 +91,7 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
         grid,
         tolerance: options.tolerance,
         algorithm: None,
+        event_rows: None,
         maps: Vec::new(),
         notes: Vec::new(),
     })

@@ -52,7 +52,7 @@ pub const SLOTS: usize = 4;
 ///    continuous inputs that come from outside lie in `nodes[i].line` of each of its nodes (`line.at(t)`,
 ///    [`Node::set_on_line`]); what is connected inside the stepper is on the line too and is overwritten by a stepper
 ///    that knows better;
-/// 3. the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
+/// 3. [`stay`](Stepper::stay) and the exchange: outputs of all nodes are read, inputs set, loops solved, as of `to`;
 /// 4. [`settle`](Stepper::settle) and the exchange again, until nothing changes any more: events at `to`;
 /// 5. [`restore`](Stepper::restore), if the step is to be repeated or was rejected; then from 2.
 ///
@@ -130,6 +130,28 @@ pub trait Stepper: Send {
 
     /// From now on a step ends at an event, before it is handled; [`settle`](Stepper::settle) then does.
     fn stop_at_events(&mut self) {}
+
+    /// A step may stop at an event whose time nobody knows beforehand.
+    fn may_stop(&self, nodes: &[Node]) -> bool {
+        let _ = nodes;
+        false
+    }
+
+    /// The next event after `time` (s) that will come whatever the inputs do.
+    fn next_event(&self, time: f64) -> Option<f64> {
+        let _ = time;
+        None
+    }
+
+    /// After a step: it is not taken back any more, and its outputs are about to be read and its inputs to be set, as of
+    /// `time`. [`restore`](Stepper::restore) is for before.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    fn stay(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let _ = (nodes, time);
+        Ok(())
+    }
 
     /// After an exchange at the end of a step: handles an event that waits there, and what discrete inputs that have
     /// changed make of it. Outputs may then have changed, and are to be exchanged again.

@@ -179,6 +179,9 @@ pub struct Run {
     pub tolerance: Option<f64>,
     /// How the components are coupled.
     pub algorithm: Option<Algorithm>,
+    /// Rows at both sides of events between communication points; `None`: of a single unit (one FMU, or several in Model
+    /// Exchange).
+    pub event_rows: Option<bool>,
     /// Where it was said.
     pub place: Place,
 }

@@ -178,13 +178,14 @@ impl Reader<'_> {
 
     fn run(&mut self, value: &Value) -> Option<Run> {
         let t = self.table(value, "`run`")?;
-        self.known(t, "[run]", &["start", "stop", "step", "tolerance", "algorithm"]);
+        self.known(t, "[run]", &["start", "stop", "step", "tolerance", "algorithm", "event-rows"]);
         Some(Run {
             start: self.number(t, "start"),
             stop: self.number(t, "stop"),
             step: self.number(t, "step"),
             tolerance: self.number(t, "tolerance"),
             algorithm: self.word(t, "algorithm"),
+            event_rows: self.flag(t, "event-rows"),
             place: self.place(value.span()),
         })
     }

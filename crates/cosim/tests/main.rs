@@ -4,6 +4,7 @@
 
 mod coupled;
 mod coupling;
+mod events;
 mod faults;
 mod model_exchange;
 mod reference_fmus;

@@ -38,6 +38,9 @@ impl<M: FmuModel> Instance<M> {
             ));
         }
         let update = self.model.update(m.t, &mut m.x, &m.u, &m.p, &mut m.modes);
+        if m.passes == 1 && update.settled() {
+            m.driver.event_time = f64::NEG_INFINITY; // it was none, with the inputs of now: the next one is the first
+        }
         self.touch();
         self.finite_states()?;
         if !update.settled() && self.log.wants(EVENTS) {

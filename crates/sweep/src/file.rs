@@ -322,7 +322,7 @@ impl RawRun {
             let parsed = word.get_ref().parse::<Algorithm>();
             parsed.map_err(|why| mistakes.wrong(word.span(), format!("`algorithm`: {why}"))).ok()
         });
-        Run { start, stop, step, tolerance, algorithm, place }
+        Run { start, stop, step, tolerance, algorithm, event_rows: Some(true), place }
     }
 }
 

@@ -53,6 +53,12 @@ impl Control {
         self.step *= if factor.is_finite() { factor.clamp(SHRINK, SAFETY) } else { SHRINK };
     }
 
+    /// A jump was stepped over, whose error says nothing about the next step.
+    pub(super) fn jumped(&mut self, error: f64) {
+        (self.error, self.largest) = (error, self.largest.max(error));
+        (self.before, self.rejected) = (1.0, 0);
+    }
+
     /// A step was accepted, after which the run's error is estimated as `error`.
     pub(super) fn accept(&mut self, ratio: f64, points: usize, error: f64) {
         (self.error, self.largest) = (error, self.largest.max(error));

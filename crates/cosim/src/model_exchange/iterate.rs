@@ -137,7 +137,7 @@ impl Group {
     }
 
     /// The next time event of all FMUs in s.
-    pub(super) fn next_event(&self) -> Option<f64> {
+    pub fn next_event(&self) -> Option<f64> {
         self.members.iter().filter_map(|m| m.next_event).min_by(f64::total_cmp)
     }
 

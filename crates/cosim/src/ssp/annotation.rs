@@ -17,6 +17,7 @@ pub(super) struct Own {
     pub(super) step: Option<f64>,
     pub(super) tolerance: Option<f64>,
     pub(super) algorithm: Option<Algorithm>,
+    pub(super) event_rows: Option<bool>,
     pub(super) record: Vec<Record>,
     pub(super) inputs: Option<Inputs>,
 }
@@ -54,6 +55,8 @@ pub(super) fn read(
                 own_words.tolerance = node.number("tolerance")?;
                 let algorithm = node.attribute("algorithm").map(str::parse).transpose();
                 own_words.algorithm = algorithm.map_err(|why: String| node.wrong(why))?;
+                let said = node.attribute("eventRows").is_some();
+                own_words.event_rows = said.then(|| node.flag("eventRows")).transpose()?;
             }
             "Record" => own_words.record.push(Record {
                 name: node.required("variable")?.to_owned(),

@@ -74,6 +74,7 @@ pub(super) fn flatten(root: Root, mistakes: &mut Vec<Mistake>) -> System {
         step: root.own.step,
         tolerance: root.own.tolerance,
         algorithm: root.own.algorithm,
+        event_rows: root.own.event_rows,
         place: root.place,
     };
     let mut notes = Vec::new();

@@ -414,8 +414,12 @@ impl<'a> Writer<'a> {
             self.xml.empty("ssd:DefaultExperiment", &times);
         }
         let algorithm = run.algorithm.map(|a| a.to_string());
-        let settings =
-            [("step", number(run.step)), ("tolerance", number(run.tolerance)), ("algorithm", algorithm)];
+        let settings = [
+            ("step", number(run.step)),
+            ("tolerance", number(run.tolerance)),
+            ("algorithm", algorithm),
+            ("eventRows", run.event_rows.map(|rows| rows.to_string())),
+        ];
         let settings: Vec<_> = settings.iter().filter_map(|(k, v)| Some((*k, v.as_deref()?))).collect();
         let inputs =
             self.system.inputs.as_ref().map(|inputs| {

@@ -1,6 +1,6 @@
 //! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
 
-use super::{Advance, Settled, SlaveStepper, Stepper, Within};
+use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
 use crate::error::Error;
 use crate::node::Node;
 use crate::plan::Planned;
@@ -9,6 +9,11 @@ use crate::system::Interface;
 
 /// Passes of one event iteration after which it is held to be without end.
 const PASSES: u32 = 100;
+/// An event is located within this part of the step, and no closer than this part of the time.
+const LOCATED: f64 = 1e-9;
+const ROUNDING: f64 = 1e-12;
+/// Place for the state at the beginning of a step, beside that of who goes back as a whole.
+const START: usize = 1;
 /// Events in a row at which time does not go on, after which they are held to be without end.
 const CHATTER: u32 = 100;
 
@@ -28,6 +33,10 @@ pub(crate) struct EventStepper {
     ended: bool,
     stop: bool,
     chatter: (f64, u32),
+    /// The step under way can be gone back to its beginning, to locate an event.
+    locates: bool,
+    /// As stored.
+    saved: [(Option<f64>, (f64, u32), bool); SLOTS],
 }
 
 /// The FMU has event mode, and steps of any length, so that it may return early.
@@ -50,6 +59,8 @@ impl EventStepper {
             ended: false,
             stop: false,
             chatter: (f64::NEG_INFINITY, 0),
+            locates: false,
+            saved: [(None, (f64::NEG_INFINITY, 0), false); SLOTS],
         }
     }
 
@@ -78,6 +89,58 @@ impl EventStepper {
             }
         }
         Ok(())
+    }
+
+    /// A step of the FMU, from a place to which [`locate`](Self::locate) can go back.
+    fn go(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
+        self.locates =
+            self.stop && self.inner.can_restore(nodes) && self.inner.holds(&nodes[self.node], within);
+        if self.locates {
+            self.inner.save_in(START, nodes, from)?;
+        }
+        self.inner.step(nodes, from, to, within)
+    }
+
+    /// After a step from `from` that stopped on the way to `to` with inputs held in parts, where they are not what they are on
+    /// their lines: goes back, and to where there is an event with inputs on their lines. `None`: it is where it stopped.
+    fn locate(
+        &mut self,
+        nodes: &mut [Node],
+        [from, to]: [f64; 2],
+        within: Within,
+    ) -> Result<Option<Advance>, Error> {
+        if !self.locates {
+            return Ok(None);
+        }
+        // No event up to `low`, one up to `high`.
+        let (mut low, mut high) = (from, to);
+        let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
+        while high - low > least {
+            let middle = 0.5 * (low + high);
+            self.inner.restore_from(START, nodes, from)?;
+            let done = self.inner.step(nodes, from, middle, within)?;
+            if done.terminate {
+                return Ok(Some(done));
+            }
+            let stopped = done.event || self.inner.is_event(&mut nodes[self.node], middle, least)?;
+            *(if stopped { &mut high } else { &mut low }) = middle;
+        }
+        self.inner.restore_from(START, nodes, from)?;
+        if low == from {
+            // From here on inputs are held as they are: ahead on their lines they are an event before time goes on.
+            nodes[self.node].set_on_line(from)?;
+            return self
+                .inner
+                .step(nodes, from, high, Within::Held)
+                .map(|done| Some(Advance { event: true, ..done }));
+        }
+        let done = self.inner.step(nodes, from, high, within)?;
+        if done.time >= low {
+            return Ok(Some(Advance { event: true, ..done }));
+        }
+        // It stops only for inputs that are held elsewhere than on their lines: up to here there is no event.
+        self.inner.restore_from(START, nodes, from)?;
+        self.inner.step(nodes, from, low, within).map(|done| Some(Advance { event: true, ..done }))
     }
 
     fn iterate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
@@ -143,7 +206,12 @@ impl Stepper for EventStepper {
                 return Ok(Advance { terminate: true, ..all });
             }
             let next = self.next_event.filter(|next| *next > all.time && *next < to);
-            let done = self.inner.step(nodes, all.time, next.unwrap_or(to), within)?;
+            let mut done = self.go(nodes, all.time, next.unwrap_or(to), within)?;
+            if let Some(event) =
+                done.event.then(|| self.locate(nodes, [all.time, next.unwrap_or(to)], within))
+            {
+                done = event?.unwrap_or(done);
+            }
             all.time = done.time;
             all.discarded += done.discarded;
             if done.terminate {
@@ -157,10 +225,22 @@ impl Stepper for EventStepper {
                 break;
             }
         }
-        if self.pending || !self.inputs.is_empty() {
-            self.open(nodes, all.time)?;
-        }
         Ok(Advance { event: self.pending && all.time < to, ..all })
+    }
+
+    fn may_stop(&self, nodes: &[Node]) -> bool {
+        let d = nodes[self.node].description();
+        // An FMU for Co-Simulation alone need not list indicators.
+        self.stop && (d.model_exchange.is_none() || d.event_indicators() > 0)
+    }
+
+    fn next_event(&self, time: f64) -> Option<f64> {
+        self.next_event.filter(|next| *next > time)
+    }
+
+    fn stay(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        let waits = self.pending || !self.inputs.is_empty();
+        if waits && !self.ended { self.open(nodes, time) } else { Ok(()) }
     }
 
     fn has_events(&self) -> bool {
@@ -176,15 +256,23 @@ impl Stepper for EventStepper {
         Ok(Settled { changed: true, events, terminated: self.ended })
     }
 
-    fn can_restore(&self, _: &[Node]) -> bool {
-        false
+    fn can_restore(&self, nodes: &[Node]) -> bool {
+        self.inner.can_restore(nodes)
     }
 
+    /// In step mode, in which it is restored too.
     fn save_in(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        self.close(nodes, time)?;
+        self.saved[slot] = (self.next_event, self.chatter, self.ended);
         self.inner.save_in(slot, nodes, time)
     }
 
     fn restore_from(&mut self, slot: usize, nodes: &mut [Node], time: f64) -> Result<(), Error> {
+        if self.open && !self.ended {
+            self.slave(nodes).enter_step_mode().map_err(|source| Error::Call { time, source })?;
+        }
+        (self.next_event, self.chatter, self.ended) = self.saved[slot];
+        (self.open, self.pending) = (false, false);
         self.inner.restore_from(slot, nodes, time)
     }
 }

@@ -119,6 +119,14 @@ impl Stepper for GroupStepper {
         self.stop = true;
     }
 
+    fn may_stop(&self, _: &[Node]) -> bool {
+        self.stop && self.group.as_ref().is_some_and(Group::finds_events)
+    }
+
+    fn next_event(&self, time: f64) -> Option<f64> {
+        self.group.as_ref()?.next_event().filter(|next| *next > time)
+    }
+
     fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
         let Some(group) = self.group.as_mut().filter(|_| !self.ended) else {
             return Ok(Advance { time: from, terminate: true, ..Advance::default() });

@@ -286,6 +286,23 @@ impl SlaveStepper {
         Ok(())
     }
 
+    /// Over a step in which continuous inputs go on lines they are held in parts, and these lines are no constants.
+    pub(crate) fn holds(&self, node: &Node, within: Within) -> bool {
+        within == Within::Line
+            && matches!(self.way, Way::Parts(_))
+            && node.line.slope.iter().any(|slope| *slope != 0.0)
+    }
+
+    /// Whether the inputs on their lines at `time` are an event at once, of an FMU that stands there; it tries a step of `h` s.
+    pub(crate) fn is_event(&self, node: &mut Node, time: f64, h: f64) -> Result<bool, Error> {
+        node.set_on_line(time)?;
+        match node.slave.step(time, h, !self.rolls_back) {
+            Ok(None) => Ok(false),
+            Ok(Some(step)) => Ok(step.event && step.early && step.time <= time),
+            Err(source) => Err(Error::Call { time, source: *source }),
+        }
+    }
+
     fn places_of_parts(&self) -> &'static [f64] {
         if self.way == Way::Parts(PARTS) { &HELD } else { MIDDLE }
     }

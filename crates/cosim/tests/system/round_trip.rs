@@ -88,6 +88,7 @@ stop = 2
 step = 0.005
 tolerance = 1e-4
 algorithm = "gauss-seidel"
+event-rows = false
 [components.a]
 fmu = "all.fmu"
 interface = "co-simulation"

@@ -20,7 +20,7 @@ impl Driver {
     /// * State events are located and handled, time events hit exactly. A time event at `t_end` itself is left
     ///   for the start of the next call, so that it sees the inputs that are valid from then on.
     /// * With `stop_at_event` the call returns at an event, state and time just behind it, before handling it;
-    ///   a time event at `t_end` is then reported too. A state event that follows another within 1e-9 of the time (1e-9 s
+    ///   a time event at `t_end` is then reported too, and what the caller has changed, if it is an event, at the start. A state event that follows another within 1e-9 of the time (1e-9 s
     ///   below 1 s) is handled here: for whoever handles them it is the same one.
     /// * `observer` is called after every accepted step and every event handled.
     ///
@@ -50,6 +50,10 @@ impl Driver {
         }
         self.set_inputs(s, inputs, base);
         let mut due = Due::Jump;
+        if self.options.stop_at_event && self.is_event(model, s)? {
+            (done.t, done.pending) = (*s.t, Some(Cause::Jump));
+            return Ok(done);
+        }
         loop {
             if !matches!(due, Due::Nothing) {
                 let event = if let Due::Event(cause) = due {
@@ -131,6 +135,18 @@ impl Driver {
     /// Writes the inputs at `State::t`.
     fn set_inputs(&self, s: &mut State, inputs: Inputs, base: f64) {
         Signal { inputs, base }.at(*s.t, &self.u0, s.u);
+    }
+
+    /// Whether an event iteration would change anything here; it does not.
+    fn is_event<M: Hybrid>(&mut self, model: &M, s: &mut State) -> Result<bool, DriveError> {
+        self.kept.0.copy_from_slice(s.x);
+        self.kept.1.copy_from_slice(s.modes);
+        let changed = self.handle_event(model, s)?;
+        if changed {
+            s.x.copy_from_slice(&self.kept.0);
+            s.modes.copy_from_slice(&self.kept.1);
+        }
+        Ok(changed)
     }
 
     /// The observer has changed the inputs: they go on from here.

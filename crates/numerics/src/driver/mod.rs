@@ -180,6 +180,8 @@ pub enum Cause {
     Indicator(usize),
     /// [`Hybrid::next_event`].
     Time,
+    /// Inputs, parameters or states that the caller has changed between two calls.
+    Jump,
 }
 
 /// Result of [`Driver::advance_to`].
@@ -277,6 +279,8 @@ pub struct Driver {
     /// What a model sees while it chooses its first modes: all 0.
     no_modes: Vec<i32>,
     u0: Vec<f64>,
+    /// States and modes before an event iteration that is only tried.
+    kept: (Vec<f64>, Vec<i32>),
 }
 
 impl core::fmt::Debug for Driver {
@@ -301,6 +305,7 @@ impl Driver {
             work: Work::new(sizes),
             no_modes: vec![0; sizes.modes],
             u0: vec![0.0; sizes.inputs],
+            kept: (vec![0.0; n], vec![0; sizes.modes]),
         }
     }
 
