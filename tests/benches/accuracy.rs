@@ -11,7 +11,7 @@ mod monolith;
 
 use std::path::Path;
 
-use loops::{Case, LOOPS, errors, folder, order, system};
+use loops::{Case, LOOPS, errors, exact, folder, order, system};
 use trueup_cosim::system::Algorithm;
 use trueup_cosim::{Master, Memory, check};
 use trueup_report::{Axis, Chart, Style, number};
@@ -26,10 +26,12 @@ fn main() {
     for case in LOOPS {
         // From short to long, as the charts go.
         let steps: Vec<f64> = (0..HALVINGS).rev().map(|k| case.longest / 2.0_f64.powi(k)).collect();
+        let exact = exact(case);
         println!("\n## {} and {}", case.components[0].1, case.components[1].1);
         for version in [2, 3] {
             let fixed = ALGORITHMS.map(|algorithm| {
-                let [toml, ssp] = ["toml", "ssd"].map(|f| errors(case, &fmus, f, version, algorithm, &steps));
+                let [toml, ssp] =
+                    ["toml", "ssd"].map(|f| errors(case, &exact, &fmus, (f, version), algorithm, &steps));
                 assert_eq!(toml, ssp, "{}: SSP and TOML differ", case.name);
                 toml
             });

@@ -189,21 +189,30 @@ fn a_case_that_the_filter_is_not_made_for_is_refused_with_the_mend() {
     assert!(matches!(Baseline::new(&arm), Err(BaselineError::Model(_))));
 }
 
-/// The whole way: nothing lacks, one cause lacks, and the parameters alone are others than the owner believes.
+/// The whole way: kind of the verdict, the first cause, whether it names two, probability of an unknown one.
+fn told(loaded: &Loaded) -> (Kind, Option<String>, bool, f64) {
+    let found = search(loaded).unwrap();
+    let verdict = judge(&found);
+    let name = found.singles.first().map(|r| r.seen.cause.label());
+    println!("{:?} {name:?} share {:.3} unknown {:.3}", verdict.kind, verdict.share, verdict.unknown);
+    (verdict.kind, name, verdict.two, verdict.unknown)
+}
+
 #[test]
-fn a_verdict_names_what_lacks_and_nothing_else() {
-    let told = |loaded: &Loaded| {
-        let found = search(loaded).unwrap();
-        let verdict = judge(&found);
-        let name = found.singles.first().map(|r| r.seen.cause.label());
-        println!("{:?} {name:?} share {:.3} unknown {:.3}", verdict.kind, verdict.share, verdict.unknown);
-        (verdict.kind, name, verdict.two, verdict.unknown)
-    };
+fn a_verdict_names_nothing_where_nothing_lacks() {
     let (kind, _, two, _) = told(&case(&[], ALL));
     assert_eq!((kind, two), (Kind::NoGap, false));
+}
+
+#[test]
+fn a_verdict_names_what_lacks() {
     let (kind, name, two, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0])], ALL));
     assert_eq!((kind, name.as_deref(), two), (Kind::Effects, Some("friction-drift"), false));
     assert!(unknown < 0.1, "{unknown}");
+}
+
+#[test]
+fn a_verdict_names_the_parameters_where_these_are_others_than_believed() {
     let mut other = case(&[], ALL);
     let friction = other.case.number("coulombFriction").unwrap();
     for name in ["coulombFriction", "staticFriction"] {
