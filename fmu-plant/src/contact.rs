@@ -6,8 +6,8 @@ use crate::structure::{BALLS, CLOSES, MOUNTED, PORTS, TOUCHES, Wanted, choices, 
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, Kind, ModelTable};
 use trueup_models::contact::layout::{
-    BodyInputs, BodyOutputs, BodyParameters, BodyStates, Command, Outputs, Parameters, Poses, SceneInputs,
-    SceneOutputs, SceneParameters, SceneStates, States,
+    BodyInputs, BodyOutputs, BodyParameters, BodyStates, Command, HostParameters, Outputs, Parameters, Poses,
+    SceneInputs, SceneOutputs, SceneParameters, SceneStates, States,
 };
 use trueup_models::contact::{Against, CaptureScene, Closing, FreeBody, GripperContact, Mount, Structure};
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -51,7 +51,11 @@ pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
     }
     let structure = Structure {
         balls: chosen(BALLS).unwrap_or(Structure::default().balls),
-        closing: if chosen(CLOSES) == Some(2) { Closing::Command } else { Closing::Schedule },
+        closing: match chosen(CLOSES) {
+            Some(2) => Closing::Command,
+            Some(3) => Closing::Motor,
+            _ => Closing::Schedule,
+        },
         mount: if chosen(MOUNTED) == Some(2) { Mount::Elastic } else { Mount::Rigid },
         against: if chosen(TOUCHES) == Some(2) { Against::Plate } else { Against::Ball },
     };
@@ -154,7 +158,7 @@ fn gripper(m: &GripperContact) -> ModelTable {
     let mut b = Builder::new("GripperContact", text, experiment);
     let s = m.structure();
     constants(&mut b, "GripperContact", &numbers(s));
-    b.parameters(&Parameters::list(s), &m.defaults());
+    b.parameters(&[Parameters::list(s), HostParameters::list(&())].concat(), &m.defaults());
     b.inputs(&Command::list(s));
     b.inputs(&Poses::list(s));
     b.outputs(&Outputs::list(s));
@@ -202,6 +206,7 @@ pub(crate) mod tests {
             all.push(of(model, &[]));
             all.push(of(model, &[(BALLS, 5), (CLOSES, 2), (TOUCHES, 2)]));
             all.push(of(model, &[(BALLS, 1), (MOUNTED, 2), (TOUCHES, 1)]));
+            all.push(of(model, &[(CLOSES, 3)]));
         }
         all
     }
@@ -215,7 +220,7 @@ pub(crate) mod tests {
         for (model, structure, said) in [
             ("FreeBody", &[(BALLS, &[3][..])][..], "no `numberOfBalls` to choose; it has numberOfPorts"),
             ("FreeBody", &[(PORTS, &[9])], "one of 1 to 8"),
-            ("GripperContact", &[(CLOSES, &[3])], "one of schedule, command"),
+            ("GripperContact", &[(CLOSES, &[4])], "one of schedule, command, motor"),
             ("GripperContact", &[(CLOSES, &[])], "one of schedule, command"),
             ("CaptureScene", &[(MOUNTED, &[2])], "numberOfBalls=1"),
         ] {

@@ -87,3 +87,16 @@ def test_a_touch_ends_the_step_of_all(simulated, fmus):
     for body, sign in (("chaser", 1), ("target", -1)):
         gained = (later[f"{body}.linearMomentum[2]"] - after[f"{body}.linearMomentum[2]"]) / lasts
         assert abs(gained / after["contact.hostForce[2]"] - sign) < 0.03
+
+
+def test_a_long_step_is_told(trueup, fmus, tmp_path):
+    """A fifth of 2 pi sqrt(mu / k) with the reduced mass of chaser and target (CON-5)."""
+    mass = 1 / (1 / MASS + 1 / 7900.0)
+    fifth = 2 * np.pi * np.sqrt(mass / 20000.0) / 5
+    for host, step, told in ((MASS, 1.01 * fifth, True), (MASS, 0.99 * fifth, False), (0.0, 1.01 * fifth, False)):
+        text = coupled(fmus, "jacobi").replace("step = 0.001", f"step = {step}").replace("stop = 30", "stop = 1")
+        (tmp_path / "system.toml").write_text(text + f"\n[components.contact.start]\nhostMass = {host}\n")
+        done = trueup("simulate", "system.toml", "-o", "r.csv", cwd=tmp_path)
+        assert done.returncode == 0, done.stderr
+        assert ("contact warns: the communication step of" in done.stderr) == told, done.stderr
+        assert (f"longer than {fifth:.9g} s, a fifth" in done.stderr) == told, done.stderr

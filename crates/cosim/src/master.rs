@@ -171,6 +171,11 @@ impl Master {
         let done = self.steps(&mut coupling, &mut recorder, sink);
         self.log.loops = coupling.values().loops().cloned().collect();
         self.log.notes.extend(coupling.notes());
+        for node in coupling.nodes() {
+            let name = node.slave.name().to_owned();
+            let told = node.slave.warnings().into_iter().map(|text| format!("{name} warns: {text}"));
+            self.log.notes.extend(told);
+        }
         let time = self.log.time;
         let stayed = stays(&self.folder, time, coupling.nodes().iter());
         done.and(stayed)?;

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use trueup_fmi_description::Version;
-use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Prepared, StateId, Step, fmi2, fmi3};
+use trueup_fmi_import::{
+    Error, Experiment, Fmu, Interface, Options, Prepared, StateId, Status, Step, fmi2, fmi3,
+};
 
 use crate::buffer::Blocks;
 pub use crate::buffer::{Block, Buffer};
@@ -26,6 +28,8 @@ macro_rules! either {
     };
 }
 
+/// Warnings of one FMU that are told.
+const WARNINGS: usize = 3;
 /// Categories of messages on what went wrong (FMI 2.0, section 2.2.4; FMI 3.0, section 2.4.5).
 const REASONS: [&str; 4] = ["logStatusWarning", "logStatusDiscard", "logStatusError", "logStatusFatal"];
 
@@ -80,6 +84,17 @@ impl Slave {
     pub fn log(&self) -> Vec<String> {
         let messages = either!(self, i => i.log());
         messages.iter().rev().take(10).rev().map(ToString::to_string).collect()
+    }
+
+    /// What the FMU has warned of, each thing once, the first ones.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut texts: Vec<String> = Vec::new();
+        for message in either!(self, i => i.log()).into_iter().filter(|m| m.status == Status::Warning) {
+            if texts.len() < WARNINGS && !texts.contains(&message.text) {
+                texts.push(message.text);
+            }
+        }
+        texts
     }
 
     /// Sets structural parameters (FMI 3.0), in configuration mode.

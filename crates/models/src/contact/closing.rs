@@ -2,10 +2,12 @@
 
 use trueup_numerics::Scalar;
 
-/// The jaws close.
+/// The jaws close; with a motor: they are between their stops.
 pub(super) const CLOSING: i32 = 0;
 /// They are closed.
 pub(super) const CLOSED: i32 = 1;
+/// Of jaws with a motor: they are at the stop where they are open.
+pub(super) const OPEN: i32 = 3;
 /// They have stopped at their limit of force: a spindle that locks itself.
 pub(super) const JAMMED: i32 = 2;
 
@@ -22,6 +24,11 @@ pub(super) fn scheduled<T: Scalar>(u: T, closing_time: T, mode: i32) -> Jaws<T> 
     let position = u * u * (-u * 2.0 + 3.0);
     let rate = if mode == CLOSING { u * (-u + 1.0) * 6.0 / closing_time } else { T::zero() };
     Jaws { position, rate }
+}
+
+/// By a motor: wherever their states say (CON-11).
+pub(super) fn driven<T: Scalar>(position: T, rate: T, mode: i32) -> Jaws<T> {
+    Jaws { position, rate: if mode == CLOSING { rate } else { T::zero() } }
 }
 
 /// By a command, which is held to 0 .. 1.

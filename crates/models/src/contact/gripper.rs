@@ -1,7 +1,7 @@
 //! A gripper between an end effector and a target's port: what holds at every instant, and at events.
 
 use super::MAX_BALLS;
-use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws};
+use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws, OPEN};
 use super::frame::{Frame, dot, sub};
 use super::law::{self, FREE, touches};
 use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, States, Structure};
@@ -91,13 +91,31 @@ impl Gripper {
                 v.modes[self.jaws_mode()],
             ),
             Closing::Command => closing::commanded(v.u[self.command.close], v.u[self.command.close_rate]),
+            Closing::Motor => {
+                closing::driven(v.x[self.states.jaw], v.x[self.states.jaw_rate], v.modes[self.jaws_mode()])
+            }
         }
+    }
+    /// Of the motor, within its limit, N.m.
+    fn motor_torque<T: Scalar>(&self, v: &View<'_, T>) -> T {
+        let most = v.p[self.parameters.motor_limit];
+        v.u[self.command.motor_torque].min(most).max(-most)
     }
 
     pub(super) fn rates<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, dx: &mut [T]) {
         let at = &self.states;
         dx[at.dissipated_energy] = touch.loss;
         dx[at.jaw_work] = touch.jaw_power;
+        if self.structure.closing == Closing::Motor {
+            let (rate, motor) = (touch.jaws.rate, self.motor_torque(v));
+            let friction = v.p[self.parameters.jaw_friction] * rate;
+            let moves = v.modes[self.jaws_mode()] == CLOSING;
+            let net = motor - friction - touch.jaw_load; // (CON-11)
+            dx[at.jaw] = rate;
+            dx[at.jaw_rate] = if moves { net / v.p[self.parameters.jaw_inertia] } else { T::zero() };
+            dx[at.jaw_work] = motor * rate;
+            dx[at.dissipated_energy] += friction * rate;
+        }
         for i in [at.first_speed, at.first_angle, at.begin, at.last_contact] {
             dx[i] = T::zero();
         }
@@ -128,6 +146,9 @@ impl Gripper {
             y[at.in_contact + i] = T::constant(if touches(v.modes[i]) { 1.0 } else { 0.0 });
         }
         y[at.jaw_position] = touch.jaws.position;
+        if self.structure.closing == Closing::Motor {
+            y[at.jaw_energy] = v.p[self.parameters.jaw_inertia] * touch.jaws.rate * touch.jaws.rate * 0.5;
+        }
         y[at.elastic_energy] = touch.elastic;
         y[at.dissipated_energy] = v.x[self.states.dissipated_energy];
         y[at.jaw_work] = v.x[self.states.jaw_work];
@@ -151,6 +172,14 @@ impl Gripper {
         if self.structure.closing == Closing::Schedule && v.modes[self.jaws_mode()] == CLOSING {
             z[2 * n] = -v.x[self.states.closing] + 1.0;
             z[2 * n + 1] = v.p[self.parameters.hold_force] - touch.jaw_force;
+        }
+        if self.structure.closing == Closing::Motor {
+            let (position, net) = (touch.jaws.position, self.motor_torque(v) - touch.jaw_load);
+            match v.modes[self.jaws_mode()] {
+                CLOSED => z[2 * n] = -net, // they leave where it is above 0
+                OPEN => z[2 * n + 1] = net,
+                _ => (z[2 * n], z[2 * n + 1]) = (position - 1.0, -position),
+            }
         }
         let same = self.outcome(v, touch) as i32 == v.modes[self.outcome_mode()];
         z[2 * n + 2] = T::constant(if same { 1.0 } else { -1.0 });
@@ -179,6 +208,9 @@ impl Gripper {
                 (*jaws, done.modes) = (JAMMED, true);
             }
         }
+        if self.structure.closing == Closing::Motor {
+            self.stops(v, here.jaw_load, x, modes, &mut done);
+        }
         if v.modes[self.begun_mode()] == 0 {
             modes[self.begun_mode()] = 1;
             x[at.first_speed] = self.relative_speed(v);
@@ -197,6 +229,30 @@ impl Gripper {
             *slot = outcome;
         }
         done
+    }
+
+    /// Jaws with a motor stay at a stop that they run into, and while they are pressed against it (CON-11).
+    fn stops(&self, v: &View<'_, f64>, load: f64, x: &mut [f64], modes: &mut [i32], done: &mut Update) {
+        let (at, mode) = (&self.states, &mut modes[self.jaws_mode()]);
+        let (position, rate, net) = (v.x[at.jaw], v.x[at.jaw_rate], self.motor_torque(v) - load);
+        let into = |beyond: bool, way: f64| beyond && (way * rate > 0.0 || (rate == 0.0 && way * net >= 0.0));
+        let next = match *mode {
+            CLOSED if net < 0.0 => CLOSING,
+            OPEN if net > 0.0 => CLOSING,
+            CLOSING if into(position >= 1.0, 1.0) => CLOSED,
+            CLOSING if into(position <= 0.0, -1.0) => OPEN,
+            same => same,
+        };
+        if next == *mode {
+            return;
+        }
+        if next != CLOSING {
+            x[at.dissipated_energy] += 0.5 * v.p[self.parameters.jaw_inertia] * rate * rate;
+            x[at.jaw] = if next == CLOSED { 1.0 } else { 0.0 };
+        }
+        x[at.jaw_rate] = 0.0;
+        *mode = next;
+        *done = Update { modes: true, states: true };
     }
 
     fn touching<'m>(&self, modes: &'m [i32]) -> impl Iterator<Item = usize> + 'm {
@@ -220,7 +276,7 @@ impl Gripper {
         let since_contact = if touching > 0 { 0.0 } else { t - v.x[at.last_contact].value() };
         Facts {
             closed: match self.structure.closing {
-                Closing::Schedule => jaws == CLOSED,
+                Closing::Schedule | Closing::Motor => jaws == CLOSED,
                 Closing::Command => touch.jaws.position.value() >= 1.0,
             },
             jammed: jaws == JAMMED,

@@ -3,10 +3,11 @@
 //! Positive directions: inertial frame; angles, rates and torques from x to y. Forces come out for both bodies, equal and
 //! opposite as wrenches about any point.
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
-//! command moves however large the force, but for `holdForceLimit`.
+//! command moves however large the force, but for `holdForceLimit`; with a motor (CON-11) their inertia does not act back on the hand.
 
 use super::gripper::{Gripper, View};
-use super::layout::{Against, Closing, Mount, Poses, Structure};
+use super::layout::{Against, Closing, HostParameters, Mount, Poses, Structure};
+use super::presets::SIM2;
 use super::touch::{frame, touch};
 use super::{MAX_BALLS, parameters};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
@@ -24,6 +25,7 @@ pub(super) const MOST_MODES: usize = MAX_BALLS + 3;
 pub struct GripperContact {
     gripper: Gripper,
     poses: Poses,
+    host: HostParameters,
 }
 
 impl GripperContact {
@@ -33,7 +35,8 @@ impl GripperContact {
     /// A structure that cannot be had, with the mend.
     pub fn new(structure: Structure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
-        Ok(Self { gripper, poses: Poses::new(&structure) })
+        let host = HostParameters::new(&()).behind(gripper.parameters.count);
+        Ok(Self { gripper, poses: Poses::new(&structure), host })
     }
     /// Its structure.
     pub fn structure(&self) -> &Structure {
@@ -41,7 +44,9 @@ impl GripperContact {
     }
     /// Values of SIM2.
     pub fn defaults(&self) -> Vec<f64> {
-        parameters::defaults(&self.gripper.structure)
+        let mut p = parameters::defaults(&self.gripper.structure);
+        p.push(SIM2.chaser_mass);
+        p
     }
     /// Whether the parameters fit each other.
     ///
@@ -76,7 +81,7 @@ impl GripperContact {
     }
     /// A communication step of `h` s that is long against the contact: forces that lag by it feed energy in.
     pub fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
-        let period = self.gripper.period(p);
+        let period = self.gripper.period(p, p[self.host.mass]);
         let most = period / STEPS_PER_PERIOD;
         (h > most).then(|| {
             format!(
@@ -96,7 +101,7 @@ impl Hybrid for GripperContact {
         Sizes {
             states: g.states.count,
             inputs: g.command.count + self.poses.count,
-            parameters: g.parameters.count,
+            parameters: self.host.count,
             outputs: g.outputs.count,
             modes: g.modes(),
             indicators: g.indicators(),
@@ -138,12 +143,17 @@ pub(super) fn copies(x: &[f64], modes: &[i32]) -> ([f64; MOST_STATES], [i32; MOS
 
 impl Gripper {
     pub(super) fn clipped(&self, at: &At<'_, f64>) -> Option<String> {
-        if self.structure.closing != Closing::Command {
-            return None;
-        }
-        let close = at.u[self.command.close];
-        (!(0.0..=1.0).contains(&close))
-            .then(|| format!("`close` = {close} at t = {} s is taken as {}", at.t, close.clamp(0.0, 1.0)))
+        let (name, value, [least, most]) = match self.structure.closing {
+            Closing::Schedule => return None,
+            Closing::Command => ("close", at.u[self.command.close], [0.0, 1.0]),
+            Closing::Motor => {
+                let most = at.p[self.parameters.motor_limit];
+                ("motorTorque", at.u[self.command.motor_torque], [-most, most])
+            }
+        };
+        (!(least..=most).contains(&value)).then(|| {
+            format!("`{name}` = {value} at t = {} s is taken as {}", at.t, value.max(least).min(most))
+        })
     }
     pub(super) fn overlap_at_start(&self, v: &View<'_, f64>) -> Option<String> {
         (v.t == v.x[self.states.begin]).then(|| self.overlap(v)).flatten()
@@ -177,10 +187,12 @@ impl Gripper {
             v.t
         ))
     }
-    /// 2 pi sqrt(m/k) in s, m the least mass that is known to move: the ball on its mount, else the target.
-    fn period(&self, p: &[f64]) -> f64 {
+    /// 2 pi sqrt(m/k) in s, m what moves of both sides (CON-5, without levers, which make it shorter): of the ball on its mount,
+    /// else of the target, against a host of `host_mass` kg (0: endless).
+    fn period(&self, p: &[f64], host_mass: f64) -> f64 {
         let at = &self.parameters;
-        let (mut mass, mut stiffness) = (p[at.target_mass], p[at.stiffness]);
+        let (target, mut stiffness) = (p[at.target_mass], p[at.stiffness]);
+        let mut mass = if host_mass > 0.0 { 1.0 / (1.0 / target + 1.0 / host_mass) } else { target }; // (CON-5)
         if self.structure.mount == Mount::Elastic && p[at.ball_mass] > 0.0 {
             mass = p[at.ball_mass];
             stiffness += p[at.mount_stiffness].max(p[at.mount_stiffness + 1]);

@@ -57,9 +57,18 @@ fn turn(mode: i32) -> f64 {
     if matches!(mode, FREE | COMPRESSING) { -TURNED } else { TURNED }
 }
 
+/// A pair that has parted and goes on parting touches again only from this depth on, m: above the rounding of places metres
+/// away, through which a slow parting would else be a hundred events.
+pub const PARTED: f64 = 1e-13;
+
+/// The depth from which on a pair in this mode touches, m.
+fn threshold(mode: i32) -> f64 {
+    if mode == PARTING { PARTED } else { 0.0 }
+}
+
 /// The mode that follows for a pair that stands so. Exactly touching counts as free, as for the indicators.
 pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
-    let (depth, approach) = (pair.penetration.value(), pair.approach.value());
+    let (depth, approach) = (pair.penetration.value() - threshold(mode), pair.approach.value());
     if depth.is_nan() {
         FREE
     } else if depth <= 0.0 {
@@ -72,7 +81,7 @@ pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
 
 /// Event indicators of a pair: its depth, and its approach.
 pub fn indicators<T: Scalar>(mode: i32, pair: &Pair<T>) -> [T; 2] {
-    [pair.penetration, pair.approach - turn(mode)] // (CON-3)
+    [pair.penetration - threshold(mode), pair.approach - turn(mode)] // (CON-3)
 }
 
 /// The law's constants.
@@ -155,7 +164,7 @@ mod tests {
         assert_eq!(indicators(COMPRESSING, &pair(2.0, 3.0)), [2.0, 3.0 + TURNED]);
         assert_eq!(indicators(RESTITUTING, &pair(2.0, 3.0)), [2.0, 3.0 - TURNED]);
         assert_eq!(indicators(FREE, &pair(-2.0, 3.0)), [-2.0, 3.0 + TURNED]);
-        assert_eq!(indicators(PARTING, &pair(-2.0, -3.0)), [-2.0, -3.0 - TURNED]);
+        assert_eq!(indicators(PARTING, &pair(-2.0, -3.0)), [-2.0 - PARTED, -3.0 - TURNED]);
     }
 
     /// A pair at rest stays as it is: rounding turns nothing.
@@ -170,6 +179,8 @@ mod tests {
         );
         assert_eq!([next(PARTING, -1.0, 1e-9), next(FREE, -1.0, -1e-9)], [FREE, PARTING]);
         assert_eq!([next(PARTING, 1e-9, 1e-15), next(PARTING, 1e-9, -1.0)], [COMPRESSING, RESTITUTING]);
+        // Rounding of a depth makes no touch of a parting.
+        assert_eq!([next(PARTING, 1e-15, -1e-4), next(RESTITUTING, -1e-17, -1e-4)], [PARTING, PARTING]);
         assert_eq!([next(FREE, 1e-9, 1e-15), next(FREE, 1e-9, 0.0)], [COMPRESSING, RESTITUTING]);
         for noise in [-1e-15, 0.0, 1e-15] {
             assert_eq!(

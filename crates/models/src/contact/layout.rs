@@ -12,6 +12,8 @@ pub enum Closing {
     Schedule,
     /// The inputs `close` and `closeRate`.
     Command,
+    /// The input `motorTorque` on jaws that have an inertia (CON-11).
+    Motor,
 }
 
 /// How a ball is fixed to the hand.
@@ -57,6 +59,12 @@ impl Structure {
     fn scheduled(&self) -> bool {
         self.closing == Closing::Schedule
     }
+    fn commanded(&self) -> bool {
+        self.closing == Closing::Command
+    }
+    fn driven(&self) -> bool {
+        self.closing == Closing::Motor
+    }
     fn elastic(&self) -> bool {
         self.mount == Mount::Elastic
     }
@@ -72,6 +80,7 @@ pub static CLOSING: Items = Items {
     items: &[
         ("schedule", "a schedule of closingTime from the start on"),
         ("command", "the inputs close and closeRate"),
+        ("motor", "the input motorTorque on jaws with inertia, friction and stops"),
     ],
 };
 
@@ -127,6 +136,9 @@ layout! {
     closing_time "closingTime" [] if s.scheduled(), "s", Parameter::fixed(Positive), "From open to closed";
     hold_force "holdForceLimit" [] if s.scheduled(), "N", tunable(Positive),
         "Force against a jaw's way at which the jaws stop, for good";
+    jaw_inertia "jawInertia" [] if s.driven(), "kg.m2", tunable(Positive), "Of jaws and drive, against jawPosition (CON-11)";
+    jaw_friction "jawFriction" [] if s.driven(), "N.m.s", tunable(NotNegative), "Viscous, against the rate of jawPosition (CON-11)";
+    motor_limit "motorTorqueLimit" [] if s.driven(), "N.m", tunable(Positive), "Largest motorTorque";
     port_radius "portBallRadius" [] if !s.plate(), "m", Parameter::fixed(Positive), "r_j: the docking port's ball (CON-1)";
     port_normal "portNormal" [2] if s.plate(), "1", FIXED, "Outward normal of the plate through the port, port's axes, taken with length 1";
     mount_stiffness "mountStiffness" [2] if s.elastic(), "N/m", tunable(Positive), "Of the end ball's mount, axial and lateral (CON-8)";
@@ -139,8 +151,9 @@ layout! {
 layout! {
     /// Where inputs that move the jaws begin.
     Command of Start, s: Structure:
-    close "close" [] if !s.scheduled(), "1", ZERO, "Jaws: 0 open, 1 closed; beyond is taken as the end";
-    close_rate "closeRate" [] if !s.scheduled(), "1/s", ZERO, "Rate of close, for the velocities of the balls";
+    close "close" [] if s.commanded(), "1", ZERO, "Jaws: 0 open, 1 closed; beyond is taken as the end";
+    close_rate "closeRate" [] if s.commanded(), "1/s", ZERO, "Rate of close, for the velocities of the balls";
+    motor_torque "motorTorque" [] if s.driven(), "N.m", ZERO, "Drives jawPosition, closing; beyond motorTorqueLimit is taken as that";
 }
 
 layout! {
@@ -157,6 +170,12 @@ layout! {
 }
 
 layout! {
+    /// Where parameters of `GripperContact` begin, behind those of its gripper.
+    HostParameters of Parameter, _s: ():
+    mass "hostMass" [], "kg", tunable(NotNegative), "End effector with what moves as one with it, for the warning of long steps alone; 0: taken as endless";
+}
+
+layout! {
     /// Where outputs of a gripper begin.
     Outputs of Shows, s: Structure:
     host_force "hostForce" [2], "N", Shows::All, "On the end effector at its reference point, inertial frame, F_ee";
@@ -168,6 +187,7 @@ layout! {
     approach "approachSpeed" [s.balls], "m/s", Shows::All, "v_n, above 0 while they approach (CON-1)";
     in_contact "inContact" [s.balls], "", Shows::Flag, "The ball touches (CON-3)";
     jaw_position "jawPosition" [], "1", Shows::All, "0 open, 1 closed";
+    jaw_energy "jawKineticEnergy" [] if s.driven(), "J", Shows::All, "Of jaws and drive (CON-11)";
     elastic_energy "elasticEnergy" [], "J", Shows::All, "Of contacts and mounts";
     dissipated_energy "dissipatedEnergy" [], "J", Shows::State("dissipatedEnergy"), "Taken by dampers and friction since the start";
     jaw_work "jawWork" [], "J", Shows::State("jawWork"), "Done by what moves the jaws since the start";
@@ -180,6 +200,8 @@ layout! {
     /// Where states of a gripper begin.
     States of State, s: Structure:
     closing "closing" [] if s.scheduled(), "1", state("1/s", 1.0, Shows::Flag), "share of the closing time that is over";
+    jaw "jaw" [] if s.driven(), "1", state("1/s", 1.0, Shows::Flag), "jaws: 0 open, 1 closed (CON-11)";
+    jaw_rate "jawRate" [] if s.driven(), "1/s", state("1/s2", 0.1, Shows::Flag), "rate of the jaws (CON-11)";
     dissipated_energy "dissipatedEnergy" [], "J", state("N.m/s", 1e-3, Shows::All), "energy taken by dampers and friction";
     jaw_work "jawWork" [], "J", state("N.m/s", 1e-3, Shows::All), "work of what moves the jaws";
     first_speed "firstSpeed" [], "m/s", state("m/s2", 1e-3, Shows::Flag), "relative speed of port and end effector at the start";

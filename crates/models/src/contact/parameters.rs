@@ -30,6 +30,9 @@ pub(super) fn defaults(s: &Structure) -> Vec<f64> {
         p[at.closing_time] = SIM2.closing_time;
         p[at.hold_force] = 1000.0;
     }
+    if s.closing == Closing::Motor {
+        (p[at.jaw_inertia], p[at.jaw_friction], p[at.motor_limit]) = (0.5, 2.0, 20.0);
+    }
     match s.against {
         Against::Ball => p[at.port_radius] = SIM2.ball_radius,
         Against::Plate => p[at.port_normal] = -1.0,

@@ -28,6 +28,8 @@ pub(super) struct Touch<T> {
     pub jaw_power: T,
     /// Largest force against a jaw's way, N.
     pub jaw_force: T,
+    /// What contacts do against jawPosition, N.m: their virtual work.
+    pub jaw_load: T,
     /// Of the jaws against the hand: sum of m c'^2, 2 J.
     pub jaw_motion: T,
     /// Rates of the end ball's displacement (end effector's axes) and velocity.
@@ -50,6 +52,7 @@ impl<T: Scalar> Touch<T> {
             loss: o,
             jaw_power: o,
             jaw_force: o,
+            jaw_load: o,
             jaw_motion: o,
             mounted: [v; 2],
         }
@@ -153,6 +156,7 @@ pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
             all.loss += (normal_force - law.stiffness * pair.penetration) * pair.approach;
         }
         all.jaw_power += dot(on_target, v.host.out(moving));
+        all.jaw_load += dot(on_target, v.host.out(way)); // (CON-11)
         let length = dot(way, way).sqrt();
         if length.value() > 0.0 {
             all.jaw_force = all.jaw_force.max(dot(on_target, v.host.out(way)) / length);

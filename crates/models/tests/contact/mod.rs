@@ -3,6 +3,7 @@
 mod capture;
 mod end_ball;
 mod events;
+mod motor;
 mod properties;
 mod run;
 mod scaling;
