@@ -86,6 +86,7 @@ def trueup():
     def run(*arguments, **options):
         return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **options)
 
+    run.program = program
     return run
 
 

@@ -2,6 +2,9 @@
 
 import json
 import re
+import shutil
+import subprocess
+import time
 
 import numpy as np
 import pyarrow.parquet as pq
@@ -175,3 +178,42 @@ def test_maps_that_cannot_be_drawn_say_why(trueup, fmus, tmp_path, change, lette
     done = trueup("sweep", "map", "capture-map.toml", *options, cwd=tmp_path)
     assert done.returncode != 0 and says in done.stderr, done.stderr
     assert not (tmp_path / "capture-map.html").exists()
+
+
+@pytest.mark.full
+def test_a_hundred_thousand_runs_survive_fifty_kills(run, trueup, fmus, tmp_path):
+    """Killed at random times, resumed, in changing shares: the merged file has the bytes of a sweep that nobody disturbed."""
+    text = """design = "sobol"
+runs = 100000
+[run]
+stop = 0.01
+step = 0.01
+[factors]
+x = { variable = "initialPortOffset[1]", from = 0.1, to = 0.3 }
+y = { variable = "initialPortOffset[2]", from = -0.15, to = 0.15 }
+damping = { variable = "normalDamping", from = -10, to = 1000 }
+[outputs]
+speed = { variable = "chaserVelocity[1]" }
+outcome = { variable = "outcome" }
+"""
+    began = time.monotonic()
+    table = sweep(run, fmus, tmp_path, text, "CaptureScene")
+    took = time.monotonic() - began
+    whole = (tmp_path / "s.parquet").read_bytes()
+    failed = table["reason"].null_count
+    assert table.num_rows == 100_000 and 0 < 100_000 - failed < 2000  # a damping below 0 is refused
+    shutil.rmtree(tmp_path / "s.runs")
+    rng, kills = np.random.default_rng(50), 0
+    for share in rng.choice(["1/1", "1/2", "2/2", "2/3"], 400):
+        process = subprocess.Popen([trueup.program, "sweep", "s.toml", "--shard", share], cwd=tmp_path, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        time.sleep(rng.uniform(0, took / 50))
+        kills += process.poll() is None
+        process.kill()
+        process.wait()
+        if kills == 50:
+            break
+    run("sweep", "s.toml")
+    run("sweep", "merge", "s.toml", "-o", "again.parquet")
+    print(f"{kills} kills of a sweep that takes {took:.1f} s undisturbed")
+    assert kills == 50
+    assert (tmp_path / "again.parquet").read_bytes() == whole
