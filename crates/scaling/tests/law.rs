@@ -8,7 +8,7 @@ fn law(lambda: f64, back: bool, given: &[(&str, f64)]) -> Law {
     Law { lambda, back, given: given.collect() }
 }
 
-/// Paper 002, Table 1. Checks CON-7.
+/// Paper 002, Table 1: the twelve exponents of golden fact C43. Checks CON-7.
 #[test]
 fn units_give_the_twelve_exponents_of_table_1() {
     for (unit, printed) in [
