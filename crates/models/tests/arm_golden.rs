@@ -9,7 +9,7 @@ use trueup_numerics::hybrid::Hybrid;
 use trueup_numerics::{Dual, Scalar};
 
 /// A01, R: upper triangle of M at q = (0, 0, 0, 7.5, -15, -22.5 deg).
-const A01: [f64; 21] = [
+pub(crate) const A01: [f64; 21] = [
     68.96,
     0.0,
     0.1994470643199815,

@@ -1,5 +1,6 @@
 //! Trees of bodies on a free base in space.
 
+mod claims;
 mod facts;
 mod flexible_golden;
 mod flexible_lagrange;
