@@ -72,6 +72,7 @@ fn toml_and_ssp_are_the_same_system_and_both_versions_of_fmi_agree() {
 }
 
 #[test]
+#[ignore = "of the reference alone, which the orders would show to be wrong: ./test --full runs it"]
 fn the_monolithic_solution_is_converged() {
     for Case { monolith, reference, stop, .. } in LOOPS {
         let [few, many] = [20, 400].map(|n| (0..=n).map(|k| stop * k as f64 / n as f64).collect::<Vec<_>>());
