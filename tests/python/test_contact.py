@@ -5,6 +5,7 @@ import csv
 import numpy as np
 import pytest
 from conftest import ROOT
+from fmpy import simulate_fmu
 
 MASS, SPEED = 1778.7, 0.005  # of the chaser
 STOP = 30.0
@@ -100,3 +101,31 @@ def test_a_long_step_is_told(trueup, fmus, tmp_path):
         assert done.returncode == 0, done.stderr
         assert ("contact warns: the communication step of" in done.stderr) == told, done.stderr
         assert (f"longer than {fifth:.9g} s, a fifth" in done.stderr) == told, done.stderr
+
+
+def test_a_central_impact_through_fmpy_has_the_closed_form_s_times(fmus):
+    """CON-4 by Co-Simulation with event mode: touch, turn and release (C36-C38); C15's jaws are out of the way."""
+    stiffness, damping, gap = 20000.0, 900.0, 0.005
+    mass = 1 / (1 / MASS + 1 / 7900.0)
+    omega, zeta = np.sqrt(stiffness / mass), damping / (2 * np.sqrt(stiffness * mass))
+    turn = np.arccos(zeta) / (omega * np.sqrt(1 - zeta**2))
+    wanted = np.cumsum([gap / SPEED, turn, np.pi / 2 / omega])
+    assert abs(turn - 0.402094) < 1e-6 and abs(np.pi / 2 / omega - 0.423215) < 1e-6
+    result = simulate_fmu(
+        str(fmus / "CaptureScene.fmi3.fmu"),
+        fmi_type="CoSimulation",
+        stop_time=2.0,
+        step_size=0.05,
+        output_interval=0.05,
+        relative_tolerance=1e-10,
+        start_values={"targetCenterOfMass": [5.0, 0.0], "initialPortOffset": [0.1 + gap, 0.0]},
+        output=["inContact", "approachSpeed"],
+        early_return_allowed=True,
+        use_event_mode=True,
+        record_events=True,
+    )
+    time = result["time"]
+    events = time[1:][np.diff(time) == 0.0]
+    off = [float(abs(np.asarray(events) - t).min()) for t in wanted]
+    print("touch, turn and release off by", off, "s")
+    assert max(off) < 1e-7
