@@ -213,6 +213,12 @@ impl Builder {
             }
         }
     }
+    /// Another text for a variable that is there.
+    pub(crate) fn retell(&mut self, name: &str, text: &str) {
+        if let Some(v) = self.table.variables.iter_mut().find(|v| v.name == name) {
+            v.description = text.to_owned();
+        }
+    }
     /// A plug whose members are called as their variables.
     pub(crate) fn terminal(&mut self, name: &str, text: &str, members: &[&str]) {
         let members: Vec<(&str, &str)> = members.iter().map(|m| (*m, *m)).collect();

@@ -1,15 +1,21 @@
 //! `FreeBody`, `GripperContact` and `CaptureScene`: variable tables and configurations.
 
+use crate::arm;
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
-use crate::structure::{BALLS, CLOSES, MOUNTED, PORTS, TOUCHES, Wanted, choices, chosen};
+use crate::model::TEST_BED;
+use crate::structure::{BALLS, CLOSES, MOUNTED, PORTS, TOUCHES, Wanted, choices, chosen, planar};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, Kind, ModelTable};
+use trueup_models::arm::PlanarManipulator;
 use trueup_models::contact::layout::{
-    BodyInputs, BodyOutputs, BodyParameters, BodyStates, Command, HostParameters, Outputs, Parameters, Poses,
-    SceneInputs, SceneOutputs, SceneParameters, SceneStates, States,
+    BodyInputs, BodyOutputs, BodyParameters, BodyStates, ChaserInputs, ChaserOutputs, ChaserParameters,
+    ChaserStates, Command, HostParameters, Outputs, Parameters, Poses, SceneOutputs, SceneParameters,
+    SceneStates, States,
 };
-use trueup_models::contact::{Against, CaptureScene, Closing, FreeBody, GripperContact, Mount, Structure};
+use trueup_models::contact::{
+    Against, CaptureScene, Chaser, Closing, FreeBody, GripperContact, Mount, RigidChaser, Structure,
+};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// The models of this file.
@@ -23,14 +29,17 @@ pub enum Contact {
     Body(FreeBody),
     /// `GripperContact`.
     Gripper(GripperContact),
-    /// `CaptureScene`.
+    /// `CaptureScene` with a rigid chaser.
     Scene(CaptureScene),
+    /// `CaptureScene` with the planar manipulator.
+    ArmScene(CaptureScene<PlanarManipulator>),
 }
 
 trueup_numerics::delegate_hybrid!(Contact {
     Contact::Body(m) => m,
     Contact::Gripper(m) => m,
-    Contact::Scene(m) => m
+    Contact::Scene(m) => m,
+    Contact::ArmScene(m) => m
 });
 
 /// Bits of warnings.
@@ -39,11 +48,14 @@ const CLIPPED: u32 = 2;
 
 /// The model of a configuration.
 pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
+    let arm = planar(c);
     if let Some(effect) = c.effects.first() {
         return Err(format!("no effect acts in {}, `{effect}` neither", c.model));
     }
-    if !c.joint_flexible.is_empty() {
-        return Err(format!("{} has no joints: leave out which are flexible", c.model));
+    if !c.joint_flexible.is_empty() && !arm {
+        let has =
+            if c.model == "CaptureScene" { "with a rigid chaser has no joints" } else { "has no joints" };
+        return Err(format!("{} {has}: leave out which are flexible", c.model));
     }
     let chosen = chosen(c)?;
     if c.model == "FreeBody" {
@@ -61,8 +73,12 @@ pub(crate) fn build(c: &Configuration) -> Result<Contact, String> {
     };
     if c.model == "GripperContact" {
         GripperContact::new(structure).map(Contact::Gripper)
+    } else if arm {
+        let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
+        let chaser = PlanarManipulator::new::<&str>(flexible, &[]).map_err(|e| e.to_string())?;
+        CaptureScene::new(chaser, structure).map(Contact::ArmScene)
     } else {
-        CaptureScene::new(structure).map(Contact::Scene)
+        CaptureScene::new(RigidChaser::default(), structure).map(Contact::Scene)
     }
 }
 
@@ -72,6 +88,7 @@ impl Contact {
             Self::Body(m) => body(m),
             Self::Gripper(m) => gripper(m),
             Self::Scene(m) => scene(m),
+            Self::ArmScene(m) => scene(m),
         }
     }
     pub(crate) fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
@@ -79,6 +96,7 @@ impl Contact {
             Self::Body(_) => Ok(()),
             Self::Gripper(m) => m.check(p),
             Self::Scene(m) => m.check(p),
+            Self::ArmScene(m) => m.check(p),
         }
     }
     pub(crate) fn watch(&self, at: &At<'_, f64>, said: u32) -> Option<(u32, String)> {
@@ -87,11 +105,13 @@ impl Contact {
             Self::Body(_) => None,
             Self::Gripper(m) => m.overlap(at),
             Self::Scene(m) => m.overlap(at),
+            Self::ArmScene(m) => m.overlap(at),
         };
         let clipped = || match self {
             Self::Body(_) => None,
             Self::Gripper(m) => m.clipped(at),
             Self::Scene(m) => m.clipped(at),
+            Self::ArmScene(m) => m.clipped(at),
         };
         let first = fresh(OVERLAP).then(overlap).flatten().map(|text| (OVERLAP, text));
         first.or_else(|| fresh(CLIPPED).then(clipped).flatten().map(|text| (CLIPPED, text)))
@@ -100,7 +120,7 @@ impl Contact {
         match self {
             Self::Gripper(m) => m.long_step(h, p),
             // What the others integrate is theirs alone.
-            Self::Body(_) | Self::Scene(_) => None,
+            Self::Body(_) | Self::Scene(_) | Self::ArmScene(_) => None,
         }
     }
     pub(crate) fn singular(&self, at: &At<'_, f64>) -> Option<String> {
@@ -108,6 +128,7 @@ impl Contact {
             Self::Body(_) => None,
             Self::Gripper(m) => m.fault(at),
             Self::Scene(m) => m.fault(at),
+            Self::ArmScene(m) => m.fault(at),
         }
     }
 }
@@ -125,7 +146,7 @@ fn constants(b: &mut Builder, model: &str, values: &[usize]) {
     }
 }
 
-/// In the order of the model's choices.
+/// In the order of a gripper's choices.
 fn numbers(s: &Structure) -> [usize; 4] {
     [s.balls, s.closing as usize + 1, s.mount as usize + 1, s.against as usize + 1]
 }
@@ -174,26 +195,97 @@ fn gripper(m: &GripperContact) -> ModelTable {
     b.finish(m.sizes().indicators)
 }
 
-fn scene(m: &CaptureScene) -> ModelTable {
+/// What a chaser has in the table of `CaptureScene`.
+trait Tabled: Chaser {
+    /// Its number among the choices.
+    const CHOICE: usize;
+    fn add_constants(&self, _b: &mut Builder) {}
+    fn add_parameters(&self, b: &mut Builder, start: &[f64]);
+    fn add_inputs(&self, b: &mut Builder);
+    fn add_outputs(&self, b: &mut Builder);
+    fn add_states(&self, b: &mut Builder);
+    fn add_plugs(&self, b: &mut Builder);
+}
+
+impl Tabled for RigidChaser {
+    const CHOICE: usize = 1;
+    fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
+        b.parameters(&ChaserParameters::list(&()), start);
+    }
+    fn add_inputs(&self, b: &mut Builder) {
+        b.inputs(&ChaserInputs::list(&()));
+    }
+    fn add_outputs(&self, b: &mut Builder) {
+        b.outputs(&ChaserOutputs::list(&()));
+    }
+    fn add_states(&self, b: &mut Builder) {
+        b.moved(&ChaserStates::list(&()));
+    }
+    fn add_plugs(&self, b: &mut Builder) {
+        b.plug("chaser", "What drives the chaser", &[("force", "chaserForce"), ("torque", "chaserTorque")]);
+    }
+}
+
+impl Tabled for PlanarManipulator {
+    const CHOICE: usize = 2;
+    fn add_constants(&self, b: &mut Builder) {
+        arm::constants(b, self);
+    }
+    fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
+        arm::parameters(b, self, start);
+    }
+    fn add_inputs(&self, b: &mut Builder) {
+        arm::inputs(b, self);
+        b.retell("tipForce", "On the last link at its tip beside the contact, inertial frame");
+        b.retell("tipTorque", "On the last link beside the contact");
+    }
+    fn add_outputs(&self, b: &mut Builder) {
+        arm::outputs(b, self);
+        b.retell("linearMomentum", "Of manipulator, target and a ball on a mount");
+        b.retell(
+            "angularMomentum",
+            "Of manipulator, target and a ball on a mount, about the inertial origin, rotors included",
+        );
+        b.retell("kineticEnergy", "Of manipulator, target and a ball on a mount, rotors included");
+        b.retell("potentialEnergy", "Of the joints, V (eq. 7)");
+    }
+    fn add_states(&self, b: &mut Builder) {
+        arm::states(b, self);
+    }
+    fn add_plugs(&self, b: &mut Builder) {
+        arm::drive(b);
+    }
+}
+
+fn scene<C: Tabled>(m: &CaptureScene<C>) -> ModelTable {
     let experiment = Experiment { stop_time: 30.0, tolerance: TOLERANCE, step_size: 0.05 };
     let text =
         "Capture in the plane: chaser, gripper and target in one (dynamics of on-orbit capture, eq. 20-22)";
     let mut b = Builder::new("CaptureScene", text, experiment);
-    let s = m.structure();
-    constants(&mut b, "CaptureScene", &numbers(s));
-    let parameters = [Parameters::list(s), SceneParameters::list(&())].concat();
-    b.parameters(&parameters, &m.defaults());
+    let (s, chaser, start) = (m.structure(), m.chaser(), m.defaults());
+    constants(&mut b, "CaptureScene", &[&[C::CHOICE][..], &numbers(s)].concat());
+    chaser.add_constants(&mut b);
+    let own = chaser.sizes().parameters;
+    let (of_gripper, rest) = start.split_at(Parameters::new(s).count);
+    b.parameters(&Parameters::list(s), of_gripper);
+    chaser.add_parameters(&mut b, &rest[..own]);
+    b.parameters(&SceneParameters::list(&()), &rest[own..]);
     b.inputs(&Command::list(s));
-    b.inputs(&SceneInputs::list(&()));
-    b.outputs(&[Outputs::list(s), SceneOutputs::list(&())].concat());
-    b.moved(&[States::list(s), SceneStates::list(&())].concat());
-    b.plug("chaser", "What drives the chaser", &[("force", "chaserForce"), ("torque", "chaserTorque")]);
+    chaser.add_inputs(&mut b);
+    b.outputs(&Outputs::list(s));
+    chaser.add_outputs(&mut b);
+    b.outputs(&SceneOutputs::list(&()));
+    b.moved(&States::list(s));
+    chaser.add_states(&mut b);
+    b.moved(&SceneStates::list(&()));
+    chaser.add_plugs(&mut b);
     b.finish(m.sizes().indicators)
 }
 
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::structure::CHASES;
 
     /// Every model with several structures.
     pub(crate) fn structures() -> Vec<Configuration> {
@@ -202,6 +294,11 @@ pub(crate) mod tests {
             ..Configuration::of(model)
         };
         let mut all = vec![of("FreeBody", &[]), of("FreeBody", &[(PORTS, 3)])];
+        all.push(of("CaptureScene", &[(CHASES, 2)]));
+        all.push(Configuration {
+            joint_flexible: vec![false, true],
+            ..of("CaptureScene", &[(CHASES, 2), (BALLS, 1), (MOUNTED, 2)])
+        });
         for model in ["GripperContact", "CaptureScene"] {
             all.push(of(model, &[]));
             all.push(of(model, &[(BALLS, 5), (CLOSES, 2), (TOUCHES, 2)]));

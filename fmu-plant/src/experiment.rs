@@ -1,5 +1,7 @@
 //! The default experiments: what the reference results in the FMUs are made with.
 
+use crate::structure::planar;
+use trueup_fmi::configuration::Configuration;
 use trueup_fmi_export::reference::Schedule;
 
 /// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication points and do
@@ -7,9 +9,9 @@ use trueup_fmi_export::reference::Schedule;
 /// solution. Co-Simulation has a tolerance of its own where the importer asks for none.
 pub(crate) const TOLERANCE: f64 = 1e-5;
 
-/// Inputs of the reference experiment of a model.
-pub fn schedule(model: &str) -> Option<Schedule<'static>> {
-    Some(match model {
+/// Inputs of the reference experiment of a configuration's model.
+pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {
+    Some(match c.model.as_str() {
         // Break-away forward, coasting to a stop, break-away backward, a push on the load while it sticks.
         "TwoMassJoint" => &[
             (0.1, "motorCurrent", 0.018),
@@ -58,6 +60,13 @@ pub fn schedule(model: &str) -> Option<Schedule<'static>> {
             (1.0, "portPosition[1]", 0.099),
             (2.0, "portPosition[1]", 0.12),
             (7.0, "portPosition[2]", -0.01),
+        ],
+        // The same push, on the satellite that carries the manipulator.
+        "CaptureScene" if planar(c) => &[
+            (2.0, "baseForce[1]", 0.1),
+            (6.0, "baseForce[1]", 0.0),
+            (6.0, "baseForce[2]", -0.03),
+            (9.0, "baseForce[2]", 0.0),
         ],
         // The chaser's thrusters push while the target bounces in the hand.
         "CaptureScene" => &[

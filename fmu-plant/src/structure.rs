@@ -1,7 +1,7 @@
 //! What of a model's structure is chosen when it is packed: whole numbers by name in the configuration.
 
 use trueup_fmi::configuration::Configuration;
-use trueup_models::contact::layout::{AGAINST, CLOSING, MOUNT};
+use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
 use trueup_models::layout::Items;
 
@@ -31,9 +31,12 @@ pub(crate) const CLOSES: &str = "closing";
 pub(crate) const MOUNTED: &str = "endBallMount";
 pub(crate) const TOUCHES: &str = "against";
 
+pub(crate) const CHASES: &str = "chaser";
+
 static OF_BODY: [Choice; 1] =
     [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
-static OF_GRIPPER: [Choice; 4] = [
+static OF_SCENE: [Choice; 5] = [
+    Choice { name: CHASES, wanted: Wanted::Item(&CHASER), text: "What carries the hand" },
     Choice { name: BALLS, wanted: Wanted::Count(MAX_BALLS), text: "Balls of the gripper, P1 first" },
     Choice { name: CLOSES, wanted: Wanted::Item(&CLOSING), text: "What moves the jaws" },
     Choice { name: MOUNTED, wanted: Wanted::Item(&MOUNT), text: "How a ball is fixed to the hand" },
@@ -44,7 +47,8 @@ static OF_GRIPPER: [Choice; 4] = [
 pub fn choices(model: &str) -> &'static [Choice] {
     match model {
         "FreeBody" => &OF_BODY,
-        "GripperContact" | "CaptureScene" => &OF_GRIPPER,
+        "GripperContact" => &OF_SCENE[1..],
+        "CaptureScene" => &OF_SCENE,
         _ => &[],
     }
 }
@@ -77,6 +81,11 @@ impl Choice {
         };
         (1..=most).contains(&(number as usize))
     }
+}
+
+/// A configuration's hand is carried by the planar manipulator.
+pub(crate) fn planar(c: &Configuration) -> bool {
+    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [2])
 }
 
 /// What a configuration chooses of a structure: the number by its name, if it is there.

@@ -107,6 +107,7 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
         ("GripperContact", vec![("numberOfBalls", 1), ("endBallMount", 2), ("against", 2)]),
         ("CaptureScene", vec![("numberOfBalls", 1), ("endBallMount", 2), ("against", 2)]),
         ("CaptureScene", vec![("numberOfBalls", 8), ("closing", 2)]),
+        ("CaptureScene", vec![("chaser", 2), ("numberOfBalls", 1)]),
     ]
     .map(|(model, chosen)| Configuration {
         structure: chosen.into_iter().map(|(name, value)| (name.to_owned(), vec![value])).collect(),

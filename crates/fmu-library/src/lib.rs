@@ -96,6 +96,6 @@ pub fn table(c: &Configuration) -> Result<ModelTable, String> {
 /// # Errors
 /// As [`table`]; a run that failed.
 pub fn reference_result(c: &Configuration) -> Result<Reference, String> {
-    let schedule = fmu_plant::schedule(&c.model).or_else(|| fmu_controller::schedule(&c.model));
+    let schedule = fmu_plant::schedule(c).or_else(|| fmu_controller::schedule(&c.model));
     reference::<Model>(c, schedule.unwrap_or_default())
 }

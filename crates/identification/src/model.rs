@@ -199,7 +199,8 @@ fn arm_unit(base: &str) -> (&'static str, f64) {
         | "initialMotorVelocity"
         | "baseRate"
         | "jointVelocity"
-        | "motorVelocity" => ("rad/s", free),
+        | "motorVelocity"
+        | "tipRate" => ("rad/s", free),
         "motorCoupling" => ("", 1.0),
         "jointTorque" | "baseTorque" | "tipTorque" | "frictionTorque" => ("N.m", free),
         "baseForce" | "tipForce" => ("N", free),
@@ -219,6 +220,7 @@ fn scalar(base: &str) -> bool {
                 | "initialBaseRate"
                 | "motorCoupling"
                 | "tipAttitude"
+                | "tipRate"
                 | "tipTorque"
                 | "angularMomentum"
                 | "kineticEnergy"

@@ -182,6 +182,7 @@ fn centers_of_mass_and_tip_velocity() {
         let u = vec![0.0; model.sizes().inputs];
         let x = [q, v].concat();
         model.outputs(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut y);
+        assert!((tip.attitude.eps[0] - y[output::tip_rate(n)]).abs() < 1e-12);
         let mut momentum = [0.0; 2];
         for axis in 0..2 {
             momentum[axis] = p[parameter::base_mass(n)] * x[d + axis];

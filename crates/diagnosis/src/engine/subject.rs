@@ -118,6 +118,7 @@ const ARM_SCALARS: &[&str] = &[
     "baseAttitude",
     "baseRate",
     "tipAttitude",
+    "tipRate",
     "angularMomentum",
     "kineticEnergy",
     "potentialEnergy",

@@ -95,6 +95,7 @@ pub mod output {
         "angularMomentum" angular_momentum = 1;
         "kineticEnergy" kinetic_energy = 1;
         "potentialEnergy" potential_energy = 1;
+        "tipRate" tip_rate = 1;
     }
     /// Begin of `frictionTorque`, where there is friction.
     pub const fn friction_torque(n: usize) -> usize {

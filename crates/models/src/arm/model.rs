@@ -1,6 +1,7 @@
 //! `PlanarManipulator` in the form that every model takes.
 
 use super::balance::Motion;
+use super::chain::Chain;
 use super::layout::{input, output, parameter};
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
@@ -175,6 +176,13 @@ impl PlanarManipulator {
         ))
     }
 
+    /// The tip at states `x` (ARM-10), and the rate of the last link in rad/s.
+    pub fn tip<T: Scalar>(&self, x: &[T], p: &[T]) -> (kinematics::Tip<T>, T) {
+        let (q, v) = x.split_at(self.dofs);
+        let turned = Chain::new(self.links(), p).turned(q, v);
+        (kinematics::tip(&turned, q, v), turned.rate[self.links()])
+    }
+
     /// M* + J* at states `x` (S0 eq. 10, 11); rows x_0, y_0, q_0, q_1 .. q_n, q_m of the flexible joints.
     pub fn mass_matrix<T: Scalar>(&self, x: &[T], p: &[T]) -> Symmetric<T> {
         let none = [T::zero(); input::count(MAX_LINKS)];
@@ -336,6 +344,7 @@ impl Hybrid for PlanarManipulator {
             own[1] -= first_moment * field[i];
         }
         y[output::potential_energy(n)] = own[1];
+        y[output::tip_rate(n)] = t.rate[n];
 
         if self.friction {
             let b = self.balance(&at, &motion);

@@ -4,7 +4,7 @@
 //! docking points acts on it.
 
 use super::MAX_PORTS;
-use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub};
+use super::frame::{Frame, Vector, Wrench, cross, dot, scale, sub};
 use super::layout::{BodyInputs, BodyOutputs, BodyParameters, BodyStates};
 use super::presets::SIM2;
 use super::touch::{frame, two};
@@ -150,9 +150,4 @@ impl Hybrid for FreeBody {
     fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
         Update::default()
     }
-}
-
-/// Sum of two momenta.
-pub(super) fn both<T: Scalar>(a: (Vector<T>, T, T), b: (Vector<T>, T, T)) -> (Vector<T>, T, T) {
-    (add(a.0, b.0), a.1 + b.1, a.2 + b.2)
 }

@@ -8,7 +8,7 @@ use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, State
 use super::outcome::{Facts, Outcome, caged};
 use super::touch::{Touch, relative_motion, touch, two};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::Update;
+use trueup_numerics::hybrid::{Sizes, Update};
 
 /// A gripper's structure, and where its values lie; its parameters, states and outputs come first in the vectors of the models
 /// that have one.
@@ -64,12 +64,24 @@ impl Gripper {
     fn begun_mode(&self) -> usize {
         self.structure.balls + 2
     }
-    pub(super) fn modes(&self) -> usize {
+    fn modes(&self) -> usize {
         self.structure.balls + 3
     }
     /// Two for each ball, two of the jaws, one of the outcome.
-    pub(super) fn indicators(&self) -> usize {
+    fn indicators(&self) -> usize {
         2 * self.structure.balls + 3
+    }
+
+    /// Of a gripper alone.
+    pub(super) fn sizes(&self) -> Sizes {
+        Sizes {
+            states: self.states.count,
+            inputs: self.command.count,
+            parameters: self.parameters.count,
+            outputs: self.outputs.count,
+            modes: self.modes(),
+            indicators: self.indicators(),
+        }
     }
 
     pub(super) fn start_modes(&self, v: &View<'_, f64>, modes: &mut [i32]) {

@@ -44,7 +44,7 @@ impl GripperContact {
     }
     /// Values of SIM2.
     pub fn defaults(&self) -> Vec<f64> {
-        let mut p = parameters::defaults(&self.gripper.structure);
+        let mut p = parameters::defaults(&self.gripper.structure, &SIM2);
         p.push(SIM2.chaser_mass);
         p
     }
@@ -97,15 +97,8 @@ impl GripperContact {
 
 impl Hybrid for GripperContact {
     fn sizes(&self) -> Sizes {
-        let g = &self.gripper;
-        Sizes {
-            states: g.states.count,
-            inputs: g.command.count + self.poses.count,
-            parameters: self.host.count,
-            outputs: g.outputs.count,
-            modes: g.modes(),
-            indicators: g.indicators(),
-        }
+        let own = self.gripper.sizes();
+        Sizes { inputs: own.inputs + self.poses.count, parameters: self.host.count, ..own }
     }
     fn start<T: Scalar>(&self, _p: &[T], x: &mut [T]) {
         x.fill(T::zero());

@@ -36,6 +36,16 @@ pub enum Against {
     Plate,
 }
 
+/// What carries the hand of a `CaptureScene`, in the order of its choice.
+pub static CHASER: Items = Items {
+    name: "Chaser",
+    text: "What carries the hand",
+    items: &[
+        ("body", "one rigid body with its arm"),
+        ("planar", "the planar manipulator: the hand is at its tip, with the axes of its last link"),
+    ],
+};
+
 /// What is fixed of a gripper when a model is packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Structure {
@@ -213,15 +223,48 @@ layout! {
 }
 
 layout! {
-    /// Where parameters of `CaptureScene` begin, behind those of its gripper.
-    SceneParameters of Parameter, _s: ():
-    chaser_mass "chaserMass" [], "kg", tunable(Positive), "Chaser with its arm, one rigid body";
-    chaser_inertia "chaserInertia" [], "kg.m2", tunable(Positive), "Chaser about its centre of mass";
+    /// Where parameters of a rigid chaser begin.
+    ChaserParameters of Parameter, _s: ():
+    mass "chaserMass" [], "kg", tunable(Positive), "Chaser with its arm, one rigid body";
+    inertia "chaserInertia" [], "kg.m2", tunable(Positive), "Chaser about its centre of mass";
     end_effector "endEffectorPosition" [2], "m", FIXED, "From the chaser's centre of mass, chaser's axes";
-    chaser_position "initialChaserPosition" [2], "m", FIXED, "Centre of mass at the start";
-    chaser_attitude "initialChaserAttitude" [], "rad", FIXED, "At the start";
-    chaser_velocity "initialChaserVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
-    chaser_rate "initialChaserRate" [], "rad/s", FIXED, "At the start";
+    position "initialChaserPosition" [2], "m", FIXED, "Centre of mass at the start";
+    attitude "initialChaserAttitude" [], "rad", FIXED, "At the start";
+    velocity "initialChaserVelocity" [2], "m/s", FIXED, "Of the centre of mass at the start";
+    rate "initialChaserRate" [], "rad/s", FIXED, "At the start";
+}
+
+layout! {
+    /// Where inputs of a rigid chaser begin.
+    ChaserInputs of Start, _s: ():
+    force "chaserForce" [2], "N", ZERO, "On the chaser at its centre of mass, inertial frame";
+    torque "chaserTorque" [], "N.m", ZERO, "On the chaser";
+}
+
+layout! {
+    /// Where outputs of a rigid chaser begin.
+    ChaserOutputs of Shows, _s: ():
+    position "chaserPosition" [2], "m", Shows::State("chaserPosition"), "Centre of mass";
+    attitude "chaserAttitude" [], "rad", Shows::State("chaserAttitude"), "Of the chaser";
+    velocity "chaserVelocity" [2], "m/s", Shows::State("chaserVelocity"), "Of the centre of mass";
+    rate "chaserRate" [], "rad/s", Shows::State("chaserRate"), "Of the chaser";
+    linear_momentum "linearMomentum" [2], "kg.m/s", Shows::States, "Of chaser, target and a ball on a mount";
+    angular_momentum "angularMomentum" [], "kg.m2/s", Shows::States, "Of chaser, target and a ball on a mount, about the inertial origin";
+    kinetic_energy "kineticEnergy" [], "J", Shows::States, "Of chaser, target and a ball on a mount";
+}
+
+layout! {
+    /// Where states of a rigid chaser begin.
+    ChaserStates of State, _s: ():
+    position "chaserPosition" [2], "m", state("m/s", 1e-3, Shows::State("chaserVelocity")), "the chaser's centre of mass";
+    attitude "chaserAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("chaserRate")), "the chaser's attitude";
+    velocity "chaserVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the chaser's velocity";
+    rate "chaserRate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the chaser's rate";
+}
+
+layout! {
+    /// Where parameters of `CaptureScene` begin, behind those of its gripper and its chaser.
+    SceneParameters of Parameter, _s: ():
     port_offset "initialPortOffset" [2], "m", FIXED, "The port from the end effector at the start, end effector's axes";
     port_angle "initialPortAngle" [], "rad", FIXED, "Attitude of the target against the end effector at the start";
     target_velocity "initialTargetVelocity" [2], "m/s", FIXED, "Of the target's centre of mass at the start";
@@ -229,39 +272,21 @@ layout! {
 }
 
 layout! {
-    /// Where inputs of `CaptureScene` begin, behind [`Command`].
-    SceneInputs of Start, _s: ():
-    force "chaserForce" [2], "N", ZERO, "On the chaser at its centre of mass, inertial frame";
-    torque "chaserTorque" [], "N.m", ZERO, "On the chaser";
-}
-
-layout! {
-    /// Where outputs of `CaptureScene` begin, behind those of its gripper.
+    /// Where outputs of `CaptureScene` begin, behind those of its gripper and its chaser.
     SceneOutputs of Shows, _s: ():
-    chaser_position "chaserPosition" [2], "m", Shows::State("chaserPosition"), "Centre of mass";
-    chaser_attitude "chaserAttitude" [], "rad", Shows::State("chaserAttitude"), "Of the chaser";
-    chaser_velocity "chaserVelocity" [2], "m/s", Shows::State("chaserVelocity"), "Of the centre of mass";
-    chaser_rate "chaserRate" [], "rad/s", Shows::State("chaserRate"), "Of the chaser";
     target_position "targetPosition" [2], "m", Shows::State("targetPosition"), "Centre of mass";
     target_attitude "targetAttitude" [], "rad", Shows::State("targetAttitude"), "Of the target";
     target_velocity "targetVelocity" [2], "m/s", Shows::State("targetVelocity"), "Of the centre of mass";
     target_rate "targetRate" [], "rad/s", Shows::State("targetRate"), "Of the target";
     port_offset "portOffset" [2], "m", Shows::States, "The port from the end effector, end effector's axes";
     port_angle "portAngle" [], "rad", Shows::States, "Attitude of the target against the end effector";
-    linear_momentum "linearMomentum" [2], "kg.m/s", Shows::States, "Of chaser, target and a ball on a mount";
-    angular_momentum "angularMomentum" [], "kg.m2/s", Shows::States, "Of chaser, target and a ball on a mount, about the inertial origin";
-    kinetic_energy "kineticEnergy" [], "J", Shows::States, "Of chaser, target and a ball on a mount";
 }
 
 layout! {
-    /// Where states of `CaptureScene` begin, behind those of its gripper.
+    /// Where states of `CaptureScene` begin, behind those of its gripper and its chaser.
     SceneStates of State, _s: ():
-    chaser_position "chaserPosition" [2], "m", state("m/s", 1e-3, Shows::State("chaserVelocity")), "the chaser's centre of mass";
-    chaser_attitude "chaserAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("chaserRate")), "the chaser's attitude";
     target_position "targetPosition" [2], "m", state("m/s", 1e-3, Shows::State("targetVelocity")), "the target's centre of mass";
     target_attitude "targetAttitude" [], "rad", state("rad/s", 1e-3, Shows::State("targetRate")), "the target's attitude";
-    chaser_velocity "chaserVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the chaser's velocity";
-    chaser_rate "chaserRate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the chaser's rate";
     target_velocity "targetVelocity" [2], "m/s", state("m/s2", 1e-3, Shows::All), "the target's velocity";
     target_rate "targetRate" [], "rad/s", state("rad/s2", 1e-3, Shows::All), "the target's rate";
 }

@@ -6,6 +6,8 @@
 //! and at events, of both models that have a gripper.
 
 mod bodies;
+mod chaser;
+mod chaser_arm;
 mod closing;
 pub mod frame;
 mod gripper;
@@ -20,6 +22,7 @@ mod scene;
 mod touch;
 
 pub use bodies::FreeBody;
+pub use chaser::{Chaser, RigidChaser};
 pub use gripper_contact::GripperContact;
 pub use layout::{Against, Closing, Mount, Structure};
 pub use outcome::Outcome;

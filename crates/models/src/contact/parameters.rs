@@ -3,47 +3,48 @@
 use super::frame::{dot, sub};
 use super::gripper::Gripper;
 use super::layout::{Against, Closing, Mount, Parameters, Structure};
-use super::presets::SIM2;
+use super::presets::Capture;
 use super::touch::two;
 
-/// Values in the order of [`Parameters`]: SIM2; balls beyond three lie further along the hand, in pairs.
-pub(super) fn defaults(s: &Structure) -> Vec<f64> {
+/// Values of that capture in the order of [`Parameters`]; balls beyond three lie further along the hand, in pairs.
+pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {
     let at = Parameters::new(s);
     let mut p = vec![0.0; at.count];
-    p[at.stiffness] = SIM2.stiffness;
-    p[at.damping] = SIM2.damping;
+    p[at.stiffness] = of.stiffness;
+    p[at.damping] = of.damping;
     p[at.damping_law] = 1.0;
-    p[at.reference] = 1e-3;
+    p[at.reference] = of.reference;
     p[at.slip_speed] = 1e-4;
     for i in 0..s.balls {
-        p[at.ball_radius + i] = SIM2.ball_radius;
-        p[at.ball_mass + i] = SIM2.ball_mass;
+        p[at.ball_radius + i] = of.ball_radius;
+        p[at.ball_mass + i] = of.ball_mass;
         if i > 0 {
-            let (side, further) = (if i % 2 == 1 { 1.0 } else { -1.0 }, 0.12 * ((i - 1) / 2) as f64);
-            for (begin, place) in [(at.open, SIM2.open), (at.closed, SIM2.closed)] {
+            let pair = ((i - 1) / 2) as f64;
+            let (side, further) = (if i % 2 == 1 { 1.0 } else { -1.0 }, 2.4 * of.ball_radius * pair);
+            for (begin, place) in [(at.open, of.open), (at.closed, of.closed)] {
                 p[begin + 2 * i] = place[0] + further;
                 p[begin + 2 * i + 1] = side * place[1];
             }
         }
     }
     if s.closing == Closing::Schedule {
-        p[at.closing_time] = SIM2.closing_time;
-        p[at.hold_force] = 1000.0;
+        p[at.closing_time] = of.closing_time;
+        p[at.hold_force] = of.hold_force;
     }
     if s.closing == Closing::Motor {
-        (p[at.jaw_inertia], p[at.jaw_friction], p[at.motor_limit]) = (0.5, 2.0, 20.0);
+        [p[at.jaw_inertia], p[at.jaw_friction], p[at.motor_limit]] = of.jaw;
     }
     match s.against {
-        Against::Ball => p[at.port_radius] = SIM2.ball_radius,
+        Against::Ball => p[at.port_radius] = of.ball_radius,
         Against::Plate => p[at.port_normal] = -1.0,
     }
     if s.mount == Mount::Elastic {
-        p[at.mount_stiffness..at.mount_stiffness + 2].fill(2000.0);
-        p[at.mount_damping..at.mount_damping + 2].fill(30.0);
+        p[at.mount_stiffness..at.mount_stiffness + 2].fill(of.mount[0]);
+        p[at.mount_damping..at.mount_damping + 2].fill(of.mount[1]);
     }
-    p[at.target_mass] = SIM2.target_mass;
-    p[at.target_inertia] = SIM2.target_inertia;
-    p[at.target_center..at.target_center + 2].copy_from_slice(&SIM2.target_center);
+    p[at.target_mass] = of.target_mass;
+    p[at.target_inertia] = of.target_inertia;
+    p[at.target_center..at.target_center + 2].copy_from_slice(&of.target_center);
     p
 }
 

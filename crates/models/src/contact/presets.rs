@@ -18,6 +18,14 @@ pub struct Capture {
     pub closed: [f64; 2],
     /// s.
     pub closing_time: f64,
+    /// Force at which the jaws stop, N.
+    pub hold_force: f64,
+    /// Of jaws with a motor: inertia in kg.m2, friction in N.m.s, the motor's limit in N.m.
+    pub jaw: [f64; 3],
+    /// Depth at which the damping hunt-crossley is eta_n, m.
+    pub reference: f64,
+    /// Of an end ball's mount, N/m and N.s/m.
+    pub mount: [f64; 2],
     /// kg.
     pub target_mass: f64,
     /// kg.m2.
@@ -45,6 +53,10 @@ pub const SIM2: Capture = Capture {
     open: [0.25, 0.2],
     closed: [0.06, 0.085],
     closing_time: 5.0,
+    hold_force: 1000.0,
+    jaw: [0.5, 2.0, 20.0],
+    reference: 1e-3,
+    mount: [2000.0, 30.0],
     target_mass: 7900.0,
     target_inertia: 129112.2,
     target_center: [5.0, 1.3],
@@ -54,3 +66,33 @@ pub const SIM2: Capture = Capture {
     speed: 0.005,
     port_offset: [0.12, 0.01],
 };
+
+impl Capture {
+    /// The same at another size: a length goes with lambda, so does a time, a mass with its third power (CON-7); speeds stay.
+    #[must_use]
+    pub fn scaled(&self, lambda: f64) -> Self {
+        let [area, volume] = [lambda * lambda, lambda * lambda * lambda];
+        let length = |v: [f64; 2]| v.map(|v| v * lambda);
+        Self {
+            stiffness: self.stiffness * lambda,
+            damping: self.damping * area,
+            ball_radius: self.ball_radius * lambda,
+            ball_mass: self.ball_mass * volume,
+            open: length(self.open),
+            closed: length(self.closed),
+            closing_time: self.closing_time * lambda,
+            hold_force: self.hold_force * area,
+            jaw: [self.jaw[0] * area * volume, self.jaw[1] * area * area, self.jaw[2] * volume],
+            reference: self.reference * lambda,
+            mount: [self.mount[0] * lambda, self.mount[1] * area],
+            target_mass: self.target_mass * volume,
+            target_inertia: self.target_inertia * area * volume,
+            target_center: length(self.target_center),
+            chaser_mass: self.chaser_mass * volume,
+            chaser_inertia: self.chaser_inertia * area * volume,
+            end_effector: length(self.end_effector),
+            speed: self.speed,
+            port_offset: length(self.port_offset),
+        }
+    }
+}

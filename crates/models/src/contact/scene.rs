@@ -1,70 +1,79 @@
 //! `CaptureScene`: chaser, gripper and target in one model. Nothing is exchanged between FMUs, so contacts are located and the
 //! error is the integrator's: the reference that couplings are judged by, and the fast way to maps of captures.
 //!
-//! Positive directions: inertial frame; angles, rates and torques from x to y. What it gets wrong: the chaser is one rigid body
-//! with its arm (S2 section 3.2: the manipulator holds its configuration); beyond that as `GripperContact`.
+//! The vectors have the gripper's values first, then the chaser's, then the target's.
+//! Positive directions: inertial frame; angles, rates and torques from x to y. What it gets wrong: as its chaser and as
+//! `GripperContact`; the target is one rigid body.
 
-use super::bodies::{Inertia, both, carry};
-use super::frame::{Frame, Vector, Wrench, add, sub};
+use super::bodies::{Inertia, carry};
+use super::chaser::{Chaser, RigidChaser};
+use super::frame::{Frame, Vector, Wrench, sub};
 use super::gripper::{Gripper, View};
 use super::gripper_contact::{MOST_MODES, copies};
-use super::layout::{Against, Mount, SceneInputs, SceneOutputs, SceneParameters, SceneStates, Structure};
+use super::layout::{Against, Mount, SceneOutputs, SceneParameters, SceneStates, Structure};
 use super::parameters;
-use super::presets::SIM2;
 use super::touch::{Touch, frame, touch, two};
+use crate::arm::{MAX_LINKS, input};
 use trueup_numerics::Scalar;
+use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// Most inputs of a chaser.
+const MOST_INPUTS: usize = input::count(MAX_LINKS);
 
 /// The structure of a capture.
 #[derive(Clone, Debug)]
-pub struct CaptureScene {
+pub struct CaptureScene<C = RigidChaser> {
     gripper: Gripper,
+    chaser: C,
+    /// Of the chaser's values: where they begin, behind the gripper's, and how many there are.
+    begin: Sizes,
+    length: Sizes,
     parameters: SceneParameters,
-    inputs: SceneInputs,
     outputs: SceneOutputs,
     states: SceneStates,
 }
 
-/// Both bodies at one instant.
-struct Bodies<T> {
-    chaser: Frame<T>,
+/// Hand and target at one instant.
+struct Poses<T> {
+    hand: Frame<T>,
     target: Frame<T>,
 }
 
-impl CaptureScene {
-    /// With this gripper.
+impl<C: Chaser> CaptureScene<C> {
+    /// With this chaser and this gripper.
     ///
     /// # Errors
     /// A structure that cannot be had, with the mend.
-    pub fn new(structure: Structure) -> Result<Self, String> {
+    pub fn new(chaser: C, structure: Structure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
-        let parameters = SceneParameters::new(&()).behind(gripper.parameters.count);
-        let inputs = SceneInputs::new(&()).behind(gripper.command.count);
-        let outputs = SceneOutputs::new(&()).behind(gripper.outputs.count);
-        let states = SceneStates::new(&()).behind(gripper.states.count);
-        Ok(Self { gripper, parameters, inputs, outputs, states })
+        let (begin, length) = (gripper.sizes(), chaser.sizes());
+        let parameters = SceneParameters::new(&()).behind(begin.parameters + length.parameters);
+        let outputs = SceneOutputs::new(&()).behind(begin.outputs + length.outputs);
+        let states = SceneStates::new(&()).behind(begin.states + length.states);
+        Ok(Self { gripper, chaser, begin, length, parameters, outputs, states })
     }
     /// Its gripper's structure.
     pub fn structure(&self) -> &Structure {
         &self.gripper.structure
     }
-    /// Values of SIM2.
+    /// Its chaser.
+    pub fn chaser(&self) -> &C {
+        &self.chaser
+    }
+    /// Values of the chaser's capture.
     pub fn defaults(&self) -> Vec<f64> {
-        let at = &self.parameters;
-        let mut p = parameters::defaults(&self.gripper.structure);
+        let (at, of) = (&self.parameters, self.chaser.capture());
+        let mut p = parameters::defaults(&self.gripper.structure, &of);
+        p.extend(self.chaser.approaching());
         p.resize(at.count, 0.0);
-        (p[at.chaser_mass], p[at.chaser_inertia]) = (SIM2.chaser_mass, SIM2.chaser_inertia);
-        p[at.chaser_velocity] = SIM2.speed;
-        for i in 0..2 {
-            p[at.end_effector + i] = SIM2.end_effector[i];
-            p[at.port_offset + i] = SIM2.port_offset[i];
-        }
+        p[at.port_offset..at.port_offset + 2].copy_from_slice(&of.port_offset);
         if self.gripper.structure.against == Against::Plate {
-            // As far before the foremost ball as SIM2's port before P1.
+            // As far before the foremost ball as the port's ball before P1.
             let g = &self.gripper.parameters;
             let fronts = (0..self.gripper.structure.balls).map(|i| p[g.open + 2 * i] + p[g.ball_radius + i]);
             p[at.port_offset] =
-                fronts.fold(f64::NEG_INFINITY, f64::max) + SIM2.port_offset[0] - 2.0 * SIM2.ball_radius;
+                fronts.fold(f64::NEG_INFINITY, f64::max) + of.port_offset[0] - 2.0 * of.ball_radius;
         }
         p
     }
@@ -74,6 +83,7 @@ impl CaptureScene {
     /// Where they contradict each other: the index of one of them, and the mend.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)?;
+        self.chaser.fits(self.own_parameters(p)).map_err(|(i, why)| (i + self.begin.parameters, why))?;
         let mut refused = Ok(());
         self.at_start(p, |v| {
             if let Some(fault) = self.gripper.fault(v) {
@@ -94,30 +104,53 @@ impl CaptureScene {
     }
     /// Balls that overlap where the run begins.
     pub fn overlap(&self, at: &At<'_, f64>) -> Option<String> {
-        self.gripper.overlap_at_start(&self.view(at, &self.bodies(at.x)))
+        self.gripper.overlap_at_start(&self.view(at, &self.poses(at)))
     }
     /// Why values are not numbers, where balls are concentric.
     pub fn fault(&self, at: &At<'_, f64>) -> Option<String> {
-        self.gripper.fault(&self.view(at, &self.bodies(at.x)))
+        self.gripper.fault(&self.view(at, &self.poses(at)))
     }
     /// Shows the start to somebody.
     fn at_start(&self, p: &[f64], mut see: impl FnMut(&View<'_, f64>)) {
         let n = self.sizes();
-        let (mut x, u) = (vec![0.0; n.states], vec![0.0; n.inputs]);
+        let (mut x, u, modes) = (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]);
         self.start(p, &mut x);
-        let modes = [0; MOST_MODES];
-        let at = At { t: 0.0, x: &x, u: &u, p, modes: &modes[..n.modes] };
-        see(&self.view(&at, &self.bodies(&x)));
+        let at = At { t: 0.0, x: &x, u: &u, p, modes: &modes };
+        see(&self.view(&at, &self.poses(&at)));
     }
 
-    fn bodies<T: Scalar>(&self, x: &[T]) -> Bodies<T> {
-        let at = &self.states;
-        Bodies {
-            chaser: frame(x, [at.chaser_position, at.chaser_attitude, at.chaser_velocity, at.chaser_rate]),
-            target: frame(x, [at.target_position, at.target_attitude, at.target_velocity, at.target_rate]),
+    fn own_parameters<'a, T>(&self, p: &'a [T]) -> &'a [T] {
+        &p[self.begin.parameters..][..self.length.parameters]
+    }
+    fn own_states<'a, T>(&self, x: &'a [T]) -> &'a [T] {
+        &x[self.begin.states..][..self.length.states]
+    }
+    /// What the chaser sees, with these inputs.
+    fn own<'a, T: Scalar>(&self, at: &At<'a, T>, u: &'a [T]) -> At<'a, T> {
+        At {
+            t: at.t,
+            x: self.own_states(at.x),
+            u: &u[..self.length.inputs],
+            p: self.own_parameters(at.p),
+            // Before the start the caller need not have modes.
+            modes: at.modes.get(self.begin.modes..).unwrap_or_default(),
         }
     }
-    fn view<'a, T: Scalar>(&self, at: &At<'a, T>, bodies: &Bodies<T>) -> View<'a, T> {
+    /// The chaser's inputs from outside and from the contact.
+    fn pushed<T: Scalar>(&self, at: &At<'_, T>, on_host: &Wrench<T>) -> [T; MOST_INPUTS] {
+        let mut u = [T::zero(); MOST_INPUTS];
+        u[..self.length.inputs].copy_from_slice(&at.u[self.begin.inputs..]);
+        self.chaser.push(self.own_states(at.x), self.own_parameters(at.p), on_host, &mut u);
+        u
+    }
+    fn poses<T: Scalar>(&self, at: &At<'_, T>) -> Poses<T> {
+        let s = &self.states;
+        Poses {
+            hand: self.chaser.hand(self.own_states(at.x), self.own_parameters(at.p)),
+            target: frame(at.x, [s.target_position, s.target_attitude, s.target_velocity, s.target_rate]),
+        }
+    }
+    fn view<'a, T: Scalar>(&self, at: &At<'a, T>, poses: &Poses<T>) -> View<'a, T> {
         let center = two(at.p, self.gripper.parameters.target_center);
         View {
             t: at.t,
@@ -125,115 +158,137 @@ impl CaptureScene {
             x: at.x,
             u: at.u,
             modes: at.modes,
-            host: bodies.chaser.at(two(at.p, self.parameters.end_effector)),
-            port: bodies.target.at(center.map(|c| -c)),
+            host: poses.hand,
+            port: poses.target.at(center.map(|c| -c)),
         }
     }
-    fn look<'a, T: Scalar>(&self, at: &At<'a, T>) -> (Bodies<T>, View<'a, T>, Touch<T>) {
-        let bodies = self.bodies(at.x);
-        let view = self.view(at, &bodies);
+    fn look<'a, T: Scalar>(&self, at: &At<'a, T>) -> (Poses<T>, View<'a, T>, Touch<T>) {
+        let poses = self.poses(at);
+        let view = self.view(at, &poses);
         let here = touch(&self.gripper, &view);
-        (bodies, view, here)
+        (poses, view, here)
     }
-    fn inertias<T: Scalar>(&self, p: &[T]) -> [Inertia<T>; 2] {
-        let g = &self.gripper.parameters;
-        [
-            Inertia { mass: p[self.parameters.chaser_mass], inertia: p[self.parameters.chaser_inertia] },
-            Inertia { mass: p[g.target_mass], inertia: p[g.target_inertia] },
-        ]
+    fn target<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
+        let at = &self.gripper.parameters;
+        Inertia { mass: p[at.target_mass], inertia: p[at.target_inertia] }
     }
-    /// Momentum, angular momentum and twice the kinetic energy of everything that has mass.
-    fn momenta<T: Scalar>(&self, at: &At<'_, T>, bodies: &Bodies<T>, here: &Touch<T>) -> (Vector<T>, T, T) {
-        let [chaser, target] = self.inertias(at.p);
-        let sum = both(chaser.momenta(&bodies.chaser), target.momenta(&bodies.target));
+    /// Momentum, angular momentum and twice the kinetic energy of what has mass beside the chaser.
+    fn beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &Touch<T>) -> [(Vector<T>, T, T); 2] {
+        let target = self.target(at.p).momenta(&poses.target);
         if self.gripper.structure.mount == Mount::Rigid {
-            return sum;
+            return [target, ([T::zero(); 2], T::zero(), T::zero())];
         }
         let ball = Inertia { mass: at.p[self.gripper.parameters.ball_mass], inertia: T::zero() };
         let velocity = two(at.x, self.gripper.states.ball_velocity);
-        both(sum, ball.momenta(&Frame::new(here.balls[0], T::zero(), velocity, T::zero())))
+        [target, ball.momenta(&Frame::new(here.balls[0], T::zero(), velocity, T::zero()))]
     }
 }
 
-impl Hybrid for CaptureScene {
+impl<C: Chaser> Hybrid for CaptureScene<C> {
     fn sizes(&self) -> Sizes {
         Sizes {
             states: self.states.count,
-            inputs: self.inputs.count,
+            inputs: self.begin.inputs + self.length.inputs,
             parameters: self.parameters.count,
             outputs: self.outputs.count,
-            modes: self.gripper.modes(),
-            indicators: self.gripper.indicators(),
+            modes: self.begin.modes + self.length.modes,
+            indicators: self.begin.indicators + self.length.indicators,
         }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         x.fill(T::zero());
-        let (from, to) = (&self.parameters, &self.states);
-        let chaser =
-            frame(p, [from.chaser_position, from.chaser_attitude, from.chaser_velocity, from.chaser_rate]);
-        let port = chaser.at(add(two(p, from.end_effector), two(p, from.port_offset)));
-        let attitude = chaser.attitude + p[from.port_angle];
+        let (from, to, own) = (&self.parameters, &self.states, self.own_parameters(p));
+        self.chaser.start(own, &mut x[self.begin.states..][..self.length.states]);
+        let hand = self.chaser.hand(self.own_states(x), own);
+        let port = hand.at(two(p, from.port_offset));
+        let attitude = hand.attitude + p[from.port_angle];
         let target = Frame::new(port.position, attitude, two(p, from.target_velocity), p[from.target_rate]);
         let center = target.at(two(p, self.gripper.parameters.target_center)).position;
         for i in 0..2 {
-            x[to.chaser_position + i] = chaser.position[i];
-            x[to.chaser_velocity + i] = chaser.velocity[i];
             x[to.target_position + i] = center[i];
             x[to.target_velocity + i] = target.velocity[i];
         }
-        (x[to.chaser_attitude], x[to.chaser_rate]) = (chaser.attitude, chaser.rate);
         (x[to.target_attitude], x[to.target_rate]) = (attitude, target.rate);
     }
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
         let zeros = [0; MOST_MODES];
-        let bodies = self.bodies(at.x);
-        self.gripper.start_modes(&self.view(&At { modes: &zeros[..modes.len()], ..at }, &bodies), modes);
+        let (of_gripper, of_chaser) = modes.split_at_mut(self.begin.modes);
+        let unset = At { modes: &zeros[..of_gripper.len()], ..at };
+        let view = self.view(&unset, &self.poses(&unset));
+        self.gripper.start_modes(&view, of_gripper);
+        let here = touch(&self.gripper, &View { modes: of_gripper, ..view });
+        let u = self.pushed(&at, &here.on_host);
+        self.chaser.start_modes(self.own(&at, &u), of_chaser);
     }
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let (bodies, view, here) = self.look(&at);
+        let (poses, view, here) = self.look(&at);
         self.gripper.rates(&view, &here, dx);
-        let pushed = Wrench { force: two(at.u, self.inputs.force), torque: at.u[self.inputs.torque] };
-        let (mut on_chaser, mut on_target) = (pushed, Wrench::default());
-        carry(&mut on_chaser, &here.on_host, view.host.position, bodies.chaser.position);
-        carry(&mut on_target, &here.on_port, view.port.position, bodies.target.position);
-        let [chaser, target] = self.inertias(at.p);
-        let (to, of_chaser, of_target) =
-            (&self.states, chaser.accelerated(&on_chaser), target.accelerated(&on_target));
+        let u = self.pushed(&at, &here.on_host);
+        self.chaser.rates(self.own(&at, &u), &mut dx[self.begin.states..][..self.length.states]);
+        let mut on_target = Wrench::default();
+        carry(&mut on_target, &here.on_port, view.port.position, poses.target.position);
+        let (to, moved) = (&self.states, self.target(at.p).accelerated(&on_target));
         for i in 0..2 {
-            dx[to.chaser_position + i] = bodies.chaser.velocity[i];
-            dx[to.chaser_velocity + i] = of_chaser.0[i];
-            dx[to.target_position + i] = bodies.target.velocity[i];
-            dx[to.target_velocity + i] = of_target.0[i];
+            dx[to.target_position + i] = poses.target.velocity[i];
+            dx[to.target_velocity + i] = moved.0[i];
         }
-        (dx[to.chaser_attitude], dx[to.chaser_rate]) = (bodies.chaser.rate, of_chaser.1);
-        (dx[to.target_attitude], dx[to.target_rate]) = (bodies.target.rate, of_target.1);
+        (dx[to.target_attitude], dx[to.target_rate]) = (poses.target.rate, moved.1);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        let (bodies, view, here) = self.look(&at);
+        let (poses, view, here) = self.look(&at);
         self.gripper.write(&view, &here, y);
+        let u = self.pushed(&at, &here.on_host);
+        let of_chaser = &mut y[self.begin.outputs..][..self.length.outputs];
+        self.chaser.outputs(self.own(&at, &u), of_chaser);
+        let [linear, angular, kinetic] = self.chaser.momenta();
+        for (momentum, about, twice) in self.beside(&at, &poses, &here) {
+            for i in 0..2 {
+                of_chaser[linear + i] += momentum[i];
+            }
+            of_chaser[angular] += about;
+            of_chaser[kinetic] += twice * 0.5;
+        }
         let to = &self.outputs;
         let offset = view.host.inward(sub(view.port.position, view.host.position));
-        let (momentum, angular, energy) = self.momenta(&at, &bodies, &here);
         for i in 0..2 {
-            y[to.chaser_position + i] = bodies.chaser.position[i];
-            y[to.chaser_velocity + i] = bodies.chaser.velocity[i];
-            y[to.target_position + i] = bodies.target.position[i];
-            y[to.target_velocity + i] = bodies.target.velocity[i];
+            y[to.target_position + i] = poses.target.position[i];
+            y[to.target_velocity + i] = poses.target.velocity[i];
             y[to.port_offset + i] = offset[i];
-            y[to.linear_momentum + i] = momentum[i];
         }
-        (y[to.chaser_attitude], y[to.chaser_rate]) = (bodies.chaser.attitude, bodies.chaser.rate);
-        (y[to.target_attitude], y[to.target_rate]) = (bodies.target.attitude, bodies.target.rate);
-        y[to.port_angle] = bodies.target.attitude - bodies.chaser.attitude;
-        (y[to.angular_momentum], y[to.kinetic_energy]) = (angular, energy * 0.5);
+        (y[to.target_attitude], y[to.target_rate]) = (poses.target.attitude, poses.target.rate);
+        y[to.port_angle] = poses.target.attitude - poses.hand.attitude;
     }
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
         let (_, view, here) = self.look(&at);
         self.gripper.indicate(&view, &here, z);
+        if self.length.indicators > 0 {
+            let u = self.pushed(&at, &here.on_host);
+            self.chaser.indicators(self.own(&at, &u), &mut z[self.begin.indicators..]);
+        }
+    }
+    fn direction(&self, indicator: usize) -> Direction {
+        match indicator.checked_sub(self.begin.indicators) {
+            Some(own) => self.chaser.direction(own),
+            None => Direction::Both,
+        }
     }
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
-        let (before, frozen) = copies(x, modes);
-        let at = At { t, x: &before[..x.len()], u, p, modes: &frozen[..modes.len()] };
-        self.gripper.update(&self.view(&at, &self.bodies(at.x)), x, modes)
+        let (of_gripper, of_chaser) = modes.split_at_mut(self.begin.modes);
+        // Of the states, a gripper reads and changes its own.
+        let (before, frozen) = copies(&x[..self.begin.states], of_gripper);
+        let poses = self.poses(&At { t, x, u, p, modes: &[] });
+        let at = At { t, x: &before[..self.begin.states], u, p, modes: &frozen[..self.begin.modes] };
+        let done = self.gripper.update(&self.view(&at, &poses), &mut x[..self.begin.states], of_gripper);
+        if !done.settled() || self.length.modes == 0 {
+            return done;
+        }
+        let at = At { t, x, u, p, modes: of_gripper };
+        let u = self.pushed(&at, &self.look(&at).2.on_host);
+        let own = self.own_parameters(p);
+        let x = &mut x[self.begin.states..][..self.length.states];
+        self.chaser.update(t, x, &u[..self.length.inputs], own, of_chaser)
+    }
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.chaser.next_event(self.own_parameters(p), &modes[self.begin.modes..])
     }
 }

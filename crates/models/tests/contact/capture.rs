@@ -1,50 +1,94 @@
 //! `CaptureScene`: SIM2, central impacts, what is conserved. Golden facts C11-C15, C36-C39, C44 and C45, computed by others.
 
 use super::run::{Moments, TIGHT, place, run, set};
+use trueup_models::arm::{PlanarManipulator, output, parameter};
 use trueup_models::contact::impact::Impact;
 use trueup_models::contact::layout::{
-    Outputs, Parameters, SceneOutputs, SceneParameters, SceneStates, States,
+    ChaserOutputs, ChaserParameters, ChaserStates, Outputs, Parameters, SceneOutputs, SceneParameters,
+    SceneStates, States,
 };
-use trueup_models::contact::{CaptureScene, Outcome, Structure};
-use trueup_models::layout::{Entry, Parameter, Shows};
+use trueup_models::contact::{CaptureScene, Chaser, Outcome, RigidChaser, Structure};
+use trueup_models::layout::{Allowed, Entry, Parameter, Shows, State};
 use trueup_numerics::driver::Options;
 use trueup_numerics::hybrid::Hybrid;
 
-pub(super) fn parameters(s: &Structure) -> Vec<Entry<Parameter>> {
-    Parameters::list(s).into_iter().chain(SceneParameters::list(&())).collect()
-}
-pub(super) fn outputs(s: &Structure) -> Vec<Entry<Shows>> {
-    Outputs::list(s).into_iter().chain(SceneOutputs::list(&())).collect()
-}
-pub(super) fn nominal(s: &Structure) -> Vec<f64> {
-    let all = States::list(s).into_iter().chain(SceneStates::list(&()));
-    all.flat_map(|e| vec![e.kind.nominal; e.len()]).collect()
-}
 pub(super) fn seconds(to: usize) -> Vec<f64> {
     (1..=to).map(|t| t as f64).collect()
 }
 
-pub(super) struct Sim {
-    pub scene: CaptureScene,
+/// A capture with its variables and their values.
+pub(super) struct Sim<C = RigidChaser> {
+    pub scene: CaptureScene<C>,
     pub p: Vec<f64>,
+    pub parameters: Vec<Entry<Parameter>>,
+    pub outputs: Vec<Entry<Shows>>,
+    pub nominal: Vec<f64>,
+}
+
+fn entry<K>(name: &'static str, dimensions: Vec<usize>, kind: K) -> Entry<K> {
+    Entry { name, dimensions, unit: "", kind, text: "" }
 }
 
 impl Sim {
     pub(super) fn of(structure: Structure) -> Self {
-        let scene = CaptureScene::new(structure).unwrap();
-        Self { p: scene.defaults(), scene }
+        let (s, none) = (&structure, &());
+        let scene = CaptureScene::new(RigidChaser::default(), structure).unwrap();
+        let states = [States::list(s), ChaserStates::list(none), SceneStates::list(none)].concat();
+        Self {
+            p: scene.defaults(),
+            scene,
+            parameters: [Parameters::list(s), ChaserParameters::list(none), SceneParameters::list(none)]
+                .concat(),
+            outputs: [Outputs::list(s), ChaserOutputs::list(none), SceneOutputs::list(none)].concat(),
+            nominal: states.into_iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect(),
+        }
     }
+}
+
+impl Sim<PlanarManipulator> {
+    /// The hand at the tip of such a manipulator.
+    pub(super) fn with_arm(flexible: &[bool], structure: Structure) -> Self {
+        let n = flexible.len();
+        let own = |names: &'static [(&'static str, fn(usize) -> usize)]| {
+            names.iter().map(move |(name, length)| (*name, vec![length(n)]))
+        };
+        let s = &structure;
+        let arm = PlanarManipulator::new::<&str>(flexible, &[]).unwrap();
+        let chaser_states = arm.sizes().states;
+        let scene = CaptureScene::new(arm, structure).unwrap();
+        let any = Parameter::fixed(Allowed::Any);
+        let parameters = own(parameter::NAMES).map(|(name, dimensions)| entry(name, dimensions, any));
+        let outputs = own(output::NAMES).map(|(name, dimensions)| entry(name, dimensions, Shows::States));
+        let nominal = |list: Vec<Entry<State>>| {
+            list.into_iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect::<Vec<_>>()
+        };
+        Self {
+            p: scene.defaults(),
+            scene,
+            parameters: Parameters::list(s)
+                .into_iter()
+                .chain(parameters)
+                .chain(SceneParameters::list(&()))
+                .collect(),
+            outputs: Outputs::list(s).into_iter().chain(outputs).chain(SceneOutputs::list(&())).collect(),
+            nominal: [nominal(States::list(s)), vec![1e-3; chaser_states], nominal(SceneStates::list(&()))]
+                .concat(),
+        }
+    }
+}
+
+impl<C: Chaser> Sim<C> {
     pub(super) fn set(mut self, name: &str, values: &[f64]) -> Self {
-        set(&parameters(self.scene.structure()), &mut self.p, name, values);
+        set(&self.parameters, &mut self.p, name, values);
         self
     }
     pub(super) fn run(&self, times: &[f64], options: Options) -> Moments {
         let u = vec![0.0; self.scene.sizes().inputs];
         self.scene.check(&self.p).unwrap();
-        run(&self.scene, &self.p, &u, times, &nominal(self.scene.structure()), options)
+        run(&self.scene, &self.p, &u, times, &self.nominal, options)
     }
     pub(super) fn output(&self, name: &str) -> usize {
-        place(&outputs(self.scene.structure()), name)
+        place(&self.outputs, name)
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::capture::{Sim, seconds};
 use super::run::{TIGHT, run};
-use trueup_models::contact::{CaptureScene, Closing, GripperContact, Outcome, Structure};
+use trueup_models::contact::{CaptureScene, Closing, GripperContact, Outcome, RigidChaser, Structure};
 use trueup_numerics::driver::Options;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -62,7 +62,7 @@ fn a_command_is_held_to_its_ends() {
 /// Line 8 of the design: what begins overlapping is named, what begins too deep or concentric is refused, nothing is NaN unsaid.
 #[test]
 fn starts_that_overlap() {
-    let scene = CaptureScene::new(Structure::default()).unwrap();
+    let scene = CaptureScene::new(RigidChaser::default(), Structure::default()).unwrap();
     let refusal = |offset: &[f64]| {
         let sim = Sim::of(Structure::default()).set("initialPortOffset", offset);
         scene.check(&sim.p).err().map(|e| e.1)
@@ -86,8 +86,8 @@ fn starts_that_overlap() {
     let overlapping = Sim::of(Structure::default()).set("initialPortOffset", &[0.09, 0.0]);
     let n = scene.sizes();
     let u = vec![0.0; n.inputs];
-    let nominal = super::capture::nominal(&Structure::default());
-    let all = run(&scene, &overlapping.p, &u, &[0.5], &nominal, Options { tolerance: 1e-9, ..TIGHT });
+    let all =
+        run(&scene, &overlapping.p, &u, &[0.5], &overlapping.nominal, Options { tolerance: 1e-9, ..TIGHT });
     let at = At { t: 0.0, x: &all.x[0], u: &u, p: &overlapping.p, modes: &all.modes[0] };
     let said = scene.overlap(&at).unwrap();
     assert!(said.contains("ball 1 begins 0.010000 m deep"), "{said}");

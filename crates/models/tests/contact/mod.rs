@@ -1,5 +1,6 @@
 //! Contact, the gripper, bodies and the capture.
 
+mod arm;
 mod capture;
 mod end_ball;
 mod events;

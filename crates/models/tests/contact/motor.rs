@@ -1,6 +1,6 @@
 //! Jaws that a motor drives (CON-11).
 
-use super::capture::{Sim, nominal, seconds};
+use super::capture::{Sim, seconds};
 use super::run::{Moments, TIGHT, place, run};
 use trueup_models::contact::layout::{Command, Outputs, Parameters, Poses, States};
 use trueup_models::contact::{Closing, GripperContact, Structure};
@@ -18,7 +18,7 @@ const DRIVEN: Structure = Structure {
 fn capture(sim: &Sim, torque: f64, times: &[f64], options: Options) -> Moments {
     let mut u = vec![0.0; sim.scene.sizes().inputs];
     u[place(&Command::list(&DRIVEN), "motorTorque")] = torque;
-    run(&sim.scene, &sim.p, &u, times, &nominal(&DRIVEN), options)
+    run(&sim.scene, &sim.p, &u, times, &sim.nominal, options)
 }
 
 /// Checks CON-11 without contact: viscous friction alone, to the stop, where the jaws stay and their energy is lost.

@@ -1,6 +1,6 @@
 //! SIM3 is SIM2 at the scale 0.3: scaled exactly it is the same, scaled wrongly it is as wrong as it is. Golden facts C14 and C46.
 
-use super::capture::{Sim, parameters};
+use super::capture::Sim;
 use super::run::TIGHT;
 use trueup_models::contact::Structure;
 use trueup_numerics::driver::Options;
@@ -29,7 +29,7 @@ fn exponent(unit: &str) -> i32 {
 fn scaled(scale: f64, but: &[&str]) -> Sim {
     let mut sim = Sim::of(Structure::default());
     let mut at = 0;
-    for e in parameters(&Structure::default()) {
+    for e in Sim::of(Structure::default()).parameters {
         for value in &mut sim.p[at..at + e.len()] {
             if !but.contains(&e.name) {
                 *value *= scale.powi(exponent(e.unit));
@@ -98,7 +98,7 @@ fn sim3_scaled_back_is_sim2() {
     // The other way: the bench's values scaled up are those of full scale.
     let mut up = bench.p.clone();
     let mut at = 0;
-    for e in parameters(&Structure::default()) {
+    for e in Sim::of(Structure::default()).parameters {
         for value in &mut up[at..at + e.len()] {
             *value *= (1.0 / SCALE).powi(exponent(e.unit));
         }

@@ -1,0 +1,139 @@
+//! What carries the hand in a capture: a model of its own, whose inputs take what the contact does to the hand.
+//!
+//! Positive directions: inertial frame; angles, rates and torques from x to y.
+
+use super::bodies::{Inertia, carry};
+use super::frame::{Frame, Wrench};
+use super::layout::{ChaserInputs, ChaserOutputs, ChaserParameters, ChaserStates};
+use super::presets::{Capture, SIM2};
+use super::touch::{frame, two};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+
+/// A chaser with a hand.
+pub trait Chaser: Hybrid {
+    /// The capture whose values are the defaults of gripper and target.
+    fn capture(&self) -> Capture;
+    /// Default values of its parameters: it comes nearer at that capture's speed.
+    fn approaching(&self) -> Vec<f64>;
+    /// Whether the parameters fit each other.
+    ///
+    /// # Errors
+    /// Where they contradict each other: the index of one of them, and the mend.
+    fn fits(&self, p: &[f64]) -> Result<(), (usize, String)>;
+    /// The end effector at its reference point.
+    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T>;
+    /// Adds a wrench on the end effector about its reference point to the inputs.
+    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &Wrench<T>, u: &mut [T]);
+    /// Where its outputs linear momentum, angular momentum about the inertial origin, and kinetic energy begin.
+    fn momenta(&self) -> [usize; 3];
+}
+
+/// One rigid body with its arm (S2 section 3.2: the manipulator holds its configuration), as in SIM2.
+#[derive(Clone, Copy, Debug)]
+pub struct RigidChaser {
+    parameters: ChaserParameters,
+    inputs: ChaserInputs,
+    outputs: ChaserOutputs,
+    states: ChaserStates,
+}
+
+impl Default for RigidChaser {
+    fn default() -> Self {
+        Self {
+            parameters: ChaserParameters::new(&()),
+            inputs: ChaserInputs::new(&()),
+            outputs: ChaserOutputs::new(&()),
+            states: ChaserStates::new(&()),
+        }
+    }
+}
+
+impl RigidChaser {
+    fn body<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+        let at = &self.states;
+        frame(x, [at.position, at.attitude, at.velocity, at.rate])
+    }
+    fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
+        Inertia { mass: p[self.parameters.mass], inertia: p[self.parameters.inertia] }
+    }
+}
+
+impl Chaser for RigidChaser {
+    fn capture(&self) -> Capture {
+        SIM2
+    }
+    fn approaching(&self) -> Vec<f64> {
+        let at = &self.parameters;
+        let mut p = vec![0.0; at.count];
+        (p[at.mass], p[at.inertia]) = (SIM2.chaser_mass, SIM2.chaser_inertia);
+        p[at.velocity] = SIM2.speed;
+        p[at.end_effector..at.end_effector + 2].copy_from_slice(&SIM2.end_effector);
+        p
+    }
+    fn fits(&self, _p: &[f64]) -> Result<(), (usize, String)> {
+        Ok(())
+    }
+    fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T> {
+        self.body(x).at(two(p, self.parameters.end_effector))
+    }
+    fn push<T: Scalar>(&self, x: &[T], p: &[T], wrench: &Wrench<T>, u: &mut [T]) {
+        let body = self.body(x);
+        let mut sum = Wrench { force: two(u, self.inputs.force), torque: u[self.inputs.torque] };
+        let hand = body.at(two(p, self.parameters.end_effector));
+        carry(&mut sum, wrench, hand.position, body.position);
+        u[self.inputs.force..self.inputs.force + 2].copy_from_slice(&sum.force);
+        u[self.inputs.torque] = sum.torque;
+    }
+    fn momenta(&self) -> [usize; 3] {
+        let at = &self.outputs;
+        [at.linear_momentum, at.angular_momentum, at.kinetic_energy]
+    }
+}
+
+impl Hybrid for RigidChaser {
+    fn sizes(&self) -> Sizes {
+        Sizes {
+            states: self.states.count,
+            inputs: self.inputs.count,
+            parameters: self.parameters.count,
+            outputs: self.outputs.count,
+            modes: 0,
+            indicators: 0,
+        }
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        let (from, to) = (&self.parameters, &self.states);
+        for i in 0..2 {
+            x[to.position + i] = p[from.position + i];
+            x[to.velocity + i] = p[from.velocity + i];
+        }
+        (x[to.attitude], x[to.rate]) = (p[from.attitude], p[from.rate]);
+    }
+    fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        let (body, to) = (self.body(at.x), &self.states);
+        let wrench = Wrench { force: two(at.u, self.inputs.force), torque: at.u[self.inputs.torque] };
+        let (acceleration, turning) = self.inertia(at.p).accelerated(&wrench);
+        for i in 0..2 {
+            dx[to.position + i] = body.velocity[i];
+            dx[to.velocity + i] = acceleration[i];
+        }
+        (dx[to.attitude], dx[to.rate]) = (body.rate, turning);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        let (body, to) = (self.body(at.x), &self.outputs);
+        let (momentum, angular, twice) = self.inertia(at.p).momenta(&body);
+        for i in 0..2 {
+            y[to.position + i] = body.position[i];
+            y[to.velocity + i] = body.velocity[i];
+            y[to.linear_momentum + i] = momentum[i];
+        }
+        (y[to.attitude], y[to.rate]) = (body.attitude, body.rate);
+        (y[to.angular_momentum], y[to.kinetic_energy]) = (angular, twice * 0.5);
+    }
+    fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
+    fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {
+        Update::default()
+    }
+}
