@@ -7,6 +7,7 @@ use trueup_estimation::smoother::smooth;
 use trueup_models::joint::output;
 
 use crate::baseline::Baseline;
+use trueup_numerics::order::descending;
 
 /// A push that would be likely.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -52,7 +53,7 @@ pub fn pushes(baseline: &Baseline, place: usize, most: usize) -> Vec<Vec<Push>> 
             Push { start: k as f64 * dt, duration: *duration, torque, gain }
         };
         let mut all: Vec<Push> = (0..nodes.saturating_sub(length + 1)).map(push).collect();
-        all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        descending(&mut all, |item| item.gain);
         let mut found: Vec<Push> = Vec::new();
         for push in all {
             let apart = |o: &Push| push.start > o.start + o.duration || o.start > push.start + push.duration;

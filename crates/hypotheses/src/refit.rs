@@ -8,6 +8,7 @@ use crate::baseline::Baseline;
 use crate::catalogue::{self, Cause};
 use crate::levels::SEEN;
 use crate::screen::Candidate;
+use trueup_numerics::order::descending;
 
 /// Stages of refits: how many of the likeliest go on, and for how many rounds.
 const STAGES: [(usize, usize); 3] = [(usize::MAX, 3), (5, 4), (3, 18)];
@@ -94,6 +95,6 @@ fn shortlist(baseline: &Baseline, seen: &[Candidate]) -> Vec<Candidate> {
     all
 }
 
-fn sort(all: &mut [Refitted]) {
-    all.sort_by(|a, b| b.fit.log_evidence.total_cmp(&a.fit.log_evidence));
+fn sort(all: &mut Vec<Refitted>) {
+    descending(all, |item| item.fit.log_evidence);
 }

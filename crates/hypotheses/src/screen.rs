@@ -14,6 +14,7 @@ use crate::baseline::Baseline;
 use crate::catalogue::{Cause, all};
 use crate::levels::{BEGIN, FIXED, INTENSITIES, LINEAR, SMALL};
 use crate::parametrize::Parametrized;
+use trueup_numerics::order::descending;
 
 /// Shapes whose columns are held at once.
 const GROUP: usize = 8;
@@ -146,7 +147,7 @@ fn screen_in<const N: usize>(baseline: &Baseline) -> Vec<Candidate> {
     }
     let mut found: Vec<Candidate> = best.into_iter().flatten().collect();
     found.iter_mut().for_each(|c| c.gain -= alone);
-    found.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    descending(&mut found, |item| item.gain);
     found
 }
 
@@ -158,7 +159,7 @@ const KEPT: usize = 3;
 /// Of each cause the shapes that gain most.
 fn promising(shapes: &[Shape], gains: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..shapes.len()).collect();
-    order.sort_by(|a, b| gains[*b].total_cmp(&gains[*a]));
+    descending(&mut order, |item| gains[*item]);
     let mut kept = vec![0; shapes.iter().map(|s| s.cause + 1).max().unwrap_or(0)];
     order.retain(|k| {
         kept[shapes[*k].cause] += 1;

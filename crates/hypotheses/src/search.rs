@@ -7,6 +7,7 @@ use crate::baseline::{Baseline, BaselineError};
 use crate::levels::{ALONE, DOUBTED, SECOND, SEEN};
 use crate::refit::{Refitted, refits};
 use crate::screen::screen;
+use trueup_numerics::order::descending;
 
 /// Leaders beside which a second cause is looked for, and what share of the first one's gain they have to have.
 const LEADERS: usize = 2;
@@ -55,6 +56,6 @@ pub fn search(loaded: &Loaded) -> Result<Found, BaselineError> {
             pairs.extend(refits(&leader, &seen).into_iter().map(|r| (k, r)));
         }
     }
-    pairs.sort_by(|a, b| b.1.fit.log_evidence.total_cmp(&a.1.fit.log_evidence));
+    descending(&mut pairs, |item| item.1.fit.log_evidence);
     Ok(Found { baseline, doubted, singles, pairs, ideal })
 }

@@ -19,6 +19,7 @@ use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::run::Channel;
 use crate::scatter::{as_normal, scatter};
+use trueup_numerics::order::descending;
 
 /// Half the 95 % quantile of chi-square with one degree of freedom, as a standard deviation.
 const Z95: f64 = 1.959_963_984_540_054;
@@ -217,7 +218,7 @@ fn why_not(
             let others = (0..unknowns.len()).filter(|&i| i != k && column[i].abs() > 0.1);
             partners.extend(others.map(|i| (column[i].abs(), unknowns[i].name.as_str())));
         }
-        partners.sort_by(|a, b| b.0.total_cmp(&a.0));
+        descending(&mut partners, |item| item.0);
         partners.dedup_by(|a, b| a.1 == b.1);
         let names: Vec<&str> = partners.iter().take(4).map(|p| p.1).collect();
         return Some(format!("these data give only a combination of it with {}", names.join(", ")));

@@ -17,6 +17,7 @@ use trueup_numerics::{Dual, Figure, Scalar};
 use crate::law::{Frozen, Law};
 use crate::plant::Plant;
 use crate::run::{Between, Run};
+use trueup_numerics::order::ascending;
 
 /// A prediction that could not be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -109,7 +110,7 @@ impl Plan {
             // What a sensor shows from before the start is the start.
             marks.extend((0..channel.t.len()).map(|k| (seen(k).max(run.start), Some((c, k)))));
         }
-        marks.sort_by(|a, b| a.0.total_cmp(&b.0));
+        ascending(&mut marks, |item| item.0);
         let last = marks.iter().rposition(|m| m.1.is_some()).map_or(0, |i| i + 1);
         let mut nodes: Vec<Node> = Vec::new();
         for (t, reading) in marks.drain(..last.max(1)) {

@@ -3,7 +3,7 @@
 //! * [`Scalar`]: what a kernel is written over, so that one formula serves `f64` and [`Dual`].
 //! * [`hybrid`]: the form that every model takes here: rates, outputs, event indicators, updates.
 //! * [`integrate`], [`event`]: one-step methods and event location; [`driver`] joins them into a simulation.
-//! * [`linear`]: small dense systems. [`Figure`]: a number in a message.
+//! * [`linear`]: small dense systems. [`order`]: lists by a figure. [`Figure`]: a number in a message.
 
 pub mod driver;
 pub mod dual;
@@ -12,6 +12,7 @@ mod figure;
 pub mod hybrid;
 pub mod integrate;
 pub mod linear;
+pub mod order;
 pub mod scalar;
 
 pub use driver::Driver;

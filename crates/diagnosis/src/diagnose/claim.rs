@@ -15,6 +15,7 @@ use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
 use crate::engine::subject::Model;
 use crate::outcome::{Amount, Candidate, Claimed, Verdict};
+use trueup_numerics::order::descending;
 
 /// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
 pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
@@ -142,7 +143,7 @@ pub(super) fn effects(
             }
         }
     }
-    all.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    descending(&mut all, |item| item.probability);
     all
 }
 
@@ -165,7 +166,7 @@ pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decisio
     let base = found.plain.evidence(1.0);
     if decision.verdict != Verdict::NoGap {
         let mut chosen: Vec<(usize, &Hypothesis)> = found.best.stated.set.iter().enumerate().collect();
-        chosen.sort_by(|a, b| decision.probability[b.0].total_cmp(&decision.probability[a.0]));
+        descending(&mut chosen, |item| decision.probability[item.0]);
         for (i, h) in &chosen {
             add(h, probabilities(found, decision, *i)(0.0), found.best.evidence(1.0) - base);
         }

@@ -10,6 +10,7 @@ use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::Fitted;
 use crate::engine::select::{Effort, Found};
+use trueup_numerics::order::descending;
 
 /// Iterations of a last fit, free-running.
 pub(super) const POLISH: usize = 20;
@@ -86,7 +87,7 @@ impl Ground<'_> {
         let ask = |at: usize| Some((at, self.search.asked(base, &found.sets[at])?));
         let mut all: Vec<(usize, Asked)> = parallel::map(places, ask).into_iter().flatten().collect();
         all.retain(|a| a.1.share > MISSED);
-        all.sort_by(|a, b| b.1.share.total_cmp(&a.1.share));
+        descending(&mut all, |item| item.1.share);
         all.truncate(TRIED);
         let run = |(at, a): (usize, Asked)| self.shown(at, self.search.polished(a.stated, &a.start, POLISH)?);
         parallel::map(all, run).into_iter().flatten().collect()

@@ -4,6 +4,7 @@ use crate::engine::decide::{Balances, Thresholds};
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::search::Fitted;
 use crate::engine::select::Found;
+use trueup_numerics::order::descending;
 
 /// Evidence that a single effect has to bring to run where none was chosen.
 const BRINGS: f64 = 20.0;
@@ -81,7 +82,7 @@ impl Field {
             Kind::Rival => 2,
         };
         let mut order: Vec<usize> = (0..found.sets.len()).collect();
-        order.sort_by(|a, b| found.sets[*b].evidence(1.0).total_cmp(&found.sets[*a].evidence(1.0)));
+        descending(&mut order, |item| found.sets[*item].evidence(1.0));
         let new = |at: usize| found.sets[at].stated.set.iter().find(|h| !best.contains(h));
         let like = order.into_iter().filter(|at| self.kind(&found.sets[*at]) == Some(wanted));
         let effects = like.filter(|at| new(*at).is_none_or(Hypothesis::is_effect));

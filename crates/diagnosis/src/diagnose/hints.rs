@@ -9,6 +9,7 @@ use crate::engine::replay::Polished;
 use crate::engine::screen::Asked;
 use crate::engine::search::{Fitted, Stated};
 use crate::engine::select::{Effort, Found, put, same};
+use trueup_numerics::order::ascending;
 
 /// Share of what a free run misses that a cause would explain: one look from afar says little of a fit.
 const HINT: f64 = 0.1;
@@ -52,7 +53,7 @@ impl Ground<'_> {
         // A look from afar says little of a fit, some steps of it say more.
         let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
         let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
-        begun.sort_by(|a, b| a.misfit.total_cmp(&b.misfit));
+        ascending(&mut begun, |item| item.misfit);
         let anew = |p: Polished| self.search.anew(p.fitted.as_ref()?);
         let begun = begun.into_iter().take(TRIED).filter_map(anew).collect();
         self.settled(found, begun, effort, led, ran)

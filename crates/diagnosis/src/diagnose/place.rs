@@ -15,6 +15,7 @@ use crate::engine::select::Found;
 use crate::locate;
 use crate::outcome::*;
 use crate::picture::{Picture, picture};
+use trueup_numerics::order::descending;
 
 /// As many stretches of time are told, those with most first.
 const INTERVALS: usize = 60;
@@ -83,7 +84,7 @@ fn components(
             }
         }
     }
-    all.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut all, |item| item.share);
     let sum: f64 = all.iter().map(|c| c.share).sum();
     if sum > 1.0 {
         all.iter_mut().for_each(|c| c.share /= sum);
@@ -218,7 +219,7 @@ fn missing_by_place(
             .collect()
     });
     let regimes = regimes(case, &residuals, &|variable| unit(loaded, variable), seed);
-    channels.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut channels, |item| item.share);
     let cause = match picture.cause {
         Some(locate::Cause::Internal) => Some("internal".to_owned()),
         Some(locate::Cause::External) => Some("external".to_owned()),

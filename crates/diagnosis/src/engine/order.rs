@@ -7,6 +7,7 @@ use super::hypothesis::Hypothesis;
 use super::problem::{Compared, Unknown};
 use super::search::{Fitted, Search};
 use super::sizes::range;
+use trueup_numerics::order::descending;
 
 /// Orders that are looked at closely.
 const CLOSELY: usize = 2;
@@ -55,7 +56,7 @@ impl Search<'_> {
             let at = |k: usize| power.get(k).map_or(0.0, |p| p[which]);
             let peak = |k: &usize| at(*k) >= k.checked_sub(1).map_or(0.0, at) && at(*k) >= at(k + 1);
             let mut best: Vec<usize> = (0..power.len()).filter(peak).collect();
-            best.sort_by(|a, b| at(*b).total_cmp(&at(*a)));
+            descending(&mut best, |item| at(*item));
             looks.extend(best.into_iter().take(CLOSELY).map(|k| (k + 1) as f64 * step));
         }
         // What stands out may be the double of an order. Counts of a coarse encoder repeat with the angle too.

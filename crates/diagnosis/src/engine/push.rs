@@ -106,7 +106,7 @@ impl Search<'_> {
             return vec![unknowns.iter().map(|u| value(u, best(&|g| g[u.run.unwrap_or(0)]))).collect()];
         }
         let mut order: Vec<usize> = (0..tries.len()).collect();
-        order.sort_by(|a, b| gains[*b].iter().sum::<f64>().total_cmp(&gains[*a].iter().sum()));
+        trueup_numerics::order::descending(&mut order, |item| gains[*item].iter().sum());
         let mut apart: Vec<Stretch> = Vec::new();
         for s in order.into_iter().map(|i| tries[i]) {
             if apart.len() < pushes(h) && apart.iter().all(|a| s.is_apart(a)) {

@@ -16,6 +16,7 @@ use super::search::{Fitted, Search, Stated};
 use look::{Beside, Looked};
 pub use pair::Pair;
 use projection::Projection;
+use trueup_numerics::order::descending;
 
 /// A cause as it looks from where the search stands.
 #[derive(Clone, Debug)]
@@ -55,7 +56,7 @@ impl Search<'_> {
             .into_iter()
             .flatten()
             .collect();
-        all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        descending(&mut all, |item| item.gain);
         all
     }
 

@@ -7,6 +7,7 @@ use trueup_models::effect::Plant;
 use super::hypothesis::{Hypothesis, Times};
 use super::screen::{Pair, Screened};
 use super::search::{self, Fitted, Search};
+use trueup_numerics::order::descending;
 
 /// How far to look.
 #[derive(Clone, Copy, Debug)]
@@ -179,14 +180,14 @@ impl Search<'_> {
                 let fits = parallel::map(&pairs, |p| self.fit_pair(base, screened, p, options));
                 grown.extend(fits.into_iter().flatten());
             }
-            grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+            descending(&mut grown, |item| item.evidence(1.0));
             // The best once more with all derivatives.
             parallel::map(grown.iter_mut().take(WHOLE), |fitted| {
                 if let Ok(whole) = self.fit(fitted.stated.clone(), &fitted.theta, options) {
                     *fitted = whole;
                 }
             });
-            grown.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+            descending(&mut grown, |item| item.evidence(1.0));
             let Some(top) = grown.first() else { break };
             tell(&format!("{depth}: {:?}: excess {:.3}", top.labels(), top.excess()));
             let (before, after) = (best.excess(), top.excess());
@@ -223,7 +224,7 @@ impl Search<'_> {
         if !sets.iter().any(|f| same(&f.stated.set, &best.stated.set)) && !best.stated.set.is_empty() {
             sets.push(best.clone());
         }
-        sets.sort_by(|a, b| b.evidence(1.0).total_cmp(&a.evidence(1.0)));
+        descending(&mut sets, |item| item.evidence(1.0));
         Ok(Found { plain, sets, best })
     }
 

@@ -4,6 +4,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use trueup_signals::process::{Spectrum, welch};
 
 use super::Residual;
+use trueup_numerics::order::descending;
 
 /// A band of frequencies.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -83,7 +84,7 @@ fn strongest(excess: &[f64], frequency: &[f64]) -> Vec<Band> {
         return Vec::new();
     }
     let mut by: Vec<usize> = (0..excess.len()).collect();
-    by.sort_by(|a, b| excess[*b].total_cmp(&excess[*a]));
+    descending(&mut by, |item| excess[*item]);
     let mut kept = vec![false; excess.len()];
     let mut sum = 0.0;
     for i in by {
@@ -116,7 +117,7 @@ fn strongest(excess: &[f64], frequency: &[f64]) -> Vec<Band> {
     }
     let mut bands = joined;
     bands.retain(|b| b.share >= LEAST);
-    bands.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut bands, |item| item.share);
     bands
 }
 

@@ -1,6 +1,7 @@
 //! When: stretches of time that hold more than their share.
 
 use super::Residual;
+use trueup_numerics::order::descending;
 
 /// A stretch of a recording.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +73,7 @@ pub fn intervals(residuals: &[Residual<'_>], shortest: f64) -> Vec<Interval> {
     let sum: f64 = found.iter().map(|i| i.share).sum();
     found.iter_mut().filter(|_| sum > 1.0).for_each(|i| i.share /= sum);
     found.retain(|i| i.share >= LEAST);
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut found, |item| item.share);
     found
 }
 

@@ -34,7 +34,7 @@ pub fn curve(x: &[f64], y: &[f64], bins: usize) -> Option<Curve> {
     if bins == 0 || n < 5 * bins {
         return None;
     }
-    order.sort_by(|a, b| x[*a].total_cmp(&x[*b]));
+    trueup_numerics::order::ascending(&mut order, |item| x[*item]);
     let mut out = Curve::default();
     for k in 0..bins {
         let mut members = order[k * n / bins..(k + 1) * n / bins].to_vec();

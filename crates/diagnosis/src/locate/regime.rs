@@ -4,6 +4,7 @@ use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use crate::floor::correlation;
+use trueup_numerics::order::descending;
 
 /// What may make the residual large, sample by sample (speed, |speed|, angle, acceleration, torque, time since reversal).
 #[derive(Clone, Copy, Debug)]
@@ -102,7 +103,7 @@ pub fn regimes(features: &[Feature<'_>], whitened: &[f64], seed: u64) -> Vec<Reg
         })
         .filter(|r| r.p_value <= 0.05)
         .collect();
-    regimes.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut regimes, |item| item.share);
     regimes
 }
 
@@ -230,6 +231,6 @@ fn bounds(
             entry.3 = edge;
         }
     }
-    by.sort_by(|a, b| b.1.total_cmp(&a.1));
+    descending(&mut by, |item| item.1);
     by.into_iter().map(|(f, _, low, high)| (features[f].name.to_owned(), low, high)).collect()
 }

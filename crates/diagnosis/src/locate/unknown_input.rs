@@ -5,6 +5,7 @@
 //! at which it leaves white innovations is where the gap arises.
 
 use nalgebra::{SMatrix, SVector};
+use trueup_numerics::order::descending;
 use trueup_signals::process::ljung_box;
 
 /// A system in N - 1 states, the unknown input being the N-th, in steps of one sample.
@@ -98,7 +99,7 @@ impl<const N: usize> System<'_, N> {
         let white = -0.5 * (none.spread + none.count as f64);
         let all: Vec<Estimate> = self.places.iter().map(|place| self.at(place, &none, white)).collect();
         let mut all: Vec<Estimate> = all.into_iter().filter(|e| e.gain.is_finite()).collect();
-        all.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        descending(&mut all, |item| item.gain);
         all
     }
 

@@ -7,6 +7,7 @@ use trueup_signals::process::Grid;
 use super::{Course, Picture, Place, at_motor, deviation, titled};
 use crate::locate::map::curve;
 use crate::locate::{ArmBalances, ArmColumns, Balance, Cause, Residual, arm_balances, bands, intervals};
+use trueup_numerics::order::descending;
 
 /// Balances are looked at below this part of the sampling rate.
 const CUTOFF: f64 = 0.08;
@@ -156,7 +157,7 @@ fn places(
             add("load", if handled { 0.0 } else { excess[joint] });
         }
     }
-    found.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut found, |item| item.share);
     found
 }
 

@@ -12,6 +12,7 @@ use crate::locate::unknown_input::{Estimate, place_shares};
 use crate::locate::{
     Interval, JointColumns, Residual, bands, joint_balances, joint_intervals, joint_unknown_inputs, orders,
 };
+use trueup_numerics::order::descending;
 
 /// Highest order of a motor's turn that is looked at.
 const ORDERS: f64 = 12.0;
@@ -66,7 +67,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, flexible: bool, p: &[f64]
             None => pooled.push(Estimate { value: Vec::new(), deviation: Vec::new(), ..e.clone() }),
         }
     }
-    pooled.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    descending(&mut pooled, |item| item.gain);
     let Some(best) = pooled.first().map(|e| e.place.clone()) else { return };
     let Some(gear) = p.get(j::GEAR_RATIO).copied() else { return };
     let torque = !best.starts_with("sensor");
@@ -110,7 +111,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, flexible: bool, p: &[f64]
         let (recording, value) = (run.name.to_owned(), e.value.clone());
         out.courses.push(Course { title: title.clone(), recording, unit: unit.into(), time, value });
     }
-    intervals.sort_by(|a, b| b.share.total_cmp(&a.share));
+    descending(&mut intervals, |item| item.share);
     out.intervals = intervals;
     for (place, share) in place_shares(&pooled).into_iter().filter(|s| s.1 >= 0.005) {
         let component =

@@ -8,6 +8,7 @@ use crate::fit::{Fit, Origins, misfit, of_solution};
 use crate::lsq::{Loss, Options, Solution, solve};
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
+use trueup_numerics::order::ascending;
 
 /// Logarithm of the odds, 20 to 1, beyond which the recordings tell one set of values from another.
 const ODDS: f64 = 3.0;
@@ -40,7 +41,7 @@ pub(super) fn lowest(
     let mut starts: Vec<usize> = (0..fit.origins.ends.len())
         .filter(|start| of(start).is_finite() && !differ(&fit.origins.ends[*start], &fit.theta).is_empty())
         .collect();
-    starts.sort_by(|a, b| of(a).total_cmp(&of(b)));
+    ascending(&mut starts, |item| of(item));
     let options = Options { loss, ..Options::default() };
     let mut found: Vec<(usize, Solution)> = Vec::new();
     for start in starts.into_iter().take(FOLLOWED) {
@@ -52,7 +53,7 @@ pub(super) fn lowest(
             found.push((start, solution));
         }
     }
-    found.sort_by(|a, b| a.1.cost.total_cmp(&b.1.cost));
+    ascending(&mut found, |item| item.1.cost);
     let mut fit = fit;
     if found.first().is_some_and(|(_, lowest)| lowest.cost < fit.cost) {
         let (start, solution) = found.remove(0);

@@ -135,9 +135,10 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
         for (direction, count, stiffness) in
             [(ex, shapes.x, beam.bending_stiffness[0]), (ey, shapes.y, beam.bending_stiffness[1])]
         {
+            let stiffness = stiffness / cube;
             for j in 0..count {
                 let s = shape(bending(j))?;
-                let (mass, stiffness) = (mass * s.square, stiffness / cube * s.stiffness);
+                let (mass, stiffness) = (mass * s.square, stiffness * s.stiffness);
                 self.put(Mode {
                     function: Some(from + j),
                     along: direction,

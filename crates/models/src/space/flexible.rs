@@ -70,6 +70,7 @@ pub struct Appendages<T, const MODES: usize = MAX_MODES_OF_ALL> {
 }
 
 impl<T: Scalar, const MODES: usize> Default for Appendages<T, MODES> {
+    #[inline]
     fn default() -> Self {
         let o = T::zero();
         let rigid = Rigid { mass: o, first: zero(), inertia: [zero(); 3] };
@@ -86,6 +87,7 @@ impl<T: Scalar, const MODES: usize> Default for Appendages<T, MODES> {
 
 impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
     /// None yet.
+    #[inline]
     pub fn new() -> Self {
         Self::default()
     }
@@ -221,6 +223,7 @@ pub struct Bent<T, const MODES: usize = MAX_MODES_OF_ALL> {
 }
 
 impl<T: Scalar, const MODES: usize> Default for Bent<T, MODES> {
+    #[inline]
     fn default() -> Self {
         let rigid = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
         let part = BentPart { rigid, bias: Wrench::zero(), momentum: Wrench::zero() };
@@ -237,6 +240,7 @@ impl<T: Scalar, const MODES: usize> Default for Bent<T, MODES> {
 
 impl<T: Scalar, const MODES: usize> Bent<T, MODES> {
     /// Memory for [`Appendages::bend`].
+    #[inline]
     pub fn new() -> Self {
         Self::default()
     }

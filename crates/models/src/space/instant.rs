@@ -3,11 +3,11 @@
 use super::appendage::Beam;
 use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
 use super::attitude::{Quaternion, rotation, unit};
-use super::flexible::{Appendages, Bent};
+use super::flexible::{Appendages, Bent, Flexing};
 use super::model::SpatialFreeFlyer;
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::tree::{Body, Placed};
+use super::tree::{Body, Placed, Tree};
 use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -31,13 +31,17 @@ pub(super) struct Instant<T, const N: usize, const E: usize> {
     bodies: [Body<T>; N],
     /// Element 0 is the base.
     pub(super) placed: [Placed<T>; N],
-    /// In the inertial frame.
-    pub(super) frames: [Frame<T>; N],
     /// On each body, own axes and origin.
     pub(super) applied: [Wrench<T>; N],
     pub(super) drives: [Drive<T>; N],
     /// Acceleration that a base is held at, own axes.
     pub(super) held: Option<Motion<T>>,
+    /// Of a robot without appendages none: filling their memory would cost it a tenth.
+    pub(super) bending: Option<Bending<T, E>>,
+}
+
+/// Appendages, and how they are bent.
+pub(super) struct Bending<T, const E: usize> {
     pub(super) appendages: Appendages<T, E>,
     bent: Bent<T, E>,
 }
@@ -51,11 +55,23 @@ pub(super) struct Accelerations<T, const N: usize, const E: usize> {
     pub(super) modal: [T; E],
 }
 
-/// A wrench in inertial axes at the origin of a body's frame, in that frame.
-fn turned<T: Scalar>(frame: &Frame<T>, force: Vector<T>, torque: Vector<T>) -> Wrench<T> {
+/// A wrench in inertial axes at the origin of a body's frame, in that frame: turned from body to body, which takes fewer
+/// products than frames of all bodies.
+fn turned<T: Scalar>(
+    tree: &Tree,
+    placed: &[Placed<T>],
+    body: usize,
+    force: Vector<T>,
+    torque: Vector<T>,
+) -> Wrench<T> {
+    let outer = match body {
+        0 => Wrench { torque, force },
+        _ => turned(tree, placed, tree.parent[body - 1], force, torque),
+    };
+    let rotation = &placed[body].frame.rotation;
     Wrench {
-        torque: transposed_times(&frame.rotation, torque),
-        force: transposed_times(&frame.rotation, force),
+        torque: transposed_times(rotation, outer.torque),
+        force: transposed_times(rotation, outer.force),
     }
 }
 
@@ -69,10 +85,27 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
             mount: Frame { rotation: identity(), origin: zero() },
             axis: zero(),
         };
-        let mut bodies = [nothing; N];
+        let (frame, velocity) = base(model, at);
+        let driven = Drive {
+            moves: Moves::Driven(T::zero()),
+            rotor: Rotor::Geared,
+            inertia: T::zero(),
+            share: T::zero(),
+            rate: T::zero(),
+        };
+        // Filled where it lies: arrays that are moved cost as much as a sweep.
+        let mut now = Self {
+            base: Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia)),
+            bodies: [nothing; N],
+            placed: [Placed::base(frame, velocity); N],
+            applied: [Wrench::zero(); N],
+            drives: [driven; N],
+            held: None,
+            bending: None,
+        };
         for j in 0..n {
             let center = three(at.p, p.body_center + 3 * j);
-            bodies[j + 1] = Body {
+            now.bodies[j + 1] = Body {
                 rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
                 mount: Frame {
                     rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
@@ -81,39 +114,29 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
                 axis: unit(three(at.p, p.joint_axis + 3 * j)),
             };
         }
-        let (frame, velocity) = base(model, at);
         let (angles, rates) = (&at.x[row.joint_angle..][..n], &at.x[row.joint_velocity..][..n]);
-        let mut placed = [Placed::base(frame, velocity); N];
-        s.tree.place_into(&bodies, (frame, velocity), angles, rates, &mut placed);
-        let mut frames = [frame; N];
-        s.tree.inertial_into(&placed, &mut frames);
-        let held = s.held.then(|| {
+        s.tree.place_into(&now.bodies, (frame, velocity), angles, rates, &mut now.placed);
+        now.held = s.held.then(|| {
             // A field of gravity is a base that accelerates the other way.
             let up = scale(T::constant(-1.0), three(at.p, p.gravity));
             Motion { angular: zero(), linear: transposed_times(&frame.rotation, up) }
         });
-        let mut drives = [Drive {
-            moves: Moves::Driven(T::zero()),
-            rotor: Rotor::Geared,
-            inertia: T::zero(),
-            share: T::zero(),
-            rate: T::zero(),
-        }; N];
-        for (j, drive) in drives.iter_mut().enumerate().take(n) {
+        for (j, drive) in now.drives.iter_mut().enumerate().take(n) {
             *drive = model.drive(at, j);
         }
-        let base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
-        let applied = applied(model, at, &frames);
-        let (appendages, bent) = (Appendages::new(), Bent::new());
-        let mut now = Self { base, bodies, placed, frames, applied, drives, held, appendages, bent };
-        now.bend(model, at);
+        apply(model, at, &now.placed, &mut now.applied);
+        if s.panels() > 0 {
+            now.bend(model, at);
+        }
         now
     }
 
     fn bend(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
         let (s, row, modes) = (model.structure(), &model.state, model.structure().modes());
+        let Bending { appendages, bent } =
+            self.bending.insert(Bending { appendages: Appendages::new(), bent: Bent::new() });
         for (k, shapes) in s.appendages.iter().enumerate() {
-            if self.appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
+            if appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
                 // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
                 self.base.mass = T::constant(f64::NAN);
             }
@@ -121,15 +144,15 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
         let mut first = 0;
         for (k, count) in s.tables.iter().enumerate() {
             let (frame, rigid) = model.table(at.p, k);
-            if self.appendages.put_table(0, &frame, &rigid, model.table_modes(at.p, first, *count)).is_err() {
+            if appendages.put_table(0, &frame, &rigid, model.table_modes(at.p, first, *count)).is_err() {
                 self.base.mass = T::constant(f64::NAN);
             }
             first += count;
         }
         let eta = &at.x[row.modal_coordinate..][..modes];
         let rates = &at.x[row.modal_velocity..][..modes];
-        self.appendages.bend(&self.placed, eta, rates, &mut self.bent);
-        self.appendages.elastic(eta, rates, &mut self.bent.force);
+        appendages.bend(&self.placed, eta, rates, bent);
+        appendages.elastic(eta, rates, &mut bent.force);
     }
 
     /// As the algorithms over bodies read it.
@@ -140,8 +163,15 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
             bodies: &self.bodies,
             placed: &self.placed,
             drives: &self.drives,
-            flexing: self.bent.of(&self.appendages),
+            flexing: self.bending.as_ref().map_or_else(Flexing::none, |b| b.bent.of(&b.appendages)),
         }
+    }
+
+    /// Of all bodies in the inertial frame; element 0 is the base.
+    pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> [Frame<T>; N] {
+        let mut frames = [self.placed[0].frame; N];
+        model.structure().tree.inertial_into(&self.placed, &mut frames);
+        frames
     }
 
     /// How all of it accelerates.
@@ -168,14 +198,9 @@ fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>
     (Frame { rotation, origin: three(at.x, row.base_position) }, velocity)
 }
 
-/// What thrusters and wrenches put on each body.
-fn applied<T: Scalar, const N: usize>(
-    model: &SpatialFreeFlyer,
-    at: &At<T>,
-    frames: &[Frame<T>; N],
-) -> [Wrench<T>; N] {
+/// Puts on each body what thrusters and wrenches put there.
+fn apply<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>, placed: &[Placed<T>], all: &mut [Wrench<T>]) {
     let (s, p, input) = (model.structure(), &model.parameter, &model.input);
-    let mut all = [Wrench::zero(); N];
     for k in 0..s.thrusters {
         let along = unit(three(at.p, p.thruster_direction + 3 * k));
         let force = scale(at.u[input.thruster_force + k], along);
@@ -184,15 +209,14 @@ fn applied<T: Scalar, const N: usize>(
     }
     if !s.held {
         let force = three(at.u, input.base_force);
-        all[0] = all[0].plus(turned(&frames[0], force, three(at.u, input.base_torque)));
+        all[0] = all[0].plus(turned(&s.tree, placed, 0, force, three(at.u, input.base_torque)));
     }
     for (a, tip) in s.tips.iter().enumerate() {
         let force = three(at.u, input.tip_force + 3 * a);
-        let mut w = turned(&frames[*tip], force, three(at.u, input.tip_torque + 3 * a));
+        let mut w = turned(&s.tree, placed, *tip, force, three(at.u, input.tip_torque + 3 * a));
         w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
         all[*tip] = all[*tip].plus(w);
     }
-    all
 }
 
 impl SpatialFreeFlyer {

@@ -17,17 +17,18 @@ impl SpatialFreeFlyer {
     #[inline(never)]
     pub(super) fn put_outputs<T: Scalar, const N: usize, const E: usize>(&self, at: &At<T>, y: &mut [T]) {
         let now = Instant::<T, N, E>::of(self, at);
-        let base = &now.frames[0];
+        let frames = now.frames(self);
+        let base = &frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
         let to = &self.output;
         put(to.base_position, &base.origin);
         put(to.base_velocity, &times(&base.rotation, now.placed[0].velocity.linear));
         put(to.base_angular_velocity, &now.placed[0].velocity.angular);
         self.joints(at, &mut put);
-        self.tips(at, &now, &mut put);
+        self.tips(at, (&now, &frames), &mut put);
         self.appendages(at, base, &mut put);
         self.reactions(at, &now, &mut put);
-        self.totals(at, &now, &mut put);
+        self.totals(at, (&now, &frames), &mut put);
         if self.structure().analysis {
             self.analysis(at, &now, &mut put);
         }
@@ -75,14 +76,14 @@ impl SpatialFreeFlyer {
     fn tips<T: Scalar, const N: usize, const E: usize>(
         &self,
         at: &At<T>,
-        now: &Instant<T, N, E>,
+        (now, frames): (&Instant<T, N, E>, &[Frame<T>; N]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let to = &self.output;
         let attitudes = self.attitudes(at);
         put(to.base_quaternion, &attitudes[0]);
         for (a, tip) in self.structure().tips.iter().enumerate() {
-            let (frame, velocity) = (&now.frames[*tip], now.placed[*tip].velocity);
+            let (frame, velocity) = (&frames[*tip], now.placed[*tip].velocity);
             let offset = three(at.p, self.parameter.tip_offset + 3 * a);
             let point = add(velocity.linear, cross(velocity.angular, offset)); // (SFF-7)
             put(to.tip_position + 3 * a, &add(frame.origin, times(&frame.rotation, offset)));
@@ -121,7 +122,7 @@ impl SpatialFreeFlyer {
         for i in (1..=s.bodies()).filter(|i| s.tree.parent[i - 1] == 0) {
             whole = whole.plus(by_joint[i].times(minus));
         }
-        let inertial = |v: Vector<T>| times(&now.frames[0].rotation, v);
+        let inertial = |v: Vector<T>| times(&now.placed[0].frame.rotation, v);
         put(to.reaction_force, &inertial(whole.force));
         put(to.reaction_torque, &inertial(whole.torque));
         for (a, tip) in s.tips.iter().enumerate() {
@@ -156,11 +157,11 @@ impl SpatialFreeFlyer {
     fn totals<T: Scalar, const N: usize, const E: usize>(
         &self,
         at: &At<T>,
-        now: &Instant<T, N, E>,
+        (now, frames): (&Instant<T, N, E>, &[Frame<T>; N]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let (s, to) = (self.structure(), &self.output);
-        let base: &Frame<T> = &now.frames[0];
+        let base = &frames[0];
         let robot = now.snapshot(self);
         let (h, kinetic) = momentum(&robot);
         let linear = times(&base.rotation, h.force);
@@ -175,12 +176,13 @@ impl SpatialFreeFlyer {
             mass += rigid.mass;
             first = add(first, add(scale(rigid.mass, frame.origin), times(&frame.rotation, rigid.first)));
         };
-        (1..=s.bodies()).for_each(|i| count(&robot.bodies[i].rigid, &now.frames[i]));
+        (1..=s.bodies()).for_each(|i| count(&robot.bodies[i].rigid, &frames[i]));
         let appendages = robot.flexing.parts.iter().zip(robot.flexing.now);
-        appendages.for_each(|(part, bent)| count(&bent.rigid, &now.frames[part.on]));
+        appendages.for_each(|(part, bent)| count(&bent.rigid, &frames[part.on]));
         put(to.center_of_mass, &scale(T::one() / mass, first));
         let field = if s.held { three(at.p, self.parameter.gravity) } else { zero() };
-        let bent = now.appendages.potential(&at.x[self.state.modal_coordinate..][..s.modes()]);
+        let eta = &at.x[self.state.modal_coordinate..][..s.modes()];
+        let bent = now.bending.as_ref().map_or(T::zero(), |b| b.appendages.potential(eta));
         put(to.potential_energy, &[self.spring_energy(at) + bent - dot(field, first)]);
     }
 }

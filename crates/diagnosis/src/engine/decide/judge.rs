@@ -3,6 +3,7 @@
 use super::{Balances, Free, Ran, Thresholds, left};
 use crate::engine::search::Fitted;
 use crate::engine::select::{Found, above};
+use trueup_numerics::order::descending;
 
 /// What the sets that were fitted and run come to.
 pub(super) struct Judge<'a> {
@@ -173,7 +174,7 @@ impl<'a> Judge<'a> {
         let sets = self.found.sets.iter().enumerate().filter(|(_, f)| other(f));
         let mut list: Vec<(usize, f64)> =
             sets.map(|(at, _)| (at, self.odds(at, chosen, best, i, after).min(0.0))).collect();
-        list.sort_by(|a, b| b.1.total_cmp(&a.1));
+        descending(&mut list, |item| item.1);
         list
     }
 

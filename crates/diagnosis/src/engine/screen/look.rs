@@ -6,6 +6,7 @@ use super::projection::Projection;
 use crate::engine::hypothesis::{Look, Posed};
 use crate::engine::problem::Comparison;
 use crate::engine::search::{Fitted, Stated};
+use trueup_numerics::order::descending;
 
 /// More looks than this are made in one recording first,
 const FEW: usize = 3;
@@ -224,7 +225,7 @@ impl<'a> Beside<'a> {
         };
         let mut all: Vec<Promise> =
             looks.into_iter().filter_map(|values| self.at(values, Some(run))).collect();
-        all.sort_by(|a, b| b.firm.total_cmp(&a.firm));
+        descending(&mut all, |item| item.firm);
         all.truncate(LIKELIEST);
         all.into_iter().map(|p| p.looked.values).collect()
     }

@@ -7,6 +7,7 @@ use super::projection::{Projection, best};
 use super::{Looked, Screened};
 use crate::engine::hypothesis::Times;
 use crate::engine::search::{Fitted, Search};
+use trueup_numerics::order::descending;
 
 /// Two causes together.
 #[derive(Clone, Debug)]
@@ -60,7 +61,7 @@ impl Search<'_> {
             .filter_map(|(a, b)| of(a, b))
             .filter(|p| screened.first().is_some_and(|best| p.gain > best.gain))
             .collect();
-        pairs.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+        descending(&mut pairs, |item| item.gain);
         pairs
     }
 
