@@ -14,6 +14,11 @@ MODELS = (
     "JointController", "ManipulatorController",
 )
 
+# Each model by FMI 3.0, the first one by FMI 2.0, too: of the others that repeats, with --full.
+BY_VERSION = [(model, 3) for model in MODELS] + [
+    pytest.param(model, 2, marks=[] if model == MODELS[0] else pytest.mark.full) for model in MODELS
+]
+
 
 def pytest_addoption(parser):
     parser.addoption("--full", action="store_true", help="also tests marked `full`, which take long")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import MODELS
+from conftest import BY_VERSION
 from fmpy import simulate_fmu
 
 T = np.arange(0, 5.0001, 0.01)
@@ -59,8 +59,7 @@ def table(model, version, amplitude, w):
     return out
 
 
-@pytest.mark.parametrize("version", (2, 3))
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model, version", BY_VERSION)
 def test_sampled_sines(fmu, model, version):
     shown = {
         "TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "SpatialFreeFlyer": "jointAngle",
