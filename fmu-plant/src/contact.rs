@@ -4,7 +4,9 @@ use crate::arm;
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
 use crate::model::TEST_BED;
-use crate::structure::{BALLS, CLOSES, MOUNTED, PORTS, TOUCHES, Wanted, choices, chosen, planar};
+use crate::structure::{
+    BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, TOUCHES, Wanted, choices, chosen, planar,
+};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, Kind, ModelTable};
 use trueup_models::arm::PlanarManipulator;
@@ -198,7 +200,7 @@ fn gripper(m: &GripperContact) -> ModelTable {
 /// What a chaser has in the table of `CaptureScene`.
 trait Tabled: Chaser {
     /// Its number among the choices.
-    const CHOICE: usize;
+    const CHOICE: u32;
     fn add_constants(&self, _b: &mut Builder) {}
     fn add_parameters(&self, b: &mut Builder, start: &[f64]);
     fn add_inputs(&self, b: &mut Builder);
@@ -208,7 +210,7 @@ trait Tabled: Chaser {
 }
 
 impl Tabled for RigidChaser {
-    const CHOICE: usize = 1;
+    const CHOICE: u32 = RIGID;
     fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
         b.parameters(&ChaserParameters::list(&()), start);
     }
@@ -227,7 +229,7 @@ impl Tabled for RigidChaser {
 }
 
 impl Tabled for PlanarManipulator {
-    const CHOICE: usize = 2;
+    const CHOICE: u32 = PLANAR;
     fn add_constants(&self, b: &mut Builder) {
         arm::constants(b, self);
     }
@@ -263,7 +265,7 @@ fn scene<C: Tabled>(m: &CaptureScene<C>) -> ModelTable {
         "Capture in the plane: chaser, gripper and target in one (dynamics of on-orbit capture, eq. 20-22)";
     let mut b = Builder::new("CaptureScene", text, experiment);
     let (s, chaser, start) = (m.structure(), m.chaser(), m.defaults());
-    constants(&mut b, "CaptureScene", &[&[C::CHOICE][..], &numbers(s)].concat());
+    constants(&mut b, "CaptureScene", &[&[C::CHOICE as usize][..], &numbers(s)].concat());
     chaser.add_constants(&mut b);
     let own = chaser.sizes().parameters;
     let (of_gripper, rest) = start.split_at(Parameters::new(s).count);
@@ -294,10 +296,10 @@ pub(crate) mod tests {
             ..Configuration::of(model)
         };
         let mut all = vec![of("FreeBody", &[]), of("FreeBody", &[(PORTS, 3)])];
-        all.push(of("CaptureScene", &[(CHASES, 2)]));
+        all.push(of("CaptureScene", &[(CHASES, PLANAR)]));
         all.push(Configuration {
             joint_flexible: vec![false, true],
-            ..of("CaptureScene", &[(CHASES, 2), (BALLS, 1), (MOUNTED, 2)])
+            ..of("CaptureScene", &[(CHASES, PLANAR), (BALLS, 1), (MOUNTED, 2)])
         });
         for model in ["GripperContact", "CaptureScene"] {
             all.push(of(model, &[]));
@@ -306,6 +308,22 @@ pub(crate) mod tests {
             all.push(of(model, &[(CLOSES, 3)]));
         }
         all
+    }
+
+    /// The contact and the target are in what the arm's own descriptions say of the arm alone.
+    #[test]
+    fn an_arm_in_a_scene_says_that_it_is_not_alone() {
+        let scene = build(&structures()[2]).unwrap();
+        assert!(matches!(scene, Contact::ArmScene(_)));
+        let table = scene.table();
+        for name in ["tipForce", "tipTorque"] {
+            let told = &table.variables.iter().find(|v| v.name == name).unwrap().description;
+            assert!(told.contains("beside the contact"), "{name}: {told}");
+        }
+        for name in ["linearMomentum", "angularMomentum", "kineticEnergy"] {
+            let told = &table.variables.iter().find(|v| v.name == name).unwrap().description;
+            assert!(told.contains("target"), "{name}: {told}");
+        }
     }
 
     #[test]

@@ -30,8 +30,10 @@ pub(crate) const PORTS: &str = "numberOfPorts";
 pub(crate) const CLOSES: &str = "closing";
 pub(crate) const MOUNTED: &str = "endBallMount";
 pub(crate) const TOUCHES: &str = "against";
-
 pub(crate) const CHASES: &str = "chaser";
+/// Items of [`CHASES`].
+pub(crate) const RIGID: u32 = 1;
+pub(crate) const PLANAR: u32 = 2;
 
 static OF_BODY: [Choice; 1] =
     [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
@@ -85,7 +87,7 @@ impl Choice {
 
 /// A configuration's hand is carried by the planar manipulator.
 pub(crate) fn planar(c: &Configuration) -> bool {
-    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [2])
+    c.structure.iter().any(|s| s.0 == CHASES && s.1 == [PLANAR])
 }
 
 /// What a configuration chooses of a structure: the number by its name, if it is there.

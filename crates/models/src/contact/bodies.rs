@@ -37,6 +37,59 @@ pub(super) fn carry<T: Scalar>(sum: &mut Wrench<T>, wrench: &Wrench<T>, point: V
     sum.torque += wrench.torque;
 }
 
+/// Where position, attitude, velocity and rate of a body begin among its parameters, states or outputs.
+pub(super) type Motion = [usize; 4];
+
+/// Writes how a body moves.
+pub(super) fn put<T: Scalar>(values: &mut [T], [position, attitude, velocity, rate]: Motion, of: &Frame<T>) {
+    values[position..position + 2].copy_from_slice(&of.position);
+    values[velocity..velocity + 2].copy_from_slice(&of.velocity);
+    (values[attitude], values[rate]) = (of.attitude, of.rate);
+}
+
+/// Writes the rates of the states of a body that a wrench about its centre of mass acts on.
+pub(super) fn put_rates<T: Scalar>(
+    dx: &mut [T],
+    [position, attitude, velocity, rate]: Motion,
+    of: &Frame<T>,
+    inertia: &Inertia<T>,
+    by: &Wrench<T>,
+) {
+    let (acceleration, turning) = inertia.accelerated(by);
+    dx[position..position + 2].copy_from_slice(&of.velocity);
+    dx[velocity..velocity + 2].copy_from_slice(&acceleration);
+    (dx[attitude], dx[rate]) = (of.rate, turning);
+}
+
+/// Adds momentum, angular momentum and kinetic energy of a body to those at these places.
+pub(super) fn add_momenta<T: Scalar>(
+    y: &mut [T],
+    [linear, angular, kinetic]: [usize; 3],
+    inertia: &Inertia<T>,
+    of: &Frame<T>,
+) {
+    let (momentum, about, twice) = inertia.momenta(of);
+    for i in 0..2 {
+        y[linear + i] += momentum[i];
+    }
+    y[angular] += about;
+    y[kinetic] += twice * 0.5;
+}
+
+/// Writes position, velocity, momenta and kinetic energy of a body.
+pub(super) fn put_body<T: Scalar>(
+    y: &mut [T],
+    motion: Motion,
+    [linear, angular, kinetic]: [usize; 3],
+    inertia: &Inertia<T>,
+    of: &Frame<T>,
+) {
+    put(y, motion, of);
+    y[linear..linear + 2].fill(T::zero());
+    (y[angular], y[kinetic]) = (T::zero(), T::zero());
+    add_momenta(y, [linear, angular, kinetic], inertia, of);
+}
+
 /// The structure of a floating body: its docking points.
 #[derive(Clone, Debug)]
 pub struct FreeBody {
@@ -81,9 +134,9 @@ impl FreeBody {
         }
         p
     }
-    fn frame<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+    fn moved(&self) -> Motion {
         let at = &self.states;
-        frame(x, [at.position, at.attitude, at.velocity, at.rate])
+        [at.position, at.attitude, at.velocity, at.rate]
     }
     fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
         Inertia { mass: p[self.parameters.mass], inertia: p[self.parameters.inertia] }
@@ -102,16 +155,12 @@ impl Hybrid for FreeBody {
         }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        let (from, to) = (&self.parameters, &self.states);
-        for i in 0..2 {
-            x[to.position + i] = p[from.position + i];
-            x[to.velocity + i] = p[from.velocity + i];
-        }
-        (x[to.attitude], x[to.rate]) = (p[from.attitude], p[from.rate]);
+        let from = &self.parameters;
+        put(x, self.moved(), &frame(p, [from.position, from.attitude, from.velocity, from.rate]));
     }
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let body = self.frame(at.x);
+        let body = frame(at.x, self.moved());
         let mut sum = Wrench::default();
         for k in 0..self.ports {
             let force = two(at.u, self.inputs.force + 2 * k);
@@ -119,24 +168,13 @@ impl Hybrid for FreeBody {
             let point = body.at(two(at.p, self.parameters.port + 2 * k)).position;
             carry(&mut sum, &wrench, point, body.position);
         }
-        let (acceleration, turning) = self.inertia(at.p).accelerated(&sum);
-        let to = &self.states;
-        for i in 0..2 {
-            dx[to.position + i] = body.velocity[i];
-            dx[to.velocity + i] = acceleration[i];
-        }
-        (dx[to.attitude], dx[to.rate]) = (body.rate, turning);
+        put_rates(dx, self.moved(), &body, &self.inertia(at.p), &sum);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        let (body, to) = (self.frame(at.x), &self.outputs);
-        let (momentum, angular, energy) = self.inertia(at.p).momenta(&body);
-        for i in 0..2 {
-            y[to.position + i] = body.position[i];
-            y[to.velocity + i] = body.velocity[i];
-            y[to.linear_momentum + i] = momentum[i];
-        }
-        (y[to.attitude], y[to.rate]) = (body.attitude, body.rate);
-        (y[to.angular_momentum], y[to.kinetic_energy]) = (angular, energy * 0.5);
+        let (body, to) = (frame(at.x, self.moved()), &self.outputs);
+        let motion = [to.position, to.attitude, to.velocity, to.rate];
+        let momenta = [to.linear_momentum, to.angular_momentum, to.kinetic_energy];
+        put_body(y, motion, momenta, &self.inertia(at.p), &body);
         for k in 0..self.ports {
             let port = body.at(two(at.p, self.parameters.port + 2 * k));
             for i in 0..2 {

@@ -2,7 +2,7 @@
 //!
 //! Positive directions: inertial frame; angles, rates and torques from x to y.
 
-use super::bodies::{Inertia, carry};
+use super::bodies::{Inertia, Motion, carry, put, put_body, put_rates};
 use super::frame::{Frame, Wrench};
 use super::layout::{ChaserInputs, ChaserOutputs, ChaserParameters, ChaserStates};
 use super::presets::{Capture, SIM2};
@@ -50,9 +50,12 @@ impl Default for RigidChaser {
 }
 
 impl RigidChaser {
-    fn body<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+    fn moved(&self) -> Motion {
         let at = &self.states;
-        frame(x, [at.position, at.attitude, at.velocity, at.rate])
+        [at.position, at.attitude, at.velocity, at.rate]
+    }
+    fn body<T: Scalar>(&self, x: &[T]) -> Frame<T> {
+        frame(x, self.moved())
     }
     fn inertia<T: Scalar>(&self, p: &[T]) -> Inertia<T> {
         Inertia { mass: p[self.parameters.mass], inertia: p[self.parameters.inertia] }
@@ -103,34 +106,18 @@ impl Hybrid for RigidChaser {
         }
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
-        let (from, to) = (&self.parameters, &self.states);
-        for i in 0..2 {
-            x[to.position + i] = p[from.position + i];
-            x[to.velocity + i] = p[from.velocity + i];
-        }
-        (x[to.attitude], x[to.rate]) = (p[from.attitude], p[from.rate]);
+        let from = &self.parameters;
+        put(x, self.moved(), &frame(p, [from.position, from.attitude, from.velocity, from.rate]));
     }
     fn start_modes(&self, _at: At<f64>, _modes: &mut [i32]) {}
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let (body, to) = (self.body(at.x), &self.states);
         let wrench = Wrench { force: two(at.u, self.inputs.force), torque: at.u[self.inputs.torque] };
-        let (acceleration, turning) = self.inertia(at.p).accelerated(&wrench);
-        for i in 0..2 {
-            dx[to.position + i] = body.velocity[i];
-            dx[to.velocity + i] = acceleration[i];
-        }
-        (dx[to.attitude], dx[to.rate]) = (body.rate, turning);
+        put_rates(dx, self.moved(), &self.body(at.x), &self.inertia(at.p), &wrench);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        let (body, to) = (self.body(at.x), &self.outputs);
-        let (momentum, angular, twice) = self.inertia(at.p).momenta(&body);
-        for i in 0..2 {
-            y[to.position + i] = body.position[i];
-            y[to.velocity + i] = body.velocity[i];
-            y[to.linear_momentum + i] = momentum[i];
-        }
-        (y[to.attitude], y[to.rate]) = (body.attitude, body.rate);
-        (y[to.angular_momentum], y[to.kinetic_energy]) = (angular, twice * 0.5);
+        let to = &self.outputs;
+        let motion = [to.position, to.attitude, to.velocity, to.rate];
+        put_body(y, motion, self.momenta(), &self.inertia(at.p), &self.body(at.x));
     }
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}
     fn update(&self, _t: f64, _x: &mut [f64], _u: &[f64], _p: &[f64], _modes: &mut [i32]) -> Update {

@@ -5,9 +5,9 @@
 //! Positive directions: inertial frame; angles, rates and torques from x to y. What it gets wrong: as its chaser and as
 //! `GripperContact`; the target is one rigid body.
 
-use super::bodies::{Inertia, carry};
+use super::bodies::{Inertia, Motion, add_momenta, carry, put, put_rates};
 use super::chaser::{Chaser, RigidChaser};
-use super::frame::{Frame, Vector, Wrench, sub};
+use super::frame::{Frame, Wrench, sub};
 use super::gripper::{Gripper, View};
 use super::gripper_contact::{MOST_MODES, copies};
 use super::layout::{Against, Mount, SceneOutputs, SceneParameters, SceneStates, Structure};
@@ -144,11 +144,14 @@ impl<C: Chaser> CaptureScene<C> {
         u
     }
     fn poses<T: Scalar>(&self, at: &At<'_, T>) -> Poses<T> {
-        let s = &self.states;
         Poses {
             hand: self.chaser.hand(self.own_states(at.x), self.own_parameters(at.p)),
-            target: frame(at.x, [s.target_position, s.target_attitude, s.target_velocity, s.target_rate]),
+            target: frame(at.x, self.target_moved()),
         }
+    }
+    fn target_moved(&self) -> Motion {
+        let s = &self.states;
+        [s.target_position, s.target_attitude, s.target_velocity, s.target_rate]
     }
     fn view<'a, T: Scalar>(&self, at: &At<'a, T>, poses: &Poses<T>) -> View<'a, T> {
         let center = two(at.p, self.gripper.parameters.target_center);
@@ -172,15 +175,15 @@ impl<C: Chaser> CaptureScene<C> {
         let at = &self.gripper.parameters;
         Inertia { mass: p[at.target_mass], inertia: p[at.target_inertia] }
     }
-    /// Momentum, angular momentum and twice the kinetic energy of what has mass beside the chaser.
-    fn beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &Touch<T>) -> [(Vector<T>, T, T); 2] {
-        let target = self.target(at.p).momenta(&poses.target);
-        if self.gripper.structure.mount == Mount::Rigid {
-            return [target, ([T::zero(); 2], T::zero(), T::zero())];
+    /// Adds the momenta and energies of what has mass beside the chaser to the chaser's outputs.
+    fn add_beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &Touch<T>, y: &mut [T]) {
+        let places = self.chaser.momenta();
+        add_momenta(y, places, &self.target(at.p), &poses.target);
+        if self.gripper.structure.mount == Mount::Elastic {
+            let ball = Inertia { mass: at.p[self.gripper.parameters.ball_mass], inertia: T::zero() };
+            let velocity = two(at.x, self.gripper.states.ball_velocity);
+            add_momenta(y, places, &ball, &Frame::new(here.balls[0], T::zero(), velocity, T::zero()));
         }
-        let ball = Inertia { mass: at.p[self.gripper.parameters.ball_mass], inertia: T::zero() };
-        let velocity = two(at.x, self.gripper.states.ball_velocity);
-        [target, ball.momenta(&Frame::new(here.balls[0], T::zero(), velocity, T::zero()))]
     }
 }
 
@@ -197,18 +200,15 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
     }
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         x.fill(T::zero());
-        let (from, to, own) = (&self.parameters, &self.states, self.own_parameters(p));
+        let (from, own) = (&self.parameters, self.own_parameters(p));
         self.chaser.start(own, &mut x[self.begin.states..][..self.length.states]);
         let hand = self.chaser.hand(self.own_states(x), own);
         let port = hand.at(two(p, from.port_offset));
         let attitude = hand.attitude + p[from.port_angle];
         let target = Frame::new(port.position, attitude, two(p, from.target_velocity), p[from.target_rate]);
         let center = target.at(two(p, self.gripper.parameters.target_center)).position;
-        for i in 0..2 {
-            x[to.target_position + i] = center[i];
-            x[to.target_velocity + i] = target.velocity[i];
-        }
-        (x[to.target_attitude], x[to.target_rate]) = (attitude, target.rate);
+        let placed = Frame::new(center, attitude, target.velocity, target.rate);
+        put(x, self.target_moved(), &placed);
     }
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
         let zeros = [0; MOST_MODES];
@@ -227,12 +227,7 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
         self.chaser.rates(self.own(&at, &u), &mut dx[self.begin.states..][..self.length.states]);
         let mut on_target = Wrench::default();
         carry(&mut on_target, &here.on_port, view.port.position, poses.target.position);
-        let (to, moved) = (&self.states, self.target(at.p).accelerated(&on_target));
-        for i in 0..2 {
-            dx[to.target_position + i] = poses.target.velocity[i];
-            dx[to.target_velocity + i] = moved.0[i];
-        }
-        (dx[to.target_attitude], dx[to.target_rate]) = (poses.target.rate, moved.1);
+        put_rates(dx, self.target_moved(), &poses.target, &self.target(at.p), &on_target);
     }
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (poses, view, here) = self.look(&at);
@@ -240,22 +235,12 @@ impl<C: Chaser> Hybrid for CaptureScene<C> {
         let u = self.pushed(&at, &here.on_host);
         let of_chaser = &mut y[self.begin.outputs..][..self.length.outputs];
         self.chaser.outputs(self.own(&at, &u), of_chaser);
-        let [linear, angular, kinetic] = self.chaser.momenta();
-        for (momentum, about, twice) in self.beside(&at, &poses, &here) {
-            for i in 0..2 {
-                of_chaser[linear + i] += momentum[i];
-            }
-            of_chaser[angular] += about;
-            of_chaser[kinetic] += twice * 0.5;
-        }
+        self.add_beside(&at, &poses, &here, of_chaser);
         let to = &self.outputs;
+        let motion = [to.target_position, to.target_attitude, to.target_velocity, to.target_rate];
+        put(y, motion, &poses.target);
         let offset = view.host.inward(sub(view.port.position, view.host.position));
-        for i in 0..2 {
-            y[to.target_position + i] = poses.target.position[i];
-            y[to.target_velocity + i] = poses.target.velocity[i];
-            y[to.port_offset + i] = offset[i];
-        }
-        (y[to.target_attitude], y[to.target_rate]) = (poses.target.attitude, poses.target.rate);
+        y[to.port_offset..to.port_offset + 2].copy_from_slice(&offset);
         y[to.port_angle] = poses.target.attitude - poses.hand.attitude;
     }
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {

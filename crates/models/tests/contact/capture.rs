@@ -82,6 +82,10 @@ impl<C: Chaser> Sim<C> {
         set(&self.parameters, &mut self.p, name, values);
         self
     }
+    pub(super) fn parameter(&self, name: &str) -> &[f64] {
+        let length = self.parameters.iter().find(|e| e.name == name).map_or(0, Entry::len);
+        &self.p[place(&self.parameters, name)..][..length]
+    }
     pub(super) fn run(&self, times: &[f64], options: Options) -> Moments {
         let u = vec![0.0; self.scene.sizes().inputs];
         self.scene.check(&self.p).unwrap();

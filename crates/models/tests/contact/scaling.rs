@@ -2,7 +2,7 @@
 
 use super::capture::Sim;
 use super::run::TIGHT;
-use trueup_models::contact::Structure;
+use trueup_models::contact::{Against, Closing, Mount, Structure};
 use trueup_numerics::driver::Options;
 
 const SCALE: f64 = 0.3;
@@ -18,6 +18,8 @@ fn exponent(unit: &str) -> i32 {
         "m/s" => (0, 1, -1),
         "rad/s" => (0, 0, -1),
         "N" => (1, 1, -2),
+        "N.m" => (1, 2, -2),
+        "N.m.s" => (1, 2, -1),
         "N/m" => (1, 0, -2),
         "N.s/m" => (1, 0, -1),
         other => panic!("what is {other}?"),
@@ -26,10 +28,10 @@ fn exponent(unit: &str) -> i32 {
 }
 
 /// A capture, all of it scaled but these.
-fn scaled(scale: f64, but: &[&str]) -> Sim {
-    let mut sim = Sim::of(Structure::default());
+fn scaled(scale: f64, structure: Structure, but: &[&str]) -> Sim {
+    let mut sim = Sim::of(structure);
     let mut at = 0;
-    for e in Sim::of(Structure::default()).parameters {
+    for e in sim.parameters.clone() {
         for value in &mut sim.p[at..at + e.len()] {
             if !but.contains(&e.name) {
                 *value *= scale.powi(exponent(e.unit));
@@ -38,6 +40,11 @@ fn scaled(scale: f64, but: &[&str]) -> Sim {
         at += e.len();
     }
     sim
+}
+
+/// SIM2 at the scale of the bench, all of it but these.
+fn sim3(but: &[&str]) -> Sim {
+    scaled(SCALE, Structure::default(), but)
 }
 
 /// What a run says of full size, over the time of 30 s there.
@@ -91,7 +98,7 @@ fn wrong(full: &Rows, other: &Rows) -> [f64; 2] {
 #[test]
 fn sim3_scaled_back_is_sim2() {
     let full = rows(&Sim::of(Structure::default()), 1.0);
-    let bench = scaled(SCALE, &[]);
+    let bench = sim3(&[]);
     let back = apart(&full, &rows(&bench, SCALE));
     println!("SIM3 scaled back against SIM2: energy {:.1e}, forces {:.1e}", back[0], back[1]);
     assert!(back.iter().all(|d| *d < 1e-8), "{back:?}");
@@ -114,7 +121,7 @@ fn sim3_scaled_back_is_sim2() {
 #[test]
 fn printed_roundings_cost_a_thousandth() {
     let full = rows(&Sim::of(Structure::default()), 1.0);
-    let rounded = scaled(SCALE, &[])
+    let rounded = sim3(&[])
         .set("chaserMass", &[48.0])
         .set("chaserInertia", &[1.85])
         .set("targetMass", &[213.3])
@@ -129,15 +136,49 @@ fn printed_roundings_cost_a_thousandth() {
 #[test]
 fn wrong_scalings_are_as_wrong_as_they_are() {
     let full = rows(&Sim::of(Structure::default()), 1.0);
-    let inertia = scaled(SCALE, &[]).set("targetInertia", &[4.81]);
+    let inertia = sim3(&[]).set("targetInertia", &[4.81]);
     for (what, sim, wanted) in [
-        ("stiffness as at full scale", scaled(SCALE, &["stiffness"]), [1.21, 2.53]),
-        ("damping as at full scale", scaled(SCALE, &["normalDamping"]), [0.54, 5.12]),
-        ("closing time as at full scale", scaled(SCALE, &["closingTime"]), [4.46, 0.68]),
+        ("stiffness as at full scale", sim3(&["stiffness"]), [1.21, 2.53]),
+        ("damping as at full scale", sim3(&["normalDamping"]), [0.54, 5.12]),
+        ("closing time as at full scale", sim3(&["closingTime"]), [4.46, 0.68]),
         ("target's inertia 4.81", inertia, [13.67, 0.87]),
     ] {
         let [energy, force] = wrong(&full, &rows(&sim, SCALE));
         println!("{what}: energy {:.0} % rms, largest force x {force:.2}", 100.0 * energy);
         assert!((energy / wanted[0] - 1.0).abs() < 0.01 && (force - wanted[1]).abs() < 0.01, "{what}");
+    }
+}
+
+/// The bench's manipulator comes with SIM2's gripper and target at the bench's scale, whatever the structure has.
+#[test]
+fn the_manipulator_has_all_of_sim2_at_its_scale() {
+    let three = Structure::default();
+    let one = Structure { balls: 1, ..three.clone() };
+    let mut seen = Vec::new();
+    for structure in [
+        Structure { closing: Closing::Motor, ..three.clone() },
+        Structure { mount: Mount::Elastic, ..one },
+        Structure { against: Against::Plate, ..three.clone() },
+        three,
+    ] {
+        let (bench, full) = (Sim::with_arm(&[false; 3], structure.clone()), scaled(SCALE, structure, &[]));
+        let mut at = 0;
+        for e in &full.parameters {
+            let wanted = &full.p[at..at + e.len()];
+            at += e.len();
+            if !bench.parameters.iter().any(|own| own.name == e.name) {
+                assert!(e.name.contains("haser") || e.name == "endEffectorPosition", "{}", e.name);
+                continue;
+            }
+            for (have, want) in bench.parameter(e.name).iter().zip(wanted) {
+                assert!((have - want).abs() <= 1e-14 * want.abs(), "{} = {have} instead of {want}", e.name);
+                seen.extend((*want != 0.0).then_some(e.name));
+            }
+        }
+    }
+    for name in
+        ["jawInertia", "jawFriction", "motorTorqueLimit", "mountStiffness", "targetInertia", "portBallRadius"]
+    {
+        assert!(seen.contains(&name), "{name} is nowhere");
     }
 }
