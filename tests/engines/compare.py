@@ -84,6 +84,7 @@ def main():
             "chaser": lambda: run(OURS, "chaser"),
             "chaser, Pinocchio aba": lambda: run(folder / "pinocchio", text=robot),
             "chaser, MuJoCo mj_forward": lambda: run(folder / "mujoco", folder / "chaser.xml"),
+            "chaser with two panels": lambda: run(OURS, "chaser-panels"),
             "12 bodies": lambda: run(OURS, "12"),
             "24 bodies": lambda: run(OURS, "24"),
             "arm of S1 on a bus": lambda: run(OURS, "rigid"),
@@ -102,7 +103,8 @@ def main():
         ("chaser / Pinocchio's aba", "chaser", "chaser, Pinocchio aba"),
         ("chaser / MuJoCo's mj_forward", "chaser", "chaser, MuJoCo mj_forward"),
         ("24 bodies / 12 bodies", "24 bodies", "12 bodies"),
-        ("with two panels / without", "the same with two panels", "arm of S1 on a bus"),
+        ("chaser with two panels / without", "chaser with two panels", "chaser"),
+        ("arm of S1 with two panels / without", "the same with two panels", "arm of S1 on a bus"),
         ("over Dual<8> / f64", "chaser over Dual<8>", "chaser"),
     ]:
         ratios = sorted(a / b for a, b in zip(times[of], times[to]))

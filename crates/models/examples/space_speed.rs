@@ -1,6 +1,7 @@
 //! How long one evaluation of a robot's rates takes, ns: the fastest of 40 batches. `space_speed CASE`, CASE being `chaser`,
-//! `12`, `24` (bodies in a row), `rigid`, `panels` (S1's arm without and with two panels), `dual` (the chaser over duals of
-//! eight lanes); `space_speed robot CASE` prints the robot, one body a line, for an engine to build it.
+//! `chaser-panels` (with those of S1's arm), `12`, `24` (bodies in a row), `rigid`, `panels` (S1's arm without and with two
+//! panels), `dual` (the chaser over duals of eight lanes). As in the engines torques and forces act on joints and base, none at
+//! thrusters and tips. `space_speed robot CASE` prints the robot, one body a line, for an engine to build it.
 #![allow(clippy::print_stdout)]
 
 use std::error::Error;
@@ -8,7 +9,7 @@ use std::hint::black_box;
 use std::time::Instant;
 
 use trueup_models::space::design::{Design, Link};
-use trueup_models::space::layout::States;
+use trueup_models::space::layout::{Inputs, States};
 use trueup_models::space::{SpatialFreeFlyer, presets};
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
@@ -32,6 +33,9 @@ fn robot(case: &str) -> Result<Design, String> {
     Ok(match case {
         "chaser" | "dual" => presets::chaser(),
         "rigid" => Design { appendages: Vec::new(), ..presets::table_1_with_panels() },
+        "chaser-panels" => {
+            Design { appendages: presets::table_1_with_panels().appendages, ..presets::chaser() }
+        }
         "panels" => presets::table_1_with_panels(),
         other => row(other.parse().map_err(|_| format!("there is no case {other}"))?),
     })
@@ -45,7 +49,10 @@ fn time<T: Scalar>(design: &Design) -> Result<f64, String> {
     let p: Vec<T> = design.parameters().iter().map(constant).collect();
     let mut x: Vec<T> = (0..sizes.states).map(|k| T::constant(0.3 * (k as f64).sin())).collect();
     x[at.base_quaternion] = T::one();
-    let u: Vec<T> = (0..sizes.inputs).map(|k| T::constant((k as f64).cos())).collect();
+    let mut u: Vec<T> = (0..sizes.inputs).map(|k| T::constant((k as f64).cos())).collect();
+    let inputs = Inputs::new(&s);
+    u[inputs.thruster_force..inputs.base_force].fill(T::zero());
+    u[inputs.tip_force..].fill(T::zero());
     let mut dx = vec![T::zero(); sizes.states];
     let mut best = f64::INFINITY;
     for _ in 0..40 {

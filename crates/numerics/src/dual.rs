@@ -145,6 +145,9 @@ impl<const N: usize> Scalar for Dual<N> {
     fn value(self) -> f64 {
         self.re
     }
+    fn vanishes(self) -> bool {
+        self.re == 0.0 && self.eps.iter().all(|e| *e == 0.0)
+    }
     fn sin_cos(self) -> (Self, Self) {
         let (s, c) = self.re.sin_cos();
         (self.chain(s, c), self.chain(c, -s))

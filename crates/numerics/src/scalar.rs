@@ -33,6 +33,8 @@ pub trait Scalar:
     fn constant(value: f64) -> Self;
     /// The value without its derivatives.
     fn value(self) -> f64;
+    /// It is 0, and so is each of its derivatives: a product with it is 0 whatever the other factor depends on.
+    fn vanishes(self) -> bool;
 
     /// Sine and cosine at once; argument in rad.
     fn sin_cos(self) -> (Self, Self);
@@ -98,6 +100,9 @@ impl Scalar for f64 {
     }
     fn value(self) -> f64 {
         self
+    }
+    fn vanishes(self) -> bool {
+        self == 0.0
     }
     fn sin_cos(self) -> (Self, Self) {
         f64::sin_cos(self)

@@ -103,66 +103,78 @@ impl std::fmt::Display for AppendageError {
 }
 impl std::error::Error for AppendageError {}
 
-impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
+/// A slender beam about its root, unbent, along the unit vector `z`; it has no rotary inertia but `polar`, about z.
+fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigid<T> {
+    let across = mass * length * length / 3.0;
+    let mut inertia = [zero(); 3];
+    for i in 0..3 {
+        inertia[i] = scale((polar - across) * z[i], z);
+        inertia[i][i] += across;
+    }
+    Rigid { mass, first: scale(mass * length * 0.5, z), inertia }
+}
+
+impl<T: Scalar> Mode<T> {
+    /// Of a beam of this mass (polar inertia), of 1 over it, of this stiffness, and of this damping for a resistance of 1.
+    fn of(shape: &Shape, mass: T, inverse: T, stiffness: T, damping: T) -> Self {
+        Self {
+            along: zero(),
+            fixed: Wrench::zero(),
+            mass: mass * shape.square,
+            inverse: inverse * shape.lightness,
+            stiffness: stiffness * shape.stiffness,
+            damping: damping * shape.resistance,
+        }
+    }
+    fn along(self, direction: Vector<T>) -> Self {
+        Self { along: direction, ..self }
+    }
+}
+
+impl<T: Scalar> Appendages<T> {
     /// Adds a beam on body `on` (0: the base), which the tree must have. Modes come in the order of [`Shapes`].
     ///
     /// # Errors
     /// No room, or a mode that has no mass.
     pub fn add_beam(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
-        let Beam { frame, length, mass_per_length, polar_inertia_per_length: polar, .. } = *beam;
+        self.whole(|all| all.put_beam(on, shapes, beam))
+    }
+
+    fn put_beam(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
+        let Beam { frame, length, mass_per_length, polar_inertia_per_length, .. } = *beam;
         let [ex, ey, ez] = transposed(&frame.rotation);
-        let mass = mass_per_length * length;
-        let across = mass * length * length / 3.0;
-        let o = T::zero();
-        let rigid = Rigid {
-            mass,
-            first: [o, o, mass * length * 0.5],
-            inertia: [[across, o, o], [o, across, o], [o, o, polar * length]],
-        };
-        self.open(on, rigid.outwards(&frame), shapes.modes())?;
+        let (mass, polar) = (mass_per_length * length, polar_inertia_per_length * length);
+        let mut part = self.open(on, rod(mass, length, polar, ez).from(frame.origin), shapes.modes())?;
         let shape = |s: Option<Shape>| s.ok_or(AppendageError::Modes);
-        let (from, _) = self.parts[self.count].functions;
+        let from = self.functions.len();
         for j in 0..shapes.x.max(shapes.y) {
             let s = shape(bending(j))?;
             let area = mass * s.area;
             // Over the place: root + z along the beam.
             let moment = add(scale(area, frame.origin), scale(mass * length * s.moment, ez));
-            self.functions[from + j] = Function { square: mass * s.square, area, moment };
-            self.parts[self.count].functions.1 = from + j + 1;
+            self.functions.push(Function { square: mass * s.square, area, moment, modes: [None; 2] });
         }
         let cube = length * length * length;
-        let damping = |mass: T, stiffness: T| beam.damping_ratio * (mass * stiffness).sqrt() * 2.0;
-        for (direction, count, stiffness) in
-            [(ex, shapes.x, beam.bending_stiffness[0]), (ey, shapes.y, beam.bending_stiffness[1])]
-        {
-            let stiffness = stiffness / cube;
+        let inverse = [T::one() / mass, T::one() / polar];
+        for (side, (direction, count)) in [(ex, shapes.x), (ey, shapes.y)].into_iter().enumerate() {
+            let stiffness = beam.bending_stiffness[side] / cube;
+            let damping = beam.damping_ratio * (mass * stiffness).sqrt() * 2.0;
             for j in 0..count {
                 let s = shape(bending(j))?;
-                let (mass, stiffness) = (mass * s.square, stiffness * s.stiffness);
-                self.put(Mode {
-                    function: Some(from + j),
-                    along: direction,
-                    fixed: Wrench::zero(),
-                    mass,
-                    stiffness,
-                    damping: damping(mass, stiffness),
-                })?;
+                self.functions[from + j].modes[side] = Some(self.modes.len());
+                self.put(&part, Mode::of(&s, mass, inverse[0], stiffness, damping).along(direction))?;
             }
         }
+        let stiffness = beam.torsion_stiffness / length;
+        let damping = beam.damping_ratio * (polar * stiffness).sqrt() * 2.0;
         for j in 0..shapes.torsion {
             let s = shape(torsion(j))?;
-            let (mass, stiffness) =
-                (polar * length * s.square, beam.torsion_stiffness / length * s.stiffness);
-            self.put(Mode {
-                function: None,
-                along: zero(),
-                fixed: Wrench { torque: scale(polar * length * s.area, ez), force: zero() },
-                mass,
-                stiffness,
-                damping: damping(mass, stiffness),
-            })?;
+            let turning = Wrench { torque: scale(polar * s.area, ez), force: zero() };
+            self.put(&part, Mode { fixed: turning, ..Mode::of(&s, polar, inverse[1], stiffness, damping) })?;
         }
-        self.count += 1;
+        part.functions.1 = self.functions.len();
+        part.modes.1 = self.modes.len();
+        self.parts.push(part);
         Ok(())
     }
 
@@ -193,38 +205,53 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
         rigid: &Rigid<T>,
         table: impl ExactSizeIterator<Item = TableMode<T>>,
     ) -> Result<(), AppendageError> {
-        self.open(on, rigid.outwards(frame), table.len())?;
-        for mode in table {
-            self.put(Mode {
-                function: None,
-                along: zero(),
-                fixed: frame.outwards(mode.participation),
-                mass: T::one(),
-                stiffness: mode.frequency * mode.frequency,
-                damping: mode.damping_ratio * mode.frequency * 2.0,
-            })?;
-        }
-        self.count += 1;
-        Ok(())
+        self.whole(|all| {
+            let mut part = all.open(on, rigid.outwards(frame), table.len())?;
+            for mode in table {
+                let own = Mode {
+                    along: zero(),
+                    fixed: frame.outwards(mode.participation),
+                    mass: T::one(),
+                    inverse: T::one(),
+                    stiffness: mode.frequency * mode.frequency,
+                    damping: mode.damping_ratio * mode.frequency * 2.0,
+                };
+                all.put(&part, own)?;
+            }
+            part.modes.1 = all.modes.len();
+            all.parts.push(part);
+            Ok(())
+        })
     }
 
-    /// Begins an appendage: it counts when its maker has finished.
-    fn open(&mut self, on: usize, rigid: Rigid<T>, modes: usize) -> Result<(), AppendageError> {
-        let (functions, from) = self.parts().last().map_or((0, 0), |p| (p.functions.1, p.modes.1));
-        if from + modes > MODES {
+    /// Adds an appendage, or nothing of it.
+    fn whole(
+        &mut self,
+        add: impl FnOnce(&mut Self) -> Result<(), AppendageError>,
+    ) -> Result<(), AppendageError> {
+        let before = (self.functions.len(), self.modes.len());
+        add(self).inspect_err(|_| {
+            self.functions.truncate(before.0);
+            self.modes.truncate(before.1);
+        })
+    }
+
+    /// Begins an appendage, for which there is room.
+    fn open(&self, on: usize, rigid: Rigid<T>, modes: usize) -> Result<Part<T>, AppendageError> {
+        if modes > self.modes.remaining_capacity() {
             return Err(AppendageError::Modes);
         }
-        let part = self.parts.get_mut(self.count).ok_or(AppendageError::Appendages)?;
-        *part = Part { on, rigid, functions: (functions, functions), modes: (from, from) };
-        Ok(())
-    }
-    fn put(&mut self, mode: Mode<T>) -> Result<(), AppendageError> {
-        let (from, next) = self.parts[self.count].modes;
-        if mode.mass.value() <= 0.0 || !mode.mass.value().is_finite() {
-            return Err(AppendageError::Massless(next - from));
+        if self.parts.is_full() {
+            return Err(AppendageError::Appendages);
         }
-        self.modes[next] = mode;
-        self.parts[self.count].modes.1 = next + 1;
+        let (functions, first) = (self.functions.len(), self.modes.len());
+        Ok(Part { on, rigid, functions: (functions, functions), modes: (first, first) })
+    }
+    fn put(&mut self, part: &Part<T>, mode: Mode<T>) -> Result<(), AppendageError> {
+        if mode.mass.value() <= 0.0 || !mode.mass.value().is_finite() {
+            return Err(AppendageError::Massless(self.modes.len() - part.modes.0));
+        }
+        self.modes.push(mode);
         Ok(())
     }
 }

@@ -1,10 +1,9 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
 //! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6).
 
-use super::MAX_BODIES;
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Motion, Wrench};
-use super::tree::subspace;
+use super::tree::All;
 use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
@@ -69,57 +68,27 @@ pub struct Found<'a, T> {
 
 /// Accelerations of all coordinates (SFF-6, SFF-11); gives that of the base, own axes, spatial. `applied` acts on the bodies,
 /// own axes and origins. `held`: the base does not accelerate but by this much (own axes; a field of gravity g is a base that
-/// accelerates by -g). Cost is that of the bodies and modes that are there: memory is filled before it is used, which for few
-/// bodies would cost more than the sweeps, so there is as much as they need, about.
+/// accelerates by -g).
 pub fn accelerations<T: Scalar>(
-    at: &Snapshot<'_, T>,
-    applied: &[Wrench<T>],
-    held: Option<Motion<T>>,
-    out: Found<'_, T>,
-) -> Motion<T> {
-    match at.tree.bodies() {
-        0..8 => with_memory::<T, 8>(at, applied, held, out),
-        8..16 => with_memory::<T, 16>(at, applied, held, out),
-        _ => with_memory::<T, { MAX_BODIES + 1 }>(at, applied, held, out),
-    }
-}
-
-/// Memory of the sweeps for `N - 1` bodies.
-struct Memory<T, const N: usize> {
-    inertia: [Articulated<T>; N],
-    bias: [Wrench<T>; N],
-    kept: [Kept<T>; N],
-    acceleration: [Motion<T>; N],
-}
-
-impl<T: Scalar, const N: usize> Memory<T, N> {
-    #[inline]
-    fn new() -> Self {
-        let o = [[T::zero(); 3]; 3];
-        let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
-        Self {
-            inertia: [Articulated { angular: o, mixed: o, linear: o }; N],
-            bias: [Wrench::zero(); N],
-            kept: [nothing; N],
-            acceleration: [Motion::zero(); N],
-        }
-    }
-}
-
-#[inline(never)]
-fn with_memory<T: Scalar, const N: usize>(
     at: &Snapshot<'_, T>,
     applied: &[Wrench<T>],
     held: Option<Motion<T>>,
     mut out: Found<'_, T>,
 ) -> Motion<T> {
-    let mut m = Memory::<T, N>::new();
-    m.inertia[0] = Articulated::rigid(at.base);
-    inwards(at, applied, &mut m.inertia, &mut m.bias, &mut m.kept);
+    let mut m = Memory { inertia: All::new(), bias: All::new(), kept: All::new(), acceleration: All::new() };
+    inwards(at, applied, &mut m);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
-    m.acceleration[0] = root;
+    m.acceleration.push(root);
     outwards(at, &m.kept, &mut m.acceleration, &mut out);
     root
+}
+
+/// Memory of the sweeps.
+struct Memory<T> {
+    inertia: All<Articulated<T>>,
+    bias: All<Wrench<T>>,
+    kept: All<Kept<T>>,
+    acceleration: All<Motion<T>>,
 }
 
 /// From the tips to the base.
@@ -127,17 +96,16 @@ fn with_memory<T: Scalar, const N: usize>(
 fn inwards<T: Scalar>(
     now: &Snapshot<'_, T>,
     applied: &[Wrench<T>],
-    inertia: &mut [Articulated<T>],
-    bias: &mut [Wrench<T>],
-    kept: &mut [Kept<T>],
+    Memory { inertia, bias, kept, .. }: &mut Memory<T>,
 ) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
-    bias[0] = placed[0].velocity.cross_wrench(inertia[0].times(placed[0].velocity)).minus(applied[0]);
-    for i in 1..=n {
-        let (rigid, velocity) = (&bodies[i].rigid, placed[i].velocity);
-        inertia[i] = Articulated::rigid(rigid);
-        bias[i] = velocity.cross_wrench(rigid.times(velocity)).minus(applied[i]);
+    let nothing = Kept { axis: Wrench::zero(), inverse: T::zero(), rest: T::zero() };
+    for i in 0..=n {
+        let (rigid, velocity) = (if i == 0 { now.base } else { &bodies[i].rigid }, placed[i].velocity);
+        inertia.push(Articulated::rigid(rigid));
+        bias.push(velocity.cross_wrench(rigid.times(velocity)).minus(applied[i]));
+        kept.push(nothing);
     }
     // A body with its modes is one body of less inertia: their mass is diagonal, so they go first.
     for (part, bent) in flexing.parts.iter().zip(flexing.now) {
@@ -145,14 +113,14 @@ fn inwards<T: Scalar>(
         bias[part.on] = bias[part.on].plus(bent.bias);
     }
     for (j, on) in flexing.carried() {
-        let (coupling, inverse) = (&flexing.coupling[j], T::one() / flexing.modes[j].mass);
+        let (coupling, inverse) = (&flexing.coupling[j], flexing.modes[j].inverse);
         inertia[on].take(coupling, inverse); // (SFF-6)
         let own = (flexing.force[j] - flexing.bias[j]) * inverse;
         bias[on] = bias[on].plus(coupling.times(own)); // (SFF-6)
     }
     for i in (1..=n).rev() {
         let (parent, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
-        let s = subspace(tree.joint[i - 1], bodies[i].axis);
+        let (joint, axis) = (tree.joint[i - 1], bodies[i].axis);
         let (before, after) = inertia.split_at_mut(i);
         let (mine, carrier) = (&after[0], &mut before[parent]);
         let mut force = bias[i].plus(mine.times(at.bias));
@@ -176,21 +144,21 @@ fn inwards<T: Scalar>(
         let mut on_parent;
         match drive.moves {
             Moves::Led(acceleration) => {
-                force = force.plus(mine.times(s.times(acceleration)));
+                force = force.plus(joint.column(mine, axis).times(acceleration));
                 on_parent = at.frame.outwards(force);
                 if geared {
                     rotor = axpy(reach * acceleration, k, rotor);
                 }
             }
             Moves::Driven(torque) => {
-                let axis = mine.times(s);
-                let mut met = s.power(axis);
-                let mut out = at.frame.outwards(axis);
+                let column = joint.column(mine, axis);
+                let mut met = joint.power(axis, &column);
+                let mut out = at.frame.outwards(column);
                 if geared {
                     met += drive.inertia;
                     out.torque = axpy(reach, k, out.torque);
                 }
-                let (inverse, rest) = (T::one() / met, torque - s.power(force));
+                let (inverse, rest) = (T::one() / met, torque - joint.power(axis, &force));
                 kept[i] = Kept { axis: out, inverse, rest };
                 carrier.take(&out, inverse); // (SFF-11)
                 on_parent = at.frame.outwards(force).plus(out.times(rest * inverse));
@@ -213,7 +181,7 @@ fn inwards<T: Scalar>(
 fn outwards<T: Scalar>(
     now: &Snapshot<'_, T>,
     kept: &[Kept<T>],
-    all: &mut [Motion<T>],
+    all: &mut All<Motion<T>>,
     found: &mut Found<'_, T>,
 ) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
@@ -231,12 +199,13 @@ fn outwards<T: Scalar>(
             Rotor::Led(acceleration) => acceleration,
             Rotor::Driven(torque) => torque / drive.inertia - drive.share * dot(at.axis, parent.angular),
         };
-        let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint);
-        all[i] = at.frame.inwards(parent).plus(at.bias).plus(own);
+        let mut own = at.frame.inwards(parent).plus(at.bias);
+        tree.joint[i - 1].add_to(scale(joint, bodies[i].axis), &mut own);
+        all.push(own);
     }
     for (j, on) in flexing.carried() {
         let met = flexing.force[j] - flexing.bias[j] - all[on].power(flexing.coupling[j]);
-        found.modal[j] = met / flexing.modes[j].mass; // (SFF-6)
+        found.modal[j] = met * flexing.modes[j].inverse; // (SFF-6)
     }
 }
 

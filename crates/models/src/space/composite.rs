@@ -7,7 +7,7 @@
 use super::articulated::{Drive, Rotor};
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
-use super::tree::{Tree, subspace};
+use super::tree::{All, Tree, all, subspace};
 use super::vector::{add, cross, dot, scale, times};
 use trueup_numerics::Scalar;
 
@@ -31,9 +31,9 @@ pub fn rotor_rows<T: Scalar>(
 }
 
 /// Of each body (own axes; index 0: the base) the rigid inertia of it and of all that it carries, appendages as they are bent.
-pub(super) fn composite_bodies<T: Scalar, const N: usize>(now: &Snapshot<'_, T>) -> [Rigid<T>; N] {
+pub(super) fn composite_bodies<T: Scalar>(now: &Snapshot<'_, T>) -> All<Rigid<T>> {
     let Snapshot { tree, base, bodies, placed, flexing, .. } = *now;
-    let mut composite = [*base; N];
+    let mut composite = all(tree.bodies(), *base);
     (1..=tree.bodies()).for_each(|i| composite[i] = bodies[i].rigid);
     for (part, bent) in flexing.parts.iter().zip(flexing.now) {
         composite[part.on] = composite[part.on].plus(&bent.rigid);
@@ -58,7 +58,7 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
             m[j * size + i] += value;
         }
     };
-    let composite = composite_bodies::<T, { super::MAX_BODIES + 1 }>(now);
+    let composite = composite_bodies(now);
     for k in 0..BASE {
         let f = composite[0].times(unit(k));
         for j in k..BASE {
@@ -139,8 +139,8 @@ pub fn forces<T: Scalar>(
     let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
-    let mut a = [acceleration.0; super::MAX_BODIES + 1];
-    let mut f = [Wrench::zero(); super::MAX_BODIES + 1];
+    let mut a = all(n, acceleration.0);
+    let mut f = all(n, Wrench::zero());
     f[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).plus(base.times(a[0]));
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(acceleration.1[i - 1]);
@@ -183,7 +183,7 @@ pub fn forces<T: Scalar>(
 pub fn momentum<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
     let Snapshot { tree, base, bodies, placed, drives, flexing } = *now;
     let n = tree.bodies();
-    let mut h = [base.times(placed[0].velocity); super::MAX_BODIES + 1];
+    let mut h = all(n, base.times(placed[0].velocity));
     let mut twice = placed[0].velocity.power(h[0]);
     for i in 1..=n {
         h[i] = bodies[i].rigid.times(placed[i].velocity);

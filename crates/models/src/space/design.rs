@@ -367,8 +367,7 @@ impl Design {
             mount: Frame { rotation: super::vector::identity(), origin: [0.0; 3] },
             axis: [0.0, 0.0, 1.0],
         };
-        let mut bodies = [nothing; MAX_BODIES + 1];
-        self.links.iter().zip(&mut bodies[1..]).for_each(|(l, b)| *b = body(l));
+        let bodies = std::iter::once(nothing).chain(self.links.iter().map(body)).collect();
         Robot {
             tree: Tree {
                 parent: self.links.iter().map(|l| l.parent).collect(),

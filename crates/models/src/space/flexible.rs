@@ -17,6 +17,7 @@ use super::spatial::{Rigid, Wrench};
 use super::tree::Placed;
 use super::vector::{Matrix, Vector, add, cross, dot, scale, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
+use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// What a function of the place, f, integrates to over the mass.
@@ -28,19 +29,21 @@ pub struct Function<T> {
     pub area: T,
     /// f times the place, carrier's axes, kg.m.
     pub moment: Vector<T>,
+    /// The modes that shift matter by it, each along a direction of its own.
+    pub modes: [Option<usize>; 2],
 }
 
 /// A mode: mass, spring and damper of its coordinate (m; rad where it turns), and what it moves.
 #[derive(Clone, Copy, Debug)]
 pub struct Mode<T> {
-    /// The function by which it shifts matter; `None`: what it moves is in `fixed` alone.
-    pub function: Option<usize>,
-    /// Along this, carrier's axes.
+    /// Where a function has it: along this, carrier's axes.
     pub along: Vector<T>,
-    /// Momentum per unit of its rate beyond that of `function`, whatever the coordinate is: torsion, tables of modes.
+    /// Where none has it (torsion, tables of modes): momentum per unit of its rate, whatever the coordinate is.
     pub fixed: Wrench<T>,
     /// kg (kg.m2).
     pub mass: T,
+    /// 1 / mass.
+    pub inverse: T,
     /// N/m (N.m/rad).
     pub stiffness: T,
     /// N.s/m (N.m.s/rad).
@@ -56,48 +59,34 @@ pub struct Part<T> {
     pub rigid: Rigid<T>,
     /// The first of its functions and the one after the last.
     pub functions: (usize, usize),
-    /// The first of its modes and the one after the last.
+    /// The first of its modes and the one after the last; those of functions come first.
     pub modes: (usize, usize),
 }
 
-/// All appendages of a robot; at most `MODES` modes together.
+/// All appendages of a robot.
 #[derive(Clone, Debug)]
-pub struct Appendages<T, const MODES: usize = MAX_MODES_OF_ALL> {
-    pub(super) parts: [Part<T>; MAX_APPENDAGES],
-    pub(super) functions: [Function<T>; MODES],
-    pub(super) modes: [Mode<T>; MODES],
-    pub(super) count: usize,
+pub struct Appendages<T> {
+    pub(super) parts: ArrayVec<Part<T>, MAX_APPENDAGES>,
+    pub(super) functions: Modal<Function<T>>,
+    pub(super) modes: Modal<Mode<T>>,
 }
 
-impl<T: Scalar, const MODES: usize> Default for Appendages<T, MODES> {
-    #[inline]
-    fn default() -> Self {
-        let o = T::zero();
-        let rigid = Rigid { mass: o, first: zero(), inertia: [zero(); 3] };
-        let mode =
-            Mode { function: None, along: zero(), fixed: Wrench::zero(), mass: o, stiffness: o, damping: o };
-        Self {
-            parts: [Part { on: 0, rigid, functions: (0, 0), modes: (0, 0) }; MAX_APPENDAGES],
-            functions: [Function { square: o, area: o, moment: zero() }; MODES],
-            modes: [mode; MODES],
-            count: 0,
-        }
-    }
-}
+/// Of all modes.
+pub type Modal<V> = ArrayVec<V, MAX_MODES_OF_ALL>;
 
-impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
+impl<T: Scalar> Appendages<T> {
     /// None yet.
     #[inline]
     pub fn new() -> Self {
-        Self::default()
+        Self { parts: ArrayVec::new(), functions: ArrayVec::new(), modes: ArrayVec::new() }
     }
     /// The appendages.
     pub fn parts(&self) -> &[Part<T>] {
-        &self.parts[..self.count]
+        &self.parts
     }
     /// Their modes, one appendage's after the other's.
     pub fn modes(&self) -> &[Mode<T>] {
-        &self.modes[..self.parts().last().map_or(0, |p| p.modes.1)]
+        &self.modes
     }
     /// The lowest frequency of a mode, carriers held, rad/s; `None` without modes. A body that carries appendages should turn
     /// no faster than a fifth of it.
@@ -113,42 +102,33 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
     pub fn dissipation(&self, rates: &[T]) -> T {
         self.modes().iter().zip(rates).fold(T::zero(), |sum, (m, r)| sum + m.damping * *r * *r)
     }
-    /// Spring and damper forces on the modes, N (N.m).
-    pub fn elastic(&self, eta: &[T], rates: &[T], force: &mut [T]) {
-        for (j, mode) in self.modes().iter().enumerate() {
-            force[j] = -(mode.stiffness * eta[j] + mode.damping * rates[j]); // (SFF-5)
-        }
+
+    /// How all appendages are bent and move: at these coordinates and rates, `placed` being the bodies' places. What acts on
+    /// modes is then what springs and dampers do.
+    pub fn bend(&self, placed: &[Placed<T>], eta: &[T], rates: &[T], bent: &mut Bent<T>) {
+        bent.clear();
+        bent.coupling.extend(self.modes.iter().map(|_| Wrench::zero()));
+        bent.bias.extend(self.modes.iter().map(|_| T::zero()));
+        bent.rates.extend(self.modes.iter().zip(rates).map(|(_, r)| *r));
+        let states = eta.iter().zip(rates);
+        bent.force
+            .extend(self.modes.iter().zip(states).map(|(m, (e, r))| -(m.stiffness * *e + m.damping * *r))); // (SFF-5)
+        self.parts.iter().for_each(|part| self.bend_one(part, placed, (eta, rates), bent));
     }
 
-    /// How all appendages are bent and move: at these coordinates and rates, `placed` being the bodies' places.
-    pub fn bend(&self, placed: &[Placed<T>], eta: &[T], rates: &[T], bent: &mut Bent<T, MODES>) {
-        for (part, at) in self.parts().iter().zip(0..) {
-            self.bend_one(part, placed, (eta, rates), at, bent);
-        }
-        let count = self.modes().len();
-        bent.rates[..count].copy_from_slice(&rates[..count]);
-    }
-
-    fn bend_one(
-        &self,
-        part: &Part<T>,
-        placed: &[Placed<T>],
-        (eta, rates): (&[T], &[T]),
-        at: usize,
-        bent: &mut Bent<T, MODES>,
-    ) {
+    fn bend_one(&self, part: &Part<T>, placed: &[Placed<T>], (eta, rates): (&[T], &[T]), bent: &mut Bent<T>) {
         let velocity = placed[part.on].velocity;
         let (omega, v) = (velocity.angular, velocity.linear);
         let (first, last) = part.modes;
         let mut now = part.rigid;
-        // How its inertia changes: no inertia of a body, but a form of the same kind.
-        let mut change = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
-        let mut own = Wrench::zero();
+        // Its momentum by the modes' rates, and the torque by which its inertia changes.
+        let (mut own, mut change) = (Wrench::zero(), zero());
+        let mut fixed = first;
         for g in part.functions.0..part.functions.1 {
-            let Function { square, area, moment } = self.functions[g];
-            let mine = |j: &usize| self.modes[*j].function == Some(g);
+            let Function { square, area, moment, modes } = self.functions[g];
+            let mine = || modes.into_iter().flatten();
             let (mut u, mut rate) = (zero(), zero());
-            for j in (first..last).filter(mine) {
+            for j in mine() {
                 u = add(u, scale(eta[j], self.modes[j].along));
                 rate = add(rate, scale(rates[j], self.modes[j].along));
             }
@@ -157,33 +137,32 @@ impl<T: Scalar, const MODES: usize> Appendages<T, MODES> {
             now.first = add(now.first, scale(area, u));
             // 2 b . u + F u . u = (b + arm) . u and so on: the halves of what is symmetric in both.
             spread(&mut now.inertia, add(moment, scale(T::constant(0.5), bowed)), u);
-            change.first = add(change.first, scale(area, rate));
-            spread(&mut change.inertia, arm, rate);
+            change = add(change, spread_times(arm, rate, omega));
             own.force = add(own.force, scale(area, rate));
             own.torque = add(own.torque, cross(arm, rate));
             // Coriolis, centrifugal, and what a velocity of the origin that turns leaves.
             let turned = scale(square * 2.0, cross(omega, rate));
             let pull = add(add(turned, cross(omega, cross(omega, arm))), scale(area, cross(omega, v)));
-            for j in (first..last).filter(mine) {
-                let mode = &self.modes[j];
-                bent.coupling[j] = Wrench { torque: cross(arm, mode.along), force: scale(area, mode.along) }
-                    .plus(mode.fixed); // (SFF-5)
-                bent.bias[j] = dot(mode.along, pull); // (SFF-5)
+            for j in mine() {
+                let along = self.modes[j].along;
+                bent.coupling[j] = Wrench { torque: cross(arm, along), force: scale(area, along) }; // (SFF-5)
+                bent.bias[j] = dot(along, pull); // (SFF-5)
+                fixed += 1;
             }
         }
-        for j in first..last {
-            let mode = &self.modes[j];
-            own = own.plus(mode.fixed.times(rates[j]));
-            if mode.function.is_none() {
-                (bent.coupling[j], bent.bias[j]) = (mode.fixed, T::zero());
-            }
+        // Functions alone move the centre of mass: their momentum is how it changes.
+        let bias = Wrench { torque: add(change, cross(own.force, v)), force: cross(omega, own.force) };
+        for j in fixed..last {
+            let coupling = self.modes[j].fixed;
+            own = own.plus(coupling.times(rates[j]));
+            bent.coupling[j] = coupling; // (SFF-5)
         }
         let momentum = now.times(velocity).plus(own);
-        bent.parts[at] = BentPart {
+        bent.parts.push(BentPart {
             rigid: now,
-            bias: velocity.cross_wrench(momentum).plus(change.times(velocity)), // (SFF-5)
+            bias: velocity.cross_wrench(momentum).plus(bias), // (SFF-5)
             momentum,
-        };
+        });
     }
 }
 
@@ -199,6 +178,13 @@ fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
     }
 }
 
+/// (2 b . u 1 - b u^T - u b^T) w.
+#[inline]
+fn spread_times<T: Scalar>(b: Vector<T>, u: Vector<T>, w: Vector<T>) -> Vector<T> {
+    let (twice, along, across) = (dot(b, u) * 2.0, dot(u, w), dot(b, w));
+    core::array::from_fn(|i| twice * w[i] - b[i] * along - u[i] * across)
+}
+
 /// One appendage at an instant, axes and origin of the body that carries it.
 #[derive(Clone, Copy, Debug)]
 pub struct BentPart<T> {
@@ -211,41 +197,31 @@ pub struct BentPart<T> {
 }
 
 /// All appendages at an instant.
-#[derive(Clone, Copy, Debug)]
-pub struct Bent<T, const MODES: usize = MAX_MODES_OF_ALL> {
-    parts: [BentPart<T>; MAX_APPENDAGES],
+#[derive(Clone, Debug)]
+pub struct Bent<T> {
+    parts: ArrayVec<BentPart<T>, MAX_APPENDAGES>,
     /// Momentum per unit of each mode's rate, carrier's axes and origin.
-    coupling: [Wrench<T>; MODES],
-    bias: [T; MODES],
-    rates: [T; MODES],
-    /// What acts on each mode, N (N.m): by [`Appendages::elastic`], and whatever else.
-    pub force: [T; MODES],
+    coupling: Modal<Wrench<T>>,
+    bias: Modal<T>,
+    rates: Modal<T>,
+    /// What acts on each mode, N (N.m).
+    pub force: Modal<T>,
 }
 
-impl<T: Scalar, const MODES: usize> Default for Bent<T, MODES> {
-    #[inline]
-    fn default() -> Self {
-        let rigid = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
-        let part = BentPart { rigid, bias: Wrench::zero(), momentum: Wrench::zero() };
-        let none = [T::zero(); MODES];
-        Self {
-            parts: [part; MAX_APPENDAGES],
-            coupling: [Wrench::zero(); MODES],
-            bias: none,
-            rates: none,
-            force: none,
-        }
-    }
-}
-
-impl<T: Scalar, const MODES: usize> Bent<T, MODES> {
+impl<T: Scalar> Bent<T> {
     /// Memory for [`Appendages::bend`].
     #[inline]
     pub fn new() -> Self {
-        Self::default()
+        let none = ArrayVec::new;
+        Self { parts: ArrayVec::new(), coupling: ArrayVec::new(), bias: none(), rates: none(), force: none() }
+    }
+    fn clear(&mut self) {
+        self.parts.clear();
+        self.coupling.clear();
+        [&mut self.bias, &mut self.rates, &mut self.force].into_iter().for_each(ArrayVec::clear);
     }
     /// With the appendages that it is of, as the sweeps over bodies read it.
-    pub fn of<'a>(&'a self, appendages: &'a Appendages<T, MODES>) -> Flexing<'a, T> {
+    pub fn of<'a>(&'a self, appendages: &'a Appendages<T>) -> Flexing<'a, T> {
         Flexing {
             parts: appendages.parts(),
             modes: appendages.modes(),

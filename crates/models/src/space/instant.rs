@@ -1,13 +1,13 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
+use super::articulated::{Drive, Found, accelerations};
 use super::attitude::{Quaternion, rotation, unit};
-use super::flexible::{Appendages, Bent, Flexing};
+use super::flexible::{Appendages, Bent};
 use super::model::SpatialFreeFlyer;
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::tree::{Body, Placed, Tree};
+use super::tree::{All, Body, Placed, Tree};
 use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -25,34 +25,19 @@ pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
     [three(v, at), three(v, at + 3), three(v, at + 6)]
 }
 
-/// The robot at one instant, in memory for `N - 1` bodies and `E` modes.
-pub(super) struct Instant<T, const N: usize, const E: usize> {
+/// The robot at one instant.
+pub(super) struct Instant<T> {
     base: Rigid<T>,
-    bodies: [Body<T>; N],
+    bodies: All<Body<T>>,
     /// Element 0 is the base.
-    pub(super) placed: [Placed<T>; N],
+    pub(super) placed: All<Placed<T>>,
     /// On each body, own axes and origin.
-    pub(super) applied: [Wrench<T>; N],
-    pub(super) drives: [Drive<T>; N],
+    pub(super) applied: All<Wrench<T>>,
+    pub(super) drives: All<Drive<T>>,
     /// Acceleration that a base is held at, own axes.
     pub(super) held: Option<Motion<T>>,
-    /// Of a robot without appendages none: filling their memory would cost it a tenth.
-    pub(super) bending: Option<Bending<T, E>>,
-}
-
-/// Appendages, and how they are bent.
-pub(super) struct Bending<T, const E: usize> {
-    pub(super) appendages: Appendages<T, E>,
-    bent: Bent<T, E>,
-}
-
-/// What [`Instant::accelerations`] found.
-pub(super) struct Accelerations<T, const N: usize, const E: usize> {
-    /// Of the base, own axes, spatial.
-    pub(super) base: Motion<T>,
-    pub(super) joint: [T; N],
-    pub(super) rotor: [T; N],
-    pub(super) modal: [T; E],
+    pub(super) appendages: Appendages<T>,
+    bent: Bent<T>,
 }
 
 /// A wrench in inertial axes at the origin of a body's frame, in that frame: turned from body to body, which takes fewer
@@ -75,66 +60,62 @@ fn turned<T: Scalar>(
     }
 }
 
-impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
-    /// Where everything is and what acts on it.
-    pub(super) fn of(model: &SpatialFreeFlyer, at: &At<T>) -> Self {
+impl<T: Scalar> Instant<T> {
+    /// Memory for [`Self::set`], which fills it where it lies: lists that are moved cost as much as a sweep.
+    #[inline]
+    pub(super) fn new() -> Self {
+        Self {
+            base: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
+            bodies: All::new(),
+            placed: All::new(),
+            applied: All::new(),
+            drives: All::new(),
+            held: None,
+            appendages: Appendages::new(),
+            bent: Bent::new(),
+        }
+    }
+
+    /// Where everything is and what acts on it; of a new one.
+    pub(super) fn set(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
         let (s, p, row) = (model.structure(), &model.parameter, &model.state);
         let n = s.bodies();
-        let nothing = Body {
-            rigid: Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] },
+        let (frame, velocity) = base(model, at);
+        self.base = Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia));
+        self.bodies.push(Body {
+            rigid: self.base,
             mount: Frame { rotation: identity(), origin: zero() },
             axis: zero(),
-        };
-        let (frame, velocity) = base(model, at);
-        let driven = Drive {
-            moves: Moves::Driven(T::zero()),
-            rotor: Rotor::Geared,
-            inertia: T::zero(),
-            share: T::zero(),
-            rate: T::zero(),
-        };
-        // Filled where it lies: arrays that are moved cost as much as a sweep.
-        let mut now = Self {
-            base: Rigid::new(at.p[p.base_mass], zero(), &matrix(at.p, p.base_inertia)),
-            bodies: [nothing; N],
-            placed: [Placed::base(frame, velocity); N],
-            applied: [Wrench::zero(); N],
-            drives: [driven; N],
-            held: None,
-            bending: None,
-        };
+        });
+        self.applied.extend((0..=n).map(|_| Wrench::zero()));
         for j in 0..n {
             let center = three(at.p, p.body_center + 3 * j);
-            now.bodies[j + 1] = Body {
+            self.bodies.push(Body {
                 rigid: Rigid::new(at.p[p.body_mass + j], center, &matrix(at.p, p.body_inertia + 9 * j)),
                 mount: Frame {
                     rotation: rotation(four(at.p, p.joint_orientation + 4 * j)),
                     origin: three(at.p, p.joint_position + 3 * j),
                 },
                 axis: unit(three(at.p, p.joint_axis + 3 * j)),
-            };
+            });
+            self.drives.push(model.drive(at, j));
         }
         let (angles, rates) = (&at.x[row.joint_angle..][..n], &at.x[row.joint_velocity..][..n]);
-        s.tree.place_into(&now.bodies, (frame, velocity), angles, rates, &mut now.placed);
-        now.held = s.held.then(|| {
+        s.tree.place_into(&self.bodies, (frame, velocity), angles, rates, &mut self.placed);
+        self.held = s.held.then(|| {
             // A field of gravity is a base that accelerates the other way.
             let up = scale(T::constant(-1.0), three(at.p, p.gravity));
             Motion { angular: zero(), linear: transposed_times(&frame.rotation, up) }
         });
-        for (j, drive) in now.drives.iter_mut().enumerate().take(n) {
-            *drive = model.drive(at, j);
-        }
-        apply(model, at, &now.placed, &mut now.applied);
+        apply(model, at, &self.placed, &mut self.applied);
         if s.panels() > 0 {
-            now.bend(model, at);
+            self.bend(model, at);
         }
-        now
     }
 
     fn bend(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
         let (s, row, modes) = (model.structure(), &model.state, model.structure().modes());
-        let Bending { appendages, bent } =
-            self.bending.insert(Bending { appendages: Appendages::new(), bent: Bent::new() });
+        let (appendages, bent) = (&mut self.appendages, &mut self.bent);
         for (k, shapes) in s.appendages.iter().enumerate() {
             if appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
                 // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
@@ -152,7 +133,6 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
         let eta = &at.x[row.modal_coordinate..][..modes];
         let rates = &at.x[row.modal_velocity..][..modes];
         appendages.bend(&self.placed, eta, rates, bent);
-        appendages.elastic(eta, rates, &mut bent.force);
     }
 
     /// As the algorithms over bodies read it.
@@ -163,25 +143,18 @@ impl<T: Scalar, const N: usize, const E: usize> Instant<T, N, E> {
             bodies: &self.bodies,
             placed: &self.placed,
             drives: &self.drives,
-            flexing: self.bending.as_ref().map_or_else(Flexing::none, |b| b.bent.of(&b.appendages)),
+            flexing: self.bent.of(&self.appendages),
         }
     }
 
     /// Of all bodies in the inertial frame; element 0 is the base.
-    pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> [Frame<T>; N] {
-        let mut frames = [self.placed[0].frame; N];
-        model.structure().tree.inertial_into(&self.placed, &mut frames);
-        frames
+    pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> All<Frame<T>> {
+        model.structure().tree.inertial(&self.placed)
     }
 
-    /// How all of it accelerates.
-    pub(super) fn accelerations(&self, model: &SpatialFreeFlyer) -> Accelerations<T, N, E> {
-        let none = [T::zero(); N];
-        let mut found =
-            Accelerations { base: Motion::zero(), joint: none, rotor: none, modal: [T::zero(); E] };
-        let out = Found { joint: &mut found.joint, rotor: &mut found.rotor, modal: &mut found.modal };
-        found.base = accelerations(&self.snapshot(model), &self.applied, self.held, out);
-        found
+    /// How all of it accelerates; gives that of the base, own axes, spatial.
+    pub(super) fn accelerations(&self, model: &SpatialFreeFlyer, out: Found<'_, T>) -> Motion<T> {
+        accelerations(&self.snapshot(model), &self.applied, self.held, out)
     }
 }
 
@@ -201,7 +174,7 @@ fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>
 /// Puts on each body what thrusters and wrenches put there.
 fn apply<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>, placed: &[Placed<T>], all: &mut [Wrench<T>]) {
     let (s, p, input) = (model.structure(), &model.parameter, &model.input);
-    for k in 0..s.thrusters {
+    for k in (0..s.thrusters).filter(|k| !at.u[input.thruster_force + k].vanishes()) {
         let along = unit(three(at.p, p.thruster_direction + 3 * k));
         let force = scale(at.u[input.thruster_force + k], along);
         let torque = cross(three(at.p, p.thruster_position + 3 * k), force);
@@ -212,8 +185,11 @@ fn apply<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>, placed: &[Placed<T>], 
         all[0] = all[0].plus(turned(&s.tree, placed, 0, force, three(at.u, input.base_torque)));
     }
     for (a, tip) in s.tips.iter().enumerate() {
-        let force = three(at.u, input.tip_force + 3 * a);
-        let mut w = turned(&s.tree, placed, *tip, force, three(at.u, input.tip_torque + 3 * a));
+        let (force, torque) = (three(at.u, input.tip_force + 3 * a), three(at.u, input.tip_torque + 3 * a));
+        if force.iter().chain(&torque).all(|c| c.vanishes()) {
+            continue;
+        }
+        let mut w = turned(&s.tree, placed, *tip, force, torque);
         w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
         all[*tip] = all[*tip].plus(w);
     }

@@ -5,7 +5,7 @@ use super::MAX_BODIES;
 use super::composite::{BASE, composite_bodies};
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Frame, Wrench};
-use super::tree::{Joint, subspace};
+use super::tree::{All, Joint, all, subspace};
 use super::vector::{Vector, add, cross, identity, sub, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
@@ -114,23 +114,23 @@ pub fn singular<T: Scalar>(columns: &[[T; BASE]]) -> (T, T) {
 }
 
 /// A robot's arms at a pose, base axes: how each joint pulls at the base, and what the base makes of it.
-pub(super) struct Arms<T, const N: usize> {
+pub(super) struct Arms<T> {
     /// Of the bodies.
-    frames: [Frame<T>; N],
+    frames: All<Frame<T>>,
     /// Per joint (from 1) the wrench on the base at rest per unit of its acceleration, about the base's centre of mass.
-    pull: [Wrench<T>; N],
+    pull: All<Wrench<T>>,
     /// Factors of the whole's inertia, angular part first; `None`: the base is held, or nothing can be solved with it.
     inertia: Option<[T; BASE * BASE]>,
 }
 
-impl<T: Scalar, const N: usize> Arms<T, N> {
+impl<T: Scalar> Arms<T> {
     pub(super) fn of(now: &Snapshot<'_, T>, held: bool) -> Self {
         let Snapshot { tree, bodies, placed, .. } = *now;
         let n = tree.bodies();
-        let mut frames = [Frame { rotation: identity(), origin: zero() }; N];
+        let mut frames = all(n, Frame { rotation: identity(), origin: zero() });
         (1..=n).for_each(|i| frames[i] = frames[tree.parent[i - 1]].then(&placed[i].frame));
-        let composite = composite_bodies::<T, N>(now);
-        let mut pull = [Wrench::zero(); N];
+        let composite = composite_bodies(now);
+        let mut pull = all(n, Wrench::zero());
         for i in 1..=n {
             let w = composite[i].times(subspace(tree.joint[i - 1], bodies[i].axis));
             pull[i] = frames[i].outwards(w); // (SFF-3)
@@ -150,15 +150,12 @@ impl<T: Scalar, const N: usize> Arms<T, N> {
 
     /// Measures of force, torque and both (SFF-4) of the arm that carries `tip`: B of its joints, torques about `mount`.
     pub(super) fn measures(&self, now: &Snapshot<'_, T>, tip: usize, mount: Vector<T>) -> [T; 3] {
-        let mut columns = [Wrench::zero(); N];
-        let mut count = 0;
-        now.tree.arm(tip).for_each(|i| {
+        let about_mount = |i: usize| {
             let Wrench { force, torque } = self.pull[i];
-            columns[count] = Wrench { force, torque: sub(torque, cross(mount, force)) };
-            count += 1;
-        });
-        let columns = columns[..count].iter();
-        measures(columns.clone(), columns)
+            Wrench { force, torque: sub(torque, cross(mount, force)) }
+        };
+        let columns: All<_> = now.tree.arm(tip).map(about_mount).collect();
+        measures(columns.iter(), columns.iter())
     }
 
     /// Smallest singular value and manipulability of J_g (SFF-10) of the point `offset` of body `tip`; where the base is held, of
@@ -167,7 +164,7 @@ impl<T: Scalar, const N: usize> Arms<T, N> {
         let tree = now.tree;
         let at = &self.frames[tip];
         let point = add(at.origin, times(&at.rotation, offset));
-        let mut columns = [[T::zero(); BASE]; N];
+        let mut columns = all(tree.bodies(), [T::zero(); BASE]);
         for i in tree.arm(tip) {
             let axis = times(&self.frames[i].rotation, now.bodies[i].axis);
             let ([a, b, c], [d, e, f]) = match tree.joint[i - 1] {
@@ -177,7 +174,7 @@ impl<T: Scalar, const N: usize> Arms<T, N> {
             columns[i] = [a, b, c, d, e, f];
         }
         if let Some(inertia) = &self.inertia {
-            for (column, pull) in columns.iter_mut().zip(&self.pull).skip(1).take(tree.bodies()) {
+            for (column, pull) in columns.iter_mut().zip(&self.pull).skip(1) {
                 let ([a, b, c], [d, e, f]) = (pull.torque, pull.force);
                 let mut base = [a, b, c, d, e, f];
                 ldl_solve(inertia, BASE, &mut base);
@@ -189,6 +186,6 @@ impl<T: Scalar, const N: usize> Arms<T, N> {
                 }
             }
         }
-        singular(&columns[1..=tree.bodies()])
+        singular(&columns[1..])
     }
 }

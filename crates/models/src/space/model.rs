@@ -1,25 +1,19 @@
 //! `SpatialFreeFlyer` in the form that every model takes.
 
 use super::appendage::Shapes;
-use super::articulated::{Drive, Moves, Rotor};
+use super::articulated::{Drive, Found, Moves, Rotor};
 use super::attitude;
 use super::composite::{forces, mass_matrix, rotor_rows};
 use super::instant::{Instant, four};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
-use super::tree::Tree;
+use super::tree::{All, Tree};
 use super::vector::{Vector, add, cross, times, transposed_times};
 use super::{MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
 use crate::arm::rotor;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
-
-/// Memory of a robot of few bodies, the base included, and of few modes.
-const FEW: usize = 8;
-/// Memory of any robot.
-const MOST: usize = MAX_BODIES + 1;
-const MODES: usize = MAX_MODES_OF_ALL;
 
 /// What is fixed when a model is packed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -223,40 +217,25 @@ impl SpatialFreeFlyer {
     /// M (SFF-8) into `m`, row by row; returns the number of its rows. They are the base's velocity and its rate, both in
     /// **base axes**, the joints, the motors of flexible joints, the modes.
     pub fn mass_matrix<T: Scalar>(&self, at: &At<T>, m: &mut [T]) -> usize {
-        let now = Instant::<T, MOST, MODES>::of(self, at);
+        let mut now = Instant::new();
+        now.set(self, at);
         mass_matrix(&now.snapshot(self), m);
         rotor_rows(&self.structure.tree, &now.drives).1 + self.structure.modes()
     }
 
     /// C v (SFF-11) into `out`: the forces of a motion without accelerations, rows as in [`Self::mass_matrix`].
     pub fn bias<T: Scalar>(&self, at: &At<T>, out: &mut [T]) {
-        let now = Instant::<T, MOST, MODES>::of(self, at);
+        let mut now = Instant::new();
+        now.set(self, at);
         let none = [T::zero(); MAX_DOFS];
         forces(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
     }
 
-    /// It has room in small arrays, which are filled sooner.
-    pub(super) fn small(&self) -> bool {
-        self.structure.bodies() < FEW && self.structure.modes() <= FEW
-    }
-
     /// Rates of the states where some accelerations are given.
-    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
-        if self.small() {
-            self.rates_of::<T, FEW, FEW>(&at, &led, dx);
-        } else {
-            self.rates_of::<T, MOST, MODES>(&at, &led, dx);
-        }
-    }
-
     #[inline(never)]
-    fn rates_of<T: Scalar, const N: usize, const E: usize>(
-        &self,
-        at: &At<T>,
-        led: &Led<'_, T>,
-        dx: &mut [T],
-    ) {
-        let mut now = Instant::<T, N, E>::of(self, at);
+    pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
+        let mut now = Instant::new();
+        now.set(self, &at);
         let (row, n, base) = (&self.state, self.structure.bodies(), now.placed[0]);
         let (omega, v) = (base.velocity.angular, base.velocity.linear);
         if let Some((linear, angular)) = led.base.filter(|_| !self.structure.held) {
@@ -267,26 +246,29 @@ impl SpatialFreeFlyer {
         for (j, a) in led.motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
             now.drives[*j].rotor = Rotor::Led(*a);
         }
-        let found = now.accelerations(self);
+        let modes = self.structure.modes();
+        let mut rotor = All::new();
+        rotor.extend((0..n).map(|_| T::zero()));
+        let (before, modal) = dx.split_at_mut(row.modal_velocity);
+        let joint = &mut before[row.joint_velocity..][..n];
+        let out = Found { joint, rotor: &mut rotor, modal: &mut modal[..modes] };
+        let found = now.accelerations(self, out);
         if !self.structure.held {
             dx[row.base_position..][..3].copy_from_slice(&at.x[row.base_velocity..][..3]);
             let turning = attitude::rate(four(at.x, row.base_quaternion), omega);
             dx[row.base_quaternion..][..4].copy_from_slice(&turning);
-            let own = add(found.base.linear, cross(omega, v));
+            let own = add(found.linear, cross(omega, v));
             dx[row.base_velocity..][..3].copy_from_slice(&times(&base.frame.rotation, own));
-            dx[row.base_angular_velocity..][..3].copy_from_slice(&found.base.angular);
+            dx[row.base_angular_velocity..][..3].copy_from_slice(&found.angular);
         }
         for j in 0..n {
             dx[row.joint_angle + j] = at.x[row.joint_velocity + j];
-            dx[row.joint_velocity + j] = found.joint[j];
             if let Some(k) = self.spring[j] {
                 dx[row.motor_angle + k] = at.x[row.motor_velocity + k];
-                dx[row.motor_velocity + k] = found.rotor[j];
+                dx[row.motor_velocity + k] = rotor[j];
             }
         }
-        let modes = self.structure.modes();
         dx[row.modal_coordinate..][..modes].copy_from_slice(&at.x[row.modal_velocity..][..modes]);
-        dx[row.modal_velocity..][..modes].copy_from_slice(&found.modal[..modes]);
     }
 }
 
@@ -325,11 +307,7 @@ impl Hybrid for SpatialFreeFlyer {
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        if self.small() {
-            self.put_outputs::<T, FEW, FEW>(&at, y);
-        } else {
-            self.put_outputs::<T, MOST, MODES>(&at, y);
-        }
+        self.put_outputs(&at, y);
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}

@@ -1,22 +1,24 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::attitude::{about_axis, normalized, product as turned_by, unit};
+use super::articulated::Found;
+use super::attitude::{Quaternion, about_axis, normalized, product as turned_by, unit};
 use super::composite::momentum;
+use super::flexible::Modal;
 use super::instant::{Instant, four, three};
 use super::measures::Arms;
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
-use super::tree::Joint;
+use super::tree::{All, Joint, all};
 use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
-use super::{MAX_BODIES, attitude::Quaternion};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
     #[inline(never)]
-    pub(super) fn put_outputs<T: Scalar, const N: usize, const E: usize>(&self, at: &At<T>, y: &mut [T]) {
-        let now = Instant::<T, N, E>::of(self, at);
+    pub(super) fn put_outputs<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
+        let mut now = Instant::new();
+        now.set(self, at);
         let frames = now.frames(self);
         let base = &frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
@@ -50,7 +52,7 @@ impl SpatialFreeFlyer {
     }
 
     /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
-    fn attitudes<T: Scalar>(&self, at: &At<T>) -> [Quaternion<T>; MAX_BODIES + 1] {
+    fn attitudes<T: Scalar>(&self, at: &At<T>) -> All<Quaternion<T>> {
         let s = self.structure();
         let q = |v: &[T], begin: usize| normalized(four(v, begin));
         let base = if s.held {
@@ -58,25 +60,27 @@ impl SpatialFreeFlyer {
         } else {
             q(at.x, self.state.base_quaternion)
         };
-        let mut all = [base; MAX_BODIES + 1];
+        let mut all = All::new();
+        all.push(base);
         for i in 1..=s.bodies() {
             let mount = q(at.p, self.parameter.joint_orientation + 4 * (i - 1));
             let carried = turned_by(all[s.tree.parent[i - 1]], mount);
-            all[i] = match s.tree.joint[i - 1] {
+            let own = match s.tree.joint[i - 1] {
                 Joint::Prismatic => carried,
                 Joint::Revolute => {
                     let axis = unit(three(at.p, self.parameter.joint_axis + 3 * (i - 1)));
                     turned_by(carried, about_axis(axis, at.x[self.state.joint_angle + i - 1]))
                 }
             };
+            all.push(own);
         }
         all
     }
 
-    fn tips<T: Scalar, const N: usize, const E: usize>(
+    fn tips<T: Scalar>(
         &self,
         at: &At<T>,
-        (now, frames): (&Instant<T, N, E>, &[Frame<T>; N]),
+        (now, frames): (&Instant<T>, &[Frame<T>]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let to = &self.output;
@@ -106,16 +110,14 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn reactions<T: Scalar, const N: usize, const E: usize>(
-        &self,
-        at: &At<T>,
-        now: &Instant<T, N, E>,
-        put: &mut impl FnMut(usize, &[T]),
-    ) {
+    fn reactions<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, to) = (self.structure(), &self.output);
-        let found = now.accelerations(self);
-        let given = (found.base, &found.joint[..], &found.rotor[..], &found.modal[..]);
-        let by_joint = transmitted::<T, N>(&now.snapshot(self), &now.applied, given);
+        let mut joint = all(s.bodies(), T::zero());
+        let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
+        let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
+        let base = now.accelerations(self, out);
+        let given = (base, &joint[..], &rotor[..], &modal[..]);
+        let by_joint = transmitted(&now.snapshot(self), &now.applied, given);
         // What a carrier gives, it gets back.
         let minus = T::constant(-1.0);
         let mut whole = by_joint[0].times(minus);
@@ -134,15 +136,10 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn analysis<T: Scalar, const N: usize, const E: usize>(
-        &self,
-        at: &At<T>,
-        now: &Instant<T, N, E>,
-        put: &mut impl FnMut(usize, &[T]),
-    ) {
+    fn analysis<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, to, p) = (self.structure(), &self.output, &self.parameter);
         let robot = now.snapshot(self);
-        let arms = Arms::<T, N>::of(&robot, s.held);
+        let arms = Arms::of(&robot, s.held);
         for (a, tip) in s.tips.iter().enumerate() {
             let [force, torque, both] = arms.measures(&robot, *tip, three(at.p, p.arm_mount + 3 * a));
             put(to.force_measure + a, &[force]);
@@ -154,10 +151,10 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn totals<T: Scalar, const N: usize, const E: usize>(
+    fn totals<T: Scalar>(
         &self,
         at: &At<T>,
-        (now, frames): (&Instant<T, N, E>, &[Frame<T>; N]),
+        (now, frames): (&Instant<T>, &[Frame<T>]),
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let (s, to) = (self.structure(), &self.output);
@@ -182,7 +179,7 @@ impl SpatialFreeFlyer {
         put(to.center_of_mass, &scale(T::one() / mass, first));
         let field = if s.held { three(at.p, self.parameter.gravity) } else { zero() };
         let eta = &at.x[self.state.modal_coordinate..][..s.modes()];
-        let bent = now.bending.as_ref().map_or(T::zero(), |b| b.appendages.potential(eta));
+        let bent = now.appendages.potential(eta);
         put(to.potential_energy, &[self.spring_energy(at) + bent - dot(field, first)]);
     }
 }

@@ -153,15 +153,18 @@ impl<T: Scalar> Rigid<T> {
     }
     /// As the parent sees it.
     pub fn outwards(&self, f: &Frame<T>) -> Self {
-        let turned = times(&f.rotation, self.first);
-        // About the new origin: I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
-        let p = f.origin;
-        let first = add(turned, scale(self.mass, p));
-        let mut inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
-        let square = dot(p, add(first, turned));
+        let inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
+        Self { mass: self.mass, first: times(&f.rotation, self.first), inertia }.from(f.origin)
+    }
+    /// About the origin of axes that are not turned, from which this origin lies at `p`.
+    pub fn from(&self, p: Vector<T>) -> Self {
+        // I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
+        let first = add(self.first, scale(self.mass, p));
+        let mut inertia = self.inertia;
+        let square = dot(p, add(first, self.first));
         for i in 0..3 {
             for j in 0..3 {
-                inertia[i][j] -= p[i] * first[j] + turned[i] * p[j];
+                inertia[i][j] -= p[i] * first[j] + self.first[i] * p[j];
             }
             inertia[i][i] += square;
         }

@@ -3,22 +3,22 @@
 
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Wrench};
-use super::tree::subspace;
+use super::tree::{All, all, subspace};
 use super::vector::{add, cross, dot, scale};
 use trueup_numerics::Scalar;
 
 /// Per moving body (from 1) the wrench that its carrier puts on it and on its rotor, in the carrier's axes about its origin;
 /// element 0: what the base puts on its appendages. Accelerations are those of the base (own axes, spatial), the joints, the
 /// rotors, the modes.
-pub fn transmitted<T: Scalar, const N: usize>(
+pub fn transmitted<T: Scalar>(
     now: &Snapshot<'_, T>,
     applied: &[Wrench<T>],
     (base, joint, rotor, modal): (Motion<T>, &[T], &[T], &[T]),
-) -> [Wrench<T>; N] {
+) -> All<Wrench<T>> {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
-    let mut a = [base; N];
-    let mut f = [Wrench::zero(); N];
+    let mut a = all(n, base);
+    let mut f = all(n, Wrench::zero());
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint[i - 1]);
         a[i] = placed[i].frame.inwards(a[tree.parent[i - 1]]).plus(placed[i].bias).plus(own);
@@ -31,7 +31,7 @@ pub fn transmitted<T: Scalar, const N: usize>(
     for (j, on) in flexing.carried() {
         f[on] = f[on].plus(flexing.coupling[j].times(modal[j])); // (SFF-6)
     }
-    let mut given = [Wrench::zero(); N];
+    let mut given = all(n, Wrench::zero());
     given[0] = f[0];
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);

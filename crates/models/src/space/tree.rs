@@ -5,8 +5,9 @@
 
 use super::MAX_BODIES;
 use super::attitude::about;
-use super::spatial::{Frame, Motion, Rigid};
-use super::vector::{Vector, add, product, scale, times, zero};
+use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
+use super::vector::{Vector, add, cross, dot, product, scale, times, transposed_times, zero};
+use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// What a joint leaves free.
@@ -17,6 +18,46 @@ pub enum Joint {
     Revolute,
     /// Sliding along its axis, m.
     Prismatic,
+}
+
+/// What one unit of a joint's rate along `axis` (own axes) does, as [`subspace`] has it, without the products by its zeros.
+impl Joint {
+    /// The wrench that this acceleration takes: I s.
+    #[inline]
+    pub(super) fn column<T: Scalar>(self, of: &Articulated<T>, axis: Vector<T>) -> Wrench<T> {
+        match self {
+            Self::Revolute => {
+                Wrench { torque: times(&of.angular, axis), force: transposed_times(&of.mixed, axis) }
+            }
+            Self::Prismatic => Wrench { torque: times(&of.mixed, axis), force: times(&of.linear, axis) },
+        }
+    }
+    /// The part of a wrench that works on it.
+    #[inline]
+    pub(super) fn power<T: Scalar>(self, axis: Vector<T>, of: &Wrench<T>) -> T {
+        match self {
+            Self::Revolute => dot(axis, of.torque),
+            Self::Prismatic => dot(axis, of.force),
+        }
+    }
+    /// Adds so much of it.
+    #[inline]
+    pub(super) fn add_to<T: Scalar>(self, along: Vector<T>, motion: &mut Motion<T>) {
+        let part = match self {
+            Self::Revolute => &mut motion.angular,
+            Self::Prismatic => &mut motion.linear,
+        };
+        *part = add(*part, along);
+    }
+    /// velocity x so much of it.
+    #[inline]
+    fn turned<T: Scalar>(self, along: Vector<T>, velocity: &Motion<T>) -> Motion<T> {
+        let (omega, v) = (velocity.angular, velocity.linear);
+        match self {
+            Self::Revolute => Motion { angular: cross(omega, along), linear: cross(v, along) },
+            Self::Prismatic => Motion { angular: zero(), linear: cross(omega, along) },
+        }
+    }
 }
 
 /// Which body hangs on which, by which joint.
@@ -84,33 +125,39 @@ pub fn subspace<T: Scalar>(joint: Joint, axis: Vector<T>) -> Motion<T> {
     }
 }
 
-/// All bodies; element 0 is the base.
-pub type All<V> = [V; MAX_BODIES + 1];
+/// Of all bodies; element 0 is the base.
+pub type All<V> = ArrayVec<V, { MAX_BODIES + 1 }>;
+
+/// Of `n` bodies and the base the same.
+pub(super) fn all<V: Copy>(n: usize, value: V) -> All<V> {
+    (0..=n).map(|_| value).collect()
+}
 
 impl Tree {
     /// Places all bodies: `base` is the base's frame and velocity (own axes), `q` and `rates` those of the joints.
     pub fn place<T: Scalar>(
         &self,
-        bodies: &All<Body<T>>,
+        bodies: &[Body<T>],
         base: (Frame<T>, Motion<T>),
         q: &[T],
         rates: &[T],
     ) -> All<Placed<T>> {
-        let mut all = [Placed::base(base.0, base.1); MAX_BODIES + 1];
+        let mut all = All::new();
         self.place_into(bodies, base, q, rates, &mut all);
         all
     }
 
-    /// As [`Self::place`], into as much memory as there are bodies (one more, for the base).
+    /// As [`Self::place`], where they lie: a list that is moved costs as much as a sweep.
     pub fn place_into<T: Scalar>(
         &self,
         bodies: &[Body<T>],
         base: (Frame<T>, Motion<T>),
         q: &[T],
         rates: &[T],
-        all: &mut [Placed<T>],
+        all: &mut All<Placed<T>>,
     ) {
-        all[0] = Placed::base(base.0, base.1);
+        all.clear();
+        all.push(Placed::base(base.0, base.1));
         for i in 1..=self.bodies() {
             let (body, joint) = (&bodies[i], self.joint[i - 1]);
             let axis = times(&body.mount.rotation, body.axis);
@@ -124,24 +171,21 @@ impl Tree {
                     origin: add(body.mount.origin, scale(q[i - 1], axis)),
                 },
             };
-            let own = subspace(joint, body.axis).times(rates[i - 1]);
-            let velocity = frame.inwards(all[self.parent[i - 1]].velocity).plus(own); // (SFF-2)
-            all[i] = Placed { frame, velocity, bias: velocity.cross(own), axis };
+            let own = scale(rates[i - 1], body.axis);
+            let mut velocity = frame.inwards(all[self.parent[i - 1]].velocity);
+            joint.add_to(own, &mut velocity); // (SFF-2)
+            all.push(Placed { frame, velocity, bias: joint.turned(own, &velocity), axis });
         }
     }
 
     /// Frames of all bodies in the inertial one.
-    pub fn inertial<T: Scalar>(&self, placed: &All<Placed<T>>) -> All<Frame<T>> {
-        let mut all = [placed[0].frame; MAX_BODIES + 1];
-        self.inertial_into(placed, &mut all);
-        all
-    }
-
-    /// As [`Self::inertial`], into as much memory as there are bodies (one more, for the base).
-    pub fn inertial_into<T: Scalar>(&self, placed: &[Placed<T>], all: &mut [Frame<T>]) {
-        all[0] = placed[0].frame;
+    pub fn inertial<T: Scalar>(&self, placed: &[Placed<T>]) -> All<Frame<T>> {
+        let mut all = All::new();
+        all.push(placed[0].frame);
         for i in 1..=self.bodies() {
-            all[i] = all[self.parent[i - 1]].then(&placed[i].frame);
+            let frame = all[self.parent[i - 1]].then(&placed[i].frame);
+            all.push(frame);
         }
+        all
     }
 }

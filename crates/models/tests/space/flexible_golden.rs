@@ -27,7 +27,7 @@ fn b38_forces_of_rates_are_derivatives_of_those_of_accelerations() {
     let lifted: Robot<Dual<1>> = Robot {
         tree: robot.tree.clone(),
         base: body(&Body { rigid: robot.base, ..robot.bodies[1] }).rigid,
-        bodies: robot.bodies.map(|b| body(&b)),
+        bodies: robot.bodies.iter().map(body).collect(),
     };
     let mut off: f64 = 0.0;
     for angles in [[0.4, 0.7, -1.1], [-1.3, 1.7, 0.5], [2.2, -0.4, 1.6]] {

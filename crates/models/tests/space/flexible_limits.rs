@@ -23,12 +23,11 @@ fn modal<T: Scalar>(
     held: Option<Motion<T>>,
     (eta, rates): (&[T], &[T]),
 ) -> Vec<T> {
-    let mut all = Appendages::<T, 36>::new();
+    let mut all = Appendages::<T>::new();
     all.add_beam(0, shapes, beam).unwrap();
     let placed = [Placed::base(plain([T::zero(); 3]), velocity)];
     let mut bent = Bent::new();
     all.bend(&placed, eta, rates, &mut bent);
-    all.elastic(eta, rates, &mut bent.force);
     let one = T::one();
     let inertia = identity::<T>();
     let now = Snapshot {
@@ -55,7 +54,7 @@ fn sff_5_statics_of_a_beam() {
     let held = Motion { angular: [0.0, 0.0, turned], linear: [lifted, -0.5 * lifted, 0.0] };
     let none = [0.0; 36];
     let free = modal((shapes, &b), Motion::zero(), Some(held), (&none, &none));
-    let mut all = Appendages::<f64, 36>::new();
+    let mut all = Appendages::<f64>::new();
     all.add_beam(0, shapes, &b).unwrap();
     let eta: Vec<f64> = all.modes().iter().zip(free).map(|(m, a)| a * m.mass / m.stiffness).collect();
     let tip = b.tip(shapes, &eta);

@@ -180,9 +180,9 @@ fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
     let (frame, b) = (Frame { rotation: turned(&mut rng), origin: vector(&mut rng) }, beam(&mut rng));
     let shapes = Shapes { x: 2, y: 1, torsion: 2 };
     let here = Frame { rotation: trueup_models::space::vector::identity(), origin: [0.0; 3] };
-    let mut own = Appendages::<f64, 8>::new();
+    let mut own = Appendages::<f64>::new();
     own.add_beam(0, shapes, &Beam { frame: here, ..b }).unwrap();
-    let at_rest = |a: &Appendages<f64, 8>| {
+    let at_rest = |a: &Appendages<f64>| {
         let base = trueup_models::space::tree::Placed::base(here, Motion::zero());
         let mut bent = trueup_models::space::flexible::Bent::new();
         a.bend(&[base], &[0.0; 8], &[0.0; 8], &mut bent);
@@ -200,9 +200,9 @@ fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
             }
         })
         .collect();
-    let mut by_table = Appendages::<f64, 8>::new();
+    let mut by_table = Appendages::<f64>::new();
     by_table.add_table(0, &frame, &own.parts()[0].rigid, &rows).unwrap();
-    let mut by_beam = Appendages::<f64, 8>::new();
+    let mut by_beam = Appendages::<f64>::new();
     by_beam.add_beam(0, shapes, &Beam { frame, ..b }).unwrap();
     let (t, c) = (at_rest(&by_table), at_rest(&by_beam));
     for j in 0..5 {
@@ -215,13 +215,15 @@ fn sff_5_a_table_of_modes_is_the_beam_that_it_was_made_of() {
     // Twice the participation is four times the mass.
     let too_much: Vec<_> =
         rows.iter().map(|r| TableMode { participation: r.participation.times(2.0), ..*r }).collect();
-    let mut refused = Appendages::<f64, 8>::new();
+    let mut refused = Appendages::<f64>::new();
     let whole = own.parts()[0].rigid;
     let why = refused.add_table(0, &frame, &whole, &too_much).unwrap_err();
     let AppendageError::Participation(Some((0, moved, there))) = why else { panic!("{why}") };
     // Two shapes of a clamped beam move 0.613 and 0.188 of its mass.
     assert!(there == whole.mass && (moved / there / 4.0 - 0.8014).abs() < 1e-3, "{why}");
-    assert_eq!(refused.add_beam(0, Shapes { x: 9, ..shapes }, &b), Err(AppendageError::Modes));
+    assert_eq!(refused.add_beam(0, Shapes { x: 13, ..shapes }, &b), Err(AppendageError::Modes));
+    let many = vec![TableMode { participation: Wrench::zero(), ..rows[0] }; 49];
+    assert_eq!(refused.add_table(0, &frame, &whole, &many), Err(AppendageError::Modes));
     let flat = Beam { polar_inertia_per_length: 0.0, ..b };
     assert_eq!(refused.add_beam(0, shapes, &flat), Err(AppendageError::Massless(3)));
     assert!(refused.parts().is_empty() && refused.modes().is_empty());

@@ -7,12 +7,9 @@ use trueup_models::space::composite::momentum;
 use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::snapshot::Snapshot;
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{Body, Placed, Tree};
+use trueup_models::space::tree::{Body, Tree};
 use trueup_models::space::vector::{Vector, add, cross, times};
 use trueup_numerics::Scalar;
-
-/// Modes of one machine at most.
-pub(super) const MODES: usize = 40;
 
 /// Joint and rotor of a drive: inertia, share, whether the rotor moves by itself.
 pub(super) type Gear = (f64, f64, bool);
@@ -73,7 +70,7 @@ impl Machine {
         Layout { n: self.tree.bodies(), modes: beams + self.tables.iter().map(|t| t.3.len()).sum::<usize>() }
     }
 
-    pub(super) fn appendages<T: Scalar>(&self) -> Appendages<T, MODES> {
+    pub(super) fn appendages<T: Scalar>(&self) -> Appendages<T> {
         let mut all = Appendages::new();
         let c = T::constant;
         for (on, shapes, b) in &self.beams {
@@ -108,7 +105,7 @@ impl Machine {
         &self,
         x: &[T],
         torques: &[T],
-        look: impl FnOnce(&Snapshot<'_, T>, &Appendages<T, MODES>) -> R,
+        look: impl FnOnce(&Snapshot<'_, T>, &Appendages<T>) -> R,
     ) -> R {
         let l = self.layout();
         assert_eq!(x.len(), l.size());
@@ -129,12 +126,10 @@ impl Machine {
         let part = |from: usize| [x[from], x[from + 1], x[from + 2]];
         let base = Frame { rotation: rotation([x[3], x[4], x[5], x[6]]), origin: part(0) };
         let velocity = Motion { linear: part(l.velocity()), angular: part(l.velocity() + 3) };
-        let mut placed = vec![Placed::base(base, velocity); l.n + 1];
-        self.tree.place_into(&bodies, (base, velocity), &x[7..], &x[l.rates()..], &mut placed);
+        let placed = self.tree.place(&bodies, (base, velocity), &x[7..], &x[l.rates()..]);
         let mut bent = Bent::new();
         let (eta, rates) = (&x[l.eta()..], &x[l.eta_rates()..]);
         appendages.bend(&placed, eta, rates, &mut bent);
-        appendages.elastic(eta, rates, &mut bent.force);
         let now = Snapshot {
             tree: &self.tree,
             base: &rigid(&self.base),

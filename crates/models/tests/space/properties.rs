@@ -56,16 +56,14 @@ fn case(rng: &mut StdRng, share: f64) -> Case {
         mount: Frame { rotation: turned(rng), origin: vector(rng) },
         axis: unit(vector(rng)),
     };
-    let mut bodies = [body(rng); MAX_BODIES + 1];
-    bodies[1..=n].iter_mut().for_each(|b| *b = body(rng));
+    let bodies: All<_> = (0..=n).map(|_| body(rng)).collect();
     let base = Rigid::new(3.0, [0.0; 3], &inertia(rng));
     let [q, rates] =
         [3.0, 1.0].map(|size| (0..n).map(|_| rng.random_range(-size..size)).collect::<Vec<f64>>());
     let velocity = Motion { angular: vector(rng), linear: vector(rng) };
     let frame = Frame { rotation: turned(rng), origin: vector(rng) };
     let placed = tree.place(&bodies, (frame, velocity), &q, &rates);
-    let mut applied = [Wrench::zero(); MAX_BODIES + 1];
-    applied[..=n].iter_mut().for_each(|w| *w = Wrench { torque: vector(rng), force: vector(rng) });
+    let applied = (0..=n).map(|_| Wrench { torque: vector(rng), force: vector(rng) }).collect();
     let mut drive = |i: usize| {
         let torque = rng.random_range(-1.0..1.0);
         let own = rng.random_bool(0.4);
@@ -94,7 +92,7 @@ impl Case {
     }
     /// Generalized forces: what acts on the bodies, the joints' and the rotors' torques.
     fn given(&self, size: usize, rows: &[Option<usize>]) -> Vec<f64> {
-        let (mut w, mut given) = (self.applied, vec![0.0; size]);
+        let (mut w, mut given) = (self.applied.clone(), vec![0.0; size]);
         for i in (1..=self.tree.bodies()).rev() {
             let drive = &self.drives[i - 1];
             let Moves::Driven(torque) = drive.moves else { panic!("driven") };

@@ -14,7 +14,7 @@ use crate::arm_common::Random;
 /// The table that a tool for structures would make of a beam.
 fn tabled(a: &Appendage) -> Table {
     let here = Frame { rotation: identity(), origin: [0.0; 3] };
-    let mut own = Appendages::<f64, 16>::new();
+    let mut own = Appendages::<f64>::new();
     own.add_beam(0, a.shapes, &trueup_models::space::appendage::Beam { frame: here, ..a.beam() }).unwrap();
     let mut bent = Bent::new();
     own.bend(&[Placed::base(here, Motion::zero())], &[0.0; 16], &[0.0; 16], &mut bent);
