@@ -8,6 +8,7 @@ Runs alternate; ratios are medians over the rounds with the range of their middl
 
 import argparse
 import glob
+import os
 import statistics
 import subprocess
 import sys
@@ -16,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).resolve().parent
-OURS = ROOT / "target/release/examples/space_speed"
+OURS = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target")) / "release/examples/space_speed"
 
 
 def site(name):
