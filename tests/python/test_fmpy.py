@@ -13,19 +13,22 @@ from fmpy.validation import validate_fmu
 
 FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
 ALL = sorted(FMUS.rglob("*.fmu"))  # with effects in a folder below
+EFFECTS = sorted({f.name.split(".")[0].partition("+")[2] for f in ALL if "+" in f.name})
 
 if not ALL:
     pytest.skip(f"no packed FMUs in {FMUS}: run ./test, which packs them", allow_module_level=True)
 
 
 def kept(fmu, kind=None):
-    """Runs without --full: all of a model alone; of one with an effect, which is four, another one from effect to effect."""
-    if "+" not in fmu.name:
+    """Runs without --full: all of a model alone; of an effect, which is four for each plant, another one from effect to effect."""
+    plant, _, effect = fmu.name.split(".")[0].partition("+")
+    if not effect:
         return True
-    effects = sorted({f.name.split(".")[0] for f in ALL if "+" in f.name})
+    plants = sorted({f.name.split("+")[0] for f in ALL if f"+{effect}.fmi" in f.name})
+    turn, which = divmod(EFFECTS.index(effect), len(plants))
     turns = [("fmi2", "ModelExchange"), ("fmi3", "CoSimulation"), ("fmi3", "ModelExchange"), ("fmi2", "CoSimulation")]
-    version, turn = turns[effects.index(fmu.name.split(".")[0]) % 4]
-    return version in fmu.name and kind in (None, turn)
+    version, of_turn = turns[turn % 4]
+    return plant == plants[which] and version in fmu.name and kind in (None, of_turn)
 
 
 def cases(*kinds):
