@@ -221,6 +221,25 @@ def test_grave_findings_cap_the_verdict_unless_forced(trueup, tmp_path):
 
 
 @pytest.mark.full
+def test_a_current_in_milliamperes_is_no_effect(trueup, tmp_path):
+    """In all recordings, so that they agree with each other."""
+    made = trueup("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "single", "--count", "1", "--seed", "7")
+    assert made.returncode == 0, made.stderr
+    case = next((tmp_path / "cases").iterdir())
+    for file in case.glob("*.csv"):
+        header, *rows = file.read_text().split()
+        at = header.split(",").index("motorCurrent")
+        rows = [",".join(f"{float(x) * 1e3!r}" if k == at and x else x for k, x in enumerate(row.split(","))) for row in rows]
+        file.write_text("\n".join([header, *rows]) + "\n")
+    done = trueup("diagnose", case, "-o", tmp_path / "out", "--verdict-only")
+    assert done.returncode == 0, done.stderr
+    assert "grave: case.toml: motorCurrent: it looks as if thousandths were taken for units" in done.stderr, done.stderr
+    found = json.loads((tmp_path / "out/diagnosis.json").read_text())
+    assert found["verdict"] == "unknown" and found["capped"] and not found["effects"], found
+    assert (found["findings"][0]["kind"], found["findings"][0]["channel"]) == ("input-scale", "motorCurrent")
+
+
+@pytest.mark.full
 def test_a_doubt_of_0_is_a_known_value(tmp_path, trueup):
     """Beside doubted values of an array, as in linkCenterOfMass = [[0.02, 0], ...]: figures are finite, and those of a case without it."""
     made = trueup("trial", "generate", "-o", tmp_path, "--plant", "manipulator", "--split", "none", "--count", "1", "--seed", "3")

@@ -12,6 +12,7 @@ mod innovations;
 mod place;
 mod progress;
 pub mod record;
+pub mod scale;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
@@ -65,6 +66,8 @@ pub struct Options {
     pub limits: Thresholds,
     /// A grave finding of the intake caps the verdict at `unknown`: figures are told, nothing is claimed.
     pub capped: bool,
+    /// Nothing that is found on the way caps it either.
+    pub force: bool,
     /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
     pub verdict_only: bool,
 }
@@ -77,6 +80,7 @@ impl Default for Options {
             effort: Effort::default(),
             limits: Thresholds::default(),
             capped: false,
+            force: false,
             verdict_only: false,
         }
     }
@@ -178,8 +182,10 @@ pub fn diagnose(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
+    let mistaken = scale::mistaken(&search);
+    let options = &Options { capped: options.capped || mistaken.is_some() && !options.force, ..*options };
     if options.engine == Engine::Filter {
-        return by_filter(loaded, &search, raw, options, tell);
+        return by_filter(loaded, &search, (raw, mistaken), options, tell);
     }
     let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
@@ -225,7 +231,7 @@ pub fn diagnose(
     if options.capped {
         decision.cap();
     }
-    let decided = Decided { found, decision, contenders, record };
+    let decided = Decided { found, decision, contenders, record, mistaken };
     conclude(&search, options, models, ground, decided, loaded, tell)
 }
 
@@ -233,7 +239,7 @@ pub fn diagnose(
 fn by_filter(
     loaded: &Loaded,
     search: &Search<'_>,
-    raw: f64,
+    (raw, mistaken): (f64, Option<Noticed>),
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -250,7 +256,7 @@ fn by_filter(
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &[] };
     let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
-    let decided = Decided { found, decision, contenders: Vec::new(), record };
+    let decided = Decided { found, decision, contenders: Vec::new(), record, mistaken };
     conclude(search, options, models, ground, decided, loaded, tell)
 }
 
@@ -286,6 +292,8 @@ struct Decided {
     /// Sets that ran freely.
     contenders: Vec<Contender>,
     record: Record,
+    /// An input in another unit.
+    mistaken: Option<Noticed>,
 }
 
 /// Runs freely what was decided, and tells where the gap lies and how far it closes.
@@ -294,7 +302,7 @@ fn conclude(
     options: &Options,
     [before, tuned]: [Complete; 2],
     ground: Ground<'_>,
-    Decided { found, decision, contenders, record }: Decided,
+    Decided { found, mut decision, contenders, record, mistaken }: Decided,
     loaded: &Loaded,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -311,7 +319,7 @@ fn conclude(
     let chosen = contenders
         .into_iter()
         .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
-    let (after, shown_after) = match chosen {
+    let (mut after, mut shown_after) = match chosen {
         Some(c) => (c.complete, c.shown),
         None if claimed => {
             let complete = search.polish(&found.best, 16).complete;
@@ -320,6 +328,21 @@ fn conclude(
         }
         None => (tuned.clone(), shown_tuned.clone()),
     };
+    let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
+    if decision.verdict == Verdict::Parameters && ground.tuned == ground.before {
+        decision.cap();
+        notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
+    }
+    let worse = claimed.then(|| ground.worse(&shown_after)).flatten();
+    if let Some([with, without]) = worse {
+        decision.cap();
+        notes.push(format!(
+            "what explains the recordings for fitting leaves {:.0} % in those held out, the refitted model {:.0} %: nothing is claimed",
+            100.0 * with, 100.0 * without
+        ));
+        (after, shown_after) = (tuned.clone(), shown_tuned.clone());
+    }
+    let claimed = claimed && worse.is_none();
     let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
     let settled = search.settled(&after, runs).map_err(nominal)?;
     let floors = search.floors_around(&after, runs, &settled, options.seed).map_err(nominal)?;
@@ -354,9 +377,9 @@ fn conclude(
         next_experiment: next.as_ref().map(|n| n.said.clone()),
         augmented: None,
         capped: options.capped,
-        findings: Vec::new(),
+        findings: mistaken.into_iter().collect(),
         inputs: None,
-        notes: if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() },
+        notes,
     };
     let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
     held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);

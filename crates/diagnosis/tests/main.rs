@@ -16,3 +16,4 @@ mod map;
 mod pushes;
 mod reversals;
 mod rigid;
+mod scale;

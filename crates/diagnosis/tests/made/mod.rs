@@ -28,6 +28,8 @@ pub(crate) struct Joint {
     pub viscous: f64,
     /// Amplitude, A, and angular frequency, rad/s, of a sine and of a cosine.
     pub current: [[f64; 2]; 2],
+    /// What is recorded of the current, over what it is.
+    pub current_gain: f64,
     /// Deviations of the noise.
     pub current_noise: f64,
     pub motor_noise: f64,
@@ -53,6 +55,7 @@ impl Default for Joint {
             coulomb: 0.008,
             viscous: 4e-5,
             current: [[0.5, 4.3], [0.3, 11.9]],
+            current_gain: 1.0,
             current_noise: 2e-4,
             motor_noise: 2e-4,
             load_noise: 3e-6,
@@ -97,7 +100,7 @@ impl Joint {
         csv += if self.load_seen { ",loadAngle\n" } else { "\n" };
         for k in 0..READINGS {
             let t = k as f64 * STEP;
-            let u = current(t) + noise(self.current_noise);
+            let u = self.current_gain * (current(t) + noise(self.current_noise));
             let motor = x[0] + noise(self.motor_noise);
             let load = x[2] / self.gear + noise(self.load_noise);
             write!(csv, "{t:?},{u:?},{motor:?}").unwrap();
@@ -118,7 +121,8 @@ impl Joint {
     }
 
     fn case(&self) -> String {
-        let Self { flexible, gear, current_noise, motor_noise, load_noise, doubt, .. } = self;
+        let Self { flexible, gear, motor_noise, load_noise, doubt, .. } = self;
+        let current_noise = (self.current_gain * self.current_noise).abs();
         let mut own = vec![
             ("motorInertia", self.motor_inertia),
             ("loadInertia", self.load_inertia),

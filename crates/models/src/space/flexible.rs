@@ -64,7 +64,7 @@ pub struct Part<T> {
 }
 
 /// All appendages of a robot.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Appendages<T> {
     pub(super) parts: ArrayVec<Part<T>, MAX_APPENDAGES>,
     pub(super) functions: Modal<Function<T>>,
@@ -197,7 +197,7 @@ pub struct BentPart<T> {
 }
 
 /// All appendages at an instant.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Bent<T> {
     parts: ArrayVec<BentPart<T>, MAX_APPENDAGES>,
     /// Momentum per unit of each mode's rate, carrier's axes and origin.

@@ -55,6 +55,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         seed: args.seed,
         engine: args.engine.into(),
         capped,
+        force: args.force,
         verdict_only: args.verdict_only,
         ..Options::default()
     };
@@ -63,6 +64,9 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     drop(stages);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    // Those of the case were told when it was read.
+    let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
+    grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));
     found.diagnosis.inputs = Some(inputs::read(&loaded.case)?);
     let noticed = Noticed::of(&findings, &loaded.case.folder);
     found.diagnosis.findings.splice(0..0, noticed);
