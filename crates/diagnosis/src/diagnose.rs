@@ -208,7 +208,9 @@ pub fn diagnose(
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
-    let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
+    // With an input in another unit every cause is as wrong as the others.
+    let tells = options.force || mistaken.is_none();
+    let contenders = if open && tells { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &contenders };
