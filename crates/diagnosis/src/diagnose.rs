@@ -9,10 +9,10 @@ mod ground;
 mod held_out;
 mod hints;
 mod innovations;
+pub mod input_scale;
 mod place;
 mod progress;
 pub mod record;
-pub mod scale;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
@@ -182,7 +182,7 @@ pub fn diagnose(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
-    let mistaken = scale::mistaken(&search);
+    let mistaken = input_scale::mistaken(&search);
     let options = &Options { capped: options.capped || mistaken.is_some() && !options.force, ..*options };
     if options.engine == Engine::Filter {
         return by_filter(loaded, &search, (raw, mistaken), options, tell);

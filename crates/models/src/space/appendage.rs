@@ -115,15 +115,15 @@ fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigid<T> {
 }
 
 impl<T: Scalar> Mode<T> {
-    /// Of a beam of this mass (polar inertia), of 1 over it, of this stiffness, and of this damping for a resistance of 1.
+    /// Of a beam of this mass (polar inertia), of 1 over it, of this stiffness, and of this damping where critical damping is 1.
     fn of(shape: &Shape, mass: T, inverse: T, stiffness: T, damping: T) -> Self {
         Self {
             along: zero(),
             fixed: Wrench::zero(),
             mass: mass * shape.square,
-            inverse: inverse * shape.lightness,
+            inverse: inverse / shape.square,
             stiffness: stiffness * shape.stiffness,
-            damping: damping * shape.resistance,
+            damping: damping * shape.critical,
         }
     }
     fn along(self, direction: Vector<T>) -> Self {
@@ -144,7 +144,7 @@ impl<T: Scalar> Appendages<T> {
         let Beam { frame, length, mass_per_length, polar_inertia_per_length, .. } = *beam;
         let [ex, ey, ez] = transposed(&frame.rotation);
         let (mass, polar) = (mass_per_length * length, polar_inertia_per_length * length);
-        let mut part = self.open(on, rod(mass, length, polar, ez).from(frame.origin), shapes.modes())?;
+        let mut part = self.open(on, rod(mass, length, polar, ez).shifted(frame.origin), shapes.modes())?;
         let shape = |s: Option<Shape>| s.ok_or(AppendageError::Modes);
         let from = self.functions.len();
         for j in 0..shapes.x.max(shapes.y) {
@@ -158,7 +158,7 @@ impl<T: Scalar> Appendages<T> {
         let inverse = [T::one() / mass, T::one() / polar];
         for (side, (direction, count)) in [(ex, shapes.x), (ey, shapes.y)].into_iter().enumerate() {
             let stiffness = beam.bending_stiffness[side] / cube;
-            let damping = beam.damping_ratio * (mass * stiffness).sqrt() * 2.0;
+            let damping = beam.damping_ratio * (mass * stiffness).sqrt();
             for j in 0..count {
                 let s = shape(bending(j))?;
                 self.functions[from + j].modes[side] = Some(self.modes.len());
@@ -166,7 +166,7 @@ impl<T: Scalar> Appendages<T> {
             }
         }
         let stiffness = beam.torsion_stiffness / length;
-        let damping = beam.damping_ratio * (polar * stiffness).sqrt() * 2.0;
+        let damping = beam.damping_ratio * (polar * stiffness).sqrt();
         for j in 0..shapes.torsion {
             let s = shape(torsion(j))?;
             let turning = Wrench { torque: scale(polar * s.area, ez), force: zero() };

@@ -15,7 +15,7 @@
 
 use super::spatial::{Rigid, Wrench};
 use super::tree::Placed;
-use super::vector::{Matrix, Vector, add, cross, dot, scale, zero};
+use super::vector::{Matrix, Vector, add, cross, dot, scale, times, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
@@ -121,8 +121,8 @@ impl<T: Scalar> Appendages<T> {
         let (omega, v) = (velocity.angular, velocity.linear);
         let (first, last) = part.modes;
         let mut now = part.rigid;
-        // Its momentum by the modes' rates, and the torque by which its inertia changes.
-        let (mut own, mut change) = (Wrench::zero(), zero());
+        // Its momentum by the modes' rates, and how its inertia changes.
+        let (mut own, mut change) = (Wrench::zero(), [zero(); 3]);
         let mut fixed = first;
         for g in part.functions.0..part.functions.1 {
             let Function { square, area, moment, modes } = self.functions[g];
@@ -137,7 +137,7 @@ impl<T: Scalar> Appendages<T> {
             now.first = add(now.first, scale(area, u));
             // 2 b . u + F u . u = (b + arm) . u and so on: the halves of what is symmetric in both.
             spread(&mut now.inertia, add(moment, scale(T::constant(0.5), bowed)), u);
-            change = add(change, spread_times(arm, rate, omega));
+            spread(&mut change, arm, rate);
             own.force = add(own.force, scale(area, rate));
             own.torque = add(own.torque, cross(arm, rate));
             // Coriolis, centrifugal, and what a velocity of the origin that turns leaves.
@@ -151,7 +151,10 @@ impl<T: Scalar> Appendages<T> {
             }
         }
         // Functions alone move the centre of mass: their momentum is how it changes.
-        let bias = Wrench { torque: add(change, cross(own.force, v)), force: cross(omega, own.force) };
+        let bias = Wrench {
+            torque: add(times(&change, omega), cross(own.force, v)),
+            force: cross(omega, own.force),
+        };
         for j in fixed..last {
             let coupling = self.modes[j].fixed;
             own = own.plus(coupling.times(rates[j]));
@@ -176,13 +179,6 @@ fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
         }
         inertia[i][i] += twice;
     }
-}
-
-/// (2 b . u 1 - b u^T - u b^T) w.
-#[inline]
-fn spread_times<T: Scalar>(b: Vector<T>, u: Vector<T>, w: Vector<T>) -> Vector<T> {
-    let (twice, along, across) = (dot(b, u) * 2.0, dot(u, w), dot(b, w));
-    core::array::from_fn(|i| twice * w[i] - b[i] * along - u[i] * across)
 }
 
 /// One appendage at an instant, axes and origin of the body that carries it.

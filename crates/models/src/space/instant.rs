@@ -7,7 +7,7 @@ use super::flexible::{Appendages, Bent};
 use super::model::SpatialFreeFlyer;
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::tree::{All, Body, Placed, Tree};
+use super::tree::{All, Body, Joints, Placed, Tree};
 use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -33,7 +33,7 @@ pub(super) struct Instant<T> {
     pub(super) placed: All<Placed<T>>,
     /// On each body, own axes and origin.
     pub(super) applied: All<Wrench<T>>,
-    pub(super) drives: All<Drive<T>>,
+    pub(super) drives: Joints<Drive<T>>,
     /// Acceleration that a base is held at, own axes.
     pub(super) held: Option<Motion<T>>,
     pub(super) appendages: Appendages<T>,
@@ -69,7 +69,7 @@ impl<T: Scalar> Instant<T> {
             bodies: All::new(),
             placed: All::new(),
             applied: All::new(),
-            drives: All::new(),
+            drives: Joints::new(),
             held: None,
             appendages: Appendages::new(),
             bent: Bent::new(),

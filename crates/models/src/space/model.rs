@@ -8,7 +8,7 @@ use super::instant::{Instant, four};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
-use super::tree::{All, Tree};
+use super::tree::{Joints, Tree};
 use super::vector::{Vector, add, cross, times, transposed_times};
 use super::{MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
 use crate::arm::rotor;
@@ -247,7 +247,7 @@ impl SpatialFreeFlyer {
             now.drives[*j].rotor = Rotor::Led(*a);
         }
         let modes = self.structure.modes();
-        let mut rotor = All::new();
+        let mut rotor = Joints::new();
         rotor.extend((0..n).map(|_| T::zero()));
         let (before, modal) = dx.split_at_mut(row.modal_velocity);
         let joint = &mut before[row.joint_velocity..][..n];

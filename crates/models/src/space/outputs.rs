@@ -9,7 +9,7 @@ use super::measures::Arms;
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
-use super::tree::{All, Joint, all};
+use super::tree::{All, Joint, Joints};
 use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
@@ -112,7 +112,7 @@ impl SpatialFreeFlyer {
 
     fn reactions<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, to) = (self.structure(), &self.output);
-        let mut joint = all(s.bodies(), T::zero());
+        let mut joint = Joints::from_iter((0..s.bodies()).map(|_| T::zero()));
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);

@@ -24,10 +24,8 @@ pub struct Shape {
     pub square: f64,
     /// Of the square of its curvature; of torsion, of its slope.
     pub stiffness: f64,
-    /// 1 / square.
-    pub lightness: f64,
-    /// sqrt(square stiffness): twice that is what damps a beam of mass and stiffness 1 critically.
-    pub resistance: f64,
+    /// Critical damping of a beam of mass and stiffness 1: 2 sqrt(square stiffness).
+    pub critical: f64,
 }
 
 /// +1, -1, +1 ..: the sign that makes the shape `j` (from 0) positive at the tip.
@@ -56,8 +54,7 @@ static BENDING: LazyLock<[Shape; MAX_SHAPES]> = LazyLock::new(|| {
             moment: sign(j) / (root * root),
             square: 0.25,
             stiffness: 0.25 * root.powi(4),
-            lightness: 4.0,
-            resistance: 0.25 * root * root,
+            critical: 0.5 * root * root,
         }
     })
 });
@@ -76,8 +73,7 @@ pub fn torsion(j: usize) -> Option<Shape> {
         moment: 1.0 / (root * root),
         square: 0.5,
         stiffness: 0.5 * root * root,
-        lightness: 2.0,
-        resistance: 0.5 * root,
+        critical: root,
     };
     (j < MAX_SHAPES).then_some(shape)
 }

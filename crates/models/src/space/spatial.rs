@@ -154,10 +154,10 @@ impl<T: Scalar> Rigid<T> {
     /// As the parent sees it.
     pub fn outwards(&self, f: &Frame<T>) -> Self {
         let inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
-        Self { mass: self.mass, first: times(&f.rotation, self.first), inertia }.from(f.origin)
+        Self { mass: self.mass, first: times(&f.rotation, self.first), inertia }.shifted(f.origin)
     }
     /// About the origin of axes that are not turned, from which this origin lies at `p`.
-    pub fn from(&self, p: Vector<T>) -> Self {
+    pub fn shifted(&self, p: Vector<T>) -> Self {
         // I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
         let first = add(self.first, scale(self.mass, p));
         let mut inertia = self.inertia;

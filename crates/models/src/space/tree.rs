@@ -128,6 +128,9 @@ pub fn subspace<T: Scalar>(joint: Joint, axis: Vector<T>) -> Motion<T> {
 /// Of all bodies; element 0 is the base.
 pub type All<V> = ArrayVec<V, { MAX_BODIES + 1 }>;
 
+/// Of all joints, from 0.
+pub type Joints<V> = ArrayVec<V, MAX_BODIES>;
+
 /// Of `n` bodies and the base the same.
 pub(super) fn all<V: Copy>(n: usize, value: V) -> All<V> {
     (0..=n).map(|_| value).collect()

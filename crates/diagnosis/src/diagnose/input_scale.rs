@@ -5,7 +5,8 @@ use crate::engine::problem::Comparison;
 use crate::engine::search::Search;
 use crate::outcome::{Noticed, Severity};
 
-/// What a gain comes from that is near it.
+/// What a gain comes from that is near it. Fewer than between channels (`trueup_signals::check`), whose slopes are sharp: a gain of
+/// 6 or 10 may be a wrong parameter, so neither revolutions nor rpm are among them.
 const CAUSES: [(f64, &str); 5] = [
     (1e-3, "thousandths were taken for units"),
     (1e3, "units were taken for thousandths"),

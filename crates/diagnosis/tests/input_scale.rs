@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)]
 
 use crate::made::Joint;
-use trueup_diagnosis::diagnose::scale::mistaken;
+use trueup_diagnosis::diagnose::input_scale::mistaken;
 use trueup_diagnosis::engine::recordings::Prepared;
 use trueup_diagnosis::engine::search::Search;
 use trueup_diagnosis::outcome::{Noticed, Severity};
