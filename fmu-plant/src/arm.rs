@@ -2,8 +2,9 @@
 
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
+use crate::structure::{FIXED, STANDS};
 use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable};
-use trueup_models::arm::PlanarManipulator;
+use trueup_models::arm::{BASE, PlanarManipulator};
 use trueup_models::effect::Plant;
 use trueup_numerics::hybrid::Hybrid;
 
@@ -61,6 +62,9 @@ pub(crate) fn constants(b: &mut Builder, model: &PlanarManipulator) {
         &flexible,
         "The joint has its spring (fixed when packed)",
     );
+    let kind = b.items(&BASE);
+    let item = if model.has_fixed_base() { FIXED } else { 1 };
+    b.constant(STANDS, kind, ONE, &[item as f64], "What becomes of the base (fixed when packed)");
 }
 
 /// Parameters with those start values, in the model's order.
@@ -135,6 +139,13 @@ pub(crate) fn parameters(b: &mut Builder, model: &PlanarManipulator, start: &[f6
     .follows = Some("initialJointVelocity".into());
     b.fixed("motorCoupling", "", ONE, next(1), "How the rotors are coupled to the bodies that carry them")
         .kind = coupling;
+    b.tunable(
+        "gravity",
+        "m/s2",
+        XY,
+        next(2),
+        "Acceleration of free fall, inertial frame (ARM-13); 0 where the base floats",
+    );
     if model.has_friction() {
         b.tunable("coulombFriction", "N.m", joints, next(n), "At the motor, joint side, tau_c (EF-1)")
             .bounded(0.0);

@@ -1,6 +1,7 @@
 //! The plants as one type: a library stands for any of them, as its configuration says.
 
 use crate::contact::{self, Contact};
+use crate::structure::{FIXED, STANDS, chosen};
 use crate::{arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
@@ -50,7 +51,10 @@ impl FmuModel for Plant {
             }
             "PlanarManipulator" => {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
-                PlanarManipulator::new(flexible, &c.effects).map(Self::Arm).map_err(|e| e.to_string())
+                let fixed = chosen(c)?(STANDS) == Some(FIXED);
+                PlanarManipulator::new(flexible, &c.effects)
+                    .map(|m| Self::Arm(m.on_fixed_base(fixed)))
+                    .map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
             name if contact::MODELS.contains(&name) => contact::build(c).map(Self::Contact),

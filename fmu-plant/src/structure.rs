@@ -1,6 +1,7 @@
 //! What of a model's structure is chosen when it is packed: whole numbers by name in the configuration.
 
 use trueup_fmi::configuration::Configuration;
+use trueup_models::arm::BASE;
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
 use trueup_models::layout::Items;
@@ -25,6 +26,9 @@ pub enum Wanted {
     Item(&'static Items),
 }
 
+pub(crate) const STANDS: &str = "base";
+/// Item of [`STANDS`].
+pub(crate) const FIXED: usize = 2;
 pub(crate) const BALLS: &str = "numberOfBalls";
 pub(crate) const PORTS: &str = "numberOfPorts";
 pub(crate) const CLOSES: &str = "closing";
@@ -35,6 +39,8 @@ pub(crate) const CHASES: &str = "chaser";
 pub(crate) const RIGID: u32 = 1;
 pub(crate) const PLANAR: u32 = 2;
 
+static OF_ARM: [Choice; 1] =
+    [Choice { name: STANDS, wanted: Wanted::Item(&BASE), text: "What becomes of the base" }];
 static OF_BODY: [Choice; 1] =
     [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
 static OF_SCENE: [Choice; 5] = [
@@ -48,6 +54,7 @@ static OF_SCENE: [Choice; 5] = [
 /// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.
 pub fn choices(model: &str) -> &'static [Choice] {
     match model {
+        "PlanarManipulator" => &OF_ARM,
         "FreeBody" => &OF_BODY,
         "GripperContact" => &OF_SCENE[1..],
         "CaptureScene" => &OF_SCENE,

@@ -101,6 +101,9 @@ fn every_key_is_read() {
                 base.iter().filter(|(key, _)| *key != name).map(|(_, text)| *text).collect();
             let whole: String = base.iter().map(|(_, text)| *text).collect();
             let said = match keys.of {
+                // Whatever else stands there is a parameter.
+                "effects" if name == "unknown" => continue,
+                "effects" => case(&format!("{whole}[effects.backlash]\n{line}")),
                 "a case" => case(&format!("{line}{without}")),
                 "fit" => case(&format!("{whole}[fit]\n{line}")),
                 "channels" => case(&format!("{whole}[channels.motorAngle]\n{line}")),

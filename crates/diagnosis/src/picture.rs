@@ -95,6 +95,11 @@ pub fn isolability(loaded: &Loaded, subject: &Subject) -> Isolability {
     let channels = channels(loaded);
     match subject.plant {
         Plant::Joint => Structure::joint(subject.flexible.first().copied().unwrap_or(true), &channels),
+        // What does not move is known without a sensor.
+        Plant::Arm if subject.fixed_base => {
+            let base = ["basePosition[1]", "basePosition[2]", "baseAttitude"];
+            Structure::arm(&subject.flexible, &[channels, base.to_vec()].concat())
+        }
         Plant::Arm => Structure::arm(&subject.flexible, &channels),
     }
     .isolability()
@@ -106,7 +111,7 @@ fn channels(loaded: &Loaded) -> Vec<&str> {
     all.collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// The picture of a case; `p` are the parameters of the plant without effects (refitted, so that a wrong parameter is not
+/// The picture of a case; `p` are the parameters of the plant as its owner declares it (refitted, so that a wrong parameter is not
 /// taken for something missing).
 pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
     let channels = channels(loaded);
@@ -117,7 +122,7 @@ pub fn picture(loaded: &Loaded, subject: &Subject, p: &[f64]) -> Picture {
     let floors = channels.iter().filter_map(floor).collect();
     let mut out = Picture { isolability: isolability(loaded, subject), floors, ..Picture::default() };
     match subject.model::<&str>(&[]) {
-        Ok(Model::Joint(joint)) => joint::look(&mut out, loaded, joint.flexible(), p),
+        Ok(Model::Joint(joint)) => joint::look(&mut out, loaded, &joint, p),
         Ok(Model::Arm(arm)) => arm::look(&mut out, loaded, &arm, p),
         Err(_) => {}
     }

@@ -38,6 +38,9 @@ pub enum BaselineError {
     /// Not one of the plants that this is made for.
     #[error("the filter is made for TwoMassJoint, not for {0}; diagnose it by balances")]
     Model(String),
+    /// Effects that are there for certain.
+    #[error("the filter's model has no known effects; diagnose it by balances, which have")]
+    Known,
     /// Nothing can be computed.
     #[error("the nominal model cannot be compared with the recordings; look at the parameters of case.toml")]
     Nominal,
@@ -114,6 +117,9 @@ impl Baseline {
         let case = &loaded.case;
         if case.model != "TwoMassJoint" {
             return Err(BaselineError::Model(case.model.clone()));
+        }
+        if !case.effects.is_empty() {
+            return Err(BaselineError::Known);
         }
         let flexible = case.elements("jointFlexible").first().and_then(|v| v.boolean()).unwrap_or(true);
         let joint = TwoMassJoint::new(flexible, &[] as &[&str])

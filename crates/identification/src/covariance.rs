@@ -29,9 +29,13 @@ impl Information {
     /// By singular values of the R factor of J with its columns scaled to length 1.
     pub fn new(jacobian: &DMatrix<f64>) -> Self {
         let n = jacobian.ncols();
-        let scale: Vec<f64> = jacobian.column_iter().map(|c| c.norm()).collect();
-        let unit = |s: f64| if s > 0.0 { s } else { 1.0 };
         let mut scaled = jacobian.clone();
+        // Nothing is known along a column whose length is no number, and the factors of one would have no end.
+        for mut column in scaled.column_iter_mut().filter(|c| !c.norm_squared().is_finite()) {
+            column.fill(0.0);
+        }
+        let scale: Vec<f64> = scaled.column_iter().map(|c| c.norm()).collect();
+        let unit = |s: f64| if s > 0.0 { s } else { 1.0 };
         scaled.column_iter_mut().zip(&scale).for_each(|(mut c, s)| c /= unit(*s));
         let r = if scaled.nrows() > n { scaled.qr().r() } else { scaled };
         let svd = r.svd(false, true);
@@ -77,4 +81,18 @@ pub fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(covariance.nrows(), covariance.ncols(), |i, j| {
         if sd[i] > 0.0 && sd[j] > 0.0 { covariance[(i, j)] / (sd[i] * sd[j]) } else { 0.0 }
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nothing_is_known_along_a_column_that_is_no_number() {
+        for wild in [f64::NAN, f64::INFINITY, 1e200] {
+            let i = Information::new(&DMatrix::from_row_slice(3, 2, &[1.0, wild, 2.0, 0.0, 2.0, 1.0]));
+            assert_eq!((i.rank, i.determines(0), i.determines(1)), (1, true, false), "{wild}");
+            assert!((i.covariance[(0, 0)] - 1.0 / 9.0).abs() < 1e-15);
+        }
+    }
 }

@@ -1,6 +1,7 @@
 //! A case from its recordings to its parameters: what `trueup identify` does.
 
 mod breakaway;
+mod effects;
 mod kept;
 mod leverage;
 mod minima;
@@ -112,6 +113,12 @@ pub enum IdentifyError {
         /// Why.
         what: StaticError,
     },
+    /// Effects beside parameters.
+    #[error("method {method} does not fit effects; use output-error or nelder-mead, or leave out --with")]
+    Effects {
+        /// Which.
+        method: Method,
+    },
     /// The method does not do that.
     #[error(
         "method {method} is for a flexible TwoMassJoint with recorded motorCurrent, motorAngle and loadAngle; use output-error"
@@ -171,6 +178,9 @@ pub struct Identified {
     pub held_out: bool,
     /// The same with the nominal parameters.
     pub before: Vec<Figure>,
+    /// The same with the model's own parameters fitted, without the effects that are fitted beside them; empty: there are
+    /// none.
+    pub without: Vec<Figure>,
     /// Residuals of the training.
     pub channels: Vec<ChannelFit>,
     /// Training recordings against their simulation.
@@ -214,12 +224,21 @@ pub struct Settings<'a> {
 /// # Errors
 /// See [`IdentifyError`].
 pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, IdentifyError> {
-    let plain = Model::of_case(&loaded.case, &[])?;
+    let searched = matches!(settings.method, Method::OutputError | Method::NelderMead);
+    if !searched && !loaded.case.with.is_empty() {
+        return Err(IdentifyError::Effects { method: settings.method });
+    }
+    let with: Vec<&str> = loaded.case.with.iter().map(String::as_str).collect();
+    let plain = Model::of_case(&loaded.case, &with)?;
     let led = led(&plain, &[loaded.train(), loaded.holdout()].concat());
     let model = plain.with_led(&led)?;
-    let nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
+    let mut nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
     let (train, holdout) = runs(&model, loaded)?;
-    let fitted = unknowns::of(&model, &loaded.case, &nominal, &train)?;
+    let effects = effects::of(&model, &loaded.case, &mut nominal, &train)?;
+    let stands_on = effects::Effects::stands_on(&model, &loaded.case);
+    let mut fitted = unknowns::of(&model, &loaded.case, &nominal, &train, &stands_on)?;
+    fitted.retain(|f| !effects.fitted.iter().any(|e| e.unknown.name == f.unknown.name));
+    fitted.splice(0..0, effects.fitted.iter().cloned());
     (settings.progress)(&format!(
         "{} recordings, {} readings, {} parameters",
         train.len(),
@@ -228,7 +247,8 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     ));
     let mut found = match settings.method {
         Method::OutputError | Method::NelderMead => {
-            by_simulation(&model, loaded, &nominal, train.clone(), fitted, settings)?
+            let also = |first: &Start| effects.starts(first);
+            by_simulation(&model, loaded, &nominal, train.clone(), fitted, &also, settings)?
         }
         Method::BreakAway => breakaway::found(&model, &nominal, &train)?,
         _ => by_regression(&model, &nominal, &train, &fitted, settings)?,
@@ -239,7 +259,14 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
             j + 1
         ));
     }
-    finish(&model, &nominal, &train, &holdout, found, settings)
+    let mut found = finish(&model, &nominal, &train, &holdout, found, settings)?;
+    if !with.is_empty() {
+        (settings.progress)("the same without the effects, to compare with");
+        let mut plain = loaded.clone();
+        plain.case.with.clear();
+        found.without = identify(&plain, &Settings { profile: false, ..*settings })?.fit;
+    }
+    Ok(found)
 }
 
 /// Identifies a case through an FMU, so that what is fitted is what is shipped; by output error or the simplex.
@@ -257,7 +284,7 @@ pub fn identify_fmu(
     model.choose(&loaded.case.parameters)?;
     let nominal = model.set(&model.defaults(), &loaded.case.parameters)?;
     let (train, holdout) = runs_of(&model, loaded)?;
-    let fitted = unknowns::of(&model, &loaded.case, &nominal, &train)?;
+    let fitted = unknowns::of(&model, &loaded.case, &nominal, &train, &[])?;
     (settings.progress)(&format!(
         "{} recordings, {} readings, {} parameters, through {}",
         train.len(),
@@ -265,7 +292,8 @@ pub fn identify_fmu(
         fitted.len(),
         model.fmu().file().display()
     ));
-    let mut found = by_simulation(&model, loaded, &nominal, train.clone(), fitted, settings)?;
+    let mut found =
+        by_simulation(&model, loaded, &nominal, train.clone(), fitted, &|_| Vec::new(), settings)?;
     found.fmu = Some(model.fmu().file().display().to_string());
     if train.iter().any(|r| r.drives.iter().any(|d| d.sigma > 0.0)) {
         found.notes.push(
@@ -395,6 +423,7 @@ fn by_regression(
         fit: Vec::new(),
         held_out: false,
         before: Vec::new(),
+        without: Vec::new(),
         channels: Vec::new(),
         training,
         compared: Vec::new(),

@@ -1,14 +1,16 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use trueup_models::arm::{PlanarManipulator, Replay, layout, rotor};
+use trueup_models::arm::{BASE, PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
-use trueup_models::effect::{self, EffectSet, Scope};
+use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
 use trueup_models::joint::{self, TwoMassJoint};
 use trueup_models::presets;
 use trueup_numerics::Scalar;
 use trueup_signals::{Case, Role, Takes, Value, Variable, base_name, element_name};
 
 use crate::plant::Plant;
+
+mod known;
 
 /// Which plant, how it is built, what acts in it.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +19,8 @@ pub struct Structure {
     pub model: String,
     /// Which joints have a spring; one entry per joint.
     pub flexible: Vec<bool>,
+    /// An arm's base stays where it begins.
+    pub fixed_base: bool,
     /// Ids of its effects.
     pub effects: Vec<String>,
     /// Joints (from 0) whose motor moves as measured, whatever torque that takes; for the arm.
@@ -97,6 +101,10 @@ pub trait Named {
     fn compares(&self, output: usize) -> bool {
         !self.outputs()[output].unit.is_empty()
     }
+    /// A parameter is an angle to turn by: a doubt of it is in rad, for it has no size that a share could be of.
+    fn turns(&self, _parameter: usize) -> bool {
+        false
+    }
     /// Index of a parameter.
     fn parameter(&self, name: &str) -> Option<usize> {
         self.parameters().iter().position(|q| q.name == name)
@@ -116,6 +124,9 @@ pub trait Named {
 }
 
 impl Named for Model {
+    fn turns(&self, parameter: usize) -> bool {
+        self.effects().turns(parameter)
+    }
     fn parameters(&self) -> &[Quantity] {
         &self.parameters
     }
@@ -207,6 +218,7 @@ fn arm_unit(base: &str) -> (&'static str, f64) {
         "linearMomentum" => ("kg.m/s", free),
         "angularMomentum" => ("kg.m2/s", free),
         "kineticEnergy" | "potentialEnergy" => ("J", free),
+        "gravity" => ("m/s2", free),
         _ => ("", free),
     }
 }
@@ -227,6 +239,24 @@ fn scalar(base: &str) -> bool {
                 | "potentialEnergy"
         )
 }
+
+/// What a case says of its base.
+///
+/// # Errors
+/// No item of [`BASE`].
+pub fn has_fixed_base(case: &Case) -> Result<bool, ModelError> {
+    match case.parameters.get(BASE_CHOICE) {
+        None => Ok(false),
+        Some(Value::Text(item)) if BASE.items.iter().any(|i| i.0 == item) => Ok(*item != BASE.items[0].0),
+        Some(other) => {
+            let what = format!("{other} is none of free, fixed; name one of them");
+            Err(ModelError::Parameter { name: BASE_CHOICE.into(), what })
+        }
+    }
+}
+
+/// What becomes of an arm's base, among the parameters of a case.
+const BASE_CHOICE: &str = "base";
 
 fn quantity(name: String, unit: &'static str, min: f64) -> Quantity {
     Quantity { name, unit, min, max: f64::INFINITY }
@@ -310,7 +340,8 @@ impl Model {
             "PlanarManipulator" => {
                 let n = structure.flexible.len();
                 let arm = PlanarManipulator::new(&structure.flexible, &structure.effects)
-                    .map_err(|e| ModelError::Structure(e.to_string()))?;
+                    .map_err(|e| ModelError::Structure(e.to_string()))?
+                    .on_fixed_base(structure.fixed_base);
                 let (set, friction) = (arm.effects().clone(), arm.has_friction());
                 let mut model = Self {
                     kind: Kind::Arm(arm.clone()),
@@ -349,10 +380,10 @@ impl Model {
         }
     }
 
-    /// The plant that a case names, with these effects added.
+    /// The plant that a case names, with the effects that it knows to be there, and these.
     ///
     /// # Errors
-    /// As [`Model::new`]; a `jointFlexible` that is no truth value.
+    /// As [`Model::new`]; a `jointFlexible` that is no truth value; a known effect whose size is not given.
     pub fn of_case(case: &Case, effects: &[&str]) -> Result<Self, ModelError> {
         let declared = case.elements("jointFlexible");
         let flexible: Option<Vec<bool>> = declared.iter().map(|v| v.boolean()).collect();
@@ -363,8 +394,17 @@ impl Model {
         if flexible.is_empty() {
             flexible = if case.model == "TwoMassJoint" { vec![true] } else { vec![true, false, false] };
         }
-        let effects = effects.iter().map(|e| (*e).to_owned()).collect();
-        Self::new(Structure { model: case.model.clone(), flexible, effects, led: Vec::new() })
+        let mut all: Vec<String> = Vec::new();
+        for id in case.known_effects().into_iter().chain(effects.iter().copied()) {
+            if !all.iter().any(|known| known == id) {
+                all.push(id.to_owned());
+            }
+        }
+        let fixed_base = has_fixed_base(case)?;
+        let model = case.model.clone();
+        let model = Self::new(Structure { model, flexible, fixed_base, effects: all, led: Vec::new() })?;
+        known::check(&model, case)?;
+        Ok(model)
     }
 
     /// The same plant with other effects.
@@ -451,6 +491,8 @@ impl Model {
                 let n = Some(links as f64);
                 let links = Variable::new("numberOfLinks", "", Role::Parameter);
                 all.push(Variable { min: n, max: n, ..links });
+                let base = Variable::new(BASE_CHOICE, "", Role::Parameter);
+                all.push(Variable { takes: Takes::Item, ..base });
             }
         }
         all
@@ -459,7 +501,8 @@ impl Model {
     /// A parameter that has to be above 0 for the equations to have a solution: inertias of what moves by itself, gear ratios.
     fn divides_by(&self, name: &str) -> bool {
         match base_name(name) {
-            "gearRatio" | "loadInertia" | "baseMass" | "baseInertia" | "linkMass" | "linkInertia" => true,
+            "baseMass" | "baseInertia" => !self.structure.fixed_base,
+            "gearRatio" | "loadInertia" | "linkMass" | "linkInertia" => true,
             // The rotor of a rigid joint may be neglected.
             "motorInertia" => match self.arm() {
                 None => true,
@@ -470,19 +513,40 @@ impl Model {
         }
     }
 
-    /// Start values of all parameters: DELIAN's joint 1 or CBK PAN's test-bed; of effects as they are packed.
+    /// Start values of all parameters: DELIAN's joint 1 or CBK PAN's test-bed; sizes of effects as if they were not there,
+    /// shapes as they are packed.
     pub fn defaults(&self) -> Vec<f64> {
-        match &self.kind {
-            Kind::Joint(m) => {
-                let mut p = presets::delian(1).unwrap_or_default().to_vec();
-                for e in m.effects().iter() {
-                    e.choice.parameters().iter().for_each(|s| p.resize(p.len() + e.sites, s.joint_start));
-                }
-                p
+        let n = self.structure.flexible.len();
+        let (mut p, friction) = match self.arm() {
+            None => (presets::delian(1).unwrap_or_default().to_vec(), 0),
+            Some(arm) => {
+                (presets::cbk_pan(arm.flexible()), if arm.has_friction() { FRICTION.len() * n } else { 0 })
             }
-            Kind::Arm(m) => m.defaults(),
-            Kind::Led(m) => m.arm().defaults(),
+        };
+        p.resize(p.len() + friction, 0.0);
+        for e in self.effects().iter() {
+            for s in e.choice.parameters() {
+                let start = match (s.role, self.plant()) {
+                    (Kinds::Amplitude, _) => s.neutral,
+                    (_, effect::Plant::Joint) => s.joint_start,
+                    (_, effect::Plant::Arm) => s.arm_start,
+                };
+                p.resize(p.len() + e.sites, start);
+            }
         }
+        p
+    }
+    /// Its effects.
+    pub fn effects(&self) -> &EffectSet {
+        match &self.kind {
+            Kind::Joint(m) => m.effects(),
+            Kind::Arm(m) => m.effects(),
+            Kind::Led(m) => m.arm().effects(),
+        }
+    }
+    /// Which plant it is.
+    pub fn plant(&self) -> effect::Plant {
+        if self.joint().is_some() { effect::Plant::Joint } else { effect::Plant::Arm }
     }
 
     /// All parameters by name from another list (a case's, a recording's), the rest from `base`.
@@ -563,7 +627,7 @@ impl Model {
         }
     }
 
-    /// Its coordinates, each with where it begins and what shows it.
+    /// Its coordinates, each with where it begins and what shows it; those of a base that is fixed do not move.
     pub fn coordinates(&self) -> Vec<Coordinate> {
         use trueup_models::arm::{output as ao, parameter as ap};
         use trueup_models::joint::{output as jo, parameter as jp};
@@ -585,7 +649,8 @@ impl Model {
             return if m.flexible() { vec![motor, load] } else { vec![motor] };
         }
         let n = self.structure.flexible.len();
-        let mut all: Vec<Coordinate> = (0..2)
+        let base = !self.structure.fixed_base;
+        let mut all: Vec<Coordinate> = (0..if base { 2 } else { 0 })
             .map(|i| Coordinate {
                 angle: ap::initial_base_position(n) + i,
                 velocity: ap::initial_base_velocity(n) + i,
@@ -594,13 +659,15 @@ impl Model {
                 follows: None,
             })
             .collect();
-        all.push(Coordinate {
+        let attitude = Coordinate {
             angle: ap::initial_base_attitude(n),
             velocity: ap::initial_base_rate(n),
             angle_output: ao::base_attitude(n),
             velocity_output: ao::base_rate(n),
             follows: None,
-        });
+        };
+        all.extend(base.then_some(attitude));
+        let first = all.len();
         for j in 0..n {
             all.push(Coordinate {
                 angle: ap::initial_joint_angle(n) + j,
@@ -616,7 +683,7 @@ impl Model {
                 velocity: ap::initial_motor_velocity(n) + j,
                 angle_output: ao::motor_angle(n) + j,
                 velocity_output: ao::motor_velocity(n) + j,
-                follows: Some((3 + j, false)),
+                follows: Some((first + j, false)),
             });
         }
         all

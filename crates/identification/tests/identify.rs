@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
-use trueup_identification::identify::{Found, Identified, Method, Settings, identify};
-use trueup_identification::model::Model;
+use trueup_identification::identify::{Figure, Found, Identified, Method, Settings, identify};
+use trueup_identification::model::{Model, Structure};
 use trueup_numerics::driver::{Options, simulate};
 use trueup_signals::Case;
 
@@ -343,4 +343,67 @@ fn the_simplex_agrees_with_output_error() {
     }
     assert_eq!(simplex.stop, "the simplex stopped");
     assert!(!simplex.notes.iter().any(|n| n.contains("not shrunk")), "{:?}", simplex.notes);
+}
+
+/// A joint under gravity, both as something that is known to be there and as something that is looked for.
+#[test]
+fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
+    const GRAVITY: [(&str, f64); 2] = [("gravityTorque", 2.4), ("gravityAngle", -0.3)];
+    let structure = Structure {
+        model: "TwoMassJoint".into(),
+        flexible: vec![true],
+        fixed_base: false,
+        effects: vec!["gravity-torque".into()],
+        led: Vec::new(),
+    };
+    let model = Model::new(structure).unwrap();
+    let mut q = model.defaults();
+    JOINT.iter().chain(&GRAVITY).for_each(|(name, v)| q[model.parameter(name).unwrap()] = *v);
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("a.csv", &joint_csv(&model, &q, 3));
+    write("b.csv", &joint_csv(&model, &q, 4));
+    let plain: String = JOINT.iter().map(|(name, v)| format!("{name} = {v}\n")).collect();
+    let case = |more: &str| {
+        let sensors = "[channels.motorAngle]\nresolution = 1.5e-3\nnoise = 4e-4\n[channels.motorCurrent]\nnoise = 1e-3\n\
+                       [channels.loadAngle]\nnoise = 1e-5\ndelay = 4e-3\noffset = \"estimate\"\n";
+        write(
+            "case.toml",
+            &format!(
+                "model = \"TwoMassJoint\"\ntrain = [\"a.csv\"]\nholdout = [\"b.csv\"]\n[parameters]\n{plain}{more}{sensors}"
+            ),
+        );
+    };
+    case("[effects]\ngravity-torque = { gravityTorque = 2.0, gravityAngle = 0.0, doubt = 0.5 }\n");
+    let known = identified(folder.path(), Method::OutputError);
+    case("[fit]\neffects = [\"gravity-torque\"]\n");
+    let asked = {
+        let with = ["gravity-torque"];
+        let of = |c: &Case| Ok(Model::of_case(c, &with).unwrap().variables());
+        let (loaded, _) = Case::load(folder.path(), of).unwrap();
+        let settings = Settings { method: Method::OutputError, profile: false, progress: &|_| () };
+        identify(&loaded, &settings).unwrap()
+    };
+    for r in [&known, &asked] {
+        right(r, "gravityTorque", 2.4, 0.05);
+        right(r, "gravityAngle", -0.3, 0.05);
+        right(r, "stiffness", 0.084, 0.05);
+        assert!(r.fit.iter().all(|f| f.nrmse.unwrap() < 0.01), "{:?}", r.fit);
+    }
+    // What is known is fitted against its doubt, what is asked for stands among the parameters, with what it gains.
+    assert!(known.without.is_empty() && known.uncertain.iter().any(|f| f.doubt == Some(0.5)));
+    assert!(asked.parameters.iter().any(|f| f.estimate.name == "gravityTorque"));
+    let worst = |list: &[Figure]| list.iter().map(|f| f.nrmse.unwrap()).fold(0.0, f64::max);
+    assert!(worst(&asked.without) > 10.0 * worst(&asked.fit), "{:?} {:?}", asked.without, asked.fit);
+    for (more, said) in [
+        ("[effects]\ngravity-torque = { gravityAngle = 0.0 }\n", "its size is not given"),
+        ("[effects]\njoint-flexibility = { stiffness = 1.0 }\n", "jointFlexible"),
+        ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it stands once"),
+        ("[effects]\nbase-drag = { linearDrag = 1.0 }\n", "PlanarManipulator"),
+    ] {
+        case(&more.replace("stiffness = 1.0", "backlashWidth = 1.0"));
+        let (read, _) = Case::read(folder.path(), &[]).unwrap();
+        let told = Model::of_case(&read, &[]).unwrap_err().to_string();
+        assert!(told.contains(said), "{more}: {told}");
+    }
 }

@@ -33,6 +33,7 @@ fn agree(model: &str, flexible: &[bool], effects: &[&str]) {
     let ours = Model::new(Structure {
         model: model.into(),
         flexible: flexible.to_vec(),
+        fixed_base: false,
         effects: c.effects.clone(),
         led: Vec::new(),
     })

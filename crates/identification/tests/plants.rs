@@ -5,6 +5,12 @@ use trueup_identification::model::{Model, Structure};
 /// A flexible joint with these effects.
 pub(crate) fn joint(effects: &[&str]) -> Model {
     let effects = effects.iter().map(|e| (*e).to_owned()).collect();
-    Model::new(Structure { model: "TwoMassJoint".into(), flexible: vec![true], effects, led: vec![] })
-        .unwrap()
+    Model::new(Structure {
+        model: "TwoMassJoint".into(),
+        flexible: vec![true],
+        fixed_base: false,
+        effects,
+        led: vec![],
+    })
+    .unwrap()
 }

@@ -4,7 +4,7 @@
 //! of the positions: nothing of the closed form under test.
 #![allow(clippy::unwrap_used)]
 
-use crate::arm_common::{NO_EFFECTS, Random};
+use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::chain::Chain;
 use trueup_models::arm::{MAX_LINKS, PlanarManipulator, input, kinematics, output, parameter, rotor};
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -25,6 +25,25 @@ fn random_arm(random: &mut Random) -> (PlanarManipulator, Vec<f64>) {
     p[parameter::motor_coupling(n)] =
         if random.within(0.0, 1.0) < 0.5 { rotor::PAPER } else { rotor::GEARED };
     (model, p)
+}
+
+/// What the weight of all bodies would do on the way from the inertial origin to where they are: sum of m g . r.
+fn lowered(p: &[f64], q: &[f64], n: usize) -> f64 {
+    let g = [p[parameter::gravity(n)], p[parameter::gravity(n) + 1]];
+    let along = |from: [f64; 2], a: f64, x: f64, y: f64| {
+        [from[0] + a.cos() * x - a.sin() * y, from[1] + a.sin() * x + a.cos() * y]
+    };
+    let of = |mass: f64, at: [f64; 2]| mass * (g[0] * at[0] + g[1] * at[1]);
+    let (mut joint, mut angle) = ([q[0], q[1]], q[2]);
+    let mut sum = of(p[parameter::base_mass(n)], joint);
+    joint = along(joint, angle, p[parameter::mount_position(n)], p[parameter::mount_position(n) + 1]);
+    for j in 0..n {
+        angle += q[3 + j];
+        let com = parameter::link_center_of_mass(n) + 2 * j;
+        sum += of(p[parameter::link_mass(n) + j], along(joint, angle, p[com], p[com + 1]));
+        joint = along(joint, angle, p[parameter::link_length(n) + j], 0.0);
+    }
+    sum
 }
 
 /// Kinetic energy of all bodies and rotors.
@@ -106,14 +125,19 @@ fn mass_matrix_energy_and_momenta_are_those_of_the_bodies() {
 fn accelerations_satisfy_lagranges_equations() {
     let mut random = Random(4);
     let mut worst = 0.0f64;
-    for _ in 0..100 {
+    for case in 0..100 {
         let (model, p) = random_arm(&mut random);
+        let model = model.on_fixed_base(case % 2 == 1);
         let (n, d) = (model.links(), model.dofs());
-        let (q, v) = (random.vector(d, 3.0), random.vector(d, 1.0));
+        let (q, mut v) = (random.vector(d, 3.0), random.vector(d, 1.0));
+        // A base that is fixed stands still, whatever force that takes (ARM-15).
+        let held = if model.has_fixed_base() { 3 } else { 0 };
+        v[..held].fill(0.0);
         let u = random.vector(model.sizes().inputs, 2.0);
         let x = [q.clone(), v.clone()].concat();
         let mut dx = vec![0.0; 2 * d];
         model.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut dx);
+        assert!(dx[..held].iter().chain(&dx[d..][..held]).all(|r| *r == 0.0));
         let a = &dx[d..];
         let e = 1e-4;
         let moved = |direction: &[f64], s: f64| -> Vec<f64> {
@@ -124,7 +148,7 @@ fn accelerations_satisfy_lagranges_equations() {
             let d = |h: f64| (f(h) - f(-h)) / (2.0 * h);
             (4.0 * d(e) - d(2.0 * e)) / 3.0
         };
-        for i in 0..d {
+        for i in held..d {
             let unit: Vec<f64> = (0..d).map(|k| f64::from(u8::from(k == i))).collect();
             // d/dt (dT/dv_i) = sum_k M_ik a_k + (dM/dt v)_i
             let momentum = |s: f64| {
@@ -158,11 +182,42 @@ fn accelerations_satisfy_lagranges_equations() {
                 right += u[input::tip_force(n) + axis] * slope(&|s| tip(s).position[axis]);
             }
             right += u[input::tip_torque(n)] * slope(&|s| tip(s).attitude);
+            right += slope(&|s| lowered(&p, &moved(&unit, s), n));
             worst = worst.max((left - right).abs() / (1.0 + left.abs() + inertial.abs()));
         }
     }
     println!("Lagrange's equations: {worst:e}");
     assert!(worst < 1e-8);
+}
+
+#[test]
+fn on_a_fixed_base_one_link_is_a_pendulum_and_gravity_wants_such_a_base() {
+    let (mass, lever, inertia, g) = (2.0, 0.4, 0.1, 9.81);
+    let pendulum = PlanarManipulator::new(&[false], NO_EFFECTS).unwrap().on_fixed_base(true);
+    let mut p = pendulum.defaults();
+    p[parameter::link_mass(1)] = mass;
+    p[parameter::link_inertia(1)] = inertia;
+    p[parameter::link_center_of_mass(1)..][..2].copy_from_slice(&[lever, 0.0]);
+    p[parameter::gravity(1) + 1] = -g;
+    p[parameter::initial_base_attitude(1)] = 0.3;
+    // What a fixed base is given as a velocity it does not have.
+    p[parameter::initial_base_rate(1)] = 1.0;
+    p[parameter::initial_joint_angle(1)] = 0.5;
+    let u = |_: f64| vec![0.0; input::count(1)];
+    let mut run = Run::new(&pendulum, &p, u);
+    let mut dx = vec![0.0; 8];
+    pendulum.rates(At { t: 0.0, x: &run.x, u: &u(0.0), p: &p, modes: &[] }, &mut dx);
+    let expected = -mass * g * lever * 0.8f64.cos() / (inertia + mass * lever * lever);
+    assert!((dx[7] / expected - 1.0).abs() < 1e-14 && dx[..3] == [0.0; 3]);
+    let energy = |y: &[f64]| y[output::kinetic_energy(1)] + y[output::potential_energy(1)];
+    let before = energy(&run.outputs());
+    run.to(3.0, 1e-3);
+    assert!((energy(&run.outputs()) / before - 1.0).abs() < 1e-11);
+    assert!(pendulum.check(&p).is_ok());
+    let free = pendulum.clone().on_fixed_base(false);
+    let (at, said) = free.check(&p).unwrap_err();
+    assert_eq!(at, parameter::gravity(1) + 1);
+    assert!(said.contains("gravity[2] = -9.81") && said.contains("base = fixed"), "{said}");
 }
 
 #[test]

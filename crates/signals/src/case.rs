@@ -1,5 +1,6 @@
 //! A folder of recordings with a `case.toml`.
 
+mod effects;
 mod load;
 mod parse;
 
@@ -53,6 +54,18 @@ impl fmt::Display for Value {
     }
 }
 
+/// An effect that is there for certain, and belongs to the nominal model. Values of its parameters and their doubts stand
+/// among those of the case.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct KnownEffect {
+    /// As in the list of effects, a place behind a colon.
+    pub id: String,
+    /// Which joint of an arm, from 1; `None`: of a joint, at no joint, or as arrays of its parameters say.
+    pub joint: Option<usize>,
+    /// Its parameters that the case gives, an array's element under its indexed name.
+    pub given: Vec<String>,
+}
+
 /// What `case.toml` says. Arrays of parameters are kept element by element (`linkMass[1]`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Case {
@@ -74,8 +87,12 @@ pub struct Case {
     pub parameters: BTreeMap<String, Value>,
     /// Relative 1-sigma doubt of these values; none, or 0, stands for held to be known.
     pub uncertain: BTreeMap<String, f64>,
+    /// Effects that are there for certain, each once a joint.
+    pub effects: Vec<KnownEffect>,
     /// What is to be estimated (arrays or elements); `None`: the model's default.
     pub fit: Option<Vec<String>>,
+    /// Effects that are estimated beside the model's parameters, without anything known of them.
+    pub with: Vec<String>,
     /// What holds for a channel in all recordings; an array's name for its elements.
     pub channels: BTreeMap<String, Settings>,
 }
@@ -108,6 +125,17 @@ impl Case {
     /// Whether `[fit] parameters` names this parameter or element, or its array; `None` if the case has no such list.
     pub fn fits(&self, name: &str) -> Option<bool> {
         Some(self.fit.as_ref()?.iter().any(|f| f == name || f == base_name(name)))
+    }
+
+    /// Ids of the effects that are there for certain, each once.
+    pub fn known_effects(&self) -> Vec<&str> {
+        let mut all: Vec<&str> = Vec::new();
+        self.effects.iter().for_each(|e| {
+            if !all.contains(&e.id.as_str()) {
+                all.push(&e.id);
+            }
+        });
+        all
     }
 
     /// Every recording that is named, once.

@@ -30,7 +30,7 @@ impl Keys {
 }
 
 /// All tables.
-pub const ALL: &[Keys] = &[CASE, FIT, CHANNELS, SIDECAR, COLUMNS];
+pub const ALL: &[Keys] = &[CASE, EFFECTS, FIT, CHANNELS, SIDECAR, COLUMNS];
 
 const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
     Key { name, meaning, unit, default }
@@ -57,6 +57,12 @@ pub const CASE: Keys = Keys {
         key("rest", "recordings at rest: what varies in them is noise", "file names", "none"),
         key("parameters", "table: the nominal simulation, see below", "", "the model's own values"),
         key("uncertain", "table: how far these values may be off, see below", "", "none is doubted"),
+        key(
+            "effects",
+            "tables `[effects.ID]`: effects that are there for certain, see below",
+            "",
+            "the model has none",
+        ),
         key("fit", "table: what `identify` estimates, see below", "", "see there"),
         key(
             "channels",
@@ -67,15 +73,32 @@ pub const CASE: Keys = Keys {
     ],
 };
 
+/// Of a known effect, beside the names of its parameters.
+pub const EFFECTS: Keys = Keys {
+    of: "effects",
+    list: &[
+        key("joint", "at which joint of an arm it is, from 1", "", "as arrays of its parameters say"),
+        key("doubt", "relative standard deviation of all its values", "1", "0: they are held to be known"),
+    ],
+};
+
 /// Of `[fit]`.
 pub const FIT: Keys = Keys {
     of: "fit",
-    list: &[key(
-        "parameters",
-        "what `identify` estimates; an array's name stands for its elements",
-        "names",
-        "of a joint stiffness, damping and frictions, of an arm motor inertia, stiffness and damping of flexible joints",
-    )],
+    list: &[
+        key(
+            "parameters",
+            "what `identify` estimates; an array's name stands for its elements",
+            "names",
+            "of a joint stiffness, damping and frictions, of an arm motor inertia, stiffness and damping of flexible joints",
+        ),
+        key(
+            "effects",
+            "effects that `identify` estimates beside the model's parameters, as `--with` does; parameters of them that the case gives are where it begins",
+            "ids",
+            "none",
+        ),
+    ],
 };
 
 /// Of `[channels.NAME]`, in a case and in a sidecar.

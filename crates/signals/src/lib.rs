@@ -36,7 +36,7 @@ mod unit;
 mod variable;
 mod write;
 
-pub use case::{Case, Loaded, Value};
+pub use case::{Case, KnownEffect, Loaded, Value};
 pub use error::Error;
 pub use finding::{Finding, Kind, Severity};
 pub use names::{base_name, element_name};

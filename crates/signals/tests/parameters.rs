@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::common::{CASE, HEALTHY, found, with_links};
-use trueup_signals::{Case, Finding};
+use trueup_signals::{Case, Error, Finding};
 
 /// What stands in `[parameters]` and `[uncertain]` has the shape, the type and the range of its variable.
 #[test]
@@ -65,4 +65,53 @@ fn parameters_of_a_wrong_type_or_shape_are_refused() {
     // A doubt of 0 beside others says that a value is known.
     assert_eq!([case.doubt("linkMass[1]"), case.doubt("linkMass[2]")], [Some(0.1), None]);
     assert_eq!([case.doubt("center[1,1]"), case.doubt("center[1,2]")], [Some(0.02), None]);
+}
+
+/// Values and doubts of known effects are those of parameters; at which joint, too.
+#[test]
+fn known_effects_are_read_as_parameters() {
+    let read = |text: &str| Case::parse(Path::new("case.toml"), &format!("{CASE}{text}"), &[]);
+    let (case, findings) = read(
+        "[parameters]\nstiffness = 1.0\n[uncertain]\ngravityAngle = 0.02\n[effects]\n\
+         gravity-torque = { gravityTorque = 110.0, gravityAngle = 1.5, doubt = 0.1 }\n\
+         cable-stiffness = [{ cableStiffness = 2.0, joint = 1 }, { cableStiffness = 1.0, joint = 3, doubt = 0 }]\n\
+         asymmetric-friction = { asymmetry = [0.1, 0.2] }\n[fit]\neffects = [\"backlash\"]\n",
+    )
+    .unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    assert_eq!(case.known_effects(), ["asymmetric-friction", "cable-stiffness", "gravity-torque"]);
+    assert_eq!(case.effects.iter().map(|e| e.joint).collect::<Vec<_>>(), [None, Some(1), Some(3), None]);
+    assert_eq!((case.number("gravityTorque"), case.number("cableStiffness[3]")), (Some(110.0), Some(1.0)));
+    assert_eq!(case.number("asymmetry[2]"), Some(0.2));
+    // What [uncertain] says of one of them goes before the doubt of all.
+    let doubts = ["gravityTorque", "gravityAngle", "cableStiffness[1]", "cableStiffness[3]"];
+    assert_eq!(doubts.map(|n| case.doubt(n)), [Some(0.1), Some(0.02), None, None]);
+    assert_eq!(case.with, ["backlash"]);
+    for (text, parts) in [
+        ("backlash = 0.1", ["`effects.backlash` is a table", "[effects.backlash]"]),
+        ("backlash = { backlashWidth = 0.1, joint = 0 }", ["`joint` of effects.backlash is 0", "joint = 1"]),
+        (
+            "backlash = { backlashWidth = 0.1, joint = 1.5 }",
+            ["`joint` of effects.backlash is 1.5", "joint = 1"],
+        ),
+        (
+            "backlash = { backlashWidth = 0.1, doubt = -1 }",
+            ["`doubt` of effects.backlash is -1", "0.1 for 10 %"],
+        ),
+        (
+            "backlash = { stiffness = 2.0 }",
+            ["`stiffness` has a value in [parameters] and in", "give it once"],
+        ),
+        (
+            "backlash = [{ a = 0.1, joint = 1 }, { a = 0.2, joint = 1 }]",
+            ["named twice", "once for each joint"],
+        ),
+    ] {
+        let Err(Error::Wrong(said)) = read(&format!("[parameters]\nstiffness = 1.0\n[effects]\n{text}\n"))
+        else {
+            panic!("{text}")
+        };
+        let hit = |f: &Finding| f.is_error() && parts.iter().all(|p| f.to_string().contains(p));
+        assert!(said.iter().any(hit), "{text}: {said:?}");
+    }
 }

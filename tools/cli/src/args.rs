@@ -68,6 +68,9 @@ pub(crate) struct Identify {
     /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: Method,
+    /// Fit these effects beside the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids
+    #[arg(long, value_name = "ID,..", value_delimiter = ',', conflicts_with = "fmu")]
+    pub(crate) with: Vec<String>,
     /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; one that this program has not packed gets
     /// processes of its own where there are any (Linux); it is native code all the same: trust it first
     #[arg(long, value_name = "FILE.fmu")]

@@ -6,7 +6,7 @@ pub(crate) mod preset;
 use std::path::Path;
 
 use trueup_identification::fmu::FmuModel;
-use trueup_identification::model::Model;
+use trueup_identification::model::{Model, ModelError};
 use trueup_identification::recorded::led;
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{Case, Finding, Kind, Loaded};
@@ -26,14 +26,19 @@ pub(crate) enum Purpose {
 
 /// A case with its recordings, and what the intake noticed: all of it is told on standard error, as are the parameters that
 /// the case leaves out.
-pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding>), Error> {
+/// `with` are effects that are fitted beside those that it names.
+pub(crate) fn load(path: &Path, purpose: Purpose, with: &[String]) -> Result<(Loaded, Vec<Finding>), Error> {
     let wrong = |case: &Case, what: String| {
         trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, what, "")])
     };
-    let variables = |case: &Case| {
-        Model::of_case(case, &[]).map(|m| m.variables()).map_err(|e| wrong(case, e.to_string()))
-    };
-    let (loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
+    let variables =
+        |case: &Case| fitted(case, with).map(|m| m.variables()).map_err(|e| wrong(case, e.to_string()));
+    let (mut loaded, mut findings) = Case::load(path, variables).map_err(|e| Error::Failed(e.to_string()))?;
+    for id in with {
+        if !loaded.case.with.contains(id) {
+            loaded.case.with.push(id.clone());
+        }
+    }
     let model = Model::of_case(&loaded.case, &[]).map_err(|e| Error::at(&loaded.case.file, e))?;
     if let Some(line) = preset::line(&model, &loaded.case) {
         eprintln!("{line}");
@@ -56,6 +61,12 @@ pub(crate) fn load(path: &Path, purpose: Purpose) -> Result<(Loaded, Vec<Finding
     }
     tell(&findings);
     if findings.iter().any(Finding::is_error) { Err(Error::Said) } else { Ok((loaded, findings)) }
+}
+
+/// The model of a case with the effects that are fitted.
+fn fitted(case: &Case, with: &[String]) -> Result<Model, ModelError> {
+    let all: Vec<&str> = case.with.iter().chain(with).map(String::as_str).collect();
+    Model::of_case(case, &all)
 }
 
 /// The same for an FMU; which channels go with each other is not known there.

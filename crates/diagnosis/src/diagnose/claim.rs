@@ -260,9 +260,7 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
     if let Some(began) = began {
         all.extend(began.states.iter().filter(|(name, _)| began.hidden.contains(name)).cloned());
     }
-    let mut effects: Vec<String> = stated.set.iter().flat_map(Hypothesis::packed).collect();
-    effects.sort();
-    effects.dedup();
+    let effects = search.case.subject.with_known(stated.set.iter().flat_map(Hypothesis::packed));
     for i in 0..stated.set.len() {
         for (own, x) in stated.posed[i].unknowns.iter().zip(&after.theta[stated.begin[i]..]) {
             if own.target.shifts() {

@@ -27,11 +27,11 @@ use trueup_signals::spline::Spline;
 use super::coordinate::median_step;
 use super::octaves;
 use super::problem::Target;
-use super::recordings::rates;
 use super::subject::Model;
 use advance::{Context, Work};
 use input::{averaged, lag};
 pub use links::{Leading, Links};
+use trueup_identification::sizes::rates;
 
 /// What forms of laws may err by, relative to the terms of the balance.
 pub const FORM_ERROR: f64 = 3e-4;

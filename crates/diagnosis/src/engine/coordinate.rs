@@ -106,6 +106,16 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
         .collect();
     let start = [p::initial_base_attitude(n), p::initial_base_rate(n)];
     all.push(of(2, o::base_attitude(n), o::base_rate(n), start));
+    if m.has_fixed_base() {
+        // It stays where its parameters say, whatever a sensor shows.
+        all.iter_mut().for_each(|c| {
+            *c = Coordinate {
+                position: c.position.clone(),
+                velocity: c.velocity.clone(),
+                ..Coordinate::default()
+            };
+        });
+    }
     for j in 0..n {
         let start = [p::initial_joint_angle(n) + j, p::initial_joint_velocity(n) + j];
         let mut c = of(3 + j, o::joint_angle(n) + j, o::joint_velocity(n) + j, start);

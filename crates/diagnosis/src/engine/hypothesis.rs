@@ -1,19 +1,20 @@
 //! What may be missing: effects of the library and wrong parameters, each with what is unknown about it and where to
 //! look for it.
 
+mod known;
 mod pose;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 use trueup_identification::run::Run;
+use trueup_identification::sizes::Sizes;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
 use trueup_models::{arm, joint};
 
 use super::problem::{Target, Unknown};
 use super::recordings::Prepared;
-use super::sizes::Sizes;
 pub use pose::{Look, Posed};
 
 /// What a hypothesis says.
@@ -180,6 +181,7 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
                 all.push(j::GEAR_RATIO);
             }
             all.retain(|i| v[*i] > 0.0);
+            all.extend(known::parameters(p));
             all
         }
         effect::Plant::Arm => {
@@ -194,6 +196,7 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
                 "jointDamping",
             ];
             let base = |n: &str| n.split('[').next().unwrap_or(n).to_owned();
+            let held = |n: &str| p.subject.fixed_base && matches!(n, "baseMass" | "baseInertia");
             (0..names.len())
                 .filter(|i| {
                     let name = base(&names[*i].name);
@@ -204,9 +207,15 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
                         .nth(1)
                         .and_then(|e| e.trim_end_matches(']').parse::<usize>().ok());
                     let flexible = element.is_some_and(|e| p.subject.flexible[e - 1]);
-                    OWN.contains(&name.as_str()) && p.nominal[*i] != 0.0 && (!spring || flexible)
+                    OWN.contains(&name.as_str())
+                        && !held(&name)
+                        && p.nominal[*i] != 0.0
+                        && (!spring || flexible)
                         || p.doubt.contains_key(&names[*i].name) && p.nominal[*i] != 0.0
                 })
+                .chain(known::parameters(p))
+                .collect::<BTreeSet<_>>()
+                .into_iter()
                 .collect()
         }
     }
@@ -228,6 +237,11 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
     };
     let (lower, upper) =
         if start > 0.0 { (start * 0.02, start * 50.0) } else { (start * 50.0, start * 0.02) };
+    // An angle has no share of itself that it could be off by.
+    let (scale, prior, lower, upper) = match p.model.effects().turns(index) {
+        true => (Scale::Linear(1.0), (start, doubt), f64::NEG_INFINITY, f64::INFINITY),
+        false => (scale, prior, lower, upper),
+    };
     Unknown {
         name: named.name.clone(),
         unit: named.unit.clone(),
@@ -317,8 +331,15 @@ fn elements_of(p: &Prepared, channel: &str) -> Vec<(usize, usize, String)> {
 /// It is not there already, and something would show it.
 fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
     let flexible = p.subject.flexible[site];
+    if known::acts(p, choice, site) {
+        return false;
+    }
     if choice.spec().loosens() {
         return !flexible;
+    }
+    // What holds a fixed base takes any force; a field pulls at the links as well.
+    if p.subject.fixed_base && choice.component() == "base" && !choice.spec().field {
+        return false;
     }
     match (choice.spec().id, p.subject.plant) {
         ("motor-friction", effect::Plant::Joint) => {
@@ -335,7 +356,7 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
         (
             "asymmetric-friction" | "friction-drift" | "presliding-friction" | "stribeck-friction",
             effect::Plant::Arm,
-        ) => false,
+        ) => known::rubs(p, site),
         ("actuator-lag" | "current-saturation", effect::Plant::Joint) => {
             p.train.iter().any(|c| driven(&c.run, joint::input::MOTOR_CURRENT))
         }

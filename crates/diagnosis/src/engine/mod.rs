@@ -17,5 +17,4 @@ pub mod replay;
 pub mod screen;
 pub mod search;
 pub mod select;
-pub mod sizes;
 pub mod subject;

@@ -6,7 +6,7 @@ use trueup_models::{arm, joint};
 use super::hypothesis::Hypothesis;
 use super::problem::{Compared, Unknown};
 use super::search::{Fitted, Search};
-use super::sizes::range;
+use trueup_identification::sizes::range;
 use trueup_numerics::order::descending;
 
 /// Orders that are looked at closely.

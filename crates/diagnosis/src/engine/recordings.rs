@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use rand::Rng;
-use trueup_identification::model::ModelError;
+use trueup_identification::model::{ModelError, has_fixed_base};
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::{effect, joint};
 use trueup_numerics::hybrid::Hybrid;
@@ -60,7 +60,7 @@ pub enum Unfit {
 pub struct Prepared {
     /// The plant as its owner declares it.
     pub subject: Subject,
-    /// Without effects.
+    /// Without effects, but for those that are known.
     pub model: Model,
     /// Its parameters as the owner believes them.
     pub nominal: Vec<f64>,
@@ -88,16 +88,18 @@ impl Subject {
     /// # Errors
     /// It names none of ours.
     pub fn of(case: &Case) -> Result<Self, Unfit> {
+        let known = case.known_effects().into_iter().map(str::to_owned).collect();
         let declared: Vec<bool> = case.elements("jointFlexible").iter().filter_map(|v| v.boolean()).collect();
         match case.model.as_str() {
             "TwoMassJoint" => {
                 let flexible = declared.first().copied().unwrap_or(true);
-                Ok(Self { plant: effect::Plant::Joint, flexible: vec![flexible] })
+                Ok(Self { plant: effect::Plant::Joint, flexible: vec![flexible], fixed_base: false, known })
             }
             "PlanarManipulator" => {
                 // As the reader of parameters has it.
                 let flexible = if declared.is_empty() { vec![true, false, false] } else { declared };
-                Ok(Self { plant: effect::Plant::Arm, flexible })
+                let fixed_base = has_fixed_base(case)?;
+                Ok(Self { plant: effect::Plant::Arm, flexible, fixed_base, known })
             }
             other => Err(Unfit::Model(other.to_owned())),
         }
@@ -238,19 +240,6 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
         return Err(Unfit::NoOutput(r.name.clone()));
     }
     Ok(run)
-}
-
-/// Sum of the squares of a series' rates, over at least 50 ms each, and how many there are.
-pub(crate) fn rates(t: &[f64], y: &[f64]) -> (f64, f64) {
-    let (mut sum, mut count, mut k) = (0.0, 0.0, 0);
-    for i in 0..t.len() {
-        if t[i] - t[k] >= 0.05 {
-            sum += ((y[i] - y[k]) / (t[i] - t[k])).powi(2);
-            count += 1.0;
-            k = i;
-        }
-    }
-    (sum, count)
 }
 
 /// Noise where nobody declares it: from third differences, which a smooth motion does not have.

@@ -6,6 +6,8 @@ use nalgebra::{DMatrix, DVector};
 use serde::{Deserialize, Serialize};
 use trueup_identification::lsq::{Options, Problem, solve};
 use trueup_identification::predict::PredictError;
+use trueup_identification::run::Run;
+use trueup_identification::sizes::{Rig, Sizes};
 use trueup_models::{effect, joint};
 
 use super::balance::Led;
@@ -13,7 +15,6 @@ use super::floors::{self, Floors};
 use super::hypothesis::{self, Hypothesis, KNOWN, Posed};
 use super::problem::{Belief, Comparison, Target, Unknown};
 use super::recordings::Prepared;
-use super::sizes::Sizes;
 use super::subject::Model;
 use crate::json::number;
 
@@ -157,7 +158,14 @@ impl<'a> Search<'a> {
     /// # Errors
     /// A recording that is too short.
     pub fn new(case: &'a Prepared, seed: u64) -> Result<Self, String> {
-        let sizes = Sizes::of(case);
+        let runs: Vec<&Run> = case.train.iter().map(|c| &c.run).collect();
+        let subject = &case.subject;
+        let sizes = Sizes::of(&Rig {
+            plant: subject.plant,
+            flexible: &subject.flexible,
+            values: &case.nominal,
+            runs: &runs,
+        });
         let causes = hypothesis::all(case);
         let Floors { led, expected } = floors::floors(case, seed)?;
         let mut own = Self { case, sizes, causes, led, expected, adrift: BTreeMap::new() };
@@ -209,7 +217,10 @@ impl<'a> Search<'a> {
             }
         } else if let (Some(_), n) = (names.get("staticFriction[1]"), p.subject.joints()) {
             for j in 1..=n {
-                ties.push((names[&format!("staticFriction[{j}]")], names[&format!("coulombFriction[{j}]")]));
+                let [held, slides] = ["static", "coulomb"].map(|of| names[&format!("{of}Friction[{j}]")]);
+                if nominal[held] <= nominal[slides] {
+                    ties.push((held, slides));
+                }
             }
         }
         let mut unknowns = Vec::new();

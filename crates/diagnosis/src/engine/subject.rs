@@ -1,5 +1,7 @@
 //! The plant under diagnosis: its structure, with any effects, and where a named value lies in it.
 
+use std::collections::BTreeSet;
+
 use trueup_identification::plant::{Plant, followers};
 use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::effect::{self, Choice, EffectSet, Role, Scope};
@@ -65,13 +67,17 @@ impl Model {
     }
 }
 
-/// The plant without effects, as its owner declares it.
+/// The plant as its owner declares it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject {
     /// Which plant.
     pub plant: effect::Plant,
     /// Which joints have a spring.
     pub flexible: Vec<bool>,
+    /// An arm's base stays where it begins.
+    pub fixed_base: bool,
+    /// Ids of the effects that are there for certain: every model of it has them.
+    pub known: Vec<String>,
 }
 
 /// A value's name and unit.
@@ -94,6 +100,7 @@ fn arm_unit(name: &str) -> &'static str {
         "initialBaseVelocity" => "m/s",
         n if n.starts_with("initial") && (n.ends_with("Rate") || n.ends_with("Velocity")) => "rad/s",
         n if n.starts_with("initial") => "rad",
+        "gravity" => "m/s2",
         _ => "1",
     }
 }
@@ -132,19 +139,25 @@ fn arm_names(list: &[Length], n: usize) -> Vec<String> {
 }
 
 impl Subject {
-    /// With these effects (ids, places behind a colon).
+    /// With these effects (ids, places behind a colon) beside those that are known.
     ///
     /// # Errors
     /// An effect that this plant cannot have.
     pub fn model<S: AsRef<str>>(&self, effects: &[S]) -> Result<Model, String> {
+        let effects = self.with_known(effects.iter().map(|e| e.as_ref().to_owned()));
         match self.plant {
             effect::Plant::Joint => {
-                TwoMassJoint::new(self.flexible[0], effects).map(Model::Joint).map_err(|e| e.to_string())
+                TwoMassJoint::new(self.flexible[0], &effects).map(Model::Joint).map_err(|e| e.to_string())
             }
             effect::Plant::Arm => {
-                PlanarManipulator::new(&self.flexible, effects).map(Model::Arm).map_err(|e| e.to_string())
+                let arm = PlanarManipulator::new(&self.flexible, &effects).map_err(|e| e.to_string())?;
+                Ok(Model::Arm(arm.on_fixed_base(self.fixed_base)))
             }
         }
+    }
+    /// Effects and those that are known, each once, in the order of their names.
+    pub fn with_known(&self, effects: impl IntoIterator<Item = String>) -> Vec<String> {
+        effects.into_iter().chain(self.known.iter().cloned()).collect::<BTreeSet<_>>().into_iter().collect()
     }
     /// Number of joints.
     pub fn joints(&self) -> usize {
@@ -239,7 +252,7 @@ mod tests {
         for (plant, flexible) in
             [(effect::Plant::Joint, vec![true]), (effect::Plant::Arm, vec![true, false, false])]
         {
-            let subject = Subject { plant, flexible };
+            let subject = Subject { plant, flexible, fixed_base: false, known: Vec::new() };
             let all: Vec<String> = subject.choices().map(|c| c.id()).collect();
             for effects in [&[][..], &all] {
                 let model = subject.model(effects).unwrap();

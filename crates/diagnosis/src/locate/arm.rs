@@ -357,7 +357,9 @@ impl Model<'_> {
         self.arm.rates(At { t: 0.0, x: &full, u, p: self.p, modes: &modes }, &mut dx);
         let mass = self.arm.mass_matrix(&full, self.p);
         let difference: Vec<f64> = acceleration.iter().zip(&dx[dofs..2 * dofs]).map(|(m, c)| m - c).collect();
-        (0..dofs).map(|r| mass.row_times(r, &difference)).collect()
+        // What holds a fixed base takes any force.
+        let held = |r: usize| r < 3 && self.arm.has_fixed_base();
+        (0..dofs).map(|r| if held(r) { 0.0 } else { mass.row_times(r, &difference) }).collect()
     }
 }
 
@@ -370,6 +372,12 @@ fn judge(
     doubts: &[(usize, f64)],
     reach: usize,
 ) {
+    // On a fixed base momentum is not kept, and the base shows nothing.
+    if model.arm.has_fixed_base() {
+        let fails = out.ratios.iter().any(|r| *r > MARGIN);
+        out.cause = if fails { Cause::Internal } else { Cause::None };
+        return;
+    }
     let integrated = columns.velocity.iter().all(|v| v.is_empty());
     let floors: [f64; 3] = if integrated {
         motion.integrated_floors(model, out)

@@ -13,6 +13,8 @@ use trueup_numerics::order::descending;
 const CUTOFF: f64 = 0.08;
 /// ... and below this frequency in Hz: arms that float move slowly, and noise of accelerations grows with its square.
 const FASTEST: f64 = 3.0;
+/// Coordinates of the base.
+const BASE: usize = 3;
 /// Relative doubt of masses and inertias whose owner states none.
 const DOUBT: f64 = 0.05;
 
@@ -29,20 +31,25 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, arm: &PlanarManipulator, 
             .map(String::as_str)
             .filter(|c| recording.channel(c).is_some())
             .collect();
-        // Base and joints are wanted; a motor without a sensor turns with its joint.
-        if names[..3 + n].iter().any(|c| !wanted.contains(&c.as_str())) {
+        // Base and joints are wanted, a base that is fixed but for its sensors; a motor without one turns with its joint.
+        let first = if arm.has_fixed_base() { BASE } else { 0 };
+        if names[first..BASE + n].iter().any(|c| !wanted.contains(&c.as_str())) {
             continue;
         }
-        let step =
-            names[..3 + n].iter().filter_map(|c| recording.channel(c)?.median_step()).fold(0.0, f64::max);
+        let step = names[first..BASE + n]
+            .iter()
+            .filter_map(|c| recording.channel(c)?.median_step())
+            .fold(0.0, f64::max);
         let Some(grid) = Grid::of(recording, &wanted, step) else { continue };
         let column = |name: &String| -> &[f64] {
             wanted.iter().position(|w| w == name).map_or(&[], |k| &grid.columns[k])
         };
         let floor = |name: &String| deviation(&out.floors, name).unwrap_or(0.0);
+        let still = vec![0.0; grid.columns.first().map_or(0, Vec::len)];
+        let position = |(i, name): (usize, &String)| if i < first { &still[..] } else { column(name) };
         let columns = ArmColumns {
             step,
-            position: names.iter().map(column).collect(),
+            position: names.iter().enumerate().map(position).collect(),
             velocity: Vec::new(),
             input: inputs.iter().map(column).collect(),
             position_floor: names.iter().map(floor).collect(),
@@ -123,10 +130,10 @@ fn places(
             found.push(Place { component: component.to_owned(), joint, share: size / whole });
         }
     };
-    let (base, links) = (excess[..3].iter().sum::<f64>(), excess[3..3 + n].iter().sum::<f64>());
+    let (base, links) = (excess[..BASE].iter().sum::<f64>(), excess[BASE..BASE + n].iter().sum::<f64>());
     if cause == Cause::External {
         // What pushes the base is in its rows alone; what pushes the tip is in those of all joints too.
-        let on_tip = excess[3..3 + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
+        let on_tip = excess[BASE..BASE + n].iter().filter(|e| **e > 1.0).count() == n && links > 0.1 * base;
         add(if on_tip { "tip" } else { "base" }, None, base + if on_tip { links } else { 0.0 });
     }
     let at_motor = |r: usize| {
@@ -136,7 +143,7 @@ fn places(
     };
     let handled = cause == Cause::External && found.first().is_some_and(|p: &Place| p.component == "tip");
     for i in 0..n {
-        let (joint, motor) = (3 + i, arm.motor(i));
+        let (joint, motor) = (BASE + i, arm.motor(i));
         let mut add = |component: &str, size: f64| {
             if size > 0.005 * whole {
                 found.push(Place {

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use trueup_models::joint::parameter as j;
+use trueup_models::joint::{TwoMassJoint, input, parameter as j};
+use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_signals::process::Grid;
 use trueup_signals::{Interpolation, Loaded};
 
@@ -19,6 +20,9 @@ const ORDERS: f64 = 12.0;
 /// Balances are looked at below this part of the sampling rate.
 const CUTOFF: f64 = 0.05;
 
+/// Velocities are slopes over twice this, s.
+const SMOOTH: f64 = 0.02;
+
 /// A recording on even steps.
 struct Run<'a> {
     name: &'a str,
@@ -33,10 +37,82 @@ impl Run<'_> {
     }
 }
 
-pub(super) fn look(out: &mut Picture, loaded: &Loaded, flexible: bool, p: &[f64]) {
+impl Run<'_> {
+    /// Adds what the effects of the nominal model do to what drives it: to the torque on the load, and to the current.
+    /// Laws with states of their own are as at their start.
+    fn drive_by(&mut self, joint: &TwoMassJoint, plain: &TwoMassJoint, p: &[f64]) {
+        let n = self.grid.columns.first().map_or(0, Vec::len);
+        let gear = p[j::GEAR_RATIO];
+        let angle = |name: &str, other: &str, factor: f64| -> Vec<f64> {
+            let own = self.column(name);
+            if own.is_empty() {
+                self.column(other).iter().map(|q| q * factor).collect()
+            } else {
+                own.to_vec()
+            }
+        };
+        let motor = angle("motorAngle", "loadAngle", gear);
+        let load = angle("loadAngle", "motorAngle", 1.0 / gear);
+        let reach = ((SMOOTH / self.grid.step).ceil() as usize).max(1);
+        let slope = |q: &[f64], k: usize| {
+            let (a, b) = (k.saturating_sub(reach), (k + reach).min(n - 1));
+            (q[b] - q[a]) / ((b - a).max(1) as f64 * self.grid.step)
+        };
+        let mut begin = p.to_vec();
+        let (mut at_motor, mut at_load) = (Vec::with_capacity(n), Vec::with_capacity(n));
+        for k in 0..n {
+            begin[j::INITIAL_MOTOR_ANGLE] = motor[k];
+            begin[j::INITIAL_LOAD_ANGLE] = load[k];
+            begin[j::INITIAL_MOTOR_VELOCITY] = slope(&motor, k);
+            begin[j::INITIAL_LOAD_VELOCITY] = slope(&load, k);
+            let rates = |model: &TwoMassJoint| {
+                let size = model.sizes();
+                let (mut x, mut dx) = (vec![0.0; size.states], vec![0.0; size.states]);
+                let (u, moves) = ([0.0; input::COUNT], [begin[j::INITIAL_MOTOR_VELOCITY].signum() as i32]);
+                let mut modes = vec![0; size.modes];
+                modes.iter_mut().zip(moves).for_each(|(m, v)| *m = v);
+                model.start(&begin[..size.parameters], &mut x);
+                let at = At {
+                    t: self.grid.start + k as f64 * self.grid.step,
+                    x: &x,
+                    u: &u,
+                    p: &begin,
+                    modes: &modes,
+                };
+                model.rates(at, &mut dx);
+                dx
+            };
+            let (with, without) = (rates(joint), rates(plain));
+            at_motor.push(p[j::MOTOR_INERTIA] * (with[1] - without[1]));
+            at_load.push(if joint.flexible() { p[j::LOAD_INERTIA] * (with[3] - without[3]) } else { 0.0 });
+        }
+        let whole = if joint.flexible() {
+            1.0
+        } else {
+            1.0 + p[j::LOAD_INERTIA] / (p[j::MOTOR_INERTIA] * gear * gear)
+        };
+        let mut add = |name: &'static str, by: Vec<f64>| match self.at.get(name) {
+            Some(k) => self.grid.columns[*k].iter_mut().zip(by).for_each(|(own, by)| *own += by),
+            None => {
+                self.at.insert(name, self.grid.columns.len());
+                self.grid.columns.push(by);
+            }
+        };
+        add("motorCurrent", at_motor.iter().map(|t| whole * t / p[j::TORQUE_CONSTANT]).collect());
+        add("externalTorque", at_load);
+    }
+}
+
+pub(super) fn look(out: &mut Picture, loaded: &Loaded, joint: &TwoMassJoint, p: &[f64]) {
+    let flexible = joint.flexible();
     let floors = |name: &str| deviation(&out.floors, name).unwrap_or(0.0);
     let [current_floor, motor_floor, load_floor] = ["motorCurrent", "motorAngle", "loadAngle"].map(floors);
-    let runs: Vec<Run<'_>> = loaded.train().into_iter().filter_map(run).collect();
+    let mut runs: Vec<Run<'_>> = loaded.train().into_iter().filter_map(run).collect();
+    if let (true, Ok(plain)) =
+        (joint.effects().iter().next().is_some(), TwoMassJoint::new::<&str>(flexible, &[]))
+    {
+        runs.iter_mut().for_each(|run| run.drive_by(joint, &plain, p));
+    }
     fn columns<'a>(run: &'a Run<'_>, floors: [f64; 3]) -> JointColumns<'a> {
         JointColumns {
             step: run.grid.step,
@@ -93,7 +169,7 @@ pub(super) fn look(out: &mut Picture, loaded: &Loaded, flexible: bool, p: &[f64]
         let here = joint_intervals(p, flexible, &c, e, run.name, run.grid.start, 0.02);
         intervals.extend(here.into_iter().map(|i| Interval { share: i.share * weight, ..i }));
         let (angle, factor) = if c.motor.is_empty() { (c.load, gear) } else { (c.motor, 1.0) };
-        let reach = ((0.02 / run.grid.step).ceil() as usize).max(1);
+        let reach = ((SMOOTH / run.grid.step).ceil() as usize).max(1);
         let n = e.value.len();
         velocity.extend((0..n).map(|i| {
             let (a, b) = (i.saturating_sub(reach), (i + reach).min(n - 1));

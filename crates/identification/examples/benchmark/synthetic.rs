@@ -149,8 +149,13 @@ impl Cell {
 
 /// A flexible joint without effects.
 pub(crate) fn joint() -> Model {
-    let structure =
-        Structure { model: "TwoMassJoint".into(), flexible: vec![true], effects: vec![], led: vec![] };
+    let structure = Structure {
+        model: "TwoMassJoint".into(),
+        flexible: vec![true],
+        fixed_base: false,
+        effects: vec![],
+        led: vec![],
+    };
     Model::new(structure).expect("no effects")
 }
 

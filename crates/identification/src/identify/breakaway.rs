@@ -78,6 +78,7 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
         fit: Vec::new(),
         held_out: false,
         before: Vec::new(),
+        without: Vec::new(),
         channels: Vec::new(),
         training: Vec::new(),
         compared: Vec::new(),

@@ -59,7 +59,11 @@ pub(super) fn of(
     if weighed && wider.carry_noise(&theta).is_err() {
         return none;
     }
-    let Some(j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };
+    let Some(mut j) = wider.evaluate(&theta, true).ok().and_then(|e| e.jacobian) else { return none };
+    // As the solver has it: what has no derivative here stays where it is.
+    for mut column in j.column_iter_mut().filter(|c| !c.norm_squared().is_finite()) {
+        column.fill(0.0);
+    }
     let own = j.columns(0, count).into_owned();
     let all = estimate::leverage(&own, &j.columns(count, extra.len()).into_owned());
     let (periodic, waves) = periodic(&wider, j.nrows());

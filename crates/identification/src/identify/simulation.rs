@@ -96,12 +96,14 @@ fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
     names
 }
 
+/// Fits by simulation; `also` gives further starts, from the first one.
 pub(super) fn by_simulation(
     model: &dyn Searched,
     loaded: &Loaded,
     nominal: &[f64],
     mut train: Vec<Run>,
     fitted: Vec<unknowns::Fitted>,
+    also: &dyn Fn(&Start) -> Vec<Start>,
     settings: &Settings,
 ) -> Result<Identified, IdentifyError> {
     let mut notes = Vec::new();
@@ -114,7 +116,9 @@ pub(super) fn by_simulation(
         all
     };
     (settings.progress)("starts from regressions and from the case");
-    let starts = model.starts(nominal, &train, &fitted);
+    let mut starts = model.starts(nominal, &train, &fitted);
+    let further = starts.first().map_or_else(Vec::new, also);
+    starts.extend(further);
     let coordinates = |problem: &OutputError| -> Vec<Vec<f64>> {
         starts.iter().map(|s| s.coordinates(problem.unknowns())).collect()
     };
@@ -274,6 +278,7 @@ pub(super) fn by_simulation(
         fit: Vec::new(),
         held_out: false,
         before: Vec::new(),
+        without: Vec::new(),
         training: compare(&problem, &fit.theta)?,
         channels: e.channels,
         compared: Vec::new(),

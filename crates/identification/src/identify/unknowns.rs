@@ -17,18 +17,21 @@ pub(super) struct Fitted {
     pub doubt: Option<f64>,
 }
 
-/// Asked for, then uncertain ones that are not.
+/// Asked for (by the case, and `besides`), then uncertain ones that are not.
 pub(super) fn of(
     model: &dyn Subject,
     case: &Case,
     nominal: &[f64],
     runs: &[Run],
+    besides: &[&str],
 ) -> Result<Vec<Fitted>, IdentifyError> {
     let asked: Vec<String> = match &case.fit {
         None => model.fits(),
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
-    if asked.is_empty() {
+    let besides = besides.iter().filter(|b| model.parameter(b).is_some()).map(|b| (*b).to_owned());
+    let asked: Vec<String> = asked.into_iter().chain(besides).collect();
+    if asked.is_empty() && case.with.is_empty() {
         return Err(IdentifyError::Unknowns(format!(
             "{}: there is nothing to fit: no joint is flexible; write [fit] parameters = [\"linkMass[3]\"] in it",
             case.file.display()
@@ -66,6 +69,11 @@ fn one(
     let index = model.parameter(name).unwrap_or(0);
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
+    if model.turns(index) {
+        let free = Unknown::free(name, Target::Parameter(index), None, 1.0);
+        let unknown = Unknown { start: value, prior: doubt.map(|d| (value, d)), ..free };
+        return Fitted { unknown, asked_for, doubt };
+    }
     let mut unknown = Unknown::positive(name, index, value);
     if !(value > 0.0 && q.min >= 0.0) {
         let size = if value == 0.0 { typical(model, nominal, runs, name) } else { value.abs() };

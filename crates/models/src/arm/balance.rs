@@ -135,7 +135,7 @@ impl PlanarManipulator {
             }
             f[3 + j] += effects.joint_torque(at, j, &drives[j]);
         }
-        let field = effects.field(at);
+        let field = self.field(at);
         for i in 0..self.dofs() {
             f[i] += mass.at(i, 0) * field[0] + mass.at(i, 1) * field[1];
         }
@@ -145,10 +145,10 @@ impl PlanarManipulator {
     pub(super) fn friction_mode(&self, modes: &[i32], joint: usize) -> i32 {
         if self.has_friction() { modes[joint] } else { SMOOTH }
     }
-    /// The rows that are solved for: all but those of sticking motors; how many.
+    /// The rows that are solved for: all but those of sticking motors and of a fixed base; how many.
     pub(super) fn free(&self, modes: &[i32], rows: &mut [usize; MAX_DOFS]) -> usize {
         let mut count = 0;
-        for row in 0..self.dofs() {
+        for row in self.fixed_rows()..self.dofs() {
             if !(0..self.links()).any(|j| self.motor(j) == row && self.friction_mode(modes, j) == STUCK) {
                 rows[count] = row;
                 count += 1;
@@ -217,6 +217,7 @@ impl PlanarManipulator {
         }
         // Not positive definite: the accelerations are NaN, which whoever steps the model refuses.
         let _ = mass.solve(&rows[..count], &mut acceleration);
+        acceleration[..self.fixed_rows()].fill(T::zero());
         let mut applied = [T::zero(); MAX_LINKS];
         if self.has_friction() {
             for j in (0..n).filter(|j| at.modes[*j] == STUCK) {

@@ -1,4 +1,16 @@
-//! Where the values of a manipulator with `n` links lie in its vectors.
+//! Where the values of a manipulator with `n` links lie in its vectors, and what may be chosen of its base.
+
+use crate::layout::Items;
+
+/// What becomes of the base, in the order of its choice.
+pub static BASE: Items = Items {
+    name: "Base",
+    text: "What becomes of the base",
+    items: &[
+        ("free", "it floats"),
+        ("fixed", "it stays where it begins, whatever force that takes; there may be gravity"),
+    ],
+};
 
 /// Functions `name(n)`: the begin of each variable's elements, one after another.
 macro_rules! layout {
@@ -46,6 +58,7 @@ pub mod parameter {
         "initialMotorAngle" initial_motor_angle = n;
         "initialMotorVelocity" initial_motor_velocity = n;
         "motorCoupling" motor_coupling = 1;
+        "gravity" gravity = 2;
     }
     // Only with an effect that needs motor friction.
     /// Begin of `coulombFriction`, where there is friction.

@@ -2,7 +2,7 @@
 //!
 //! The equations have ids ARM-1 .. in `docs/equations/arm.md`. Angles turn counter-clockwise; a joint's angle
 //! and its motor's are both relative to the body before the joint; torques act on the motors, joint side of
-//! the gear. No gravity.
+//! the gear. Gravity only where the base is fixed.
 //! What it gets wrong: rigid links, one linear spring per joint, a motor torque that is there at once.
 //! Effects add what lacks.
 
@@ -16,7 +16,7 @@ pub mod rotor;
 pub mod solve;
 mod stick;
 
-pub use layout::{input, output, parameter};
+pub use layout::{BASE, input, output, parameter};
 pub use model::PlanarManipulator;
 pub use replay::Replay;
 

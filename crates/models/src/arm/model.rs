@@ -23,9 +23,13 @@ pub struct PlanarManipulator {
     motor: [usize; MAX_LINKS],
     dofs: usize,
     friction: bool,
+    fixed: bool,
     effects: EffectSet,
     sizes: Sizes,
 }
+
+/// Rows of the base: x_0, y_0, q_0.
+pub(super) const BASE_ROWS: usize = 3;
 
 impl PlanarManipulator {
     /// A manipulator with one link per entry of `flexible` (`joint-flexibility` makes all joints flexible), and with
@@ -60,7 +64,15 @@ impl PlanarManipulator {
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible, motor, dofs, friction, effects, sizes })
+        Ok(Self { flexible, motor, dofs, friction, fixed: false, effects, sizes })
+    }
+    /// The same on a base that stays where it begins (ARM-15), or floats.
+    pub fn on_fixed_base(self, fixed: bool) -> Self {
+        Self { fixed, ..self }
+    }
+    /// Its base stays where it begins.
+    pub fn has_fixed_base(&self) -> bool {
+        self.fixed
     }
     /// Which joints have a spring.
     pub fn flexible(&self) -> &[bool] {
@@ -139,10 +151,20 @@ impl PlanarManipulator {
                 positive("gearRatio", parameter::gear_ratio(n) + j, "motorCoupling geared divides by it")?;
             }
         }
+        let gravity = &p[parameter::gravity(n)..][..2];
+        if let (false, Some(i)) = (self.fixed, gravity.iter().position(|g| *g != 0.0)) {
+            let (axis, value) = (i + 1, gravity[i]);
+            return Err((
+                parameter::gravity(n) + i,
+                format!(
+                    "gravity[{axis}] = {value} is refused: the base floats and would fall; give 0, or pack the model with base = fixed"
+                ),
+            ));
+        }
         let mut x = vec![0.0; self.sizes.states];
         self.start(p, &mut x);
         let mass = self.mass_matrix(&x, p);
-        let rows: Vec<usize> = (0..self.dofs).collect();
+        let rows: Vec<usize> = (self.fixed_rows()..self.dofs).collect();
         let Err(row) = mass.solve(&rows, &mut [0.0; MAX_DOFS]) else { return Ok(()) };
         // The one to blame: a value that is not positive, else the one in the row that shows it.
         let shown = match row {
@@ -176,6 +198,17 @@ impl PlanarManipulator {
         ))
     }
 
+    /// How many of the first rows do not move: those of a base that is fixed.
+    pub(super) fn fixed_rows(&self) -> usize {
+        if self.fixed { BASE_ROWS } else { 0 }
+    }
+
+    /// Acceleration that pulls at all bodies: gravity and what effects make of the ground, m/s2, inertial frame (ARM-13).
+    pub(super) fn field<T: Scalar>(&self, at: &At<T>) -> [T; 2] {
+        let (own, g) = (self.effects.field(at), &at.p[parameter::gravity(self.links())..]);
+        [own[0] + g[0], own[1] + g[1]]
+    }
+
     /// The tip at states `x` (ARM-10), and the rate of the last link in rad/s.
     pub fn tip<T: Scalar>(&self, x: &[T], p: &[T]) -> (kinematics::Tip<T>, T) {
         let (q, v) = x.split_at(self.dofs);
@@ -196,6 +229,7 @@ impl PlanarManipulator {
         let motion = self.motion(&at);
         let b = self.balance_led(&at, &motion, led);
         dx[..self.dofs].copy_from_slice(motion.v);
+        dx[..self.fixed_rows()].fill(T::zero());
         dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);
         self.effect_rates(&at, &motion, &b.springs, dx);
     }
@@ -263,22 +297,26 @@ impl Hybrid for PlanarManipulator {
 
     fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
         let n = self.links();
-        let mut put = |row: usize, angle: T, velocity: T| {
+        let dofs = self.dofs;
+        let put = |x: &mut [T], row: usize, angle: T, velocity: T| {
             x[row] = angle;
-            x[self.dofs + row] = velocity;
+            x[dofs + row] = velocity;
         };
         for i in 0..2 {
-            put(i, p[parameter::initial_base_position(n) + i], p[parameter::initial_base_velocity(n) + i]);
+            put(x, i, p[parameter::initial_base_position(n) + i], p[parameter::initial_base_velocity(n) + i]);
         }
-        put(2, p[parameter::initial_base_attitude(n)], p[parameter::initial_base_rate(n)]);
+        put(x, 2, p[parameter::initial_base_attitude(n)], p[parameter::initial_base_rate(n)]);
+        if self.fixed {
+            (0..BASE_ROWS).for_each(|row| x[self.dofs + row] = T::zero());
+        }
         for j in 0..n {
             if self.flexible[j] {
                 let (angle, velocity) =
                     (parameter::initial_motor_angle(n), parameter::initial_motor_velocity(n));
-                put(self.motor[j], p[angle + j], p[velocity + j]);
+                put(x, self.motor[j], p[angle + j], p[velocity + j]);
             }
             let (angle, velocity) = (parameter::initial_joint_angle(n), parameter::initial_joint_velocity(n));
-            put(3 + j, p[angle + j], p[velocity + j]);
+            put(x, 3 + j, p[angle + j], p[velocity + j]);
         }
         let none = [T::zero(); input::count(MAX_LINKS)];
         let drives = self.motion(&At { t: T::zero(), x, u: &none, p, modes: &[] }).drives;
@@ -338,7 +376,7 @@ impl Hybrid for PlanarManipulator {
         y[output::angular_momentum(n)] = q[0] * momentum[1] - q[1] * momentum[0] + momentum[2] + own[2];
         y[output::kinetic_energy(n)] = twice * 0.5 + own[0];
         // The field pulls at the centre of mass of the whole (ARM-13).
-        let field = self.effects.field(&at);
+        let field = self.field(&at);
         for i in 0..2 {
             let first_moment = (0..=n).fold(motion.chain.mass * q[i], |sum, k| sum + t.gamma[k][i]);
             own[1] -= first_moment * field[i];

@@ -1,6 +1,6 @@
 //! The effects packed into one plant, and where their values lie in the plant's vectors.
 
-use super::{Choice, EffectError, Kind, Local, Plant, Scope, Spec, channel};
+use super::{Choice, EffectError, Kind, Local, Plant, Role, Scope, Spec, channel};
 use crate::drive::{Base, Drive, Spring, Wrench};
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
@@ -100,6 +100,14 @@ impl EffectSet {
     /// One after another.
     pub fn iter(&self) -> impl Iterator<Item = &Placed> {
         self.placed.iter()
+    }
+    /// A parameter (by its index in the plant) that is an angle to turn by: it has no size that a share could be of.
+    pub fn turns(&self, parameter: usize) -> bool {
+        self.placed.iter().any(|e| {
+            let own = parameter.checked_sub(e.begin.parameters).map(|k| k / e.sites);
+            let spec = own.and_then(|k| e.choice.parameters().get(k));
+            spec.is_some_and(|s| s.role == Role::Shape && s.unit == "rad" && !s.log)
+        })
     }
     /// One of them needs motor friction.
     pub fn needs_friction(&self) -> bool {

@@ -296,6 +296,8 @@ pub struct Spec {
     pub compliant: bool,
     /// It takes energy out or stores it, and never makes any.
     pub passive: bool,
+    /// It pulls at all bodies, as gravity does.
+    pub field: bool,
     /// It only makes a signal late: whoever has the signal as data can move it in time instead.
     pub shifts: bool,
     /// How many times it comes and goes, at most; 0: it acts all along.
@@ -327,6 +329,7 @@ impl Spec {
         friction: false,
         compliant: false,
         passive: false,
+        field: false,
         shifts: false,
         pulses: 0,
         resonator: false,

@@ -34,6 +34,7 @@ impl Effect for TableTilt {
             },
         ],
         passive: true,
+        field: true,
         ..Spec::NONE
     };
 

@@ -74,6 +74,9 @@ impl Case {
         if let Some(table) = root.get("parameters").and_then(|n| reader.table(n, "parameters")) {
             self.parameters = parameters(reader, table, known);
         }
+        if let Some(table) = root.get("effects").and_then(|n| reader.table(n, "effects")) {
+            self.known(reader, table, known);
+        }
         if let Some(table) = root.get("uncertain").and_then(|n| reader.table(n, "uncertain")) {
             self.doubts(reader, table, known);
         }
@@ -168,11 +171,15 @@ impl Case {
                 reader.wrong(Kind::UnknownParameter, key.span(), what, mend);
             }
         }
-        self.uncertain = doubts(reader, table, known);
+        self.uncertain.extend(doubts(reader, table, known));
     }
 
     fn fitted(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
         reader.known(table, keys::FIT.of, keys::FIT);
+        if let Some(node) = table.get("effects") {
+            let ids = reader.texts(node, "effects");
+            self.with = ids.into_iter().map(|(id, _)| id).collect();
+        }
         let Some(node) = table.get("parameters") else { return };
         let names = reader.texts(node, "parameters");
         if node.get_ref().as_array().is_some_and(|list| list.is_empty()) {

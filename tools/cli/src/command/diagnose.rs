@@ -46,7 +46,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, Error> {
 /// Diagnoses; what became of writing the files.
 fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
-    let (loaded, findings) = load(&args.case, Purpose::Diagnose)?;
+    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
     // What would be in the way of writing is said before the work, not after it.
     let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
     can_be_made(&args.output)?;

@@ -39,7 +39,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
                 Method::BreakAway => Purpose::BreakAway,
                 _ => Purpose::Identify,
             };
-            let (loaded, _) = load(&args.case, purpose)?;
+            let (loaded, _) = load(&args.case, purpose, &args.with)?;
             let found = identify(&loaded, &settings);
             (loaded, found)
         }

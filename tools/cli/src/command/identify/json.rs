@@ -68,6 +68,7 @@ pub(super) fn json(r: &Identified) -> Value {
     let starts: Vec<Value> = (r.starts.iter())
         .map(|s| json!({"from": s.from, "cost": s.cost.map_or(Value::Null, number), "chosen": s.chosen}))
         .collect();
+    let without = if r.without.is_empty() { Value::Null } else { figures(&r.without) };
     json!({
         "schema": "trueup.identification/1",
         "model": r.model,
@@ -79,6 +80,7 @@ pub(super) fn json(r: &Identified) -> Value {
         "fit": figures(&r.fit),
         "fit_on": if r.held_out { "holdout" } else { "train" },
         "nominal_fit": figures(&r.before),
+        "fit_without_effects": without,
         "residuals": residuals,
         "correlation": {"names": names, "matrix": correlation},
         "rank": {"determined": r.rank.0, "unknowns": r.rank.1, "condition": number(r.condition)},

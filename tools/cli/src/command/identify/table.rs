@@ -68,6 +68,7 @@ pub(super) fn text(r: &Identified) -> String {
     out += "\nSimulated against measured, RMS over variation\n";
     let on = if r.held_out { "held out" } else { "training" };
     figures(&mut out, on, &r.fit);
+    figures(&mut out, "without the effects", &r.without);
     figures(&mut out, "with the case's values", &r.before);
     if !r.channels.is_empty() {
         out += "\nResiduals of the training\n";
@@ -94,7 +95,10 @@ pub(super) fn text(r: &Identified) -> String {
         for (f, row) in r.parameters.iter().chain(&r.uncertain).zip(r.leverage.values.row_iter()) {
             let each = row.iter().zip(&r.leverage.known);
             let cells: Vec<String> = each
-                .map(|(v, k)| format!("{:>9.3}", if k.contains("one step") { 100.0 * v } else { *v }))
+                .map(|(v, k)| match v.is_finite() {
+                    true => format!("{:>9.3}", if k.contains("one step") { 100.0 * v } else { *v }),
+                    false => format!("{:>9}", "-"),
+                })
                 .collect();
             let _ = writeln!(out, "  {:<22}{}", f.estimate.name, cells.join(" "));
         }

@@ -12,7 +12,7 @@ use crate::error::Error;
 use crate::output::{folder, write};
 
 pub(super) fn run(args: &Scale, law: &Law) -> Result<(), Error> {
-    let (loaded, _) = crate::case::load(&args.file, Purpose::Identify)?;
+    let (loaded, _) = crate::case::load(&args.file, Purpose::Identify, &[])?;
     let from = &loaded.case;
     let whole = std::path::absolute(&from.folder).unwrap_or_else(|_| from.folder.clone());
     let to = args.output.clone().unwrap_or_else(|| {

@@ -2,12 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use trueup_identification::run::Channel;
 use trueup_models::effect::{self, Measure};
 use trueup_models::{arm, joint};
 
-use super::problem::Compared;
-use super::recordings::{Prepared, rates};
+use crate::run::{Channel, Run};
+
+/// A plant with values of its parameters, and recordings of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Rig<'a> {
+    /// Which plant.
+    pub plant: effect::Plant,
+    /// Which of its joints have a spring.
+    pub flexible: &'a [bool],
+    /// Its parameters, those of effects behind.
+    pub values: &'a [f64],
+    /// Recordings.
+    pub runs: &'a [&'a Run],
+}
 
 /// Typical sizes of a plant and its recordings.
 #[derive(Clone, Debug)]
@@ -19,11 +30,10 @@ pub struct Sizes {
 }
 
 impl Sizes {
-    /// Of the recordings for fitting.
-    pub fn of(p: &Prepared) -> Self {
+    /// Of a plant in these recordings.
+    pub fn of(rig: &Rig<'_>) -> Self {
         let mut s = Self { typical: BTreeMap::new(), ranges: BTreeMap::new(), duration: 0.0 };
-        for c in &p.train {
-            let run = &c.run;
+        for run in rig.runs {
             let ends = run.channels.iter().filter_map(|c| Some((*c.t.first()?, *c.t.last()?)));
             for (a, b) in ends {
                 s.duration = s.duration.max(b - a);
@@ -33,9 +43,9 @@ impl Sizes {
                 *e = e.max(range(&channel.y));
             }
         }
-        match p.subject.plant {
-            effect::Plant::Joint => s.joint(p),
-            effect::Plant::Arm => s.arm(p),
+        match rig.plant {
+            effect::Plant::Joint => s.joint(rig),
+            effect::Plant::Arm => s.arm(rig),
         }
         s
     }
@@ -56,16 +66,16 @@ impl Sizes {
         self.ranges.get(&output).copied().unwrap_or(1.0)
     }
 
-    fn joint(&mut self, p: &Prepared) {
+    fn joint(&mut self, rig: &Rig<'_>) {
         use joint::{input, output as o, parameter as q};
-        let v = &p.nominal;
+        let v = rig.values;
         let n = v[q::GEAR_RATIO];
         // A rigid joint's spring, if it has one: a motor mode of some 15 Hz.
         let rigid = v[q::MOTOR_INERTIA] * 94.0f64.powi(2);
-        let k = if p.subject.flexible[0] { v[q::STIFFNESS] } else { rigid };
-        let torque = v[q::TORQUE_CONSTANT] * rms_input(&p.train, input::MOTOR_CURRENT);
+        let k = if rig.flexible[0] { v[q::STIFFNESS] } else { rigid };
+        let torque = v[q::TORQUE_CONSTANT] * rms_input(rig.runs, input::MOTOR_CURRENT);
         let find =
-            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+            |output: usize| rig.runs.iter().flat_map(|r| &r.channels).filter(move |c| c.output == output);
         let speed = speed_of(find(o::MOTOR_ANGLE))
             .or_else(|| rms_of(find(o::MOTOR_VELOCITY)))
             .or_else(|| speed_of(find(o::LOAD_ANGLE)).map(|s| s * n))
@@ -93,15 +103,15 @@ impl Sizes {
         }
     }
 
-    fn arm(&mut self, p: &Prepared) {
+    fn arm(&mut self, rig: &Rig<'_>) {
         use arm::{input as i, output as o, parameter as q};
-        let n = p.subject.joints();
-        let v = &p.nominal;
+        let n = rig.flexible.len();
+        let v = rig.values;
         let find =
-            |output: usize| p.train.iter().flat_map(|c| &c.run.channels).filter(move |c| c.output == output);
+            |output: usize| rig.runs.iter().flat_map(|r| &r.channels).filter(move |c| c.output == output);
         let mass = v[q::base_mass(n)] + v[q::link_mass(n)..][..n].iter().sum::<f64>();
         let base_inertia = v[q::base_inertia(n)];
-        let torques: Vec<f64> = (0..n).map(|j| rms_input(&p.train, i::joint_torque(n) + j)).collect();
+        let torques: Vec<f64> = (0..n).map(|j| rms_input(rig.runs, i::joint_torque(n) + j)).collect();
         let most = torques.iter().fold(0.0f64, |m, t| m.max(*t)).max(1e-6);
         let base_speed =
             (0..2).filter_map(|a| speed_of(find(o::base_position(n) + a))).fold(0.0, f64::max).max(1e-4);
@@ -113,7 +123,7 @@ impl Sizes {
             let torque = torques[j].max(0.02 * most);
             let inertia = v[q::link_inertia(n) + j].max(1e-9);
             // A rigid joint's spring, if it has one: a link's mode of some 1.5 Hz.
-            let k = match p.subject.flexible[j] {
+            let k = match rig.flexible[j] {
                 true => v[q::joint_stiffness(n) + j].max(1e-6),
                 false => inertia * 10f64.powi(2),
             };
@@ -148,11 +158,11 @@ impl Sizes {
 }
 
 /// From the smallest to the largest value.
-pub(super) fn range(y: &[f64]) -> f64 {
+pub fn range(y: &[f64]) -> f64 {
     y.iter().fold(f64::NEG_INFINITY, |m, v| m.max(*v)) - y.iter().fold(f64::INFINITY, |m, v| m.min(*v))
 }
-fn rms_input(train: &[Compared], input: usize) -> f64 {
-    let all = train.iter().flat_map(|c| &c.run.drives).filter(|d| d.input == input).flat_map(|d| &d.u);
+fn rms_input(runs: &[&Run], input: usize) -> f64 {
+    let all = runs.iter().flat_map(|r| &r.drives).filter(|d| d.input == input).flat_map(|d| &d.u);
     let (mut sum, mut count) = (0.0, 0.0f64);
     all.for_each(|u| (sum, count) = (sum + u * u, count + 1.0));
     (sum / count.max(1.0)).sqrt()
@@ -167,4 +177,17 @@ fn speed_of<'a>(channels: impl Iterator<Item = &'a Channel>) -> Option<f64> {
     let (sum, count) =
         channels.map(|c| rates(&c.t, &c.y)).fold((0.0, 0.0), |all, one| (all.0 + one.0, all.1 + one.1));
     (count > 0.0).then(|| f64::sqrt(sum / count))
+}
+
+/// Sum of the squares of a series' rates, over at least 50 ms each, and how many there are.
+pub fn rates(t: &[f64], y: &[f64]) -> (f64, f64) {
+    let (mut sum, mut count, mut k) = (0.0, 0.0, 0);
+    for i in 0..t.len() {
+        if t[i] - t[k] >= 0.05 {
+            sum += ((y[i] - y[k]) / (t[i] - t[k])).powi(2);
+            count += 1.0;
+            k = i;
+        }
+    }
+    (sum, count)
 }

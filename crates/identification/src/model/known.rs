@@ -1,0 +1,61 @@
+//! Effects that the owner of a case knows to be there.
+
+use trueup_models::effect::{Choice, Neutral, Plant, Role, Scope};
+use trueup_signals::{Case, base_name, element_name};
+
+use super::{Model, ModelError};
+
+/// Whether every known effect can be one, and has a size.
+pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
+    let plant = model.plant();
+    for known in &case.effects {
+        let choice = Choice::parse(&known.id, plant)?;
+        let spec = choice.spec();
+        let refuse =
+            |what: String| Err(ModelError::Parameter { name: format!("effects.{}", known.id), what });
+        if spec.loosens() {
+            return refuse(
+                "that a joint is flexible is its structure; write jointFlexible in [parameters]".into(),
+            );
+        }
+        let indexed = plant == Plant::Arm && choice.scope() == Scope::Joint;
+        match known.joint {
+            Some(j) if !indexed && (plant == Plant::Arm || j > 1) => {
+                return refuse(format!("it stands once in {}; remove joint = {j}", case.model));
+            }
+            Some(j) if j > model.structure().flexible.len() => {
+                let n = model.structure().flexible.len();
+                return refuse(format!("there is no joint {j}; the model has {n}"));
+            }
+            _ => {}
+        }
+        let element = |base: &str| match known.joint.filter(|_| indexed) {
+            Some(j) => element_name(base, &[j]),
+            None => base.to_owned(),
+        };
+        let has = |name: &str| case.parameters.keys().any(|p| p == name || base_name(p) == name);
+        let sizes = choice.parameters().iter().filter(|s| s.role == Role::Amplitude);
+        let sizes: Vec<String> = sizes.map(|s| choice.variable(s.name)).collect();
+        let borrowed = spec.borrows.iter().filter(|b| b.neutral != Neutral::Structure);
+        let borrowed =
+            borrowed.map(|b| if plant == Plant::Joint { b.joint_name } else { b.arm_name }.to_owned());
+        let all: Vec<String> = sizes.into_iter().chain(borrowed).map(|name| element(&name)).collect();
+        if !all.is_empty() && !all.iter().any(|name| has(name)) {
+            let joint = if indexed && known.joint.is_none() { ", and `joint`" } else { "" };
+            return refuse(format!(
+                "its size is not given; give what you believe of {}, with a `doubt`{joint}",
+                all.join(" or ")
+            ));
+        }
+        // Whose parameter is it that stands there?
+        let own = |name: &str| {
+            let base = base_name(name);
+            let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
+            named || spec.borrows.iter().any(|b| [b.joint_name, b.arm_name].contains(&base))
+        };
+        if let Some(other) = known.given.iter().find(|g| !own(g) && model.parameter(g).is_some()) {
+            return refuse(format!("{other} is no parameter of this effect; move it to [parameters]"));
+        }
+    }
+    Ok(())
+}
