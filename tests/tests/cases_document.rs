@@ -104,6 +104,9 @@ fn every_key_is_read() {
                 // Whatever else stands there is a parameter.
                 "effects" if name == "unknown" => continue,
                 "effects" => case(&format!("{whole}[effects.backlash]\n{line}")),
+                "gain or offset" => {
+                    case(&format!("{whole}[channels.motorAngle]\ngain = {{ {} }}\n", line.trim_end()))
+                }
                 "a case" => case(&format!("{line}{without}")),
                 "fit" => case(&format!("{whole}[fit]\n{line}")),
                 "channels" => case(&format!("{whole}[channels.motorAngle]\n{line}")),

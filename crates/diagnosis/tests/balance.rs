@@ -5,6 +5,7 @@ use trueup_diagnosis::engine::coordinate::Coordinate;
 use trueup_diagnosis::engine::octaves;
 use trueup_diagnosis::engine::subject::{Model, Subject};
 use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::sensors::Sensors;
 use trueup_models::effect::Plant;
 use trueup_models::joint::{input, output, parameter};
 
@@ -49,7 +50,7 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
     for push in [0.0, 0.01] {
         let led = Led::new(&recording(&p, push), 2, 1.5).unwrap();
         let links = led.links(&model, &coordinates);
-        let missing = led.missing(&model, &links, &p, &[0.0; output::COUNT]).unwrap();
+        let missing = led.missing(&model, &links, &p, &Sensors::none(2, output::COUNT)).unwrap();
         for (k, v) in missing[0].iter().enumerate().filter(|(k, _)| led.counts.contains(k)) {
             let t = led.t[k];
             if [4.0, 6.0].iter().any(|edge| (t - edge).abs() < 0.02) {
@@ -145,7 +146,7 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
     let led = Led::new(&run, 2, kernel).unwrap();
     let rms = |model: &Model, p: &[f64]| {
         let links = led.links(model, &subject.coordinates(model, p));
-        let missing = led.missing(model, &links, p, &[0.0; output::COUNT]).unwrap();
+        let missing = led.missing(model, &links, p, &Sensors::none(2, output::COUNT)).unwrap();
         let counted = &missing[0][led.counts.clone()];
         (counted.iter().map(|v| v * v).sum::<f64>() / counted.len() as f64).sqrt()
     };
@@ -204,7 +205,8 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let links = led.links(&model, &all);
     assert_eq!(links.unled().collect::<Vec<_>>(), [4]);
     let missed = |links: &Links, p: &[f64]| {
-        let missing = led.missing(&model, links, p, &[0.0; output::count(3)]).unwrap();
+        let missing =
+            led.missing(&model, links, p, &Sensors::none(model.sizes().inputs, output::count(3))).unwrap();
         let of = |c: usize| missing[c][led.counts.clone()].iter().map(|v| v * v).sum::<f64>();
         ((0..missing.len()).map(of).sum::<f64>() / led.counts.len() as f64).sqrt()
     };

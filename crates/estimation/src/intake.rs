@@ -124,7 +124,7 @@ impl Raw {
                     counting,
                     white: (deviation.powi(2) - counting.powi(2)).max(0.0).sqrt(),
                     correlation: noise::correlation(loaded, &c.name),
-                    offset: c.sensor.estimate_offset,
+                    offset: c.sensor.offset.is_some(),
                 });
             }
         }

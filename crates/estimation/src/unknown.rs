@@ -19,6 +19,12 @@ pub enum Target {
     },
     /// A constant error of the readings of this output.
     Offset(usize),
+    /// By how many times the readings of this output are too large.
+    Gain(usize),
+    /// A constant error of the readings of this input.
+    InputOffset(usize),
+    /// By how many times the readings of this input are too large.
+    InputGain(usize),
     /// By how many seconds the readings of this output are late.
     SensorDelay(usize),
     /// By how many seconds this input acts late.
@@ -28,6 +34,10 @@ pub enum Target {
 }
 
 impl Target {
+    /// It is of a sensor: its readings are gain x value + offset.
+    pub fn is_of_sensor(self) -> bool {
+        matches!(self, Self::Offset(_) | Self::Gain(_) | Self::InputOffset(_) | Self::InputGain(_))
+    }
     /// It changes when things happen.
     pub fn shifts(self) -> bool {
         matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
@@ -120,6 +130,8 @@ impl ParametricJoint {
                 Target::SensorDelay(output) => late.outputs[output] = value,
                 Target::InputDelay(input) => late.inputs[input] = value,
                 Target::InputLag(input) => late.lags[input] = value,
+                // The filter is given none.
+                Target::Gain(_) | Target::InputOffset(_) | Target::InputGain(_) => {}
             }
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);

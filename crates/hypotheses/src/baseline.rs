@@ -38,8 +38,10 @@ pub enum BaselineError {
     /// Not one of the plants that this is made for.
     #[error("the filter is made for TwoMassJoint, not for {0}; diagnose it by balances")]
     Model(String),
-    /// Effects that are there for certain.
-    #[error("the filter's model has no known effects; diagnose it by balances, which have")]
+    /// Effects that are there for certain, gains, offsets of inputs.
+    #[error(
+        "the filter's model has neither known effects nor gains of sensors nor offsets of inputs; diagnose it by balances, which have"
+    )]
     Known,
     /// Nothing can be computed.
     #[error("the nominal model cannot be compared with the recordings; look at the parameters of case.toml")]
@@ -118,7 +120,11 @@ impl Baseline {
         if case.model != "TwoMassJoint" {
             return Err(BaselineError::Model(case.model.clone()));
         }
-        if !case.effects.is_empty() {
+        let sensed = loaded.recordings.values().flat_map(|r| &r.channels);
+        let input = |name: &str| trueup_models::joint::input::NAMES.iter().any(|n| n.0 == name);
+        let mut sensed =
+            sensed.map(|c| c.sensor.gain.is_some() || c.sensor.offset.is_some() && input(&c.name));
+        if !case.effects.is_empty() || sensed.any(|s| s) {
             return Err(BaselineError::Known);
         }
         let flexible = case.elements("jointFlexible").first().and_then(|v| v.boolean()).unwrap_or(true);

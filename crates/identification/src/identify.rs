@@ -345,9 +345,9 @@ fn found(model: &dyn Subject, nominal: &[f64], e: &Estimated, u: &Unknown) -> Fo
     use crate::unknown::Target;
     let (unit, nominal) = match u.target {
         Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
-        Target::Offset(i) => (model.outputs()[i].unit, 0.0),
-        Target::InputGain(_) => ("1", 1.0),
-        Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, 0.0),
+        Target::Offset(i) => (model.outputs()[i].unit, u.start),
+        Target::Gain(_) | Target::InputGain(_) => ("1", u.start),
+        Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, u.start),
     };
     Found { estimate: e.clone(), unit, nominal, doubt: None }
 }

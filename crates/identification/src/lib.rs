@@ -23,6 +23,7 @@ pub mod recorded;
 pub mod regress;
 pub mod run;
 mod scatter;
+pub mod sensors;
 pub mod sizes;
 pub mod subject;
 pub mod tangent;

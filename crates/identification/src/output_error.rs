@@ -16,6 +16,7 @@ use crate::lsq::{Evaluation, Problem};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::Predictor;
 use crate::run::{Channel, Run};
+use crate::sensors::Sensor;
 use crate::unknown::{Target, Unknown};
 
 /// Columns of a Jacobian with the unknown that each belongs to.
@@ -148,14 +149,14 @@ impl<'a> OutputError<'a> {
         p
     }
 
-    /// Readings of one run at `theta`, offsets included.
+    /// Readings of one run at `theta`, gains and offsets included.
     ///
     /// # Errors
     /// See [`PredictError`].
     pub fn predict(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
-        let (p, map, offsets) = self.arguments(run, theta, |_, v, _| v);
+        let (p, map, sensors) = self.arguments(run, theta, |_, v, _| v);
         let mut y = self.model.readings(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
-        self.offset(run, &mut y, &offsets);
+        self.read(run, &mut y, &sensors);
         Ok(y)
     }
 
@@ -163,41 +164,48 @@ impl<'a> OutputError<'a> {
         (0..self.unknowns.len()).filter(|&k| self.unknowns[k].run.is_none_or(|r| r == run)).collect()
     }
 
-    /// Parameters, inputs and offsets of a run; `seed` makes a scalar of unknown, value and dvalue/dtheta.
+    /// Parameters, inputs and sensors of a run; `seed` makes a scalar of unknown, value and dvalue/dtheta.
     pub(crate) fn arguments<T: Scalar>(
         &self,
         run: usize,
         theta: &[f64],
         seed: impl Fn(usize, f64, f64) -> T,
-    ) -> (Vec<T>, InputMap<T>, Vec<T>) {
+    ) -> (Vec<T>, InputMap<T>, Vec<Sensor<T>>) {
         let n = self.model.counts();
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
         self.runs[run].known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
         let mut map = InputMap { gain: vec![T::one(); n.inputs], bias: vec![T::zero(); n.inputs] };
-        let mut offsets = vec![T::zero(); n.outputs];
+        let mut sensors = self.runs[run].believed(n.inputs, n.outputs);
         for k in self.acting(run) {
             let (value, slope) = self.unknowns[k].scale.value(theta[k]);
             let v = seed(k, value, slope);
             match self.unknowns[k].target {
                 Target::Parameter(i) => p[i] = v,
-                Target::Offset(i) => offsets[i] = v,
-                Target::InputGain(i) => map.gain[i] = v,
+                Target::Offset(i) => sensors.outputs[i].offset = v,
+                Target::Gain(i) => sensors.outputs[i].gain = v,
+                Target::InputOffset(i) => sensors.inputs[i].offset = v,
+                Target::InputGain(i) => sensors.inputs[i].gain = v,
                 Target::InputBias(i) => map.bias[i] = v,
-                Target::InputOffset(i) => map.bias[i] = -v,
             }
         }
-        (p, map, offsets)
+        // The readings are less what was believed already.
+        let sensors = sensors.beside(&self.runs[run].believed(n.inputs, n.outputs));
+        let read = sensors.inputs_of();
+        map.gain = read.gain;
+        map.bias.iter_mut().zip(read.bias).for_each(|(bias, read)| *bias += read);
+        (p, map, sensors.outputs)
     }
     /// The model.
     pub fn model(&self) -> &'a dyn Predictor {
         self.model
     }
 
-    fn offset<T: Scalar>(&self, run: usize, y: &mut [T], offsets: &[T]) {
+    /// What is there becomes what the sensors show.
+    fn read<T: Scalar>(&self, run: usize, y: &mut [T], sensors: &[Sensor<T>]) {
         let plan = &self.plans[run];
         for (c, channel) in self.runs[run].channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
-            y[range].iter_mut().for_each(|y| *y += offsets[channel.output]);
+            y[range].iter_mut().for_each(|y| *y = sensors[channel.output].reads(*y));
         }
     }
 
@@ -208,7 +216,7 @@ impl<'a> OutputError<'a> {
         theta: &[f64],
         acting: &[usize],
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
-        let (p, map, offsets) = self.arguments(run, theta, |k, value, slope| {
+        let (p, map, sensors) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Lanes::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
                 v.eps[i] = slope;
@@ -216,7 +224,7 @@ impl<'a> OutputError<'a> {
             v
         });
         let mut found = self.model.readings_along(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
-        self.offset(run, &mut found, &offsets);
+        self.read(run, &mut found, &sensors);
         let mut columns = vec![vec![0.0; found.len()]; acting.len()];
         let residuals = self.weighted(run, &found, |at, y, slope| {
             columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e * slope);

@@ -68,7 +68,9 @@ fn read(
 ) -> Result<Run, RecordedError> {
     let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
     for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
-        let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation());
+        let sensor = &channel.sensor;
+        let (offset, gain, size) = (sensor.offset, sensor.gain, sensor.believed_gain().abs());
+        let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation()).map(|d| d / size);
         if let Some(input) = model.input(&channel.name) {
             let between = match channel.interpolation {
                 Interpolation::Linear => Between::Linear,
@@ -76,22 +78,23 @@ fn read(
             };
             let t = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
             let sigma = deviation().unwrap_or(0.0);
-            let (u, offset) = (channel.values.clone(), channel.sensor.estimate_offset);
-            run.drives.push(Drive { input, t, u, between, sigma, offset });
+            run.drives.push(Drive { input, t, u: channel.believed(), between, sigma, offset, gain });
         } else if let Some(output) = model.output(&channel.name) {
             if !model.compares(output) || leading.contains(&channel.name) {
                 continue;
             }
+            let y = channel.believed();
             run.channels.push(Channel {
                 name: channel.name.clone(),
                 output,
                 t: channel.time.clone(),
-                y: channel.values.clone(),
-                sigma: deviation().filter(|s| *s > 0.0).unwrap_or_else(|| guessed_noise(&channel.values)),
-                delay: channel.sensor.delay,
-                resolution: channel.sensor.resolution.unwrap_or(0.0),
+                sigma: deviation().filter(|s| *s > 0.0).unwrap_or_else(|| guessed_noise(&y)),
+                y,
+                delay: sensor.delay,
+                resolution: sensor.resolution.unwrap_or(0.0) / size,
                 spread: Vec::new(),
-                offset: channel.sensor.estimate_offset,
+                offset,
+                gain,
             });
         }
     }
@@ -243,7 +246,7 @@ pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknow
             let plain = [(values[c.angle], 0.1), (values[c.velocity], 0.1)];
             let fallback = joined.unwrap_or(plain);
             let mut value = shown.as_ref().map_or(fallback[0], |b| b.value);
-            let off = angle.is_some_and(|c| c.offset);
+            let off = angle.is_some_and(|c| c.offset.is_some());
             if off {
                 value = (value.0, value.1 + offset_size(angle, values, model));
             }
@@ -266,20 +269,20 @@ pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknow
             let given = run.known.iter().any(|(k, _)| *k == index);
             let Some(c) = of(output).filter(|_| !given && !run.at_rest) else { continue };
             let Some(b) = begin(c, run.start) else { continue };
-            let sd = b.value.1 + if c.offset { offset_size(Some(c), values, model) } else { 0.0 };
+            let sd = b.value.1 + if c.offset.is_some() { offset_size(Some(c), values, model) } else { 0.0 };
             let name = &model.parameters()[index].name;
             all.push(believed(name, Target::Parameter(index), r, (b.value.0, sd.max(1e-12))));
         }
-        for c in run.channels.iter().filter(|c| c.offset) {
+        for (c, guess) in run.channels.iter().filter_map(|c| Some((c, c.offset?))) {
             let name = format!("{}.offset", c.name);
-            let size = offset_size(Some(c), values, model);
-            all.push(believed(&name, Target::Offset(c.output), r, (0.0, size)));
+            let size = guess.doubt.unwrap_or_else(|| offset_size(Some(c), values, model));
+            all.push(believed(&name, Target::Offset(c.output), r, (guess.value, size)));
         }
-        for d in run.drives.iter().filter(|d| d.offset) {
+        for (d, guess) in run.drives.iter().filter_map(|d| Some((d, d.offset?))) {
             let name = format!("{}.offset", model.inputs()[d.input].name);
             let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let size = (0.3 * largest).max(100.0 * d.sigma).max(1e-9);
-            all.push(believed(&name, Target::InputOffset(d.input), r, (0.0, size)));
+            let size = guess.doubt.unwrap_or((0.3 * largest).max(100.0 * d.sigma).max(1e-9));
+            all.push(believed(&name, Target::InputOffset(d.input), r, (guess.value, size)));
         }
     }
     all

@@ -1,5 +1,10 @@
 //! Recordings as numbers: what drives a model, and what is compared with its outputs.
 
+use trueup_numerics::Scalar;
+use trueup_signals::Guess;
+
+use crate::sensors::{Sensor, Sensors};
+
 /// How an input goes between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Between {
@@ -23,8 +28,10 @@ pub struct Drive {
     pub between: Between,
     /// Standard deviation of a sample's noise; 0: not known, or none.
     pub sigma: f64,
-    /// It may read a constant off, which is to be estimated.
-    pub offset: bool,
+    /// It may read a constant off, which is to be estimated; the values are less what it is believed to be.
+    pub offset: Option<Guess>,
+    /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
+    pub gain: Option<Guess>,
 }
 
 /// A measured output.
@@ -46,8 +53,10 @@ pub struct Channel {
     pub resolution: f64,
     /// By how much less than one reading each counts, as a factor on `sigma` ([`Channel::weigh_rests`]); empty: 1.
     pub spread: Vec<f64>,
-    /// It may read a constant off, which is to be estimated.
-    pub offset: bool,
+    /// It may read a constant off, which is to be estimated; the values are less what it is believed to be.
+    pub offset: Option<Guess>,
+    /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
+    pub gain: Option<Guess>,
 }
 
 impl Channel {
@@ -120,5 +129,19 @@ impl Run {
     /// Nothing to compare.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
+    }
+}
+
+impl Run {
+    /// What its sensors are believed to be, and was taken out of the values.
+    pub fn believed<T: Scalar>(&self, inputs: usize, outputs: usize) -> Sensors<T> {
+        let mut all = Sensors::none(inputs, outputs);
+        let sensor = |gain: Option<Guess>, offset: Option<Guess>| Sensor {
+            gain: T::constant(gain.map_or(1.0, |g| g.value)),
+            offset: T::constant(offset.map_or(0.0, |g| g.value)),
+        };
+        self.drives.iter().for_each(|d| all.inputs[d.input] = sensor(d.gain, d.offset));
+        self.channels.iter().for_each(|c| all.outputs[c.output] = sensor(c.gain, c.offset));
+        all
     }
 }

@@ -7,13 +7,15 @@ pub use trueup_estimation::unknown::Scale;
 pub enum Target {
     /// This parameter of the model (initial states are parameters too).
     Parameter(usize),
-    /// A constant reading offset of the channel that shows this output.
+    /// A constant reading offset of the channel that shows this output; the readings are less its start.
     Offset(usize),
-    /// A factor on this input.
+    /// By how many times the readings of this output are too large; the readings are over its start.
+    Gain(usize),
+    /// By how many times the readings of this input are too large; the readings are over its start.
     InputGain(usize),
     /// A constant added to this input.
     InputBias(usize),
-    /// A constant that the readings of this input have too much.
+    /// A constant that the readings of this input have too much; the readings are less its start.
     InputOffset(usize),
 }
 

@@ -56,7 +56,8 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
         u,
         between: Between::Hold,
         sigma: 1e-3,
-        offset: false,
+        offset: None,
+        gain: None,
     };
     let mut run = Run {
         name: format!("{k}"),

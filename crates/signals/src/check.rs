@@ -51,24 +51,6 @@ pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<
     findings
 }
 
-/// Inputs of a case whose constant offset is to be estimated, for a caller that does not: left in, it looks like something
-/// else.
-pub fn input_offsets(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
-    let inputs = known.iter().filter(|v| v.role == Role::Input);
-    let off = inputs.filter(|v| {
-        let channels = || loaded.recordings.values().filter_map(|r| r.channel(&v.name));
-        channels().any(|c| c.sensor.estimate_offset)
-    });
-    let finding = |v: &Variable| {
-        let what = "its offset is to be estimated, which the diagnosis does not do for an input: what the offset does would be taken for an effect";
-        let mend =
-            "estimate it by `trueup identify`, and take it off by `offset` of the channel in the sidecar";
-        let finding = Finding::note(Kind::InputOffset, &loaded.case.file, what, mend).channel(&v.name);
-        Finding { severity: Severity::Grave, ..finding }
-    };
-    off.map(finding).collect()
-}
-
 fn role(known: &[Variable], name: &str) -> Option<Role> {
     known.iter().find(|v| v.name == name).map(|v| v.role)
 }

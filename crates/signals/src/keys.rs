@@ -30,7 +30,7 @@ impl Keys {
 }
 
 /// All tables.
-pub const ALL: &[Keys] = &[CASE, EFFECTS, FIT, CHANNELS, SIDECAR, COLUMNS];
+pub const ALL: &[Keys] = &[CASE, EFFECTS, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
 const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
     Key { name, meaning, unit, default }
@@ -115,15 +115,35 @@ pub const CHANNELS: Keys = Keys {
         key("delay", "by how much the reading is late", "s", "0"),
         key(
             "offset",
-            "`\"estimate\"`: the reading may be off by a constant, which is estimated; of an input by `identify` alone",
-            "",
-            "no offset",
+            "the reading is too large by a constant, which is estimated: `\"estimate\"`, or a table as below",
+            "the channel's",
+            "none",
+        ),
+        key(
+            "gain",
+            "the reading is too large by a factor, which is estimated: `\"estimate\"`, or a table as below; reading = gain x true value + offset, of inputs and outputs alike",
+            "1",
+            "1",
         ),
         key(
             "interpolation",
             "of an input, between samples: `\"linear\"`, or `\"hold\"` until the next one",
             "",
             "`\"linear\"`",
+        ),
+    ],
+};
+
+/// Of a gain or an offset of a sensor that something is known of.
+pub const GUESS: Keys = Keys {
+    of: "gain or offset",
+    list: &[
+        key("value", "what it is believed to be", "as the figure", "1 of a gain, 0 of an offset"),
+        key(
+            "doubt",
+            "standard deviation: of a gain as a share of it, of an offset in the channel's unit",
+            "",
+            "nothing is known",
         ),
     ],
 };

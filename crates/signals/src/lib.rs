@@ -40,7 +40,7 @@ pub use case::{Case, KnownEffect, Loaded, Value};
 pub use error::Error;
 pub use finding::{Finding, Kind, Severity};
 pub use names::{base_name, element_name};
-pub use recording::{Channel, Interpolation, Recording, Sensor, Settings};
+pub use recording::{Channel, Guess, Interpolation, Recording, Sensor, Settings};
 pub use unit::Unit;
 pub use variable::{Role, Takes, Variable};
 pub use write::Table;

@@ -15,6 +15,15 @@ pub enum Interpolation {
     Hold,
 }
 
+/// What is known of a figure of a sensor that is to be estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Guess {
+    /// What it is believed to be.
+    pub value: f64,
+    /// Standard deviation: of a gain as a share of it, of an offset in the channel's unit; `None`: nothing is known.
+    pub doubt: Option<f64>,
+}
+
 /// What is known of the sensor, in the channel's unit.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sensor {
@@ -24,11 +33,21 @@ pub struct Sensor {
     pub noise: Option<f64>,
     /// By how many seconds the reading is late: the sample of time t shows the system at t - delay.
     pub delay: f64,
-    /// A constant reading offset is possible and to be estimated.
-    pub estimate_offset: bool,
+    /// What a reading has too much, a constant; `None`: nothing.
+    pub offset: Option<Guess>,
+    /// By how many times a reading is too large, the offset left out; `None`: by none.
+    pub gain: Option<Guess>,
 }
 
 impl Sensor {
+    /// What a reading is believed to have too much.
+    pub fn believed_offset(&self) -> f64 {
+        self.offset.map_or(0.0, |g| g.value)
+    }
+    /// By how many times a reading is believed to be too large.
+    pub fn believed_gain(&self) -> f64 {
+        self.gain.map_or(1.0, |g| g.value)
+    }
     /// Standard deviation of a reading, from declared noise and quantisation (resolution / sqrt(12)); `None` if
     /// neither is declared.
     pub fn deviation(&self) -> Option<f64> {
@@ -48,8 +67,10 @@ pub struct Settings {
     pub noise: Option<f64>,
     /// See [`Sensor::delay`].
     pub delay: Option<f64>,
-    /// See [`Sensor::estimate_offset`].
-    pub estimate_offset: Option<bool>,
+    /// See [`Sensor::offset`].
+    pub offset: Option<Guess>,
+    /// See [`Sensor::gain`].
+    pub gain: Option<Guess>,
     /// See [`Channel::interpolation`].
     pub interpolation: Option<Interpolation>,
 }
@@ -82,6 +103,12 @@ impl Channel {
             interpolation: Interpolation::Linear,
             sensor: Sensor::default(),
         }
+    }
+
+    /// Values with what the sensor is believed to make of them taken out: the reading less the offset, over the gain.
+    pub fn believed(&self) -> Vec<f64> {
+        let (offset, gain) = (self.sensor.believed_offset(), self.sensor.believed_gain());
+        self.values.iter().map(|v| (v - offset) / gain).collect()
     }
 
     /// Number of samples.
@@ -128,11 +155,12 @@ impl Channel {
     }
 
     pub(crate) fn declare(&mut self, settings: &Settings) {
-        let Settings { resolution, noise, delay, estimate_offset, interpolation } = settings;
+        let Settings { resolution, noise, delay, offset, gain, interpolation } = settings;
         self.sensor.resolution = resolution.or(self.sensor.resolution);
         self.sensor.noise = noise.or(self.sensor.noise);
         self.sensor.delay = delay.unwrap_or(self.sensor.delay);
-        self.sensor.estimate_offset = estimate_offset.unwrap_or(self.sensor.estimate_offset);
+        self.sensor.offset = offset.or(self.sensor.offset);
+        self.sensor.gain = gain.or(self.sensor.gain);
         self.interpolation = interpolation.unwrap_or(self.interpolation);
     }
 }

@@ -213,29 +213,6 @@ fn sidecars() {
     says("two sidecars", &found(both, &joint(), &[]), Severity::Error, DuplicateName, &["another sidecar"]);
 }
 
-/// An offset of an input that a diagnosis would not estimate is told, and grave; of an output it is estimated.
-#[test]
-fn an_offset_of_an_input_is_told_to_who_does_not_estimate_it() {
-    let told = |channel: &str| {
-        let folder = tempfile::tempdir().unwrap();
-        let case = format!("{CASE}[channels.{channel}]\noffset = \"estimate\"\n");
-        std::fs::write(folder.path().join("case.toml"), case).unwrap();
-        std::fs::write(folder.path().join("run.csv"), HEALTHY).unwrap();
-        let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(joint())).unwrap();
-        trueup_signals::check::input_offsets(&loaded, &joint())
-    };
-    let found = told("motorCurrent");
-    says(
-        "offset of an input",
-        &found,
-        Severity::Grave,
-        Kind::InputOffset,
-        &["motorCurrent", "trueup identify"],
-    );
-    assert_eq!(found.len(), 1);
-    assert!(told("motorAngle").is_empty());
-}
-
 #[test]
 fn cases() {
     use Kind::*;

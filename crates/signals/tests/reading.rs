@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::common::{data, joint};
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{
-    Case, Channel, Finding, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
+    Case, Channel, Finding, Guess, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
 };
 
 fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
@@ -117,7 +117,7 @@ fn a_sidecar_maps_names_scales_and_units() {
     assert!(run.channel("kp").is_none());
     let sensor = &run.channel("motorAngle").unwrap().sensor;
     assert_eq!((sensor.resolution, sensor.noise, sensor.delay), (Some(1e-3), Some(2e-3), 0.01));
-    assert!(sensor.estimate_offset);
+    assert_eq!((sensor.offset, sensor.gain), (Some(Guess { value: 0.0, doubt: None }), None));
     let deviation = (4e-6_f64 + 1e-6 / 12.0).sqrt();
     assert!((sensor.deviation().unwrap() / deviation - 1.0).abs() < 1e-14);
     assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);

@@ -53,9 +53,6 @@ pub(crate) fn load(path: &Path, purpose: Purpose, with: &[String]) -> Result<(Lo
         };
         findings.retain(|f| !needless(f));
     }
-    if purpose == Purpose::Diagnose {
-        findings.extend(check::input_offsets(&loaded, &model.variables()));
-    }
     if purpose == Purpose::BreakAway {
         findings.retain(|f| f.kind != Kind::LittleExcitation);
     }

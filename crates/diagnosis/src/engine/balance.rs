@@ -20,6 +20,7 @@ use std::collections::BTreeMap;
 
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::Run;
+use trueup_identification::sensors::Sensors;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_signals::spline::Spline;
@@ -227,11 +228,12 @@ impl Led {
         model: &Model,
         links: &Links,
         p: &[T],
-        offsets: &[T],
+        sensors: &Sensors<T>,
     ) -> Result<Vec<Vec<T>>, PredictError> {
         let sizes = model.sizes();
         let n = self.t.len();
-        let sensed = self.sensed(model, p, offsets);
+        let sensed = self.sensed(model, p, sensors);
+        let read = sensors.inputs_of();
         let h = self.step;
         // Coordinates: position, velocity, acceleration; what a sensor adds is taken out of its readings.
         let pulls = self.accelerations(links);
@@ -277,6 +279,9 @@ impl Led {
             links.lead(&coordinate, &mut x);
             for (u, series) in u.iter_mut().zip(&self.inputs) {
                 *u = T::constant(series.get(k).copied().unwrap_or(0.0));
+            }
+            for ((u, gain), bias) in u.iter_mut().zip(&read.gain).zip(&read.bias) {
+                *u = *u * *gain + *bias;
             }
             if sizes.modes > 0 {
                 plain.0.iter_mut().zip(&x).for_each(|(a, b)| *a = b.value());
@@ -349,10 +354,10 @@ impl Led {
                     }
                 };
                 let from = s as f64 / substeps as f64;
-                for (m, series) in middle.iter_mut().zip(&self.inputs) {
+                for (i, (m, series)) in middle.iter_mut().zip(&self.inputs).enumerate() {
                     let w = from + 0.5 / substeps as f64;
                     let v = series.get(k).zip(series.get(k + 1)).map_or(0.0, |(a, b)| a * (1.0 - w) + b * w);
-                    *m = T::constant(v);
+                    *m = read.gain[i] * v + read.bias[i];
                 }
                 let context = Context { model, links, p, u: &middle, modes: &modes, step: part };
                 context.advance(self.t[k] + from * h, &mut x, &mut work, |w, m| {

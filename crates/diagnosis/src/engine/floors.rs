@@ -7,6 +7,7 @@ use rand::SeedableRng;
 use statrs::statistics::{Data, Median, Statistics};
 use trueup_identification::parallel;
 use trueup_identification::run::Run;
+use trueup_identification::sensors::Sensors;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
 use trueup_numerics::hybrid::Hybrid;
@@ -113,7 +114,7 @@ impl Spectra {
     fn of(case: &Prepared, own: &Led, run: &Compared, seed: u64) -> Self {
         let inputs = case.model.sizes().inputs;
         let links = own.links(&case.model, &case.coordinates);
-        let offsets = vec![0.0; case.model.sizes().outputs];
+        let sensors = Sensors::none(inputs, case.model.sizes().outputs);
         let mut p = case.nominal.clone();
         run.known.iter().for_each(|(i, v)| p[*i] = *v);
         let (a, b): (Vec<_>, Vec<_>) =
@@ -122,7 +123,7 @@ impl Spectra {
         let terms =
             sizes.map(|((a, n), (b, _))| (a.into_iter().zip(b).map(|(a, b)| f64::max(a, b)).collect(), n));
         let mut all = Self { noise: Vec::new(), terms: terms.collect(), real: Vec::new() };
-        if let Ok(series) = own.missing(&case.model, &links, &p, &offsets) {
+        if let Ok(series) = own.missing(&case.model, &links, &p, &sensors) {
             all.real = own.products(&series);
         }
         let perfect = perfect(case, run);
@@ -134,7 +135,7 @@ impl Spectra {
             made.leading.clone_from(&own.leading);
             made.part = own.part;
             made.mark_reversals(&links);
-            if let Ok(series) = made.missing(&case.model, &links, &p, &offsets) {
+            if let Ok(series) = made.missing(&case.model, &links, &p, &sensors) {
                 merge(&mut all.noise, &made.products(&series));
             }
         }

@@ -7,8 +7,9 @@ pub use trueup_estimation::unknown::Target;
 use trueup_identification::lanes::LANES;
 use trueup_identification::lsq::{Evaluation, Problem};
 use trueup_identification::parallel;
-use trueup_identification::predict::{InputMap, Plan, PredictError, predict};
+use trueup_identification::predict::{Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
+use trueup_identification::sensors::Sensors;
 use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 use trueup_numerics::{Dual, Scalar};
@@ -177,17 +178,22 @@ impl Comparison<'_> {
         (0..self.unknowns.len()).filter(|&k| self.unknowns[k].run.is_none_or(|r| r == run)).collect()
     }
 
-    /// Parameters and offsets per output; `seed` makes a scalar of unknown, value and dvalue/dtheta.
+    /// Parameters and sensors; `seed` makes a scalar of unknown, value and dvalue/dtheta.
     fn arguments<T: Scalar>(
         &self,
         run: usize,
         theta: &[f64],
         seed: impl Fn(usize, f64, f64) -> T,
-    ) -> (Vec<T>, Vec<T>) {
+    ) -> (Vec<T>, Sensors<T>) {
         let mut p: Vec<T> = self.nominal.iter().map(|v| T::constant(*v)).collect();
         let known = self.runs.get(run).map_or(&[][..], |r| &r.known);
         known.iter().for_each(|(i, v)| p[*i] = T::constant(*v));
-        let mut offsets = vec![T::zero(); self.model.sizes().outputs];
+        let sizes = self.model.sizes();
+        let believed = self.runs.get(run).map_or_else(
+            || Sensors::none(sizes.inputs, sizes.outputs),
+            |r| r.run.believed(sizes.inputs, sizes.outputs),
+        );
+        let mut sensors = believed.clone();
         let mut above = Vec::new();
         for k in self.acting(run) {
             let (value, slope) = self.unknowns[k].scale.value(theta[k]);
@@ -195,13 +201,17 @@ impl Comparison<'_> {
             match self.unknowns[k].target {
                 Target::Parameter(i) => p[i] = v,
                 Target::Above { at, base } => above.push((at, base, v)),
-                Target::Offset(i) => offsets[i] = v,
+                Target::Offset(i) => sensors.outputs[i].offset = v,
+                Target::Gain(i) => sensors.outputs[i].gain = v,
+                Target::InputOffset(i) => sensors.inputs[i].offset = v,
+                Target::InputGain(i) => sensors.inputs[i].gain = v,
                 Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_) => {}
             }
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);
         above.into_iter().for_each(|(at, base, v)| p[at] = p[base] + v);
-        (p, offsets)
+        // The readings are less what was believed already.
+        (p, sensors.beside(&believed))
     }
 
     /// The recording with its delays as `theta` has them; `None`: as it is.
@@ -238,9 +248,9 @@ impl Comparison<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn errors(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
-        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
+        let (p, sensors) = self.arguments(run, theta, |_, v, _| v);
         let shifted = self.shifted(run, theta);
-        self.differences(run, &p, &offsets, shifted.as_ref())
+        self.differences(run, &p, &sensors, shifted.as_ref())
     }
 
     /// Readings as the model would show them in a recording, channel by channel.
@@ -257,16 +267,16 @@ impl Comparison<'_> {
         &self,
         run: usize,
         p: &[T],
-        offsets: &[T],
+        sensors: &Sensors<T>,
         shifted: Option<&(Run, Plan)>,
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
-        let map = InputMap { gain: Vec::new(), bias: Vec::new() };
+        let map = sensors.inputs_of();
         let mut found = predict(self.model, plan, p, &map, data.at_rest)?;
         for (c, channel) in data.channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
             for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {
-                *y = *y + offsets[channel.output] - T::constant(*measured);
+                *y = sensors.outputs[channel.output].reads(*y) - T::constant(*measured);
             }
         }
         Ok(found.y)
@@ -278,10 +288,10 @@ impl Comparison<'_> {
         run: usize,
         theta: &[f64],
         p: &[T],
-        offsets: &[T],
+        sensors: &Sensors<T>,
     ) -> Result<Vec<T>, PredictError> {
         let Some((led, links)) = self.led.get(run) else {
-            let mut found = self.differences(run, p, offsets, self.shifted(run, theta).as_ref())?;
+            let mut found = self.differences(run, p, sensors, self.shifted(run, theta).as_ref())?;
             found.iter_mut().zip(self.weights(run)).for_each(|(v, w)| *v = *v * w);
             return Ok(found);
         };
@@ -290,10 +300,10 @@ impl Comparison<'_> {
             .filter(|(target, by)| target.shifts() && *by != 0.0)
             .collect();
         if moves.is_empty() {
-            return Ok(led.weighted(&led.missing(self.model, links, p, offsets)?));
+            return Ok(led.weighted(&led.missing(self.model, links, p, sensors)?));
         }
         let moved = led.shifted(&moves);
-        Ok(moved.weighted(&moved.missing(self.model, links, p, offsets)?))
+        Ok(moved.weighted(&moved.missing(self.model, links, p, sensors)?))
     }
 
     /// What is missing in each channel of a recording that leads the model.
@@ -301,10 +311,10 @@ impl Comparison<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn missing(&self, run: usize, theta: &[f64]) -> Result<Vec<Vec<f64>>, PredictError> {
-        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
+        let (p, sensors) = self.arguments(run, theta, |_, v, _| v);
         self.led
             .get(run)
-            .map_or_else(|| Ok(Vec::new()), |(led, links)| led.missing(self.model, links, &p, &offsets))
+            .map_or_else(|| Ok(Vec::new()), |(led, links)| led.missing(self.model, links, &p, &sensors))
     }
 
     /// 1 over the deviation of each reading.
@@ -323,14 +333,14 @@ impl Comparison<'_> {
         theta: &[f64],
         acting: &[usize],
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
-        let (p, offsets) = self.arguments(run, theta, |k, value, slope| {
+        let (p, sensors) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Dual::<N>::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
                 v.eps[i] = slope;
             }
             v
         });
-        let found = self.look(run, theta, &p, &offsets)?;
+        let found = self.look(run, theta, &p, &sensors)?;
         let columns = (0..acting.len()).map(|i| found.iter().map(|y| y.eps[i]).collect()).collect();
         Ok((found.iter().map(|y| y.value()).collect(), columns))
     }
@@ -340,8 +350,8 @@ impl Comparison<'_> {
     /// # Errors
     /// See [`PredictError`].
     pub fn residual(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
-        let (p, offsets) = self.arguments(run, theta, |_, v, _| v);
-        self.look(run, theta, &p, &offsets)
+        let (p, sensors) = self.arguments(run, theta, |_, v, _| v);
+        self.look(run, theta, &p, &sensors)
     }
 
     fn derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {

@@ -3,15 +3,17 @@
 use std::collections::BTreeMap;
 
 use rand::Rng;
-use trueup_identification::model::{ModelError, has_fixed_base};
+use trueup_identification::model::{ModelError, Quantity, has_fixed_base};
 use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::unknown::Scale;
 use trueup_models::{effect, joint};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::noise;
-use trueup_signals::{Case, Interpolation, Loaded, Recording, Value};
+use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Value};
 
 use super::coordinate::Coordinate;
-use super::problem::Compared;
+use super::hypothesis::WRONG;
+use super::problem::{Compared, Target, Unknown};
 use super::subject::{Model, Subject};
 use crate::floor::coloured;
 
@@ -78,8 +80,10 @@ pub struct Prepared {
     pub correlation: Vec<f64>,
     /// The same by input.
     pub input_correlation: Vec<f64>,
-    /// Outputs whose constant reading offset is to be estimated.
+    /// Outputs whose constant reading offset is to be estimated, in every recording anew.
     pub offsets: Vec<usize>,
+    /// Gains of sensors, and offsets of inputs, that are to be estimated: the same in all recordings.
+    pub sensors: Vec<Unknown>,
 }
 
 impl Subject {
@@ -180,14 +184,16 @@ impl Prepared {
         let outputs = subject.outputs();
         let correlation = outputs.iter().map(|name| noise::correlation(loaded, name)).collect();
         let estimated = |name: &String| {
-            loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.estimate_offset))
+            loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.offset.is_some()))
         };
         let offsets = outputs.iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
+        let sensors = sensors(reader.inputs(), &train);
         Ok(Self {
             subject,
             model,
             nominal,
             doubt,
+            sensors,
             train,
             holdout,
             coordinates,
@@ -197,6 +203,51 @@ impl Prepared {
             offsets,
         })
     }
+}
+
+/// Share of an input's largest value that an offset may be of which nothing is known.
+const OFFSET: f64 = 0.3;
+
+/// Gains of sensors and offsets of inputs in these recordings.
+fn sensors(inputs: &[Quantity], train: &[Compared]) -> Vec<Unknown> {
+    let mut all: Vec<Unknown> = Vec::new();
+    let mut add = |name: String, unit: &str, target: Target, guess: Option<Guess>, wide: f64| {
+        let Some(g) = guess.filter(|_| !all.iter().any(|u| u.target == target)) else { return };
+        let share = matches!(target, Target::Gain(_) | Target::InputGain(_));
+        let size = if share { g.value.abs() } else { g.doubt.unwrap_or(wide).max(f64::MIN_POSITIVE) };
+        let doubt = if share { g.doubt.unwrap_or(wide) } else { 1.0 };
+        let (lower, upper) = if share && g.value > 0.0 {
+            (0.02 * g.value, 50.0 * g.value)
+        } else if share {
+            (50.0 * g.value, 0.02 * g.value)
+        } else {
+            (f64::NEG_INFINITY, f64::INFINITY)
+        };
+        all.push(Unknown {
+            name,
+            unit: unit.into(),
+            target,
+            run: None,
+            start: g.value,
+            scale: Scale::Linear(size),
+            lower,
+            upper,
+            prior: Some((g.value / size, doubt)),
+        });
+    };
+    for run in train.iter().map(|c| &c.run) {
+        for d in &run.drives {
+            let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let Quantity { name, unit, .. } = &inputs[d.input];
+            let name = |of: &str| format!("{name}.{of}");
+            add(name("offset"), unit, Target::InputOffset(d.input), d.offset, OFFSET * largest);
+            add(name("gain"), "1", Target::InputGain(d.input), d.gain, WRONG);
+        }
+        for c in &run.channels {
+            add(format!("{}.gain", c.name), "1", Target::Gain(c.output), c.gain, WRONG);
+        }
+    }
+    all
 }
 
 fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {
@@ -209,27 +260,30 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 Interpolation::Hold => Between::Hold,
             };
             let t = c.time.iter().map(|t| t - c.sensor.delay).collect();
-            run.drives.push(Drive { input, t, u: c.values.clone(), between, ..Drive::default() });
+            let (offset, gain) = (c.sensor.offset, c.sensor.gain);
+            run.drives.push(Drive { input, t, u: c.believed(), between, offset, gain, ..Drive::default() });
         } else if let Some(output) = outputs.iter().position(|n| *n == c.name) {
             let quiet = c.range().is_none_or(|(low, high)| high <= low);
             if quiet {
                 continue;
             }
+            let (y, size) = (c.believed(), c.sensor.believed_gain().abs());
             let sigma = noise::floor(loaded, &c.name)
-                .map(|f| f.deviation)
+                .map(|f| f.deviation / size)
                 .filter(|d| *d > 0.0)
-                .or_else(|| rough(&c.values))
+                .or_else(|| rough(&y))
                 .ok_or_else(|| Unfit::Noise { recording: r.name.clone(), channel: c.name.clone() })?;
             run.channels.push(Channel {
                 name: c.name.clone(),
                 output,
                 t: c.time.clone(),
-                y: c.values.clone(),
+                y,
                 sigma,
                 delay: c.sensor.delay,
-                resolution: c.sensor.resolution.unwrap_or(0.0),
+                resolution: c.sensor.resolution.unwrap_or(0.0) / size,
                 spread: Vec::new(),
-                offset: c.sensor.estimate_offset,
+                offset: c.sensor.offset,
+                gain: c.sensor.gain,
             });
         }
     }

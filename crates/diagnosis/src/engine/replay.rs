@@ -351,7 +351,7 @@ impl Search<'_> {
         let mut unknowns = self.first_states((&stated.model, &nominal), run, 0, |_| true);
         for (u, x) in stated.unknowns.iter().zip(&complete.theta).filter(|(u, _)| u.run.is_none()) {
             let value = u.scale.value(*x).0;
-            if u.target.shifts() || matches!(u.target, Target::Offset(_)) {
+            if u.target.shifts() || u.target.is_of_sensor() {
                 unknowns.push(Unknown { start: value, lower: value, upper: value, prior: None, ..u.clone() });
             }
         }

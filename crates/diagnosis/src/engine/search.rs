@@ -236,6 +236,7 @@ impl<'a> Search<'a> {
             }
             unknowns.push(u);
         }
+        unknowns.extend(p.sensors.iter().cloned());
         for run in 0..p.train.len() {
             for output in &p.offsets {
                 if p.train[run].run.channels.iter().any(|c| c.output == *output) {

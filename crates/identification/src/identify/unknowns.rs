@@ -49,6 +49,7 @@ pub(super) fn of(
             all.push(one(model, case, nominal, runs, name, true));
         }
     }
+    all.extend(gains(model, runs));
     let uncertain = case.parameters.keys().filter(|n| case.doubt(n).is_some_and(|d| d > 0.0));
     for name in uncertain.filter(|n| !n.starts_with("initial") && base_name(n) != "motorCoupling") {
         if model.parameter(name).is_some() && !asked.contains(name) {
@@ -56,6 +57,26 @@ pub(super) fn of(
         }
     }
     Ok(all)
+}
+
+/// Gains of sensors, the same in all recordings.
+fn gains(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
+    let mut all: Vec<Fitted> = Vec::new();
+    for run in runs {
+        let outputs = run.channels.iter().map(|c| (c.name.clone(), Target::Gain(c.output), c.gain));
+        let inputs = run
+            .drives
+            .iter()
+            .map(|d| (model.inputs()[d.input].name.clone(), Target::InputGain(d.input), d.gain));
+        for (name, target, guess) in outputs.chain(inputs) {
+            let Some(g) = guess.filter(|_| !all.iter().any(|f| f.unknown.target == target)) else { continue };
+            let free = Unknown::free(&format!("{name}.gain"), target, None, g.value.abs());
+            let unknown = Unknown { start: g.value, ..free };
+            let unknown = g.doubt.map_or(unknown.clone(), |d| unknown.believed(d));
+            all.push(Fitted { unknown, asked_for: true, doubt: g.doubt });
+        }
+    }
+    all
 }
 
 fn one(

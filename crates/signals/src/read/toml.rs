@@ -11,7 +11,7 @@ use crate::finding::{Finding, Kind};
 use crate::keys::{self, Keys};
 use crate::names::{element_name, suggestion};
 use crate::outlier::LARGEST;
-use crate::recording::{Interpolation, Settings};
+use crate::recording::{Guess, Interpolation, Settings};
 
 /// A value with its place.
 pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
@@ -173,15 +173,8 @@ impl<'a> Reader<'a> {
                 "resolution" => settings.resolution = self.positive(node, "resolution"),
                 "noise" => settings.noise = self.positive(node, "noise"),
                 "delay" => settings.delay = self.number(node, "delay"),
-                "offset" => match node.get_ref().as_str() {
-                    Some("estimate") => settings.estimate_offset = Some(true),
-                    _ => self.wrong(
-                        Kind::BadValue,
-                        span,
-                        format!("`offset` of {what} can only be \"estimate\""),
-                        "a known offset stands in [columns] of the recording's sidecar",
-                    ),
-                },
+                "offset" => settings.offset = self.guess(node, &what, ("offset", 0.0, "offset")),
+                "gain" => settings.gain = self.guess(node, &what, ("gain", 1.0, "scale")),
                 "interpolation" => match node.get_ref().as_str() {
                     Some("linear") => settings.interpolation = Some(Interpolation::Linear),
                     Some("hold") => settings.interpolation = Some(Interpolation::Hold),
@@ -196,6 +189,34 @@ impl<'a> Reader<'a> {
             }
         }
         settings
+    }
+
+    /// A figure of a sensor that is to be estimated; `neutral` is what it has where nothing is known, `known` the key of a column
+    /// for one that is known.
+    fn guess(&mut self, node: &Node, what: &str, (key, neutral, known): (&str, f64, &str)) -> Option<Guess> {
+        if node.get_ref().as_str() == Some("estimate") {
+            return Some(Guess { value: neutral, doubt: None });
+        }
+        let Some(table) = node.get_ref().as_table() else {
+            let mend = format!(
+                "write {key} = \"estimate\" or {key} = {{ value = {neutral:?}, doubt = 0.1 }}; one that is known stands as `{known}` in [columns] of the recording's sidecar"
+            );
+            let what = format!("`{key}` of {what} is neither \"estimate\" nor a value with a doubt");
+            self.wrong(Kind::BadValue, node.span(), what, mend);
+            return None;
+        };
+        self.known(table, &format!("{key} of {what}"), keys::GUESS);
+        let value = table.get("value").map_or(Some(neutral), |n| self.number(n, "value"))?;
+        let doubt = match table.get("doubt") {
+            Some(n) => Some(self.positive(n, "doubt")?),
+            None => None,
+        };
+        if key == "gain" && value == 0.0 {
+            let what = format!("`gain` of {what} is 0: such a sensor shows nothing");
+            self.wrong(Kind::BadValue, node.span(), what, "leave its column out by `false` in [columns]");
+            return None;
+        }
+        Some(Guess { value, doubt })
     }
 
     /// A value of [parameters], arrays as one entry per element, with its line.

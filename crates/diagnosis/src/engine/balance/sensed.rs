@@ -1,5 +1,6 @@
 //! What sensors make of what they measure.
 
+use trueup_identification::sensors::{Sensor, Sensors};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid};
 
@@ -8,19 +9,19 @@ use crate::engine::octaves;
 use crate::engine::subject::Model;
 
 impl Led {
-    /// What effects of sensors and offsets add to each channel, with its first and second derivative; `None`: nothing.
+    /// What effects of sensors, gains and offsets add to each channel, with its first and second derivative; `None`: nothing.
     pub(super) fn sensed<T: Scalar>(
         &self,
         model: &Model,
         p: &[T],
-        offsets: &[T],
+        sensors: &Sensors<T>,
     ) -> Vec<Option<[Vec<T>; 3]>> {
         let sizes = model.sizes();
-        let sensors: Vec<usize> =
+        let begins: Vec<usize> =
             model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.channel).collect();
         let spans: Vec<usize> = model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.sites).collect();
-        let concerned = |o: usize| sensors.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
-        let moved = |o: usize| offsets[o].value() != 0.0 || offsets[o] != T::zero();
+        let concerned = |o: usize| begins.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
+        let moved = |o: usize| sensors.outputs[o] != Sensor::none();
         let any: Vec<bool> = self.channels.iter().map(|c| concerned(c.output) || moved(c.output)).collect();
         if !any.contains(&true) {
             return vec![None; self.channels.len()];
@@ -38,7 +39,10 @@ impl Led {
             let at = At { t: T::constant(self.t[k] - self.t[0]), x: &x, u: &u, p, modes: &modes };
             model.effects().sense(&at, &mut shown);
             for (c, s) in self.channels.iter().enumerate() {
-                added[c].push(shown[s.output] - calm[c][k] + offsets[s.output]);
+                // Of a reading r = g y + o that is r - y.
+                let Sensor { gain, offset } = sensors.outputs[s.output];
+                let own = T::constant(calm[c][k]) - (T::constant(calm[c][k]) - offset) / gain;
+                added[c].push(shown[s.output] - calm[c][k] + own);
             }
         }
         let h = self.step;

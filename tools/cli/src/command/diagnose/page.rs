@@ -107,7 +107,8 @@ fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
             of("noise", s.noise, &c.unit),
             of("resolution", s.resolution, &c.unit),
             of("delay", Some(s.delay), "s"),
-            s.estimate_offset.then(|| "offset estimated".to_owned()),
+            s.offset.map(|_| "offset estimated".to_owned()),
+            s.gain.map(|_| "gain estimated".to_owned()),
         ];
         let known: Vec<String> = known.into_iter().flatten().collect();
         let known = if known.is_empty() { "nothing declared".to_owned() } else { known.join(", ") };

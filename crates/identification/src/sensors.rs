@@ -1,0 +1,75 @@
+//! What sensors make of what is there: reading = gain x value + offset.
+
+use trueup_numerics::Scalar;
+
+use crate::predict::InputMap;
+
+/// A sensor of an input or an output.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensor<T> {
+    /// By how many times a reading is too large.
+    pub gain: T,
+    /// What it has too much.
+    pub offset: T,
+}
+
+impl<T: Scalar> Sensor<T> {
+    /// Reads what is there.
+    pub fn none() -> Self {
+        Self { gain: T::one(), offset: T::zero() }
+    }
+    /// The reading of a value.
+    pub fn reads(&self, value: T) -> T {
+        value * self.gain + self.offset
+    }
+    /// What it makes of readings that another one was taken out of, as if it were in its place.
+    pub fn beside(&self, other: &Self) -> Self {
+        Self { gain: self.gain / other.gain, offset: (self.offset - other.offset) / other.gain }
+    }
+}
+
+/// Sensors of all inputs and outputs of a model.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sensors<T> {
+    /// By input.
+    pub inputs: Vec<Sensor<T>>,
+    /// By output.
+    pub outputs: Vec<Sensor<T>>,
+}
+
+impl<T: Scalar> Sensors<T> {
+    /// All of them read what is there.
+    pub fn none(inputs: usize, outputs: usize) -> Self {
+        Self { inputs: vec![Sensor::none(); inputs], outputs: vec![Sensor::none(); outputs] }
+    }
+    /// From readings of the inputs to what is there.
+    pub fn inputs_of(&self) -> InputMap<T> {
+        let all = || self.inputs.iter();
+        InputMap {
+            gain: all().map(|s| T::one() / s.gain).collect(),
+            bias: all().map(|s| -s.offset / s.gain).collect(),
+        }
+    }
+    /// Each as it is where another one was taken out of its readings.
+    pub fn beside(&self, others: &Self) -> Self {
+        let all = |own: &[Sensor<T>], others: &[Sensor<T>]| {
+            own.iter().zip(others).map(|(s, o)| s.beside(o)).collect()
+        };
+        Self { inputs: all(&self.inputs, &others.inputs), outputs: all(&self.outputs, &others.outputs) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_in_the_place_of_another_one_reads_the_same() {
+        let (truth, believed) = (Sensor { gain: 2.5, offset: -0.3 }, Sensor { gain: 2.0, offset: 0.1 });
+        for value in [-1.0, 0.0, 7.5] {
+            let corrected = (truth.reads(value) - believed.offset) / believed.gain;
+            assert!((truth.beside(&believed).reads(value) - corrected).abs() < 1e-14);
+        }
+        assert_eq!(truth.beside(&Sensor::none()), truth);
+    }
+}
