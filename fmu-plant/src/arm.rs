@@ -2,9 +2,8 @@
 
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
-use crate::structure::{FIXED, STANDS};
 use trueup_fmi::table::{Depends, Enumeration, Experiment, Kind, ModelTable};
-use trueup_models::arm::{BASE, PlanarManipulator};
+use trueup_models::arm::{BASE, BASE_CHOICE, FIXED_BASE, PlanarManipulator};
 use trueup_models::effect::Plant;
 use trueup_numerics::hybrid::Hybrid;
 
@@ -63,8 +62,8 @@ pub(crate) fn constants(b: &mut Builder, model: &PlanarManipulator) {
         "The joint has its spring (fixed when packed)",
     );
     let kind = b.items(&BASE);
-    let item = if model.has_fixed_base() { FIXED } else { 1 };
-    b.constant(STANDS, kind, ONE, &[item as f64], "What becomes of the base (fixed when packed)");
+    let item = if model.has_fixed_base() { FIXED_BASE } else { 1 };
+    b.constant(BASE_CHOICE, kind, ONE, &[f64::from(item)], "What becomes of the base (fixed when packed)");
 }
 
 /// Parameters with those start values, in the model's order.

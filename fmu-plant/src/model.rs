@@ -1,12 +1,12 @@
 //! The plants as one type: a library stands for any of them, as its configuration says.
 
 use crate::contact::{self, Contact};
-use crate::structure::{FIXED, STANDS, chosen};
+use crate::structure::chosen;
 use crate::{arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
-use trueup_models::arm::PlanarManipulator;
+use trueup_models::arm::{BASE_CHOICE, FIXED_BASE, PlanarManipulator};
 use trueup_models::joint::{TwoMassJoint, parameter};
 use trueup_models::space::SpatialFreeFlyer;
 use trueup_numerics::hybrid::At;
@@ -51,7 +51,7 @@ impl FmuModel for Plant {
             }
             "PlanarManipulator" => {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
-                let fixed = chosen(c)?(STANDS) == Some(FIXED);
+                let fixed = chosen(c)?(BASE_CHOICE) == Some(FIXED_BASE as usize);
                 PlanarManipulator::new(flexible, &c.effects)
                     .map(|m| Self::Arm(m.on_fixed_base(fixed)))
                     .map_err(|e| e.to_string())

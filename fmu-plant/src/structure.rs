@@ -1,7 +1,7 @@
 //! What of a model's structure is chosen when it is packed: whole numbers by name in the configuration.
 
 use trueup_fmi::configuration::Configuration;
-use trueup_models::arm::BASE;
+use trueup_models::arm::{BASE, BASE_CHOICE};
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
 use trueup_models::layout::Items;
@@ -26,9 +26,6 @@ pub enum Wanted {
     Item(&'static Items),
 }
 
-pub(crate) const STANDS: &str = "base";
-/// Item of [`STANDS`].
-pub(crate) const FIXED: usize = 2;
 pub(crate) const BALLS: &str = "numberOfBalls";
 pub(crate) const PORTS: &str = "numberOfPorts";
 pub(crate) const CLOSES: &str = "closing";
@@ -40,7 +37,7 @@ pub(crate) const RIGID: u32 = 1;
 pub(crate) const PLANAR: u32 = 2;
 
 static OF_ARM: [Choice; 1] =
-    [Choice { name: STANDS, wanted: Wanted::Item(&BASE), text: "What becomes of the base" }];
+    [Choice { name: BASE_CHOICE, wanted: Wanted::Item(&BASE), text: "What becomes of the base" }];
 static OF_BODY: [Choice; 1] =
     [Choice { name: PORTS, wanted: Wanted::Count(MAX_PORTS), text: "Docking points" }];
 static OF_SCENE: [Choice; 5] = [

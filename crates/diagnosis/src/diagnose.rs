@@ -13,6 +13,8 @@ pub mod input_scale;
 mod place;
 mod progress;
 pub mod record;
+mod traces;
+mod watch;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
@@ -20,13 +22,11 @@ use trueup_signals::Loaded;
 
 use crate::engine::decide::{Decision, Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
-use crate::engine::problem::Compared;
 use crate::engine::recordings::{Prepared, Unfit};
-use crate::engine::replay::{Complete, Polished, Replayed};
+use crate::engine::replay::{Complete, Polished};
 use crate::engine::search::{Fitted, Search, excess};
 use crate::engine::select::{Effort, Found, same};
 use crate::experiment::{self, Experiment};
-use crate::floor;
 use crate::outcome::*;
 use crate::picture::{Picture, isolability};
 use began::Began;
@@ -36,6 +36,7 @@ use ground::Ground;
 use held_out::{closed_alone, held_out};
 use place::{look, where_it_lies};
 use record::Record;
+use traces::{gap_report, traces};
 
 /// A component with this share of an excess that nothing explains stands out.
 const STANDS_OUT: f64 = 0.5;
@@ -68,6 +69,8 @@ pub struct Options {
     pub capped: bool,
     /// Nothing that is found on the way caps it either.
     pub force: bool,
+    /// Those for fitting are healthy: when do those held out part from them?
+    pub watch: bool,
     /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
     pub verdict_only: bool,
 }
@@ -81,6 +84,7 @@ impl Default for Options {
             limits: Thresholds::default(),
             capped: false,
             force: false,
+            watch: false,
             verdict_only: false,
         }
     }
@@ -164,6 +168,8 @@ pub struct Augmented {
     pub effects: Vec<String>,
     /// Which of its joints are packed flexible.
     pub flexible: Vec<bool>,
+    /// It is packed on a base that is fixed.
+    pub fixed_base: bool,
     /// Its parameters by name.
     pub values: Vec<(String, f64)>,
 }
@@ -331,8 +337,7 @@ fn conclude(
         None => (tuned.clone(), shown_tuned.clone()),
     };
     let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
-    if decision.verdict == Verdict::Parameters && ground.tuned == ground.before {
-        decision.cap();
+    if decision.unmoved {
         notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
     }
     let worse = claimed.then(|| ground.worse(&shown_after)).flatten();
@@ -377,6 +382,7 @@ fn conclude(
         indistinguishable: indistinguishable(&found, &decision),
         unknown: Unknown { present: unknown, probability: decision.unknown, place },
         next_experiment: next.as_ref().map(|n| n.said.clone()),
+        watch: options.watch.then(|| watch::watch(search, &tuned)),
         augmented: None,
         capped: options.capped,
         findings: mistaken.into_iter().collect(),
@@ -445,55 +451,4 @@ fn tuned_start(search: &Search<'_>, found: &Found, effort: Effort) -> Fitted {
         search.fit(stated, &start, effort.options()).ok()
     });
     fitted.unwrap_or_else(|| start_from.clone())
-}
-
-fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
-    let mut all = Vec::new();
-    for (r, run) in runs.iter().enumerate() {
-        for (c, channel) in run.run.channels.iter().enumerate() {
-            all.push(Trace {
-                recording: run.run.name.clone(),
-                channel: channel.name.clone(),
-                time: channel.t.clone(),
-                measured: channel.y.clone(),
-                before: shown[0][r][c].clone(),
-                tuned: shown[1][r][c].clone(),
-                after: shown[2][r][c].clone(),
-                floor: floors[r][c],
-            });
-        }
-    }
-    all
-}
-
-fn replayed(traces: &[Trace]) -> Vec<floor::Replayed<'_>> {
-    fn of(t: &Trace) -> floor::Replayed<'_> {
-        floor::Replayed {
-            recording: &t.recording,
-            channel: &t.channel,
-            measured: &t.measured,
-            before: &t.before,
-            tuned: &t.tuned,
-            after: &t.after,
-            floor: t.floor,
-        }
-    }
-    traces.iter().map(of).collect()
-}
-
-fn gap_report(traces: &[Trace], seed: u64) -> GapReport {
-    let found = floor::gaps(&replayed(traces), seed);
-    let of = |g: &floor::Gap| Gap {
-        before: g.before,
-        tuned: g.tuned,
-        after: g.after,
-        floor: g.floor,
-        closed: g.closed,
-        ci95: g.ci95,
-    };
-    GapReport {
-        overall: found.overall.as_ref().map(of),
-        channels: found.channels.iter().map(|(name, g)| (name.clone(), of(g))).collect(),
-        left_out: found.left_out,
-    }
 }

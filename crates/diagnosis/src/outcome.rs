@@ -333,6 +333,9 @@ pub struct Diagnosis {
     pub indistinguishable: Vec<Vec<String>>,
     /// None of these.
     pub unknown: Unknown,
+    /// When recordings held out part from the model; asked for by `--watch`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub watch: Option<Vec<Departure>>,
     /// What to do next.
     pub next_experiment: Option<NextExperiment>,
     /// Files of the augmented model.
@@ -349,6 +352,36 @@ pub struct Diagnosis {
     /// What should be said beside it.
     #[serde(default)]
     pub notes: Vec<String>,
+}
+
+/// A stretch of time in which a recording parts from the model by more than any recording for fitting does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Departure {
+    /// Which recording.
+    pub recording: String,
+    /// Where it shows.
+    pub component: String,
+    /// At which joint of an arm, from 1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<usize>,
+    /// s.
+    pub start: f64,
+    /// s.
+    pub end: f64,
+    /// How much of an input would do the same, on the mean.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub like: Option<Like>,
+}
+
+/// So much more of an input.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Like {
+    /// FMU variable.
+    pub input: String,
+    /// How much more.
+    pub value: f64,
+    /// Its unit.
+    pub unit: String,
 }
 
 /// The note of a case without a hold-out.

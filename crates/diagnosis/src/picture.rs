@@ -135,7 +135,7 @@ fn deviation(floors: &[Floor], channel: &str) -> Option<f64> {
 }
 
 /// What takes energy in every swing to one side is friction; what also gives some comes from the actuator.
-fn at_motor(torque: &[f64], velocity: &[f64]) -> &'static str {
+pub(crate) fn at_motor(torque: &[f64], velocity: &[f64]) -> &'static str {
     let mut swings = vec![0.0];
     let mut side = 0.0;
     for (power, v) in torque.iter().zip(velocity).map(|(d, v)| (d * v, v)).filter(|(p, _)| p.is_finite()) {

@@ -1,6 +1,6 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use trueup_models::arm::{BASE, PlanarManipulator, Replay, layout, rotor};
+use trueup_models::arm::{BASE, BASE_CHOICE, PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
 use trueup_models::joint::{self, TwoMassJoint};
@@ -254,9 +254,6 @@ pub fn has_fixed_base(case: &Case) -> Result<bool, ModelError> {
         }
     }
 }
-
-/// What becomes of an arm's base, among the parameters of a case.
-const BASE_CHOICE: &str = "base";
 
 fn quantity(name: String, unit: &'static str, min: f64) -> Quantity {
     Quantity { name, unit, min, max: f64::INFINITY }

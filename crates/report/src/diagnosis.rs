@@ -11,6 +11,7 @@ mod now;
 mod place;
 mod series;
 mod summary;
+mod watch;
 mod which;
 mod words;
 
@@ -189,6 +190,7 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
     now::now(&mut page, diagnosis, evidence);
     far::gap(&mut page, diagnosis);
     place::location(&mut page, diagnosis);
+    watch::watch(&mut page, diagnosis);
     // What has no name is to be seen; elsewhere the pictures back the name.
     let nameless = diagnosis.verdict == Verdict::Unknown;
     if nameless {

@@ -97,6 +97,7 @@ fn diagnosis(verdict: Verdict) -> Diagnosis {
             amount(3.07e-5, "N.m/rad", [Some(3.0e-5), None]),
         )]),
         indistinguishable: vec![vec!["stribeck-friction".into(), "presliding-friction".into()]],
+        watch: None,
         unknown: Unknown { present: verdict == Verdict::Unknown, probability: 0.02, place: None },
         next_experiment: Some(NextExperiment {
             why: "Slow reversals of small amplitude show the spring before sliding.".into(),

@@ -195,6 +195,9 @@ pub(crate) struct Diagnose {
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    #[arg(long)]
+    pub(crate) watch: bool,
     /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
     #[arg(long, value_enum, default_value_t = Engine::Balances)]
     pub(crate) engine: Engine,
@@ -386,6 +389,9 @@ pub(crate) struct TrialRun {
     /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    #[arg(long)]
+    pub(crate) watch: bool,
     /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
     #[arg(long, value_enum, default_value_t = Engine::Balances)]
     pub(crate) engine: Engine,

@@ -272,7 +272,7 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
         Model::Arm(m) => m.flexible().to_vec(),
         Model::Joint(_) => search.case.subject.flexible.clone(),
     };
-    Augmented { effects, flexible, values: all }
+    Augmented { effects, flexible, fixed_base: search.case.subject.fixed_base, values: all }
 }
 
 #[cfg(test)]
@@ -293,6 +293,7 @@ mod tests {
             closed: 1.0,
             unknown: 0.0,
             odds: 3.0,
+            unmoved: false,
         };
         (found(sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect(), Some(0), 10.0), decision)
     }

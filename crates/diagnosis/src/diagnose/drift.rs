@@ -73,6 +73,7 @@ mod tests {
             candidates: Vec::new(),
             parameters: Default::default(),
             indistinguishable: Vec::new(),
+            watch: None,
             unknown: Unknown::default(),
             next_experiment: None,
             augmented: None,

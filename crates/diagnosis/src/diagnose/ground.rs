@@ -111,7 +111,7 @@ impl<'a> Ground<'a> {
     /// What is claimed runs further off than the refitted model does, by more than chance: both gaps.
     pub(super) fn worse(&self, after: &Replayed) -> Option<[f64; 2]> {
         let free = self.free(after)?;
-        (free.after > free.tuned.max(free.chance)).then_some([free.after, free.tuned])
+        free.does_worse().then_some([free.after, free.tuned])
     }
 
     /// Gaps with `after` in the place of the model with causes.

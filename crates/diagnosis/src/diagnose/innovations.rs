@@ -54,6 +54,7 @@ pub(super) fn told(search: &Search<'_>, fits: &Fits, judged: &Judged) -> Option<
         closed: judged.share.clamp(0.0, 1.0),
         unknown: judged.unknown,
         odds: APART,
+        unmoved: false,
     };
     let sets = singles.into_iter().map(|s| s.1).chain([best.clone()]).collect();
     Some((Found { plain, sets, best }, decision))

@@ -340,6 +340,7 @@ mod tests {
                 closed: 0.9,
                 unknown: 0.0,
                 odds: 3.0,
+                unmoved: false,
             };
             of_claims(&found(sets, Some(best), 10.0), &decision)
                 .iter()

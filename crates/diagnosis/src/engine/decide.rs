@@ -47,6 +47,10 @@ impl Free {
     pub(crate) fn bare(&self) -> f64 {
         self.tuned.min(self.before)
     }
+    /// With the causes it does worse than without them, by more than chance.
+    pub(crate) fn does_worse(&self) -> bool {
+        self.after > self.tuned.max(self.chance)
+    }
 }
 
 /// What was decided.
@@ -69,6 +73,8 @@ pub struct Decision {
     pub unknown: f64,
     /// Odds below which two causes are not told apart.
     pub odds: f64,
+    /// No fit of the model's own parameters runs nearer than those given: they explain nothing.
+    pub unmoved: bool,
 }
 
 /// A cause that is not told from one of those chosen.
@@ -156,10 +162,10 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let as_good = judge.as_good();
     let seen = above(found.plain.excess());
     let bare = || if judge.needs_no_effect() { found.without_effects() } else { &found.best };
-    let best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
-    let rivals: Vec<Vec<(usize, f64)>> =
+    let mut best = chosen.map_or_else(|| bare().clone(), |at| found.sets[at].clone());
+    let mut rivals: Vec<Vec<(usize, f64)>> =
         (0..best.stated.set.len()).map(|i| judge.rivals(chosen, &best, i, free.after)).collect();
-    let claims = best.effects() > 0;
+    let mut claims = best.effects() > 0;
     let excess = above(best.excess());
     let account = Account {
         claims,
@@ -185,6 +191,15 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     } else {
         !as_good && (explained < limits.gap.explained && account.left > limits.gap.left || missed)
     };
+    // Refitting that takes nearly all of the gap is enough, whatever is left beyond the sensors' noise, and whatever might be
+    // added to it without being known.
+    let refitted = free.tuned <= limits.gap.refitted * free.before;
+    let unexplained = unexplained && !refitted;
+    if refitted && claims && known < limits.gap.explained {
+        best = found.without_effects().clone();
+        rivals = vec![Vec::new(); best.stated.set.len()];
+        (claims, free.after) = (false, free.tuned);
+    }
     // The same effect in another place is the same effect.
     let id = |at: usize| best.replaced_in(&found.sets[at]).map(|h| &*h.id);
     let others = |h: &Hypothesis, list: &[(usize, f64)]| -> Vec<f64> {
@@ -194,9 +209,12 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let close = |list: &[f64]| list.first().is_some_and(|odds| -odds < limits.odds.apart);
     // Where nothing that could be refitted helps either, the free run's own luck is no wrong parameter.
     let luck = !claims && !shown && !unexplained && free.tuned > limits.gap.luck * free.before;
+    // What was not refitted is no explanation, and neither is what does worse on what was held out.
+    let unmoved = !claims && free.tuned == free.before;
+    let worse = claims && chosen.is_some_and(|at| ran.after(at).is_some()) && free.does_worse();
     let verdict = if !gap || luck {
         Verdict::NoGap
-    } else if unexplained {
+    } else if unexplained || unmoved || worse {
         Verdict::Unknown
     } else if !claims {
         Verdict::Parameters
@@ -206,6 +224,8 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         Verdict::Effects
     };
     let unknown = 1.0 / (1.0 + ((known - limits.gap.explained) * limits.gap.steep).exp());
+    let unknown = if !unexplained && (unmoved || worse) { unknown.max(0.5) } else { unknown };
+    let unmoved = unmoved && verdict == Verdict::Unknown;
     let unknown = match verdict {
         Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),
         _ => unknown,
@@ -215,7 +235,17 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let probability = odds.iter().map(|list| (1.0 - unknown) * members / (1.0 + mass(list))).collect();
     found.best = best;
     let blind = account.is_blind(limits);
-    Decision { verdict, rivals, probability, explained, blind, closed, unknown, odds: limits.odds.apart }
+    Decision {
+        verdict,
+        rivals,
+        probability,
+        explained,
+        blind,
+        closed,
+        unknown,
+        odds: limits.odds.apart,
+        unmoved,
+    }
 }
 
 #[cfg(test)]

@@ -74,6 +74,8 @@ pub struct Prepared {
     pub holdout: Vec<Compared>,
     /// Its coordinates.
     pub coordinates: Vec<Coordinate>,
+    /// Its inputs, with their units.
+    pub inputs: Vec<Quantity>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
     /// How far the noise of a reading tells that of the next, by output.
@@ -194,6 +196,7 @@ impl Prepared {
             nominal,
             doubt,
             sensors,
+            inputs: reader.inputs().to_vec(),
             train,
             holdout,
             coordinates,

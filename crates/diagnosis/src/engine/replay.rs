@@ -336,7 +336,7 @@ impl Search<'_> {
     }
 
     /// What is unknown of one recording once everything else is set.
-    fn alone<'b>(&self, complete: &'b Complete, run: &'b Compared) -> Comparison<'b> {
+    pub(crate) fn alone<'b>(&self, complete: &'b Complete, run: &'b Compared) -> Comparison<'b> {
         let stated = &complete.stated;
         // Parameters of the whole are set; what shifts signals stays an unknown that is held.
         let train = &self.case.train;

@@ -2,6 +2,10 @@
 
 use crate::layout::Items;
 
+/// Name of the choice of [`BASE`], in an FMU and among the parameters of a case.
+pub const BASE_CHOICE: &str = "base";
+/// Item of [`BASE`], counted from 1.
+pub const FIXED_BASE: u32 = 2;
 /// What becomes of the base, in the order of its choice.
 pub static BASE: Items = Items {
     name: "Base",

@@ -16,7 +16,7 @@ pub mod rotor;
 pub mod solve;
 mod stick;
 
-pub use layout::{BASE, input, output, parameter};
+pub use layout::{BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
 pub use model::PlanarManipulator;
 pub use replay::Replay;
 

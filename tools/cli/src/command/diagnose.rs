@@ -15,6 +15,7 @@ use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
+use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
@@ -56,6 +57,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         engine: args.engine.into(),
         capped,
         force: args.force,
+        watch: args.watch,
         verdict_only: args.verdict_only,
         ..Options::default()
     };
@@ -170,7 +172,10 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
     let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
         Error::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
     })?;
-    let mut configuration = Configuration { joint_flexible: flexible, effects, ..Configuration::of(name) };
+    let base = (BASE_CHOICE.to_owned(), vec![FIXED_BASE]);
+    let structure = if augmented.fixed_base { vec![base] } else { Vec::new() };
+    let mut configuration =
+        Configuration { joint_flexible: flexible, structure, effects, ..Configuration::of(name) };
     let table = fmu_library::table(&configuration).map_err(Error::Failed)?;
     let known = |name: &str| {
         table.variables.iter().any(|v| v.name == name.split('[').next().unwrap_or(name) || v.name == name)
@@ -245,6 +250,19 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             .map(|c| format!("{} {:.0} %", c.id, 100.0 * c.share))
             .collect();
         out += &format!("where it may lie: {}\n", places.join(", "));
+    }
+    for w in d.watch.iter().flatten() {
+        let joint = w.joint.map_or_else(String::new, |j| format!(" of joint {j}"));
+        let like = w.like.as_ref().map_or_else(String::new, |l| {
+            format!(", as {} {} more of {} would do", number(l.value), l.unit, l.input)
+        });
+        out += &format!(
+            "{} parts from the model from {:.4} s to {:.4} s ({}{joint}{like})\n",
+            w.recording, w.start, w.end, w.component
+        );
+    }
+    if d.watch.as_ref().is_some_and(Vec::is_empty) {
+        out += "what is held out parts from the model nowhere by more than what is healthy does\n";
     }
     for f in &d.findings {
         let severity = if f.severity == Severity::Note { "note" } else { "warning" };

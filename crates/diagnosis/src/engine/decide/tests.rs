@@ -94,3 +94,42 @@ fn parameters_that_leave_plain_misses_and_do_not_help_free_runs_are_no_cause() {
         assert_eq!(decision.verdict, wanted, "{what}");
     }
 }
+
+/// Values that no fit moved explain nothing, and what does worse on what was held out than the refitted model is not claimed.
+#[test]
+fn what_was_not_done_and_what_does_worse_explain_nothing() {
+    for (tuned, wanted) in [(9.5, Verdict::Parameters), (10.0, Verdict::Unknown)] {
+        let found = found(vec![fitted("motorInertia", 1.2, 100.0)], Some(0), 100.0);
+        let (_, decision) = judged(found, vec![None], Free { before: 10.0, chance: 7.0, ..free(tuned) });
+        assert_eq!((decision.verdict, decision.unmoved), (wanted, tuned == 10.0));
+        assert!((decision.unknown < 0.1) == (wanted == Verdict::Parameters), "{}", decision.unknown);
+    }
+    // Gaps of the effect and of the tuned model; chance leaves 1.5 floors.
+    for (after, tuned, wanted) in [
+        (2.0, 9.0, Verdict::Effects),
+        (9.2, 9.0, Verdict::Unknown),
+        // By no more than chance.
+        (1.45, 1.4, Verdict::Effects),
+    ] {
+        let found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
+        let (_, decision) = judged(found, vec![Some(after)], Free { before: 10.0, ..free(tuned) });
+        assert_eq!(decision.verdict, wanted, "{after} {tuned}");
+        assert!(!decision.unmoved);
+    }
+}
+
+/// A refit that takes nine tenths of the gap is enough, though noise were a hundred times less; what is added to it without being
+/// known is not claimed. One that takes less is not.
+#[test]
+fn a_refit_that_takes_nearly_all_is_enough() {
+    for (tuned, wanted) in [(90.0, Verdict::Parameters), (110.0, Verdict::Unknown)] {
+        for (set, leaves, ran) in [("motorInertia", 60.0, None), ("backlash", 60.0, Some(0.9 * tuned))] {
+            let sets = found(vec![fitted(set, leaves, 100.0)], Some(0), 100.0);
+            let (found, decision) = judged(sets, vec![ran], Free { before: 1000.0, ..free(tuned) });
+            assert_eq!(decision.verdict, wanted, "{set} {tuned}");
+            let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
+            assert_eq!(claimed, wanted == Verdict::Unknown && set == "backlash", "{set} {tuned}");
+            assert_eq!(decision.rivals.len(), found.best.stated.set.len());
+        }
+    }
+}

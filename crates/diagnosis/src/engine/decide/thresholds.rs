@@ -32,6 +32,8 @@ pub struct OfGap {
     pub left: f64,
     /// Times what chance leaves from which a free-running gap that nothing explains is missed, whatever the balances say.
     pub missed: f64,
+    /// Share of the gap of the nominal model that refitted parameters may leave to be all that was wrong.
+    pub refitted: f64,
     /// Refitted parameters that leave more than this share of a gap that only free runs show do not help.
     pub luck: f64,
     /// How steeply the odds of an unknown cause fall with the share that is explained.
@@ -106,6 +108,7 @@ impl Default for OfGap {
             neither: 0.2,
             left: PLAIN,
             missed: 1.5,
+            refitted: 0.1,
             luck: 0.8,
             steep: 12.0,
             doubt: 0.05,

@@ -43,6 +43,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         json: false,
         verdict_only: false,
         engine: Engine::Balances,
+        watch: false,
         force: false,
         seed: 1,
         library: None,
