@@ -21,7 +21,8 @@ pub(crate) fn read(file: &Path) -> Result<System, Error> {
     let fail = |message: String| {
         Error::System(vec![Mistake { place: Place { file: file.into(), line: 0 }, message }])
     };
-    let bytes = std::fs::read(file).map_err(|e| fail(e.to_string()))?;
+    let bytes = std::fs::read(file)
+        .map_err(|e| fail(format!("{e}; name a system's file, see docs/systems.md, or an FMU")))?;
     let text = String::from_utf8(bytes).map_err(|_| fail("not UTF-8; save it as UTF-8".into()))?;
     parse(&text, file)
 }
