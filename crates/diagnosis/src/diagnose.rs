@@ -13,6 +13,7 @@ pub mod input_scale;
 mod place;
 mod progress;
 pub mod record;
+mod strained;
 mod traces;
 mod watch;
 
@@ -369,6 +370,7 @@ fn conclude(
     let unknown = decision.verdict == Verdict::Unknown;
     let most = location.components.first().filter(|c| unknown && c.share >= STANDS_OUT);
     let place = most.map(|c| c.id.clone());
+    let far = if no_gap { Vec::new() } else { strained::told(&found.best, case) };
     let mut diagnosis = Diagnosis {
         schema: SCHEMA.into(),
         model: loaded.case.model.clone(),
@@ -385,7 +387,7 @@ fn conclude(
         watch: options.watch.then(|| watch::watch(search, &tuned)),
         augmented: None,
         capped: options.capped,
-        findings: mistaken.into_iter().collect(),
+        findings: mistaken.into_iter().chain(far).collect(),
         inputs: None,
         notes,
     };

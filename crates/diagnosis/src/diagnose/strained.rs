@@ -1,0 +1,77 @@
+//! Parameters that recordings put far from where their owner believes them: either is wrong, and that is told.
+
+use crate::engine::hypothesis::KNOWN;
+use crate::engine::problem::{Target, Unknown};
+use crate::engine::recordings::Prepared;
+use crate::engine::search::Fitted;
+use crate::outcome::{Noticed, Severity};
+use trueup_identification::unknown::Scale;
+
+/// Deviations of its owner's doubt from which a parameter is far.
+const FAR: f64 = 10.0;
+
+/// A finding for each of the plant's own parameters that is far from what the case says.
+pub(super) fn told(fitted: &Fitted, case: &Prepared) -> Vec<Noticed> {
+    let stated = &fitted.stated;
+    let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
+    let plain = stated.unknowns[..own].iter().zip(&fitted.theta);
+    let parameters = plain.filter(|(u, _)| {
+        u.run.is_none() && matches!(u.target, Target::Parameter(_)) && u.scale == Scale::Log
+    });
+    parameters.filter_map(|(u, x)| one(u, *x, case.doubt.get(&u.name).copied())).collect()
+}
+
+fn one(u: &Unknown, x: f64, doubt: Option<f64>) -> Option<Noticed> {
+    let moved = x - u.coordinate();
+    let times = moved.abs() / doubt.unwrap_or(KNOWN);
+    if times <= FAR {
+        return None;
+    }
+    let share = 100.0 * (moved.exp() - 1.0);
+    let which = if share > 0.0 { "larger" } else { "smaller" };
+    let of = match doubt {
+        Some(d) => format!("{times:.0} times the doubt of {} % that the case has of it", 100.0 * d),
+        None => "which the case holds to be known".to_owned(),
+    };
+    Some(Noticed {
+        severity: Severity::Warning,
+        kind: "far-from-belief".into(),
+        file: "case.toml".into(),
+        line: None,
+        channel: None,
+        text: format!(
+            "{} would have to be {:.0} % {which}, {of}: look at its value, or at what is missing that acts as it does",
+            u.name,
+            share.abs()
+        ),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_moves_ten_doubts_is_told_with_its_share() {
+        let u = Unknown {
+            name: "torqueConstant".into(),
+            unit: "N.m/A".into(),
+            target: Target::Parameter(3),
+            run: None,
+            start: 0.04,
+            scale: Scale::Log,
+            lower: 1e-3,
+            upper: 1.0,
+            prior: None,
+        };
+        let at = |factor: f64, doubt| one(&u, u.coordinate() + f64::ln(factor), doubt).map(|n| n.text);
+        let told = at(0.73, None).unwrap();
+        assert!(
+            told.contains("torqueConstant would have to be 27 % smaller") && told.contains("known"),
+            "{told}"
+        );
+        let told = at(1.9, Some(0.05)).unwrap();
+        assert!(told.contains("90 % larger, 13 times the doubt of 5 %"), "{told}");
+        assert_eq!((at(0.95, None), at(1.5, Some(0.05))), (None, None));
+    }
+}
