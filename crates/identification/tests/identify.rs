@@ -399,6 +399,10 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         ("[effects]\ngravity-torque = { gravityAngle = 0.0 }\n", "its size is not given"),
         ("[effects]\njoint-flexibility = { stiffness = 1.0 }\n", "jointFlexible"),
         ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it stands once"),
+        (
+            "[effects]\ngravity-torque = { gravityTorqu = 1.0 }\n",
+            "gravityTorqu is no parameter of this effect, which has gravityTorque",
+        ),
         ("[effects]\nbase-drag = { linearDrag = 1.0 }\n", "PlanarManipulator"),
     ] {
         case(&more.replace("stiffness = 1.0", "backlashWidth = 1.0"));
@@ -406,4 +410,18 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         let told = Model::of_case(&read, &[]).unwrap_err().to_string();
         assert!(told.contains(said), "{more}: {told}");
     }
+}
+
+#[test]
+fn gravity_wants_a_base_that_is_fixed() {
+    let of = |base: &str| {
+        let text = format!(
+            "model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\n{base}gravity = [0.0, -9.81]\n"
+        );
+        let (case, _) = Case::parse(Path::new("case.toml"), &text, &[]).unwrap();
+        Model::of_case(&case, &[]).map(|m| m.structure().fixed_base)
+    };
+    assert_eq!(of("base = \"fixed\"\n"), Ok(true));
+    let told = of("").unwrap_err().to_string();
+    assert!(told.contains("gravity[2]") && told.contains("base = \"fixed\""), "{told}");
 }

@@ -40,8 +40,7 @@ pub(super) fn of(
     for id in &case.with {
         let choice = Choice::parse(id, model.plant()).map_err(crate::model::ModelError::from)?;
         let spec = choice.spec();
-        let refuse =
-            |what: &str| Err(IdentifyError::Unknowns(format!("{}: {id} {what}", case.file.display())));
+        let refuse = |what: &str| Err(IdentifyError::Unknowns(format!("{id} {what}")));
         if case.known_effects().contains(&id.as_str()) {
             return refuse("is in [effects] too: there it has values and doubts, here none; name it once");
         }

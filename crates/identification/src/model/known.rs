@@ -5,9 +5,21 @@ use trueup_signals::{Case, base_name, element_name};
 
 use super::{Model, ModelError};
 
-/// Whether every known effect can be one, and has a size.
+/// Whether every known effect can be one and has a size, and whether gravity has a base that holds against it.
 pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
     let plant = model.plant();
+    let falls = case.parameters.iter().find(|(name, value)| {
+        let named = model.parameter(name).is_some() && base_name(name) == "gravity";
+        named && !model.structure().fixed_base && value.number().is_some_and(|g| g != 0.0)
+    });
+    if let Some((name, value)) = falls {
+        return Err(ModelError::Parameter {
+            name: name.clone(),
+            what: format!(
+                "it is {value}, and the base floats: it would fall; write base = \"fixed\", or give 0"
+            ),
+        });
+    }
     for known in &case.effects {
         let choice = Choice::parse(&known.id, plant)?;
         let spec = choice.spec();
@@ -29,6 +41,19 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
             }
             _ => {}
         }
+        // Whose parameter is it that stands there?
+        let own = |name: &str| {
+            let base = base_name(name);
+            let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
+            named || spec.borrows.iter().any(|b| [b.joint_name, b.arm_name].contains(&base))
+        };
+        if let Some(other) = known.given.iter().find(|g| !own(g)) {
+            let all: Vec<String> = choice.parameters().iter().map(|s| choice.variable(s.name)).collect();
+            return refuse(format!(
+                "{other} is no parameter of this effect, which has {}; correct it, or move it to [parameters]",
+                all.join(", ")
+            ));
+        }
         let element = |base: &str| match known.joint.filter(|_| indexed) {
             Some(j) => element_name(base, &[j]),
             None => base.to_owned(),
@@ -46,15 +71,6 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
                 "its size is not given; give what you believe of {}, with a `doubt`{joint}",
                 all.join(" or ")
             ));
-        }
-        // Whose parameter is it that stands there?
-        let own = |name: &str| {
-            let base = base_name(name);
-            let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
-            named || spec.borrows.iter().any(|b| [b.joint_name, b.arm_name].contains(&base))
-        };
-        if let Some(other) = known.given.iter().find(|g| !own(g) && model.parameter(g).is_some()) {
-            return refuse(format!("{other} is no parameter of this effect; move it to [parameters]"));
         }
     }
     Ok(())
