@@ -98,6 +98,35 @@ def test_a_gain_of_an_input_is_found_as_such(tmp_path):
     assert found["verdict"] == "parameters" and abs(told["value"] - 1.25) < 0.05, (found["verdict"], told)
 
 
+def late(rows, column, samples=3):
+    """The same with a column that is read so many samples late, 4 ms each."""
+    late = rows.copy()
+    late[:, column] = np.concatenate([np.full(samples, rows[0, column]), rows[:-samples, column]])
+    return late
+
+
+@pytest.mark.parametrize("channel, column", [("motorAngle", 2), pytest.param("motorCurrent", 1, marks=pytest.mark.full)])
+def test_how_late_a_channel_is_is_found(full, tmp_path, channel, column):
+    rows = [late(drive(seed, seconds=5.0), column) for seed in (14, 15, 16)]
+    folder = case(tmp_path / channel, rows)
+    toml = folder / "case.toml"
+    asked = f"[channels.{channel}]\n"
+    toml.write_text(toml.read_text().replace(asked, asked + 'delay = "estimate"\n'))
+    done = run("identify", folder, "--fast", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    value, error = found["parameters"][f"{channel}.delay"]["value"], found["fit"]["motorAngle"]["nrmse"]
+    print(channel, value, error, found["nominal_fit"]["motorAngle"]["nrmse"])
+    # Half a step of the integration here, 0.1 ms, is in it; recordings that were not fitted are read as late.
+    assert abs(value - 0.012) < 2e-4, value
+    assert error < 0.01 * found["nominal_fit"]["motorAngle"]["nrmse"], error
+    if full:
+        told = diagnosed(folder)
+        value = told["parameters"][f"{channel}.delay"]["value"]
+        assert told["verdict"] == "parameters" and abs(value - 0.012) < 2e-4, (told["verdict"], value)
+        assert not any(c["id"] == "sensor-delay" and c["component"] == f"sensor:{channel}" for c in told["candidates"])
+
+
 @pytest.mark.full
 def test_gravity_that_is_known_is_no_gap(tmp_path):
     rows = [drive(seed, gravity=60.0) for seed in (7, 8, 9)]

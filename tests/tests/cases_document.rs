@@ -104,7 +104,14 @@ fn every_key_is_read() {
                 // Whatever else stands there is a parameter.
                 "effects" if name == "unknown" => continue,
                 "effects" => case(&format!("{whole}[effects.backlash]\n{line}")),
-                "gain or offset" => {
+                "payload" | "a figure of payload" => {
+                    let of = match keys.of {
+                        "payload" => line.clone(),
+                        _ => format!("mass = {{ {} }}\n", line.trim_end()),
+                    };
+                    case(&format!("{}[payload]\n{of}", whole.replace("TwoMassJoint", "PlanarManipulator")))
+                }
+                "gain, offset or delay" => {
                     case(&format!("{whole}[channels.motorAngle]\ngain = {{ {} }}\n", line.trim_end()))
                 }
                 "a case" => case(&format!("{line}{without}")),
@@ -129,7 +136,12 @@ fn the_examples_are_read_and_use_every_key() {
     let document = document();
     let blocks: Vec<&str> =
         document.split("```toml\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
-    let [case, sidecar] = blocks[..] else { panic!("one case and one sidecar, not {}", blocks.len()) };
+    let [case, arm, sidecar] = blocks[..] else { panic!("two cases and a sidecar, not {}", blocks.len()) };
+    let (carried, findings) = Case::parse(Path::new("case.toml"), arm, &[]).unwrap();
+    assert!(findings.is_empty(), "{findings:?}");
+    let doubt = |name: &str| carried.doubt(&format!("payload.{name}"));
+    assert_eq!((carried.payload, carried.number("payload.centerOfMass[1]")), (Some(3), Some(0.4)));
+    assert_eq!([doubt("mass"), doubt("centerOfMass[2]"), doubt("inertia")], [Some(2.0), Some(0.05), None]);
     let (read, findings) = Case::parse(Path::new("case.toml"), case, &[]).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!((read.train.len(), read.channels.len(), read.repeats.len()), (2, 2, 1));
@@ -142,7 +154,7 @@ fn the_examples_are_read_and_use_every_key() {
     assert_eq!(recording.channels.len(), 3);
     assert!((last("motorAngle") - 1.7339808).abs() < 1e-9 && (last("motorCurrent") - 2.0).abs() < 1e-12);
     assert!((last("motorVelocity") - std::f64::consts::TAU).abs() < 1e-9, "60 rpm is a turn a second");
-    let all = format!("{case}{sidecar}");
+    let all = format!("{case}{arm}{sidecar}");
     for key in keys::ALL.iter().flat_map(Keys::names) {
         assert!(all.contains(key), "`{key}` is in no example");
     }

@@ -10,12 +10,15 @@ mod held_out;
 mod hints;
 mod innovations;
 pub mod input_scale;
+mod left_out;
 mod place;
 mod progress;
 pub mod record;
 mod strained;
 mod traces;
 mod watch;
+
+use std::borrow::Cow;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
@@ -27,9 +30,11 @@ use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Polished};
 use crate::engine::search::{Fitted, Search, excess};
 use crate::engine::select::{Effort, Found, same};
+use crate::engine::subject::Subject;
 use crate::experiment::{self, Experiment};
 use crate::outcome::*;
 use crate::picture::{Picture, isolability};
+use crate::thinned::{Thinning, thinned};
 use began::Began;
 use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
 use contest::{Contender, Contest, POLISH};
@@ -72,6 +77,8 @@ pub struct Options {
     pub force: bool,
     /// Those for fitting are healthy: when do those held out part from them?
     pub watch: bool,
+    /// Large recordings are not thinned.
+    pub all_readings: bool,
     /// Neither where the gap lies nor what to record next: verdict, claims and gaps alone.
     pub verdict_only: bool,
 }
@@ -86,6 +93,7 @@ impl Default for Options {
             capped: false,
             force: false,
             watch: false,
+            all_readings: false,
             verdict_only: false,
         }
     }
@@ -184,6 +192,22 @@ pub fn diagnose(
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
+    let subject = Subject::of(&loaded.case)?;
+    let (small, thinning) = match options.all_readings {
+        true => (Cow::Borrowed(loaded), None),
+        false => thinned(loaded, subject.plant, &subject.inputs()),
+    };
+    let mut found = diagnose_all(&small, options, tell)?;
+    found.diagnosis.findings.extend(thinning.map(Thinning::told));
+    Ok(found)
+}
+
+/// Diagnoses a case with all the readings that it has.
+fn diagnose_all(
+    loaded: &Loaded,
+    options: &Options,
+    tell: &mut dyn FnMut(f64, &str),
+) -> Result<Diagnosed, DiagnoseError> {
     let case = Prepared::new(loaded)?;
     tell(0.01, "finding what a perfect model would leave");
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
@@ -220,7 +244,7 @@ pub fn diagnose(
     let contenders = if open && tells { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
-    let ran = Contest { ground: &ground, contenders: &contenders };
+    let ran = Contest { ground: &ground, contenders: &contenders, effort };
     // What happens in the recordings for fitting alone is a gap as well.
     let plain = found.above(found.plain.excess()) > options.limits.gap.bare;
     free.trained = !case.holdout.is_empty()
@@ -235,8 +259,9 @@ pub fn diagnose(
         ("the noise floor", free.floor),
         ("what chance may leave", free.chance),
     ])?;
-    let record = Record::new(case.subject.plant, &found, raw, free, &ran);
+    let mut record = Record::new(case.subject.plant, &found, raw, free, &ran);
     let mut decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    record.left_out = decision.left_out;
     if options.capped {
         decision.cap();
     }
@@ -263,7 +288,7 @@ fn by_filter(
     }
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
-    let ran = Contest { ground: &ground, contenders: &[] };
+    let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
     let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
     let decided = Decided { found, decision, contenders: Vec::new(), record, mistaken };
     conclude(search, options, models, ground, decided, loaded, tell)
@@ -340,6 +365,9 @@ fn conclude(
     let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
     if decision.unmoved {
         notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
+    }
+    if let Some((_, l)) = decision.left_out.filter(|(_, l)| l.does_worse(options.limits.free_runs.near)) {
+        notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
     }
     let worse = claimed.then(|| ground.worse(&shown_after)).flatten();
     if let Some([with, without]) = worse {

@@ -5,6 +5,7 @@
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
 //! - [`picture`]: all that a case shows before any effect is named;
+//! - [`thinned`]: large recordings on a coarser grid;
 //! - [`words`]: effects in words.
 
 pub mod diagnose;
@@ -16,4 +17,5 @@ mod json;
 pub mod locate;
 pub mod outcome;
 pub mod picture;
+pub mod thinned;
 pub mod words;

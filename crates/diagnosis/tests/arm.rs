@@ -330,12 +330,7 @@ fn the_picture_of_a_case_says_inside_or_outside_and_where() {
         let folder = tempfile::tempdir().unwrap();
         write(folder.path(), "", &p, extra);
         let (loaded, _) = trueup_signals::Case::load(folder.path(), |_| Ok(Vec::new())).unwrap();
-        let subject = Subject {
-            plant: Plant::Arm,
-            flexible: vec![true, false, false],
-            fixed_base: false,
-            known: vec![],
-        };
+        let subject = Subject::new(Plant::Arm, vec![true, false, false]);
         let seen = picture(&loaded, &subject, &defaults());
         println!("{component}: {:?} {:?}", seen.cause, seen.places);
         assert_eq!(seen.cause, Some(cause));

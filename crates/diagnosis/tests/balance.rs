@@ -39,7 +39,7 @@ fn recording(p: &[f64], push: f64) -> Run {
 
 #[test]
 fn what_is_missing_is_the_torque_that_nobody_told_of() {
-    let subject = Subject { plant: Plant::Joint, flexible: vec![false], fixed_base: false, known: vec![] };
+    let subject = Subject::new(Plant::Joint, vec![false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let mut p = subject.defaults(&model);
     for i in [parameter::COULOMB_FRICTION, parameter::STATIC_FRICTION, parameter::VISCOUS_FRICTION] {
@@ -65,7 +65,7 @@ fn what_is_missing_is_the_torque_that_nobody_told_of() {
 
 #[test]
 fn rests_are_bridged() {
-    let p = Subject { plant: Plant::Joint, flexible: vec![false], fixed_base: false, known: vec![] };
+    let p = Subject::new(Plant::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
     let mut led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let series: Vec<f64> = led.t.clone();
@@ -83,7 +83,7 @@ fn rests_are_bridged() {
 #[test]
 fn bridges_keep_fast_noise_fast() {
     use rand::{Rng, SeedableRng};
-    let p = Subject { plant: Plant::Joint, flexible: vec![false], fixed_base: false, known: vec![] };
+    let p = Subject::new(Plant::Joint, vec![false]);
     let model = p.model(&[] as &[&str]).unwrap();
     let led = Led::new(&recording(&p.defaults(&model), 0.0), 2, 1.5).unwrap();
     let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(1);
@@ -114,7 +114,7 @@ fn bridges_keep_fast_noise_fast() {
 /// Fast torques: a ripple at 38 Hz and a shaking motion at 38 Hz, behind a kernel that leaves a third of either.
 #[test]
 fn what_is_fast_passes_the_same_kernel_on_both_sides() {
-    let subject = Subject { plant: Plant::Joint, flexible: vec![false], fixed_base: false, known: vec![] };
+    let subject = Subject::new(Plant::Joint, vec![false]);
     let (plain, rippled) =
         (subject.model(&[] as &[&str]).unwrap(), subject.model(&["torque-ripple".to_owned()]).unwrap());
     let without = |model: &Model| {
@@ -165,8 +165,7 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     use trueup_models::arm::{input, output, parameter};
     use trueup_numerics::driver::{Options, simulate};
     use trueup_numerics::hybrid::Hybrid;
-    let subject =
-        Subject { plant: Plant::Arm, flexible: vec![true, false, false], fixed_base: false, known: vec![] };
+    let subject = Subject::new(Plant::Arm, vec![true, false, false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
     // At rest in the beginning: a kernel knows nothing of what was before.

@@ -236,7 +236,7 @@ fn case(missing: Missing, seeds: &[u64]) -> (tempfile::TempDir, trueup_signals::
 #[test]
 #[ignore = "long: ./test --full runs it"]
 fn the_picture_of_a_case_shows_what_is_missing_and_where() {
-    let subject = Subject { plant: Plant::Joint, flexible: vec![true], fixed_base: false, known: vec![] };
+    let subject = Subject::new(Plant::Joint, vec![true]);
     for (k, (place, components, missing)) in [
         ("motor", ["motor-friction", "actuator"], CASES[1].2),
         ("transmission", ["transmission"; 2], CASES[2].2),
@@ -298,10 +298,6 @@ fn the_picture_of_a_case_shows_what_is_missing_and_where() {
 #[test]
 fn the_picture_of_a_case_without_a_gap_has_no_place() {
     let (_folder, loaded) = case(|_, _, _| [0.0; 3], &[30]);
-    let seen = picture(
-        &loaded,
-        &Subject { plant: Plant::Joint, flexible: vec![true], fixed_base: false, known: vec![] },
-        &parameters(),
-    );
+    let seen = picture(&loaded, &Subject::new(Plant::Joint, vec![true]), &parameters());
     assert_eq!(seen.places, []);
 }

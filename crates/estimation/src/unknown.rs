@@ -31,6 +31,10 @@ pub enum Target {
     InputDelay(usize),
     /// Time constant of a first-order lag of this input, s.
     InputLag(usize),
+    /// By how many seconds the readings of this output are late, whatever they are believed to be.
+    Delay(usize),
+    /// The same of an input.
+    InputReadingDelay(usize),
 }
 
 impl Target {
@@ -40,7 +44,12 @@ impl Target {
     }
     /// It changes when things happen.
     pub fn shifts(self) -> bool {
-        matches!(self, Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_))
+        match self {
+            Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_) => true,
+            Self::Delay(_) | Self::InputReadingDelay(_) => true,
+            Self::Parameter(_) | Self::Above { .. } | Self::Offset(_) | Self::Gain(_) => false,
+            Self::InputOffset(_) | Self::InputGain(_) => false,
+        }
     }
 }
 
@@ -132,6 +141,7 @@ impl ParametricJoint {
                 Target::InputLag(input) => late.lags[input] = value,
                 // The filter is given none.
                 Target::Gain(_) | Target::InputOffset(_) | Target::InputGain(_) => {}
+                Target::Delay(_) | Target::InputReadingDelay(_) => {}
             }
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);

@@ -26,7 +26,7 @@ use crate::recorded::{RecordedError, led, runs, runs_of};
 use crate::regress::{RegressError, Regressed};
 use crate::run::Run;
 use crate::subject::Subject;
-use crate::unknown::Unknown;
+use crate::unknown::{Target, Unknown};
 
 use simulation::by_simulation;
 
@@ -207,6 +207,8 @@ pub struct Identified {
     pub notes: Vec<String>,
     /// All parameters of the model, with the estimates in place.
     pub values: Vec<f64>,
+    /// What was found of sensors, the same in all recordings.
+    pub sensors: Vec<(Target, f64)>,
 }
 
 /// What to do.
@@ -315,7 +317,11 @@ fn finish(
     (settings.progress)("comparing with recordings that were not fitted");
     found.held_out = !holdout.is_empty();
     let runs = if found.held_out { holdout } else { train };
-    found.compared = free_run(model, &found.values, runs)?;
+    let mut read = runs.to_vec();
+    for run in &mut read {
+        found.sensors.iter().for_each(|(target, value)| run.find(*target, *value));
+    }
+    found.compared = free_run(model, &found.values, &read)?;
     found.fit = figures(model, &found.compared);
     // What the owner believes may not even simulate.
     found.before = free_run(model, nominal, runs).map(|c| figures(model, &c)).unwrap_or_default();
@@ -342,12 +348,12 @@ fn figures(model: &dyn Subject, compared: &[Comparison]) -> Vec<Figure> {
 }
 
 fn found(model: &dyn Subject, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
-    use crate::unknown::Target;
     let (unit, nominal) = match u.target {
         Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
         Target::Offset(i) => (model.outputs()[i].unit, u.start),
         Target::Gain(_) | Target::InputGain(_) => ("1", u.start),
         Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, u.start),
+        Target::Delay(_) | Target::InputDelay(_) => ("s", u.start),
     };
     Found { estimate: e.clone(), unit, nominal, doubt: None }
 }
@@ -437,5 +443,6 @@ fn by_regression(
         iterations: r.samples,
         notes,
         values,
+        sensors: Vec::new(),
     })
 }

@@ -1,6 +1,6 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use trueup_models::arm::{BASE, BASE_CHOICE, PlanarManipulator, Replay, layout, rotor};
+use trueup_models::arm::{BASE, BASE_CHOICE, PAYLOAD, PlanarManipulator, Replay, layout, rotor};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
 use trueup_models::joint::{self, TwoMassJoint};
@@ -25,7 +25,12 @@ pub struct Structure {
     pub effects: Vec<String>,
     /// Joints (from 0) whose motor moves as measured, whatever torque that takes; for the arm.
     pub led: Vec<usize>,
+    /// Which link carries a body more, from 0; for the arm.
+    pub payload: Option<usize>,
 }
+
+/// What names of a payload's parameters begin with.
+pub const PAYLOAD_NAMES: &str = "payload.";
 
 /// A model that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -101,7 +106,8 @@ pub trait Named {
     fn compares(&self, output: usize) -> bool {
         !self.outputs()[output].unit.is_empty()
     }
-    /// A parameter is an angle to turn by: a doubt of it is in rad, for it has no size that a share could be of.
+    /// A parameter is an angle to turn by, or of a payload: a doubt of it is in its unit, for it has no size that a share could
+    /// be of.
     fn turns(&self, _parameter: usize) -> bool {
         false
     }
@@ -125,7 +131,7 @@ pub trait Named {
 
 impl Named for Model {
     fn turns(&self, parameter: usize) -> bool {
-        self.effects().turns(parameter)
+        self.effects().turns(parameter) || self.parameters[parameter].name.starts_with(PAYLOAD_NAMES)
     }
     fn parameters(&self) -> &[Quantity] {
         &self.parameters
@@ -338,7 +344,12 @@ impl Model {
                 let n = structure.flexible.len();
                 let arm = PlanarManipulator::new(&structure.flexible, &structure.effects)
                     .map_err(|e| ModelError::Structure(e.to_string()))?
-                    .on_fixed_base(structure.fixed_base);
+                    .on_fixed_base(structure.fixed_base)
+                    .with_payload(structure.payload);
+                if let Some(link) = structure.payload.filter(|l| *l >= n) {
+                    let what = format!("there is no link {}; the model has {n}", link + 1);
+                    return Err(ModelError::Parameter { name: "payload.link".into(), what });
+                }
                 let (set, friction) = (arm.effects().clone(), arm.has_friction());
                 let mut model = Self {
                     kind: Kind::Arm(arm.clone()),
@@ -359,6 +370,10 @@ impl Model {
                     }
                 }
                 add_effects(&set, effect::Plant::Arm, &mut model);
+                if arm.payload().is_some() {
+                    let own = PAYLOAD.iter().map(|(name, unit, min)| quantity((*name).into(), unit, *min));
+                    model.parameters.extend(own);
+                }
                 if !model.structure.led.is_empty() {
                     let led = model.structure.led.clone();
                     let replay = Replay::new(arm, &led).ok_or_else(|| {
@@ -399,7 +414,14 @@ impl Model {
         }
         let fixed_base = has_fixed_base(case)?;
         let model = case.model.clone();
-        let model = Self::new(Structure { model, flexible, fixed_base, effects: all, led: Vec::new() })?;
+        let model = Self::new(Structure {
+            model,
+            flexible,
+            fixed_base,
+            effects: all,
+            led: Vec::new(),
+            payload: case.payload.map(|l| l - 1),
+        })?;
         known::check(&model, case)?;
         Ok(model)
     }
@@ -531,6 +553,7 @@ impl Model {
                 p.resize(p.len() + e.sites, start);
             }
         }
+        p.resize(p.len() + self.arm().and_then(PlanarManipulator::payload).map_or(0, |_| PAYLOAD.len()), 0.0);
         p
     }
     /// Its effects.
@@ -582,6 +605,13 @@ impl Model {
                 )));
             }
             angles.push(i);
+        }
+        // What a link carries is at its end, unless it is said to be elsewhere.
+        if let (Some(at), Some(link)) = (self.parameter(PAYLOAD[1].0), self.structure.payload)
+            && !angles.contains(&at)
+            && angles.iter().any(|i| self.parameters[*i].name == PAYLOAD[0].0)
+        {
+            p[at] = p[layout::parameter::link_length(self.structure.flexible.len()) + link];
         }
         // Motors that are not set stay with their joints, springs unstrained.
         for c in self.coordinates() {

@@ -5,6 +5,8 @@
 //! exact ([`crate::predict`]); recordings run in parallel and are joined in order, so a result has the same bits
 //! whatever the number of threads.
 
+use std::borrow::Cow;
+
 use crate::parallel;
 use nalgebra::{DMatrix, DVector};
 use trueup_numerics::Scalar;
@@ -18,6 +20,9 @@ use crate::predictor::Predictor;
 use crate::run::{Channel, Run};
 use crate::sensors::Sensor;
 use crate::unknown::{Target, Unknown};
+
+/// Step of a difference by an unknown that shifts readings, as a coordinate.
+const SHIFT: f64 = 0.02;
 
 /// Columns of a Jacobian with the unknown that each belongs to.
 type Columns = Vec<(usize, Vec<f64>)>;
@@ -155,9 +160,39 @@ impl<'a> OutputError<'a> {
     /// See [`PredictError`].
     pub fn predict(&self, run: usize, theta: &[f64]) -> Result<Vec<f64>, PredictError> {
         let (p, map, sensors) = self.arguments(run, theta, |_, v, _| v);
-        let mut y = self.model.readings(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
+        let plan = self.plan(run, theta);
+        let mut y = self.model.readings(&plan, &p, &map, self.runs[run].at_rest)?;
         self.read(run, &mut y, &sensors);
         Ok(y)
+    }
+
+    /// A recording made ready, read as late as it is at `theta`.
+    fn plan(&self, run: usize, theta: &[f64]) -> Cow<'_, Plan> {
+        let acting = self.acting(run);
+        if !acting.iter().any(|&k| self.unknowns[k].target.shifts()) {
+            return Cow::Borrowed(&self.plans[run]);
+        }
+        let mut shifted = self.runs[run].clone();
+        for k in acting {
+            let value = self.unknowns[k].scale.value(theta[k]).0;
+            match self.unknowns[k].target {
+                Target::Delay(output) => shifted.read_late(output, value),
+                Target::InputDelay(input) => shifted.driven_late(input, value),
+                _ => {}
+            }
+        }
+        Cow::Owned(Plan::new(&shifted, self.model.counts().inputs))
+    }
+
+    /// Column of an unknown that shifts readings: plans have no derivative.
+    fn shift(&self, run: usize, theta: &[f64], k: usize) -> Result<Vec<f64>, PredictError> {
+        let at = |by: f64| {
+            let mut moved = theta.to_vec();
+            moved[k] += by;
+            Ok(self.weighted(run, &self.predict(run, &moved)?, |_, _, _| {}))
+        };
+        let (late, early) = (at(SHIFT)?, at(-SHIFT)?);
+        Ok(late.iter().zip(&early).map(|(a, b)| (a - b) / (2.0 * SHIFT)).collect())
     }
 
     fn acting(&self, run: usize) -> Vec<usize> {
@@ -186,6 +221,7 @@ impl<'a> OutputError<'a> {
                 Target::InputOffset(i) => sensors.inputs[i].offset = v,
                 Target::InputGain(i) => sensors.inputs[i].gain = v,
                 Target::InputBias(i) => map.bias[i] = v,
+                Target::Delay(_) | Target::InputDelay(_) => {}
             }
         }
         // The readings are less what was believed already.
@@ -223,7 +259,8 @@ impl<'a> OutputError<'a> {
             }
             v
         });
-        let mut found = self.model.readings_along(&self.plans[run], &p, &map, self.runs[run].at_rest)?;
+        let plan = self.plan(run, theta);
+        let mut found = self.model.readings_along(&plan, &p, &map, self.runs[run].at_rest)?;
         self.read(run, &mut found, &sensors);
         let mut columns = vec![vec![0.0; found.len()]; acting.len()];
         let residuals = self.weighted(run, &found, |at, y, slope| {
@@ -255,7 +292,8 @@ impl<'a> OutputError<'a> {
     }
 
     fn run_derivatives(&self, run: usize, theta: &[f64]) -> Result<(Vec<f64>, Columns), PredictError> {
-        let acting = self.acting(run);
+        let (shifts, acting): (Vec<usize>, Vec<usize>) =
+            self.acting(run).into_iter().partition(|&k| self.unknowns[k].target.shifts());
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in acting.chunks(LANES) {
             let (r, columns) = self.derivatives(run, theta, piece)?;
@@ -265,6 +303,9 @@ impl<'a> OutputError<'a> {
         if acting.is_empty() {
             let found = self.predict(run, theta)?;
             residuals = self.weighted(run, &found, |_, _, _| {});
+        }
+        for k in shifts {
+            all.push((k, self.shift(run, theta, k)?));
         }
         self.whiten(run, &mut residuals);
         all.iter_mut().for_each(|(_, column)| self.whiten(run, column));

@@ -69,7 +69,8 @@ fn read(
     let mut run = Run { name: recording.name.clone(), start: recording.start, ..Run::default() };
     for channel in recording.channels.iter().filter(|c| !c.is_empty()) {
         let sensor = &channel.sensor;
-        let (offset, gain, size) = (sensor.offset, sensor.gain, sensor.believed_gain().abs());
+        let (offset, gain, late) = (sensor.offset, sensor.gain, sensor.late);
+        let size = sensor.believed_gain().abs();
         let deviation = || noise(&channel.name).or_else(|| channel.sensor.deviation()).map(|d| d / size);
         if let Some(input) = model.input(&channel.name) {
             let between = match channel.interpolation {
@@ -78,7 +79,7 @@ fn read(
             };
             let t = channel.time.iter().map(|t| t - channel.sensor.delay).collect();
             let sigma = deviation().unwrap_or(0.0);
-            run.drives.push(Drive { input, t, u: channel.believed(), between, sigma, offset, gain });
+            run.drives.push(Drive { input, t, u: channel.believed(), between, sigma, offset, gain, late });
         } else if let Some(output) = model.output(&channel.name) {
             if !model.compares(output) || leading.contains(&channel.name) {
                 continue;
@@ -95,6 +96,7 @@ fn read(
                 spread: Vec::new(),
                 offset,
                 gain,
+                late,
             });
         }
     }

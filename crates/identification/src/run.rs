@@ -4,6 +4,7 @@ use trueup_numerics::Scalar;
 use trueup_signals::Guess;
 
 use crate::sensors::{Sensor, Sensors};
+use crate::unknown::Target;
 
 /// How an input goes between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,6 +33,8 @@ pub struct Drive {
     pub offset: Option<Guess>,
     /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
     pub gain: Option<Guess>,
+    /// How late it is is to be estimated; its times are earlier by what it is believed to be.
+    pub late: Option<Guess>,
 }
 
 /// A measured output.
@@ -57,6 +60,8 @@ pub struct Channel {
     pub offset: Option<Guess>,
     /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
     pub gain: Option<Guess>,
+    /// How late it is is to be estimated; `delay` is what it is believed to be.
+    pub late: Option<Guess>,
 }
 
 impl Channel {
@@ -133,6 +138,47 @@ impl Run {
 }
 
 impl Run {
+    /// Lets the readings of an output be late by `delay` seconds, whatever they are believed to be; of one whose delay is known:
+    /// nothing.
+    pub fn read_late(&mut self, output: usize, delay: f64) {
+        let of = |c: &&mut Channel| c.output == output && c.late.is_some();
+        self.channels.iter_mut().filter(of).for_each(|c| c.delay = delay);
+    }
+    /// The same of an input.
+    pub fn driven_late(&mut self, input: usize, delay: f64) {
+        for d in self.drives.iter_mut().filter(|d| d.input == input) {
+            let Some(late) = &mut d.late else { continue };
+            d.t.iter_mut().for_each(|t| *t -= delay - late.value);
+            late.value = delay;
+        }
+    }
+    /// Takes what was found of a sensor in the place of what was believed of it.
+    pub fn find(&mut self, target: Target, value: f64) {
+        let scaled = |gain: &mut Option<Guess>| {
+            let before = gain.map_or(1.0, |g| g.value);
+            *gain = Some(Guess { value, doubt: None });
+            before / value
+        };
+        match target {
+            Target::Delay(output) => self.read_late(output, value),
+            Target::InputDelay(input) => self.driven_late(input, value),
+            Target::Gain(output) => {
+                for c in self.channels.iter_mut().filter(|c| c.output == output && c.gain.is_some()) {
+                    let by = scaled(&mut c.gain);
+                    c.y.iter_mut().for_each(|y| *y *= by);
+                    (c.sigma, c.resolution) = (c.sigma * by.abs(), c.resolution * by.abs());
+                }
+            }
+            Target::InputGain(input) => {
+                for d in self.drives.iter_mut().filter(|d| d.input == input && d.gain.is_some()) {
+                    let by = scaled(&mut d.gain);
+                    d.u.iter_mut().for_each(|u| *u *= by);
+                    d.sigma *= by.abs();
+                }
+            }
+            Target::Parameter(_) | Target::Offset(_) | Target::InputBias(_) | Target::InputOffset(_) => {}
+        }
+    }
     /// What its sensors are believed to be, and was taken out of the values.
     pub fn believed<T: Scalar>(&self, inputs: usize, outputs: usize) -> Sensors<T> {
         let mut all = Sensors::none(inputs, outputs);

@@ -17,6 +17,17 @@ pub enum Target {
     InputBias(usize),
     /// A constant that the readings of this input have too much; the readings are less its start.
     InputOffset(usize),
+    /// By how many seconds the readings of this output are late.
+    Delay(usize),
+    /// By how many seconds the readings of this input are late.
+    InputDelay(usize),
+}
+
+impl Target {
+    /// It changes when things are read, not what.
+    pub fn shifts(self) -> bool {
+        matches!(self, Self::Delay(_) | Self::InputDelay(_))
+    }
 }
 
 /// One unknown.

@@ -58,6 +58,7 @@ fn recording(model: &Model, q: &[f64], seed: u64, k: usize) -> Run {
         sigma: 1e-3,
         offset: None,
         gain: None,
+        late: None,
     };
     let mut run = Run {
         name: format!("{k}"),

@@ -355,6 +355,7 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         fixed_base: false,
         effects: vec!["gravity-torque".into()],
         led: Vec::new(),
+        payload: None,
     };
     let model = Model::new(structure).unwrap();
     let mut q = model.defaults();

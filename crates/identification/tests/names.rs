@@ -36,6 +36,7 @@ fn agree(model: &str, flexible: &[bool], effects: &[&str]) {
         fixed_base: false,
         effects: c.effects.clone(),
         led: Vec::new(),
+        payload: None,
     })
     .unwrap();
     let place = |v: &Variable| match v.storage {

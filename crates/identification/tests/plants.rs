@@ -11,6 +11,7 @@ pub(crate) fn joint(effects: &[&str]) -> Model {
         fixed_base: false,
         effects,
         led: vec![],
+        payload: None,
     })
     .unwrap()
 }

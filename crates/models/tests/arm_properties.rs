@@ -289,3 +289,42 @@ fn every_number_of_links_has_start_values_that_fit() {
         }
     }
 }
+
+/// A link that carries a body moves as one body of both does (ARM-16), flexible or not, on either base, in gravity.
+#[test]
+fn a_payload_is_a_part_of_its_link() {
+    let mut random = Random(16);
+    let mut worst = 0.0f64;
+    for case in 0..100 {
+        let (model, mut p) = random_arm(&mut random);
+        let bare = model.on_fixed_base(case % 2 == 1);
+        let (n, d) = (bare.links(), bare.dofs());
+        let model = bare.clone().with_payload(Some(case % n));
+        assert_eq!(model.sizes().parameters, bare.sizes().parameters + 4);
+        let held = if bare.has_fixed_base() { 3 } else { 0 };
+        let (q, mut v) = (random.vector(d, 3.0), random.vector(d, 1.0));
+        v[..held].fill(0.0);
+        let x = [q, v].concat();
+        let u = random.vector(model.sizes().inputs, 2.0);
+        p.extend([
+            random.within(0.1, 3.0),
+            random.within(-0.5, 0.5),
+            random.within(-0.5, 0.5),
+            random.within(0.01, 0.5),
+        ]);
+        let merged = model.merged(&p);
+        assert_eq!(merged.len(), bare.sizes().parameters);
+        let (mut dx, mut wanted) = (vec![0.0; 2 * d], vec![0.0; 2 * d]);
+        model.rates(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut dx);
+        bare.rates(At { t: 0.0, x: &x, u: &u, p: &merged, modes: &[] }, &mut wanted);
+        let size = wanted.iter().fold(1.0, |m: f64, r| m.max(r.abs()));
+        worst = dx.iter().zip(&wanted).fold(worst, |m, (a, b)| m.max((a - b).abs() / size));
+        let (mut y, mut wanted) = (vec![0.0; bare.sizes().outputs], vec![0.0; bare.sizes().outputs]);
+        model.outputs(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut y);
+        bare.outputs(At { t: 0.0, x: &x, u: &u, p: &merged, modes: &[] }, &mut wanted);
+        let size = wanted.iter().fold(1.0, |m: f64, r| m.max(r.abs()));
+        worst = y.iter().zip(&wanted).fold(worst, |m, (a, b)| m.max((a - b).abs() / size));
+    }
+    println!("a payload against one body of both: {worst:e}");
+    assert!(worst < 1e-11);
+}

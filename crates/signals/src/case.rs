@@ -3,6 +3,7 @@
 mod effects;
 mod load;
 mod parse;
+mod payload;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -89,6 +90,8 @@ pub struct Case {
     pub uncertain: BTreeMap<String, f64>,
     /// Effects that are there for certain, each once a joint.
     pub effects: Vec<KnownEffect>,
+    /// Which link carries a body, from 1; its figures are parameters that begin with `payload.`, their doubts in SI.
+    pub payload: Option<usize>,
     /// What is to be estimated (arrays or elements); `None`: the model's default.
     pub fit: Option<Vec<String>>,
     /// Effects that are estimated beside the model's parameters, without anything known of them.

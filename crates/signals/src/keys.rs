@@ -30,7 +30,7 @@ impl Keys {
 }
 
 /// All tables.
-pub const ALL: &[Keys] = &[CASE, EFFECTS, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
+pub const ALL: &[Keys] = &[CASE, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
 const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
     Key { name, meaning, unit, default }
@@ -63,6 +63,7 @@ pub const CASE: Keys = Keys {
             "",
             "the model has none",
         ),
+        key("payload", "table: a body that a link of PlanarManipulator carries, see below", "", "none"),
         key("fit", "table: what `identify` estimates, see below", "", "see there"),
         key(
             "channels",
@@ -79,6 +80,36 @@ pub const EFFECTS: Keys = Keys {
     list: &[
         key("joint", "at which joint of an arm it is, from 1", "", "as arrays of its parameters say"),
         key("doubt", "relative standard deviation of all its values", "1", "0: they are held to be known"),
+    ],
+};
+
+/// Of a payload.
+pub const PAYLOAD: Keys = Keys {
+    of: "payload",
+    list: &[
+        key("link", "which link carries it, from 1", "", "must be given"),
+        key(
+            "mass",
+            "a number where it is known, a table as below where it is estimated",
+            "kg",
+            "must be given",
+        ),
+        key(
+            "centerOfMass",
+            "where its centre is in the link's axes, along and across it: two numbers, or a table as below",
+            "m",
+            "the link's end",
+        ),
+        key("inertia", "about that centre: a number, or a table as below", "kg.m2", "0"),
+    ],
+};
+
+/// Of a figure of a payload that is estimated.
+pub const PAYLOAD_FIGURE: Keys = Keys {
+    of: "a figure of payload",
+    list: &[
+        key("value", "what it is believed to be", "as the figure", "0"),
+        key("doubt", "its standard deviation", "as the figure", "0: it is held to be known"),
     ],
 };
 
@@ -112,7 +143,12 @@ pub const CHANNELS: Keys = Keys {
             "the channel's",
             "from `repeats` or `rest`, else guessed from the highest frequencies",
         ),
-        key("delay", "by how much the reading is late", "s", "0"),
+        key(
+            "delay",
+            "by how much the reading is late, of inputs and outputs alike: a number where it is known, `\"estimate\"` or a table as below where it is estimated",
+            "s",
+            "0",
+        ),
         key(
             "offset",
             "the reading is too large by a constant, which is estimated: `\"estimate\"`, or a table as below",
@@ -134,14 +170,14 @@ pub const CHANNELS: Keys = Keys {
     ],
 };
 
-/// Of a gain or an offset of a sensor that something is known of.
+/// Of a gain, an offset or a delay of a sensor that something is known of.
 pub const GUESS: Keys = Keys {
-    of: "gain or offset",
+    of: "gain, offset or delay",
     list: &[
-        key("value", "what it is believed to be", "as the figure", "1 of a gain, 0 of an offset"),
+        key("value", "what it is believed to be", "as the figure", "1 of a gain, 0 of an offset or a delay"),
         key(
             "doubt",
-            "standard deviation: of a gain as a share of it, of an offset in the channel's unit",
+            "standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s",
             "",
             "nothing is known",
         ),

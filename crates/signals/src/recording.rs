@@ -20,7 +20,7 @@ pub enum Interpolation {
 pub struct Guess {
     /// What it is believed to be.
     pub value: f64,
-    /// Standard deviation: of a gain as a share of it, of an offset in the channel's unit; `None`: nothing is known.
+    /// Standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s; `None`: nothing is known.
     pub doubt: Option<f64>,
 }
 
@@ -33,6 +33,8 @@ pub struct Sensor {
     pub noise: Option<f64>,
     /// By how many seconds the reading is late: the sample of time t shows the system at t - delay.
     pub delay: f64,
+    /// That is to be estimated: what it is believed to be, and how far it may be off in s; `None`: it is known.
+    pub late: Option<Guess>,
     /// What a reading has too much, a constant; `None`: nothing.
     pub offset: Option<Guess>,
     /// By how many times a reading is too large, the offset left out; `None`: by none.
@@ -67,6 +69,8 @@ pub struct Settings {
     pub noise: Option<f64>,
     /// See [`Sensor::delay`].
     pub delay: Option<f64>,
+    /// See [`Sensor::late`].
+    pub late: Option<Guess>,
     /// See [`Sensor::offset`].
     pub offset: Option<Guess>,
     /// See [`Sensor::gain`].
@@ -155,10 +159,12 @@ impl Channel {
     }
 
     pub(crate) fn declare(&mut self, settings: &Settings) {
-        let Settings { resolution, noise, delay, offset, gain, interpolation } = settings;
+        let Settings { resolution, noise, delay, late, offset, gain, interpolation } = settings;
         self.sensor.resolution = resolution.or(self.sensor.resolution);
         self.sensor.noise = noise.or(self.sensor.noise);
-        self.sensor.delay = delay.unwrap_or(self.sensor.delay);
+        if let Some(delay) = delay {
+            (self.sensor.delay, self.sensor.late) = (*delay, *late);
+        }
         self.sensor.offset = offset.or(self.sensor.offset);
         self.sensor.gain = gain.or(self.sensor.gain);
         self.interpolation = interpolation.unwrap_or(self.interpolation);

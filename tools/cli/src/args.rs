@@ -195,6 +195,9 @@ pub(crate) struct Diagnose {
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
+    /// Take every reading: large recordings are thinned without, and the diagnosis says so
+    #[arg(long)]
+    pub(crate) all_readings: bool,
     /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
     #[arg(long)]
     pub(crate) watch: bool,

@@ -29,7 +29,7 @@ pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
 impl Fitted {
     /// Standard deviations of its coordinates, misfit included.
     pub(crate) fn deviations(&self) -> Vec<f64> {
-        let information: DMatrix<f64> = self.jacobian.tr_mul(&self.jacobian);
+        let information = self.information.clone();
         let inflation = (1.0 + self.excess()).max(1.0);
         let n = information.nrows();
         if n == 0 {
@@ -249,6 +249,11 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
     let stated = &after.stated;
     let problem = search.compare(stated);
     let values = problem.parameters(0, &after.theta);
+    // An FMU has the link and what it carries in one.
+    let values = match &stated.model {
+        Model::Arm(m) => m.merged(&values),
+        Model::Joint(_) => values,
+    };
     let named = search.case.subject.parameters(&stated.model);
     let mut all: Vec<(String, f64)> = named
         .iter()
@@ -294,6 +299,7 @@ mod tests {
             unknown: 0.0,
             odds: 3.0,
             unmoved: false,
+            left_out: None,
         };
         (found(sets.iter().map(|set| fitted(set, 1.0, 10.0)).collect(), Some(0), 10.0), decision)
     }

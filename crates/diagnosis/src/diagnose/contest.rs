@@ -5,7 +5,7 @@ use trueup_identification::parallel;
 use super::field::{self, Field, Kind};
 use super::ground::Ground;
 use super::hints::merge;
-use crate::engine::decide::Ran;
+use crate::engine::decide::{LeftOut, Ran};
 use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::screen::Asked;
 use crate::engine::search::Fitted;
@@ -183,6 +183,8 @@ pub(super) struct Contest<'a> {
     pub ground: &'a Ground<'a>,
     /// The sets.
     pub contenders: &'a [Contender],
+    /// How far each fit goes.
+    pub effort: Effort,
 }
 
 impl Contest<'_> {
@@ -204,6 +206,9 @@ impl Ran for Contest<'_> {
     }
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
+    }
+    fn left_out(&self, _: Option<usize>, fitted: &Fitted) -> Option<LeftOut> {
+        self.ground.left_out(fitted, self.effort)
     }
 }
 

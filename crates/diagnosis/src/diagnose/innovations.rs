@@ -55,6 +55,7 @@ pub(super) fn told(search: &Search<'_>, fits: &Fits, judged: &Judged) -> Option<
         unknown: judged.unknown,
         odds: APART,
         unmoved: false,
+        left_out: None,
     };
     let sets = singles.into_iter().map(|s| s.1).chain([best.clone()]).collect();
     Some((Found { plain, sets, best }, decision))

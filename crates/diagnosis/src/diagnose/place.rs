@@ -341,6 +341,7 @@ mod tests {
                 unknown: 0.0,
                 odds: 3.0,
                 unmoved: false,
+                left_out: None,
             };
             of_claims(&found(sets, Some(best), 10.0), &decision)
                 .iter()

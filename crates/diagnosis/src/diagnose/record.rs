@@ -10,7 +10,7 @@ use trueup_models::effect::{Choice, Plant};
 use trueup_models::joint::TwoMassJoint;
 
 use super::claim::{Estimated, candidates, effects, indistinguishable};
-use crate::engine::decide::{Free, Ran, Thresholds, decide};
+use crate::engine::decide::{Free, LeftOut, Ran, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis, Times};
 use crate::engine::search::{Fitted, Octave, Stated};
 use crate::engine::select::Found;
@@ -48,6 +48,9 @@ pub struct Record {
     pub sets: Vec<Set>,
     /// How far the free runs of two sets are apart, as a gap: their places in `sets`, then the figure.
     pub apart: Vec<(usize, usize, f64)>,
+    /// Leave-one-out over the recordings for fitting: which set was to be claimed (`null`: `best`), and what it misses.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_out: Option<(Option<usize>, LeftOut)>,
 }
 
 /// A set that was fitted.
@@ -164,6 +167,7 @@ impl Record {
             best: set(None, &found.best),
             sets: found.sets.iter().enumerate().map(|(at, f)| set(Some(at), f)).collect(),
             apart: pairs.filter_map(|(a, b)| Some((a, b, ran.apart(a, b)?))).collect(),
+            left_out: None,
         }
     }
 
@@ -222,6 +226,9 @@ impl Ran for Record {
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         self.sets[set].by_recording.clone()
     }
+    fn left_out(&self, set: Option<usize>, _: &Fitted) -> Option<LeftOut> {
+        self.left_out.filter(|l| l.0 == set).map(|l| l.1)
+    }
 }
 
 impl Set {
@@ -254,9 +261,11 @@ impl Set {
         Ok(Fitted {
             stated: Stated::of_causes(set?, Model::Joint(model)),
             theta: Vec::new(),
-            // Where there are no octaves the readings are counted by their residuals.
-            residuals: DVector::zeros(if self.octaves.is_empty() { self.readings as usize } else { 0 }),
+            residuals: DVector::zeros(0),
             jacobian: DMatrix::zeros(0, 0),
+            information: DMatrix::zeros(0, 0),
+            // Where there are no octaves.
+            readings: self.readings as usize,
             chi2: self.chi2,
             octaves: self.octaves.clone(),
             prior2: self.prior2,
@@ -312,14 +321,18 @@ mod tests {
     /// Verdict, claims with their probability, gap.
     type Decided = (Verdict, Vec<(String, f64)>, f64);
 
-    fn decided_twice(sets: &Made<'_>, chosen: Option<usize>) -> [Decided; 2] {
+    fn decided_twice(sets: &Made<'_>, chosen: Option<usize>, with: f64) -> [Decided; 2] {
         let fits = sets.iter().map(|s| fitted(s.0, s.1, 40.0)).collect();
         let mut found = found(fits, chosen, 40.0);
-        let ran = Shown { gaps: sets.iter().map(|s| s.2).collect(), apart: Some(0.3), one_sensor: false };
+        let gaps = sets.iter().map(|s| s.2).collect();
+        let left_out = Some(LeftOut { tuned: 5.0, with, noise: 1.0 });
+        let ran = Shown { gaps, apart: Some(0.3), left_out, ..Shown::default() };
         let (raw, mut free) = (found.plain.excess(), free(10.0));
-        let text = serde_json::to_string(&Record::new(Plant::Joint, &found, raw, free, &ran)).unwrap();
-        let again = Record::parse(&text).unwrap().decide(&Thresholds::default()).unwrap();
+        let mut record = Record::new(Plant::Joint, &found, raw, free, &ran);
         let first = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
+        record.left_out = first.left_out;
+        let text = serde_json::to_string(&record).unwrap();
+        let again = Record::parse(&text).unwrap().decide(&Thresholds::default()).unwrap();
         let none = Vec::new();
         let best = Estimated::new(&found.best, &found, &none);
         let claims = |list: Vec<Claimed>| list.into_iter().map(|c| (c.id, c.probability)).collect();
@@ -346,10 +359,14 @@ mod tests {
             ),
         ];
         for (wanted, sets, chosen) in cases {
-            let [first, again] = decided_twice(sets, chosen);
+            let [first, again] = decided_twice(sets, chosen, 1.1);
             assert_eq!(first.0, wanted, "{sets:?}");
             assert_eq!(first, again, "{sets:?}");
         }
+        // Worse where a recording was left out.
+        let [first, again] = decided_twice(cases[0].1, cases[0].2, 5.5);
+        assert_eq!(first.0, Verdict::Unknown);
+        assert_eq!(first, again);
     }
 
     #[test]

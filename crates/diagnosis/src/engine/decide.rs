@@ -53,6 +53,27 @@ impl Free {
     }
 }
 
+/// What models miss of recordings for fitting that were left out in turn, in units of what the channels vary by.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LeftOut {
+    /// The refitted model.
+    #[serde(deserialize_with = "number")]
+    pub tuned: f64,
+    /// With the causes.
+    #[serde(deserialize_with = "number")]
+    pub with: f64,
+    /// What the sensors' noise leaves.
+    #[serde(deserialize_with = "number")]
+    pub noise: f64,
+}
+
+impl LeftOut {
+    /// With the causes it does worse than without them, and no simulation as good as perfect (`near`: times the noise).
+    pub(crate) fn does_worse(&self, near: f64) -> bool {
+        self.with > self.tuned.max(near * self.noise)
+    }
+}
+
 /// What was decided.
 #[derive(Clone, Debug)]
 pub struct Decision {
@@ -75,6 +96,9 @@ pub struct Decision {
     pub odds: f64,
     /// No fit of the model's own parameters runs nearer than those given: they explain nothing.
     pub unmoved: bool,
+    /// What was to be claimed misses of recordings for fitting that are left out in turn; before it which set that is, `None`: the
+    /// one that the balances chose.
+    pub left_out: Option<(Option<usize>, LeftOut)>,
 }
 
 /// A cause that is not told from one of those chosen.
@@ -148,6 +172,8 @@ pub trait Ran {
     fn one_sensor(&self) -> bool;
     /// Recording by recording what a set leaves above the floor, as a power; what tells nothing from the floor is as large.
     fn each(&self, set: usize) -> Option<Vec<f64>>;
+    /// Leave-one-out over the recordings for fitting.
+    fn left_out(&self, set: Option<usize>, fitted: &Fitted) -> Option<LeftOut>;
 }
 
 /// Chooses and decides; `raw` is the excess of the nominal model as it is. `found.best` and `free.after` become those of the
@@ -212,6 +238,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     // What was not refitted is no explanation, and neither is what does worse on what was held out.
     let unmoved = !claims && free.tuned == free.before;
     let worse = claims && chosen.is_some_and(|at| ran.after(at).is_some()) && free.does_worse();
+    let claimed = claims && gap && !luck && !unexplained && !worse;
+    let left_out = if claimed { ran.left_out(chosen, &best).map(|l| (chosen, l)) } else { None };
+    let worse = worse || left_out.is_some_and(|(_, l)| l.does_worse(limits.free_runs.near));
     let verdict = if !gap || luck {
         Verdict::NoGap
     } else if unexplained || unmoved || worse {
@@ -245,6 +274,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         unknown,
         odds: limits.odds.apart,
         unmoved,
+        left_out,
     }
 }
 

@@ -7,6 +7,7 @@ mod pose;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
+use trueup_identification::model::PAYLOAD_NAMES;
 use trueup_identification::run::Run;
 use trueup_identification::sizes::Sizes;
 use trueup_identification::unknown::Scale;
@@ -211,7 +212,8 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
                         && !held(&name)
                         && p.nominal[*i] != 0.0
                         && (!spring || flexible)
-                        || p.doubt.contains_key(&names[*i].name) && p.nominal[*i] != 0.0
+                        || p.doubt.contains_key(&names[*i].name)
+                            && (p.nominal[*i] != 0.0 || name.starts_with(PAYLOAD_NAMES))
                 })
                 .chain(known::parameters(p))
                 .collect::<BTreeSet<_>>()
@@ -241,6 +243,12 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
     let (scale, prior, lower, upper) = match p.model.effects().turns(index) {
         true => (Scale::Linear(1.0), (start, doubt), f64::NEG_INFINITY, f64::INFINITY),
         false => (scale, prior, lower, upper),
+    };
+    // Nor has a payload: it may be none.
+    let least = arm::PAYLOAD.iter().find(|(name, ..)| *name == named.name).map(|(.., least)| *least);
+    let (scale, prior, lower, upper) = match least {
+        Some(least) => (Scale::Linear(doubt), (start / doubt, 1.0), least, f64::INFINITY),
+        None => (scale, prior, lower, upper),
     };
     Unknown {
         name: named.name.clone(),
@@ -282,7 +290,10 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 // One element of an output each.
                 for (element, output, name) in elements_of(p, choice.place().map_or("", |p| p.name)) {
                     let indexed = name.contains('[');
-                    if shown(&p.train, output) {
+                    // How late it is is estimated anyway.
+                    let late =
+                        choice.spec().shifts && p.sensors.iter().any(|u| u.target == Target::Delay(output));
+                    if shown(&p.train, output) && !late {
                         list.push(h(&format!("sensor:{name}"), element, indexed));
                     }
                 }

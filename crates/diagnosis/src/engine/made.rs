@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 use trueup_models::effect::{Choice, Plant};
 use trueup_models::joint::TwoMassJoint;
 
-use super::decide::{Free, Ran};
+use super::decide::{Free, LeftOut, Ran};
 use super::hypothesis::{Claim, Hypothesis, Times};
 use super::search::{Fitted, Octave, Stated};
 use super::select::Found;
@@ -45,6 +45,8 @@ pub(crate) fn fitted(labels: &str, power: f64, readings: f64) -> Fitted {
         theta: Vec::new(),
         residuals: DVector::zeros(0),
         jacobian: DMatrix::zeros(0, 0),
+        information: DMatrix::zeros(0, 0),
+        readings: 0,
         chi2: 2.0 * octave.squares,
         octaves: vec![octave; 2],
         prior2: 0.0,
@@ -65,6 +67,7 @@ pub(crate) struct Shown {
     pub gaps: Vec<Option<f64>>,
     pub apart: Option<f64>,
     pub one_sensor: bool,
+    pub left_out: Option<LeftOut>,
 }
 
 impl Ran for Shown {
@@ -79,6 +82,9 @@ impl Ran for Shown {
     }
     fn each(&self, _: usize) -> Option<Vec<f64>> {
         None
+    }
+    fn left_out(&self, _: Option<usize>, _: &Fitted) -> Option<LeftOut> {
+        self.left_out
     }
 }
 

@@ -5,6 +5,7 @@ mod believing;
 pub mod coordinate;
 pub mod decide;
 pub mod floors;
+pub mod fold;
 pub mod hypothesis;
 #[cfg(test)]
 pub(crate) mod made;

@@ -13,6 +13,7 @@ use trueup_identification::sensors::Sensors;
 use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 use trueup_numerics::{Dual, Scalar};
+use trueup_signals::Guess;
 
 use super::balance::{Led, Links};
 use super::subject::Model;
@@ -206,6 +207,7 @@ impl Comparison<'_> {
                 Target::InputOffset(i) => sensors.inputs[i].offset = v,
                 Target::InputGain(i) => sensors.inputs[i].gain = v,
                 Target::SensorDelay(_) | Target::InputDelay(_) | Target::InputLag(_) => {}
+                Target::Delay(_) | Target::InputReadingDelay(_) => {}
             }
         }
         self.ties.iter().for_each(|&(which, whom)| p[which] = p[whom]);
@@ -221,6 +223,15 @@ impl Comparison<'_> {
             return None;
         }
         let mut shifted = self.runs[run].run.clone();
+        // Sensors that are known to be late first: what comes on top of it adds to that.
+        for &k in &acting {
+            let value = self.unknowns[k].scale.value(theta[k]).0;
+            match self.unknowns[k].target {
+                Target::Delay(output) => shifted.read_late(output, value),
+                Target::InputReadingDelay(input) => shifted.driven_late(input, value),
+                _ => {}
+            }
+        }
         for k in acting {
             let value = self.unknowns[k].scale.value(theta[k]).0;
             match self.unknowns[k].target {
@@ -296,7 +307,7 @@ impl Comparison<'_> {
             return Ok(found);
         };
         let moves: Vec<(Target, f64)> = (self.acting(run).into_iter())
-            .map(|k| (self.unknowns[k].target, self.unknowns[k].scale.value(theta[k]).0))
+            .map(|k| self.moves(run, self.unknowns[k].target, self.unknowns[k].scale.value(theta[k]).0))
             .filter(|(target, by)| target.shifts() && *by != 0.0)
             .collect();
         if moves.is_empty() {
@@ -304,6 +315,23 @@ impl Comparison<'_> {
         }
         let moved = led.shifted(&moves);
         Ok(moved.weighted(&moved.missing(self.model, links, p, sensors)?))
+    }
+
+    /// A shift as one beyond what the recording is believed to have.
+    fn moves(&self, run: usize, target: Target, value: f64) -> (Target, f64) {
+        let run = &self.runs[run].run;
+        let beyond = |late: Option<Guess>| late.map_or(0.0, |g| value - g.value);
+        match target {
+            Target::Delay(output) => {
+                let late = run.channels.iter().find(|c| c.output == output).and_then(|c| c.late);
+                (Target::SensorDelay(output), beyond(late))
+            }
+            Target::InputReadingDelay(input) => {
+                let late = run.drives.iter().find(|d| d.input == input).and_then(|d| d.late);
+                (Target::InputDelay(input), -beyond(late))
+            }
+            other => (other, value),
+        }
     }
 
     /// What is missing in each channel of a recording that leads the model.

@@ -6,10 +6,10 @@ use rand::Rng;
 use trueup_identification::model::{ModelError, Quantity, has_fixed_base};
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_identification::unknown::Scale;
-use trueup_models::{effect, joint};
+use trueup_models::{arm, effect, joint};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::noise;
-use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Value};
+use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Sensor, Value};
 
 use super::coordinate::Coordinate;
 use super::hypothesis::WRONG;
@@ -84,7 +84,7 @@ pub struct Prepared {
     pub input_correlation: Vec<f64>,
     /// Outputs whose constant reading offset is to be estimated, in every recording anew.
     pub offsets: Vec<usize>,
-    /// Gains of sensors, and offsets of inputs, that are to be estimated: the same in all recordings.
+    /// Gains and delays of sensors, and offsets of inputs, that are to be estimated: the same in all recordings.
     pub sensors: Vec<Unknown>,
 }
 
@@ -99,13 +99,20 @@ impl Subject {
         match case.model.as_str() {
             "TwoMassJoint" => {
                 let flexible = declared.first().copied().unwrap_or(true);
-                Ok(Self { plant: effect::Plant::Joint, flexible: vec![flexible], fixed_base: false, known })
+                Ok(Self {
+                    plant: effect::Plant::Joint,
+                    flexible: vec![flexible],
+                    fixed_base: false,
+                    payload: None,
+                    known,
+                })
             }
             "PlanarManipulator" => {
                 // As the reader of parameters has it.
                 let flexible = if declared.is_empty() { vec![true, false, false] } else { declared };
                 let fixed_base = has_fixed_base(case)?;
-                Ok(Self { plant: effect::Plant::Arm, flexible, fixed_base, known })
+                let payload = case.payload.map(|link| link - 1);
+                Ok(Self { plant: effect::Plant::Arm, flexible, fixed_base, payload, known })
             }
             other => Err(Unfit::Model(other.to_owned())),
         }
@@ -155,6 +162,14 @@ impl Prepared {
             Ok(parameters.keys().filter_map(read).collect())
         };
         given(&case.parameters)?.into_iter().for_each(|(i, v)| nominal[i] = v);
+        if subject.payload.is_some() {
+            // Where its centre is is said by the link's length, unless by the case.
+            let all = reader.set(&reader.defaults(), &case.parameters)?;
+            for (name, ..) in arm::PAYLOAD {
+                let own = index.get(name).copied().zip(reader.parameter(name));
+                own.iter().for_each(|(i, k)| nominal[*i] = all[*k]);
+            }
+        }
         let doubt: BTreeMap<String, f64> =
             names.iter().filter_map(|n| Some((n.name.clone(), case.doubt(&n.name)?))).collect();
         if matches!(model, Model::Joint(_)) && case.number("staticFriction").is_none() {
@@ -211,7 +226,11 @@ impl Prepared {
 /// Share of an input's largest value that an offset may be of which nothing is known.
 const OFFSET: f64 = 0.3;
 
-/// Gains of sensors and offsets of inputs in these recordings.
+/// Delay of which nothing is known, s: of this size; no delay is estimated further from what it is believed to be than the other.
+const DELAY: f64 = 0.01;
+const MOST_DELAY: f64 = 0.5;
+
+/// Gains and delays of sensors, and offsets of inputs, in these recordings.
 fn sensors(inputs: &[Quantity], train: &[Compared]) -> Vec<Unknown> {
     let mut all: Vec<Unknown> = Vec::new();
     let mut add = |name: String, unit: &str, target: Target, guess: Option<Guess>, wide: f64| {
@@ -223,6 +242,8 @@ fn sensors(inputs: &[Quantity], train: &[Compared]) -> Vec<Unknown> {
             (0.02 * g.value, 50.0 * g.value)
         } else if share {
             (50.0 * g.value, 0.02 * g.value)
+        } else if target.shifts() {
+            (g.value - MOST_DELAY, g.value + MOST_DELAY)
         } else {
             (f64::NEG_INFINITY, f64::INFINITY)
         };
@@ -245,9 +266,11 @@ fn sensors(inputs: &[Quantity], train: &[Compared]) -> Vec<Unknown> {
             let name = |of: &str| format!("{name}.{of}");
             add(name("offset"), unit, Target::InputOffset(d.input), d.offset, OFFSET * largest);
             add(name("gain"), "1", Target::InputGain(d.input), d.gain, WRONG);
+            add(name("delay"), "s", Target::InputReadingDelay(d.input), d.late, DELAY);
         }
         for c in &run.channels {
             add(format!("{}.gain", c.name), "1", Target::Gain(c.output), c.gain, WRONG);
+            add(format!("{}.delay", c.name), "s", Target::Delay(c.output), c.late, DELAY);
         }
     }
     all
@@ -263,8 +286,9 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 Interpolation::Hold => Between::Hold,
             };
             let t = c.time.iter().map(|t| t - c.sensor.delay).collect();
-            let (offset, gain) = (c.sensor.offset, c.sensor.gain);
-            run.drives.push(Drive { input, t, u: c.believed(), between, offset, gain, ..Drive::default() });
+            let Sensor { offset, gain, late, .. } = c.sensor;
+            let sigma = 0.0;
+            run.drives.push(Drive { input, t, u: c.believed(), between, sigma, offset, gain, late });
         } else if let Some(output) = outputs.iter().position(|n| *n == c.name) {
             let quiet = c.range().is_none_or(|(low, high)| high <= low);
             if quiet {
@@ -287,6 +311,7 @@ fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> 
                 spread: Vec::new(),
                 offset: c.sensor.offset,
                 gain: c.sensor.gain,
+                late: c.sensor.late,
             });
         }
     }

@@ -102,7 +102,7 @@ impl Fitted {
         let shared: Vec<(usize, usize)> =
             (stated.unknowns.iter().enumerate()).filter_map(|(k, u)| Some((k, self.place_of(u)?))).collect();
         // Of those that are shared alone: the others take what they will.
-        let Some(all) = self.jacobian.tr_mul(&self.jacobian).cholesky().map(|c| c.inverse()) else { return };
+        let Some(all) = self.information.clone().cholesky().map(|c| c.inverse()) else { return };
         let n = shared.len();
         let own = DMatrix::from_fn(n, n, |i, j| all[(shared[i].1, shared[j].1)]);
         let Some(rows) = own.cholesky().and_then(|c| c.l().try_inverse()) else { return };
@@ -305,7 +305,7 @@ impl Search<'_> {
     }
 
     /// What the sensors' noise leaves of it over the channels of a recording.
-    fn noise(&self, run: &Compared) -> f64 {
+    pub fn noise(&self, run: &Compared) -> f64 {
         run.run.channels.iter().map(|c| self.noise_of(c)).sum()
     }
 

@@ -1,5 +1,6 @@
 //! The search: which set of causes explains the recordings best.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
@@ -93,10 +94,14 @@ pub struct Fitted {
     pub stated: Stated,
     /// Coordinates.
     pub theta: Vec<f64>,
-    /// Residuals of readings, then priors.
+    /// Residuals of readings, then priors; empty of a set that is kept by what they tell alone ([`Fitted::lean`]).
     pub residuals: DVector<f64>,
-    /// Their derivatives.
+    /// Their derivatives, likewise.
     pub jacobian: DMatrix<f64>,
+    /// What readings and priors tell of the unknowns: J'J.
+    pub information: DMatrix<f64>,
+    /// How many readings there are.
+    pub readings: usize,
     /// Sum of squares over the readings.
     pub chi2: f64,
     /// By octave of the balances what is left, and what a perfect model would leave.
@@ -110,6 +115,10 @@ pub struct Fitted {
 }
 
 impl Fitted {
+    /// Without residuals and their derivatives, which are as long as the recordings: many sets are kept, few grow.
+    pub fn lean(self) -> Self {
+        Self { residuals: DVector::zeros(0), jacobian: DMatrix::zeros(0, 0), ..self }
+    }
     /// log of the evidence, up to a constant that all sets share; `dispersion`: by how much readings count less.
     pub fn evidence(&self, dispersion: f64) -> f64 {
         -0.5 * self.chi2 / dispersion - 0.5 * self.prior2 + self.occam
@@ -352,6 +361,15 @@ impl<'a> Search<'a> {
         Ok(Fitted { surer, ..self.fitted(stated, found.x, found.residuals, found.jacobian) })
     }
 
+    /// A set with its residuals and their derivatives, made again where it is kept without.
+    pub fn whole<'f>(&self, fitted: &'f Fitted) -> Option<Cow<'f, Fitted>> {
+        if !fitted.residuals.is_empty() {
+            return Some(Cow::Borrowed(fitted));
+        }
+        let there = self.compare(&fitted.stated).evaluate(&fitted.theta, true).ok()?;
+        Some(Cow::Owned(Fitted { residuals: there.residuals, jacobian: there.jacobian?, ..fitted.clone() }))
+    }
+
     /// The model as it was given, in the place of a fit of it.
     pub fn given(&self, plain: &Fitted) -> Option<Fitted> {
         let start = self.compare(&plain.stated).start();
@@ -377,9 +395,22 @@ impl<'a> Search<'a> {
         let led = stated.free.is_none();
         let prior2 = r.rows(readings, r.len() - readings).norm_squared();
         let octaves = if led { self.octaves(&r.as_slice()[..readings]) } else { Vec::new() };
-        let mut fitted =
-            Fitted { stated, theta, residuals: r, jacobian, chi2, octaves, prior2, occam: 0.0, surer: 1.0 };
-        fitted.occam = occam(&fitted, readings);
+        let information = jacobian.tr_mul(&jacobian);
+        let (occam, surer) = (0.0, 1.0);
+        let mut fitted = Fitted {
+            stated,
+            theta,
+            residuals: r,
+            jacobian,
+            information,
+            readings,
+            chi2,
+            octaves,
+            prior2,
+            occam,
+            surer,
+        };
+        fitted.occam = self::occam(&fitted, readings);
         fitted
     }
 

@@ -1,5 +1,7 @@
 //! Which set of causes: a beam search by evidence.
 
+use std::borrow::Cow;
+
 use trueup_identification::lsq::Options;
 use trueup_identification::parallel;
 use trueup_models::effect::Plant;
@@ -123,8 +125,7 @@ impl Fitted {
         if !self.octaves.is_empty() {
             return self.octaves.iter().map(|o| o.count).sum::<f64>().max(1.0);
         }
-        let rows = self.residuals.len() - self.stated.unknowns.iter().filter(|u| u.prior.is_some()).count();
-        rows as f64
+        self.readings as f64
     }
     /// Power of the residuals over that of the floor, what the priors object included.
     pub fn excess(&self) -> f64 {
@@ -166,7 +167,7 @@ impl Search<'_> {
                 let fits = self.fit_each(wanted, base, options, |set| {
                     depth == 1 || !grown.iter().any(|g| same(&g.stated.set, set))
                 });
-                fits.into_iter().for_each(|fitted| keep(&mut grown, fitted));
+                fits.into_iter().for_each(|fitted| keep(&mut grown, fitted.lean()));
                 if depth == 1 {
                     alone.push((base.clone(), screened));
                 }
@@ -178,7 +179,7 @@ impl Search<'_> {
                 let set = |p: &Pair| p.indices.map(|i| self.causes[i].clone());
                 pairs.retain(|p| !grown.iter().any(|g| same(&g.stated.set, &set(p))));
                 let fits = parallel::map(&pairs, |p| self.fit_pair(base, screened, p, options));
-                grown.extend(fits.into_iter().flatten());
+                grown.extend(fits.into_iter().flatten().map(Fitted::lean));
             }
             descending(&mut grown, |item| item.evidence(1.0));
             // The best once more with all derivatives.
@@ -203,8 +204,9 @@ impl Search<'_> {
             if worth {
                 best = top.clone();
             }
-            beam = grown.iter().take(effort.beam).cloned().collect();
-            sets.extend(grown);
+            let leading: Vec<_> = grown.iter().take(effort.beam).map(|f| self.whole(f)).collect();
+            beam = leading.into_iter().flatten().map(Cow::into_owned).collect();
+            sets.extend(grown.into_iter().map(Fitted::lean));
             // Of two causes neither may explain much by itself.
             let promising = depth == 1 && evidence > ASKED;
             if !(worth || promising) || after < NEGLIGIBLE {
@@ -225,6 +227,7 @@ impl Search<'_> {
             sets.push(best.clone());
         }
         descending(&mut sets, |item| item.evidence(1.0));
+        let sets = sets.into_iter().map(Fitted::lean).collect();
         Ok(Found { plain, sets, best })
     }
 
@@ -232,11 +235,12 @@ impl Search<'_> {
     /// tell.
     pub fn grow(&self, found: &mut Found, base: &Fitted, effort: Effort) {
         let options = effort.options();
-        let screened = self.screen(base);
+        let Some(base) = self.whole(base) else { return };
+        let screened = self.screen(&base);
         let wanted = self.likeliest(&screened, GROW, GROW);
         let new = |set: &[Hypothesis]| !found.sets.iter().any(|f| same(&f.stated.set, set));
-        let fits = self.fit_each(wanted, base, options, new);
-        found.sets.extend(fits);
+        let fits = self.fit_each(wanted, &base, options, new);
+        found.sets.extend(fits.into_iter().map(Fitted::lean));
     }
 
     /// The best few of a screen, of the plant's own parameters at most `own`: where sensors are few they all take up some of what
@@ -330,7 +334,7 @@ impl Search<'_> {
                 if fit.evidence(1.0) > better.as_ref().unwrap_or(&best).evidence(1.0) + CLOSE {
                     better = Some(fit.clone());
                 }
-                keep(sets, fit);
+                keep(sets, fit.lean());
             }
             match better {
                 Some(found) => {
@@ -367,7 +371,7 @@ impl Search<'_> {
                 set.push(self.causes[index].clone());
                 self.fit(self.state(&set).ok()?, &s.start, options).ok()
             });
-            fits.into_iter().flatten().for_each(|fitted| keep(sets, fitted));
+            fits.into_iter().flatten().for_each(|fitted| keep(sets, fitted.lean()));
         }
     }
 

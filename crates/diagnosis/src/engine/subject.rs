@@ -76,6 +76,8 @@ pub struct Subject {
     pub flexible: Vec<bool>,
     /// An arm's base stays where it begins.
     pub fixed_base: bool,
+    /// Which link of an arm carries a body more, from 0.
+    pub payload: Option<usize>,
     /// Ids of the effects that are there for certain: every model of it has them.
     pub known: Vec<String>,
 }
@@ -139,6 +141,10 @@ fn arm_names(list: &[Length], n: usize) -> Vec<String> {
 }
 
 impl Subject {
+    /// On a base that floats, nothing but its joints known.
+    pub fn new(plant: effect::Plant, flexible: Vec<bool>) -> Self {
+        Self { plant, flexible, fixed_base: false, payload: None, known: Vec::new() }
+    }
     /// With these effects (ids, places behind a colon) beside those that are known.
     ///
     /// # Errors
@@ -151,7 +157,7 @@ impl Subject {
             }
             effect::Plant::Arm => {
                 let arm = PlanarManipulator::new(&self.flexible, &effects).map_err(|e| e.to_string())?;
-                Ok(Model::Arm(arm.on_fixed_base(self.fixed_base)))
+                Ok(Model::Arm(arm.on_fixed_base(self.fixed_base).with_payload(self.payload)))
             }
         }
     }
@@ -210,6 +216,11 @@ impl Subject {
                 all.extend(names.into_iter().map(|name| Named { name, unit: unit.into() }));
             }
         }
+        if self.payload.is_some() {
+            all.extend(
+                arm::PAYLOAD.iter().map(|(n, unit, _)| Named { name: (*n).into(), unit: (*unit).into() }),
+            );
+        }
         all
     }
     /// Values to begin with: those of the preset; effects are neutral.
@@ -234,6 +245,7 @@ impl Subject {
                 p.resize(p.len() + e.sites, start);
             }
         }
+        p.resize(p.len() + self.payload.map_or(0, |_| arm::PAYLOAD.len()), 0.0);
         p
     }
     /// Every effect that can act here, in every place.
@@ -252,7 +264,7 @@ mod tests {
         for (plant, flexible) in
             [(effect::Plant::Joint, vec![true]), (effect::Plant::Arm, vec![true, false, false])]
         {
-            let subject = Subject { plant, flexible, fixed_base: false, known: Vec::new() };
+            let subject = Subject::new(plant, flexible);
             let all: Vec<String> = subject.choices().map(|c| c.id()).collect();
             for effects in [&[][..], &all] {
                 let model = subject.model(effects).unwrap();

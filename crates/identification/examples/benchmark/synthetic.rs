@@ -155,6 +155,7 @@ pub(crate) fn joint() -> Model {
         fixed_base: false,
         effects: vec![],
         led: vec![],
+        payload: None,
     };
     Model::new(structure).expect("no effects")
 }

@@ -94,5 +94,6 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
             "of each ramp the error is what the current adds within one sample; that of the mean comes from their spread".into(),
         ],
         values,
+        sensors: Vec::new(),
     })
 }

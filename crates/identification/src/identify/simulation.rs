@@ -19,7 +19,7 @@ use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
 use crate::subject::Subject;
-use crate::unknown::Unknown;
+use crate::unknown::{Target, Unknown};
 
 /// What differs between a model of ours and an FMU.
 pub(super) trait Searched: Subject {
@@ -298,6 +298,10 @@ pub(super) fn by_simulation(
         iterations,
         notes,
         values: problem.shared(&fit.theta),
+        sensors: (problem.unknowns().iter().zip(problem.values(&fit.theta)))
+            .filter(|(u, _)| u.run.is_none() && !matches!(u.target, Target::Parameter(_)))
+            .map(|(u, value)| (u.target, value))
+            .collect(),
     })
 }
 

@@ -1,8 +1,9 @@
 //! What a case asks to be fitted, and what it is unsure of.
 
-use trueup_signals::{Case, base_name};
+use trueup_signals::{Case, Guess, base_name};
 
 use super::IdentifyError;
+use crate::model::PAYLOAD_NAMES;
 use crate::run::Run;
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
@@ -30,7 +31,8 @@ pub(super) fn of(
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
     let besides = besides.iter().filter(|b| model.parameter(b).is_some()).map(|b| (*b).to_owned());
-    let asked: Vec<String> = asked.into_iter().chain(besides).collect();
+    let carried = case.parameters.keys().filter(|n| n.starts_with(PAYLOAD_NAMES) && case.doubt(n).is_some());
+    let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
     if asked.is_empty() && case.with.is_empty() {
         return Err(IdentifyError::Unknowns(format!(
             "{}: there is nothing to fit: no joint is flexible; write [fit] parameters = [\"linkMass[3]\"] in it",
@@ -49,7 +51,7 @@ pub(super) fn of(
             all.push(one(model, case, nominal, runs, name, true));
         }
     }
-    all.extend(gains(model, runs));
+    all.extend(sensors(model, runs));
     let uncertain = case.parameters.keys().filter(|n| case.doubt(n).is_some_and(|d| d > 0.0));
     for name in uncertain.filter(|n| !n.starts_with("initial") && base_name(n) != "motorCoupling") {
         if model.parameter(name).is_some() && !asked.contains(name) {
@@ -59,21 +61,36 @@ pub(super) fn of(
     Ok(all)
 }
 
-/// Gains of sensors, the same in all recordings.
-fn gains(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
+/// Delay of which nothing is known, s: of this size.
+const DELAY: f64 = 0.01;
+/// No delay is estimated further than this from what it is believed to be, s.
+const MOST_DELAY: f64 = 0.5;
+
+/// Gains and delays of sensors, the same in all recordings.
+fn sensors(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
     let mut all: Vec<Fitted> = Vec::new();
+    let mut add = |name: &str, of: &str, target: Target, guess: Option<Guess>| {
+        let Some(g) = guess.filter(|_| !all.iter().any(|f| f.unknown.target == target)) else { return };
+        let size = if target.shifts() { g.doubt.unwrap_or(DELAY) } else { g.value.abs() };
+        let free = Unknown::free(&format!("{name}.{of}"), target, None, size);
+        let mut unknown = Unknown { start: g.value, ..free };
+        if target.shifts() {
+            (unknown.lower, unknown.upper) = (g.value - MOST_DELAY, g.value + MOST_DELAY);
+            unknown.prior = g.doubt.map(|_| (g.value / size, 1.0));
+        } else if let Some(d) = g.doubt {
+            unknown = unknown.believed(d);
+        }
+        all.push(Fitted { unknown, asked_for: true, doubt: g.doubt.filter(|_| !target.shifts()) });
+    };
     for run in runs {
-        let outputs = run.channels.iter().map(|c| (c.name.clone(), Target::Gain(c.output), c.gain));
-        let inputs = run
-            .drives
-            .iter()
-            .map(|d| (model.inputs()[d.input].name.clone(), Target::InputGain(d.input), d.gain));
-        for (name, target, guess) in outputs.chain(inputs) {
-            let Some(g) = guess.filter(|_| !all.iter().any(|f| f.unknown.target == target)) else { continue };
-            let free = Unknown::free(&format!("{name}.gain"), target, None, g.value.abs());
-            let unknown = Unknown { start: g.value, ..free };
-            let unknown = g.doubt.map_or(unknown.clone(), |d| unknown.believed(d));
-            all.push(Fitted { unknown, asked_for: true, doubt: g.doubt });
+        for c in &run.channels {
+            add(&c.name, "gain", Target::Gain(c.output), c.gain);
+            add(&c.name, "delay", Target::Delay(c.output), c.late);
+        }
+        for d in &run.drives {
+            let name = &model.inputs()[d.input].name;
+            add(name, "gain", Target::InputGain(d.input), d.gain);
+            add(name, "delay", Target::InputDelay(d.input), d.late);
         }
     }
     all
@@ -91,8 +108,10 @@ fn one(
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
     if model.turns(index) {
-        let free = Unknown::free(name, Target::Parameter(index), None, 1.0);
-        let unknown = Unknown { start: value, prior: doubt.map(|d| (value, d)), ..free };
+        let size = if name.starts_with(PAYLOAD_NAMES) { doubt.unwrap_or(0.1) } else { 1.0 };
+        let free = Unknown::free(name, Target::Parameter(index), None, size);
+        let prior = doubt.map(|d| (value / size, d / size));
+        let unknown = Unknown { start: value, prior, lower: q.min, upper: q.max, ..free };
         return Fitted { unknown, asked_for, doubt };
     }
     let mut unknown = Unknown::positive(name, index, value);

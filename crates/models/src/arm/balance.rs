@@ -37,7 +37,7 @@ impl PlanarManipulator {
         let n = self.links();
         let (q, rest) = at.x.split_at(self.dofs());
         let v = &rest[..self.dofs()];
-        let chain = Chain::new(n, at.p);
+        let chain = self.chain(at.p);
         let turned = chain.turned(q, v);
         let base =
             Base { t: at.t, position: [q[0], q[1]], attitude: q[2], velocity: [v[0], v[1]], rate: v[2] };

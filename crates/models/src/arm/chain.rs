@@ -84,6 +84,18 @@ impl<T: Scalar> Chain<T> {
         Self { links, mass: p[parameter::base_mass(n)] + beyond, arm, gamma, inertia }
     }
 
+    /// A body more, fixed to link `link` (from 1): its mass, where its centre is in the link's axes, its inertia about that
+    /// (ARM-16).
+    pub fn carry(&mut self, link: usize, mass: T, center: Vector<T>, inertia: T) {
+        self.gamma[link] = add(self.gamma[link], times(center, mass));
+        self.inertia[link] += inertia + mass * dot(center, center);
+        for k in 0..link {
+            self.gamma[k] = add(self.gamma[k], times(self.arm[k], mass));
+            self.inertia[k] += mass * dot(self.arm[k], self.arm[k]);
+        }
+        self.mass += mass;
+    }
+
     /// At coordinates q and velocities v (x_0, y_0, q_0, q_1 .. q_n).
     pub fn turned(&self, q: &[T], v: &[T]) -> Turned<T> {
         let none = [T::zero(); 2];

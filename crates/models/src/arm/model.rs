@@ -24,9 +24,19 @@ pub struct PlanarManipulator {
     dofs: usize,
     friction: bool,
     fixed: bool,
+    /// Which link carries a body more, from 0.
+    payload: Option<usize>,
     effects: EffectSet,
     sizes: Sizes,
 }
+
+/// Parameters of a payload: name, unit, least value.
+pub const PAYLOAD: [(&str, &str, f64); 4] = [
+    ("payload.mass", "kg", 0.0),
+    ("payload.centerOfMass[1]", "m", f64::NEG_INFINITY),
+    ("payload.centerOfMass[2]", "m", f64::NEG_INFINITY),
+    ("payload.inertia", "kg.m2", 0.0),
+];
 
 /// Rows of the base: x_0, y_0, q_0.
 pub(super) const BASE_ROWS: usize = 3;
@@ -64,11 +74,47 @@ impl PlanarManipulator {
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible, motor, dofs, friction, fixed: false, effects, sizes })
+        Ok(Self { flexible, motor, dofs, friction, fixed: false, payload: None, effects, sizes })
     }
     /// The same on a base that stays where it begins (ARM-15), or floats.
     pub fn on_fixed_base(self, fixed: bool) -> Self {
         Self { fixed, ..self }
+    }
+    /// The same with a body fixed to a link (from 0; ARM-16): its parameters [`PAYLOAD`] are the last ones.
+    pub fn with_payload(mut self, link: Option<usize>) -> Self {
+        let own = |payload: Option<usize>| if payload.is_some() { PAYLOAD.len() } else { 0 };
+        let link = link.filter(|l| *l < self.links());
+        self.sizes.parameters = self.sizes.parameters + own(link) - own(self.payload);
+        self.payload = link;
+        self
+    }
+    /// Which link carries a body more, from 0.
+    pub fn payload(&self) -> Option<usize> {
+        self.payload
+    }
+    /// The chain's constants, what a link carries among them.
+    pub fn chain<T: Scalar>(&self, p: &[T]) -> Chain<T> {
+        let mut chain = Chain::new(self.links(), p);
+        if let (Some(link), [.., mass, x, y, inertia]) = (self.payload, p) {
+            chain.carry(link + 1, *mass, [*x, *y], *inertia);
+        }
+        chain
+    }
+    /// The same arm's parameters without a payload: the link and what it carries in one (ARM-16); `p` as it is where there is
+    /// none.
+    pub fn merged(&self, p: &[f64]) -> Vec<f64> {
+        let (Some(link), [own @ .., mass, x, y, inertia]) = (self.payload, p) else { return p.to_vec() };
+        let (n, mut q) = (self.links(), own.to_vec());
+        let (m, i) = (parameter::link_mass(n) + link, parameter::link_inertia(n) + link);
+        let c = parameter::link_center_of_mass(n) + 2 * link;
+        let whole = q[m] + mass;
+        let apart = [x - q[c], y - q[c + 1]];
+        q[i] += inertia + q[m] * mass / whole * (apart[0] * apart[0] + apart[1] * apart[1]);
+        for k in 0..2 {
+            q[c + k] += mass / whole * apart[k];
+        }
+        q[m] = whole;
+        q
     }
     /// Its base stays where it begins.
     pub fn has_fixed_base(&self) -> bool {
@@ -114,6 +160,7 @@ impl PlanarManipulator {
                 p.resize(p.len() + e.sites, spec.arm_start);
             }
         }
+        p.resize(p.len() + self.payload.map_or(0, |_| PAYLOAD.len()), 0.0);
         p
     }
 
@@ -212,7 +259,7 @@ impl PlanarManipulator {
     /// The tip at states `x` (ARM-10), and the rate of the last link in rad/s.
     pub fn tip<T: Scalar>(&self, x: &[T], p: &[T]) -> (kinematics::Tip<T>, T) {
         let (q, v) = x.split_at(self.dofs);
-        let turned = Chain::new(self.links(), p).turned(q, v);
+        let turned = self.chain(p).turned(q, v);
         (kinematics::tip(&turned, q, v), turned.rate[self.links()])
     }
 

@@ -80,6 +80,9 @@ impl Case {
         if let Some(table) = root.get("uncertain").and_then(|n| reader.table(n, "uncertain")) {
             self.doubts(reader, table, known);
         }
+        if let Some(node) = root.get("payload") {
+            self.carries(reader, node);
+        }
         if let Some(table) = root.get("fit").and_then(|n| reader.table(n, "fit")) {
             self.fitted(reader, table, known);
         }

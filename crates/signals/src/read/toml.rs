@@ -172,7 +172,11 @@ impl<'a> Reader<'a> {
             match key.get_ref().as_ref() {
                 "resolution" => settings.resolution = self.positive(node, "resolution"),
                 "noise" => settings.noise = self.positive(node, "noise"),
-                "delay" => settings.delay = self.number(node, "delay"),
+                "delay" if is_number(node.get_ref()) => settings.delay = self.number(node, "delay"),
+                "delay" => {
+                    settings.late = self.guess(node, &what, ("delay", 0.0, "delay"));
+                    settings.delay = settings.late.map(|g| g.value);
+                }
                 "offset" => settings.offset = self.guess(node, &what, ("offset", 0.0, "offset")),
                 "gain" => settings.gain = self.guess(node, &what, ("gain", 1.0, "scale")),
                 "interpolation" => match node.get_ref().as_str() {
@@ -198,8 +202,12 @@ impl<'a> Reader<'a> {
             return Some(Guess { value: neutral, doubt: None });
         }
         let Some(table) = node.get_ref().as_table() else {
+            let known = match key {
+                "delay" => "one that is known is a number of seconds".to_owned(),
+                _ => format!("one that is known stands as `{known}` in [columns] of the recording's sidecar"),
+            };
             let mend = format!(
-                "write {key} = \"estimate\" or {key} = {{ value = {neutral:?}, doubt = 0.1 }}; one that is known stands as `{known}` in [columns] of the recording's sidecar"
+                "write {key} = \"estimate\" or {key} = {{ value = {neutral:?}, doubt = 0.1 }}; {known}"
             );
             let what = format!("`{key}` of {what} is neither \"estimate\" nor a value with a doubt");
             self.wrong(Kind::BadValue, node.span(), what, mend);
@@ -249,6 +257,10 @@ impl<'a> Reader<'a> {
         };
         all.extend(value.map(|v| (full(), v, node.span())));
     }
+}
+
+fn is_number(value: &DeValue) -> bool {
+    matches!(value, DeValue::Integer(_) | DeValue::Float(_))
 }
 
 /// A finite number.

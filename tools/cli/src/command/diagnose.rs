@@ -58,6 +58,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         capped,
         force: args.force,
         watch: args.watch,
+        all_readings: args.all_readings,
         verdict_only: args.verdict_only,
         ..Options::default()
     };

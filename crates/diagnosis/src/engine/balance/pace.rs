@@ -56,10 +56,8 @@ mod tests {
 
     #[test]
     fn the_fastest_mode_of_a_spring_is_its_resonance() {
-        let model = Subject { plant: Plant::Joint, flexible: vec![true], fixed_base: false, known: vec![] }
-            .model(&[] as &[&str])
-            .unwrap();
-        let subject = Subject { plant: Plant::Joint, flexible: vec![true], fixed_base: false, known: vec![] };
+        let model = Subject::new(Plant::Joint, vec![true]).model(&[] as &[&str]).unwrap();
+        let subject = Subject::new(Plant::Joint, vec![true]);
         let mut p = subject.defaults(&model);
         for i in [parameter::DAMPING, parameter::VISCOUS_FRICTION] {
             p[i] = 0.0;

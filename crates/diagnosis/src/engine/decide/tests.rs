@@ -118,6 +118,24 @@ fn what_was_not_done_and_what_does_worse_explain_nothing() {
     }
 }
 
+/// What does worse on recordings for fitting that were left out in turn than the refitted model is not claimed, unless it is as
+/// good as perfect.
+#[test]
+fn what_does_worse_on_what_is_left_out_is_not_claimed() {
+    for ([tuned, with], wanted) in
+        [([5.0, 1.1], Verdict::Effects), ([5.0, 5.2], Verdict::Unknown), ([1.05, 1.1], Verdict::Effects)]
+    {
+        let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
+        let left_out = Some(LeftOut { tuned, with, noise: 1.0 });
+        let ran = Shown { gaps: vec![Some(2.0)], left_out, ..Shown::default() };
+        let (raw, mut free) = (found.plain.excess(), free(9.0));
+        let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
+        assert_eq!(decision.verdict, wanted, "{tuned} {with}");
+        assert_eq!(decision.left_out, left_out.map(|l| (Some(0), l)));
+        assert!((decision.unknown < 0.5) == (wanted == Verdict::Effects));
+    }
+}
+
 /// A refit that takes nine tenths of the gap is enough, though noise were a hundred times less; what is added to it without being
 /// known is not claimed. One that takes less is not.
 #[test]

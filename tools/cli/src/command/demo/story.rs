@@ -44,6 +44,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         verdict_only: false,
         engine: Engine::Balances,
         watch: false,
+        all_readings: false,
         force: false,
         seed: 1,
         library: None,

@@ -148,7 +148,7 @@ fn odds(best: &str, other: &str, power: f64, apart: Option<f64>) -> f64 {
 fn odds_ran(best: &str, (other, power, gap): (&str, f64, f64), apart: Option<f64>, one_sensor: bool) -> f64 {
     let sets = vec![fitted(best, 1.0, 100.0), fitted(other, power, 100.0)];
     let (found, limits) = (found(sets, Some(0), 100.0), Thresholds::default());
-    let ran = Shown { gaps: vec![Some(2.0), Some(gap)], apart, one_sensor };
+    let ran = Shown { gaps: vec![Some(2.0), Some(gap)], apart, one_sensor, left_out: None };
     let judge = Judge::new(&found, free(10.0), &ran, &limits);
     match &judge.rivals(Some(0), &found.best, 0, 2.0)[..] {
         [(1, odds)] => *odds,

@@ -1,0 +1,47 @@
+//! Leave-one-out: what a set misses of each recording for fitting that it was not fitted to, beside the model without effects.
+
+use super::contest::POLISH;
+use super::ground::Ground;
+use crate::engine::decide::LeftOut;
+use crate::engine::fold::Fold;
+use crate::engine::replay::{Complete, Polished};
+use crate::engine::search::Fitted;
+use crate::engine::select::Effort;
+
+impl Ground<'_> {
+    /// Each recording for fitting left out in turn; `None`: there is one alone, or a model cannot be fitted or run.
+    pub(super) fn left_out(&self, set: &Fitted, effort: Effort) -> Option<LeftOut> {
+        let folds = self.search.case.train.len();
+        if folds < 2 {
+            return None;
+        }
+        let each = (0..folds).map(|run| self.without(run, set, effort));
+        let all: Option<Vec<[f64; 3]>> = each.collect();
+        let all = all?;
+        let mean = |k: usize| (all.iter().map(|v| v[k].ln()).sum::<f64>() / folds as f64 / 2.0).exp();
+        Some(LeftOut { tuned: mean(0), with: mean(1), noise: mean(2) })
+    }
+
+    /// What the refitted model and the set miss of one that was left out, and its noise, as powers.
+    fn without(&self, run: usize, set: &Fitted, effort: Effort) -> Option<[f64; 3]> {
+        let fold = Fold::new(self.search, run);
+        let search = fold.search(self.search);
+        let (kept, left) = (&search.case.train, &search.case.holdout);
+        let plain = search.state(&[]).ok()?;
+        let given = Complete { theta: search.compare(&plain).start(), stated: plain };
+        let misfit = search.misfit(&search.replay(&given, kept).ok()?, kept);
+        let fit = |of: &Fitted| fold.fit(&search, of, effort.options(), POLISH);
+        // No fit that runs further off than the model as it was given.
+        let tuned = self
+            .fitted
+            .as_ref()
+            .and_then(fit)
+            .filter(|p| p.misfit < misfit)
+            .map_or(given, |p: Polished| p.complete);
+        let with = fit(set)?.complete;
+        let channels = left[0].run.channels.len().max(1) as f64;
+        let missed =
+            |model: &Complete| Some(search.misfit(&search.replay(model, left).ok()?, left) / channels);
+        Some([missed(&tuned)?, missed(&with)?, search.noise(&left[0]) / channels])
+    }
+}

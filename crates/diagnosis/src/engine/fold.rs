@@ -1,0 +1,62 @@
+//! Leave-one-out over the recordings for fitting: a search that has not seen one of them.
+
+use super::recordings::Prepared;
+use super::replay::Polished;
+use super::search::{Fitted, Search};
+use trueup_identification::lsq::Options;
+
+impl Prepared {
+    /// The same case with one recording for fitting held out, and nothing else.
+    fn leaving_out(&self, run: usize) -> Self {
+        let mut own = self.clone();
+        own.holdout = vec![own.train.remove(run)];
+        own
+    }
+}
+
+/// One recording for fitting held out.
+#[derive(Debug)]
+pub struct Fold {
+    case: Prepared,
+    run: usize,
+}
+
+impl Fold {
+    /// Of a search; `run`: which is held out.
+    pub fn new(search: &Search<'_>, run: usize) -> Self {
+        Self { case: search.case.leaving_out(run), run }
+    }
+
+    /// The search over the others: typical sizes, causes and floors are those of all.
+    pub fn search<'a>(&'a self, all: &Search<'_>) -> Search<'a> {
+        let mut led = all.led[..all.case.train.len()].to_vec();
+        let mut expected = all.expected[..led.len()].to_vec();
+        let (last, left) = (led.remove(self.run), expected.remove(self.run));
+        led.push(last);
+        expected.push(left);
+        let (sizes, causes, adrift) = (all.sizes.clone(), all.causes.clone(), all.adrift.clone());
+        Search { case: &self.case, sizes, causes, led, expected, adrift }
+    }
+
+    /// Fits a set to the others, led and then free-running, from where all recordings led it.
+    pub fn fit(
+        &self,
+        search: &Search<'_>,
+        from: &Fitted,
+        options: Options,
+        polish: usize,
+    ) -> Option<Polished> {
+        let stated = search.state(&from.stated.set).ok()?;
+        let mut known = from.clone();
+        for unknown in &mut known.stated.unknowns {
+            unknown.run = match unknown.run {
+                // Of the recording that is held out nothing is known.
+                Some(run) if run == self.run => Some(usize::MAX),
+                Some(run) if run > self.run => Some(run - 1),
+                run => run,
+            };
+        }
+        let start = stated.begin_with(&[&known]);
+        Some(search.polish(&search.fit(stated, &start, options).ok()?, polish))
+    }
+}

@@ -1,0 +1,99 @@
+//! `[payload]` of a case: a body that a link of an arm carries.
+
+use toml::de::{DeTable, DeValue};
+
+use super::{Case, Value};
+use crate::finding::Kind;
+use crate::keys;
+use crate::read::toml::{Node, Reader};
+
+/// A figure, its numbers as the case names them, and the least of them.
+const FIGURES: [(&str, &[&str], f64); 3] = [
+    ("mass", &["payload.mass"], 0.0),
+    ("centerOfMass", &["payload.centerOfMass[1]", "payload.centerOfMass[2]"], f64::NEG_INFINITY),
+    ("inertia", &["payload.inertia"], 0.0),
+];
+
+impl Case {
+    /// Values join [`Case::parameters`] under names that begin with `payload.`, doubts [`Case::uncertain`], in SI.
+    pub(super) fn carries(&mut self, reader: &mut Reader, node: &Node) {
+        let what = keys::PAYLOAD.of;
+        let Some(table) = reader.table(node, what) else { return };
+        reader.known(table, what, keys::PAYLOAD);
+        if self.model != "PlanarManipulator" {
+            let mend = "it is for PlanarManipulator; add what a joint moves to loadInertia";
+            return reader.wrong(
+                Kind::BadValue,
+                node.span(),
+                format!("{} has no [payload]", self.model),
+                mend,
+            );
+        }
+        let missing = |key: &str| table.get(key).is_none();
+        for key in ["link", "mass"].into_iter().filter(|k| missing(k)) {
+            let mend = "write link = 3 (from 1) and mass = { value = 0.0, doubt = 2.0 } in kg";
+            reader.wrong(Kind::BadValue, node.span(), format!("[payload] has no `{key}`"), mend);
+        }
+        self.payload = table.get("link").and_then(|n| {
+            let link = reader.number(n, "link")?;
+            if link.fract() == 0.0 && (1.0..=1e3).contains(&link) {
+                return Some(link as usize);
+            }
+            let mend = "write link = 1 for the one next to the base";
+            reader.wrong(Kind::BadValue, n.span(), format!("`link` of [payload] is {link}"), mend);
+            None
+        });
+        for (key, names, least) in FIGURES {
+            let Some(node) = table.get(key) else { continue };
+            let Some((values, doubt)) = figure(reader, node, key, names.len()) else { continue };
+            for (name, value) in names.iter().zip(values) {
+                if value < least {
+                    let what = format!("`{key}` of [payload] is {value}");
+                    reader.wrong(Kind::BadValue, node.span(), what, "it cannot be below 0");
+                }
+                self.parameters.insert((*name).to_owned(), Value::Number(value));
+                if let Some(doubt) = doubt {
+                    self.uncertain.insert((*name).to_owned(), doubt);
+                }
+            }
+        }
+    }
+}
+
+/// Numbers, or a table of a value and its doubt.
+fn figure(reader: &mut Reader, node: &Node, key: &str, count: usize) -> Option<(Vec<f64>, Option<f64>)> {
+    let table: Option<&DeTable> = node.get_ref().as_table();
+    let (value, doubt, what) = match table {
+        Some(table) => {
+            reader.known(table, &format!("{key} of [payload]"), keys::PAYLOAD_FIGURE);
+            (table.get("value").unwrap_or(node), table.get("doubt"), "value")
+        }
+        None => (node, None, key),
+    };
+    let doubt = match doubt {
+        Some(n) => {
+            let doubt = reader.number(n, "doubt")?;
+            if doubt < 0.0 {
+                let what = format!("`doubt` of {key} of [payload] is {doubt}");
+                reader.wrong(Kind::BadValue, n.span(), what, "it cannot be below 0");
+            }
+            Some(doubt)
+        }
+        None => None,
+    };
+    let values: Vec<f64> = match value.get_ref() {
+        DeValue::Array(list) => list.iter().map(|n| reader.number(n, what)).collect::<Option<Vec<f64>>>()?,
+        DeValue::Table(_) => vec![0.0; count],
+        _ => vec![reader.number(value, what)?],
+    };
+    if values.len() == count {
+        return Some((values, doubt));
+    }
+    let wrong = format!("`{key}` of [payload] has {} numbers, not {count}", values.len());
+    let mend = match count {
+        1 => format!("write {key} = {{ value = 0.0, doubt = 0.1 }}"),
+        _ => format!("write {key} = {{ value = [0.4, 0.0], doubt = 0.05 }}, along and across the link in m"),
+    };
+    reader.wrong(Kind::BadValue, node.span(), wrong, mend);
+    None
+}
