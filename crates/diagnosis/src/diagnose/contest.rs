@@ -207,8 +207,9 @@ impl Ran for Contest<'_> {
     fn each(&self, set: usize) -> Option<Vec<f64>> {
         Some(self.ground.of_each(&self.find(set)?.shown))
     }
-    fn left_out(&self, _: Option<usize>, fitted: &Fitted) -> Option<LeftOut> {
-        self.ground.left_out(fitted, self.effort)
+    fn left_out(&self, set: Option<usize>, fitted: &Fitted) -> Option<LeftOut> {
+        let free = set.and_then(|at| self.find(at)?.fitted.as_ref());
+        self.ground.left_out(free.unwrap_or(fitted), self.effort)
     }
 }
 

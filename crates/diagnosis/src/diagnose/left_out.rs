@@ -4,7 +4,7 @@ use super::contest::POLISH;
 use super::ground::Ground;
 use crate::engine::decide::LeftOut;
 use crate::engine::fold::Fold;
-use crate::engine::replay::{Complete, Polished};
+use crate::engine::replay::Complete;
 use crate::engine::search::Fitted;
 use crate::engine::select::Effort;
 
@@ -26,19 +26,17 @@ impl Ground<'_> {
     fn without(&self, run: usize, set: &Fitted, effort: Effort) -> Option<[f64; 3]> {
         let fold = Fold::new(self.search, run);
         let search = fold.search(self.search);
-        let (kept, left) = (&search.case.train, &search.case.holdout);
-        let plain = search.state(&[]).ok()?;
-        let given = Complete { theta: search.compare(&plain).start(), stated: plain };
-        let misfit = search.misfit(&search.replay(&given, kept).ok()?, kept);
-        let fit = |of: &Fitted| fold.fit(&search, of, effort.options(), POLISH);
-        // No fit that runs further off than the model as it was given.
-        let tuned = self
-            .fitted
-            .as_ref()
-            .and_then(fit)
-            .filter(|p| p.misfit < misfit)
-            .map_or(given, |p: Polished| p.complete);
-        let with = fit(set)?.complete;
+        let left = &search.case.holdout;
+        let fit = |of: &Fitted| Some(fold.fit(&search, of, effort.options(), POLISH)?.complete);
+        let tuned = match &self.fitted {
+            Some(tuned) => fit(tuned)?,
+            // No fit ran nearer than the model as it was given.
+            None => {
+                let plain = search.state(&[]).ok()?;
+                Complete { theta: search.compare(&plain).start(), stated: plain }
+            }
+        };
+        let with = fit(set)?;
         let channels = left[0].run.channels.len().max(1) as f64;
         let missed =
             |model: &Complete| Some(search.misfit(&search.replay(model, left).ok()?, left) / channels);

@@ -14,6 +14,9 @@ impl Prepared {
     }
 }
 
+/// Iterations from where all recordings led a set that ran freely already.
+const AGAIN: usize = 6;
+
 /// One recording for fitting held out.
 #[derive(Debug)]
 pub struct Fold {
@@ -38,7 +41,8 @@ impl Fold {
         Search { case: &self.case, sizes, causes, led, expected, adrift }
     }
 
-    /// Fits a set to the others, led and then free-running, from where all recordings led it.
+    /// Fits a set to the others, free-running, from where all recordings led it: as it ran freely, or else as the balances have
+    /// it.
     pub fn fit(
         &self,
         search: &Search<'_>,
@@ -46,17 +50,32 @@ impl Fold {
         options: Options,
         polish: usize,
     ) -> Option<Polished> {
-        let stated = search.state(&from.stated.set).ok()?;
+        let known = self.known(from);
+        let set = &from.stated.set;
+        let stated = search.state(set).ok()?;
+        let start = stated.begin_with(&[&known]);
+        let led = search.fit(stated, &start, options).ok()?;
+        let Some(free) = &from.stated.free else { return Some(search.polish(&led, polish)) };
+        let mut allowed = free.clone();
+        allowed.remove(self.run);
+        let mut stated = search.state_like(set, Some(allowed)).ok()?;
+        let start = stated.begin_with(&[&known]);
+        if led.knows() {
+            led.believe(&mut stated, 1.0);
+        }
+        search.polished(stated, &start, AGAIN)
+    }
+
+    /// A fit to all, recordings counted as they are without the one that is held out, of which nothing is known.
+    fn known(&self, from: &Fitted) -> Fitted {
         let mut known = from.clone();
         for unknown in &mut known.stated.unknowns {
             unknown.run = match unknown.run {
-                // Of the recording that is held out nothing is known.
                 Some(run) if run == self.run => Some(usize::MAX),
                 Some(run) if run > self.run => Some(run - 1),
                 run => run,
             };
         }
-        let start = stated.begin_with(&[&known]);
-        Some(search.polish(&search.fit(stated, &start, options).ok()?, polish))
+        known
     }
 }

@@ -96,6 +96,10 @@ fn nearer(
 }
 
 impl Fitted {
+    /// Where they miss an effect balances drag the parameters: the owner's doubts are all that holds them then.
+    pub(super) fn knows(&self) -> bool {
+        self.stated.set.iter().any(Hypothesis::is_effect) || self.misses_little()
+    }
     /// Makes what the balances tell of the unknowns that another set shares its belief, in the place of their priors.
     /// `looser`: times as far as usual it may be off.
     pub(super) fn believe(&self, stated: &mut Stated, looser: f64) {
@@ -222,9 +226,8 @@ impl Search<'_> {
                 *x = *there;
             }
         }
-        // Where they miss an effect the balances drag the parameters: the owner's doubts are all that holds them.
         let claims = from.stated.set.iter().any(Hypothesis::is_effect);
-        let known = claims || from.misses_little();
+        let known = from.knows();
         let held = |looser: f64| {
             let mut stated = stated.clone();
             if known {
