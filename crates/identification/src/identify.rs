@@ -319,7 +319,7 @@ fn finish(
     let runs = if found.held_out { holdout } else { train };
     let mut read = runs.to_vec();
     for run in &mut read {
-        found.sensors.iter().for_each(|(target, value)| run.find(*target, *value));
+        found.sensors.iter().for_each(|(target, value)| run.calibrate(*target, *value));
     }
     found.compared = free_run(model, &found.values, &read)?;
     found.fit = figures(model, &found.compared);

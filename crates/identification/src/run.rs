@@ -153,7 +153,7 @@ impl Run {
         }
     }
     /// Takes what was found of a sensor in the place of what was believed of it.
-    pub fn find(&mut self, target: Target, value: f64) {
+    pub fn calibrate(&mut self, target: Target, value: f64) {
         let scaled = |gain: &mut Option<Guess>| {
             let before = gain.map_or(1.0, |g| g.value);
             *gain = Some(Guess { value, doubt: None });
