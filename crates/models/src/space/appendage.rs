@@ -1,9 +1,11 @@
 //! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
 
+use super::end::LinkEnd;
 use super::flexible::{Appendages, Function, Mode, Part};
+use super::ritz;
 use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
-use super::spatial::{Articulated, Frame, Rigid, Wrench};
-use super::vector::{Matrix, Vector, add, scale, times, transposed, zero};
+use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
+use super::vector::{Matrix, Vector, add, cross, scale, times, transposed, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::ldl_factor;
@@ -65,6 +67,8 @@ pub enum AppendageError {
     Modes,
     /// A mode without mass: its number in the appendage, from 0.
     Massless(usize),
+    /// A link bends by another number of shapes along x than along y.
+    Unlike,
     /// Modes that move more mass than the appendage has: along x, y, z (0 to 2, kg) or about x, y, z through the root (3 to 5,
     /// kg.m2) what they move and what there is; `None`: not along an axis, but together.
     Participation(Option<(usize, f64, f64)>),
@@ -82,6 +86,10 @@ impl std::fmt::Display for AppendageError {
                 f,
                 "mode {} has no mass above 0; give length, mass and polar inertia per length above 0, or no shapes of this kind",
                 j + 1
+            ),
+            Self::Unlike => write!(
+                f,
+                "it has another number of shapes along x than along y, and would lose energy; give the same, or 0 in one of them"
             ),
             Self::Participation(direction) => {
                 match direction {
@@ -137,18 +145,48 @@ impl<T: Scalar> Appendages<T> {
     /// # Errors
     /// No room, or a mode that has no mass.
     pub fn add_beam(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
-        self.whole(|all| all.put_beam(on, shapes, beam))
+        self.whole(|all| all.put_beam(on, shapes, beam, None))
     }
 
-    fn put_beam(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
+    /// Adds a beam that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end. A body has one.
+    ///
+    /// # Errors
+    /// No room, a mode that has no mass, another number of shapes along x than along y.
+    pub fn add_link(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
+        if shapes.x != shapes.y && shapes.x.min(shapes.y) > 0 {
+            return Err(AppendageError::Unlike);
+        }
+        let [_, _, ez] = transposed(&beam.frame.rotation);
+        let place = add(beam.frame.origin, scale(beam.length, ez));
+        self.whole(|all| all.put_beam(on, shapes, beam, Some(place)))
+    }
+
+    /// `end`: the place of its end, if it carries what the body carries.
+    fn put_beam(
+        &mut self,
+        on: usize,
+        shapes: Shapes,
+        beam: &Beam<T>,
+        end: Option<Vector<T>>,
+    ) -> Result<(), AppendageError> {
         let Beam { frame, length, mass_per_length, polar_inertia_per_length, .. } = *beam;
         let [ex, ey, ez] = transposed(&frame.rotation);
         let (mass, polar) = (mass_per_length * length, polar_inertia_per_length * length);
         let mut part = self.open(on, rod(mass, length, polar, ez).shifted(frame.origin), shapes.modes())?;
-        let shape = |s: Option<Shape>| s.ok_or(AppendageError::Modes);
+        // Integrals, and the slope at the end, of which an appendage makes no use.
+        let bent = |j: usize| {
+            let of_link = || ritz::bending(shapes.x.max(shapes.y), j).map(|l| (l.shape, l.slope));
+            let own = if end.is_some() { of_link() } else { bending(j).map(|s| (s, 0.0)) };
+            own.ok_or(AppendageError::Modes)
+        };
+        let twisted = |j: usize| {
+            let own =
+                if end.is_some() { ritz::torsion(shapes.torsion, j).map(|l| l.shape) } else { torsion(j) };
+            own.ok_or(AppendageError::Modes)
+        };
         let from = self.functions.len();
         for j in 0..shapes.x.max(shapes.y) {
-            let s = shape(bending(j))?;
+            let (s, _) = bent(j)?;
             let area = mass * s.area;
             // Over the place: root + z along the beam.
             let moment = add(scale(area, frame.origin), scale(mass * length * s.moment, ez));
@@ -160,20 +198,28 @@ impl<T: Scalar> Appendages<T> {
             let stiffness = beam.bending_stiffness[side] / cube;
             let damping = beam.damping_ratio * (mass * stiffness).sqrt();
             for j in 0..count {
-                let s = shape(bending(j))?;
+                let (s, slope) = bent(j)?;
                 self.functions[from + j].modes[side] = Some(self.modes.len());
-                self.put(&part, Mode::of(&s, mass, inverse[0], stiffness, damping).along(direction))?;
+                let turn = scale(T::constant(slope) / length, cross(ez, direction)); // (LNK-1)
+                let reach = Motion { angular: turn, linear: direction };
+                let own = Mode::of(&s, mass, inverse[0], stiffness, damping).along(direction);
+                self.put(&part, own, reach)?;
             }
         }
         let stiffness = beam.torsion_stiffness / length;
         let damping = beam.damping_ratio * (polar * stiffness).sqrt();
         for j in 0..shapes.torsion {
-            let s = shape(torsion(j))?;
+            let s = twisted(j)?;
             let turning = Wrench { torque: scale(polar * s.area, ez), force: zero() };
-            self.put(&part, Mode { fixed: turning, ..Mode::of(&s, polar, inverse[1], stiffness, damping) })?;
+            let own = Mode { fixed: turning, ..Mode::of(&s, polar, inverse[1], stiffness, damping) };
+            self.put(&part, own, Motion { angular: ez, linear: zero() })?;
         }
         part.functions.1 = self.functions.len();
         part.modes.1 = self.modes.len();
+        if let Some(place) = end {
+            part.carries = true;
+            self.links.push(LinkEnd { on, place, modes: part.modes });
+        }
         self.parts.push(part);
         Ok(())
     }
@@ -216,7 +262,7 @@ impl<T: Scalar> Appendages<T> {
                     stiffness: mode.frequency * mode.frequency,
                     damping: mode.damping_ratio * mode.frequency * 2.0,
                 };
-                all.put(&part, own)?;
+                all.put(&part, own, Motion::zero())?;
             }
             part.modes.1 = all.modes.len();
             all.parts.push(part);
@@ -233,6 +279,7 @@ impl<T: Scalar> Appendages<T> {
         add(self).inspect_err(|_| {
             self.functions.truncate(before.0);
             self.modes.truncate(before.1);
+            self.reach.truncate(before.1);
         })
     }
 
@@ -245,13 +292,15 @@ impl<T: Scalar> Appendages<T> {
             return Err(AppendageError::Appendages);
         }
         let (functions, first) = (self.functions.len(), self.modes.len());
-        Ok(Part { on, rigid, functions: (functions, functions), modes: (first, first) })
+        Ok(Part { on, rigid, functions: (functions, functions), modes: (first, first), carries: false })
     }
-    fn put(&mut self, part: &Part<T>, mode: Mode<T>) -> Result<(), AppendageError> {
+    /// A mode and how it moves the end.
+    fn put(&mut self, part: &Part<T>, mode: Mode<T>, reach: Motion<T>) -> Result<(), AppendageError> {
         if mode.mass.value() <= 0.0 || !mode.mass.value().is_finite() {
             return Err(AppendageError::Massless(self.modes.len() - part.modes.0));
         }
         self.modes.push(mode);
+        self.reach.push(reach);
         Ok(())
     }
 }

@@ -1,6 +1,7 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
-//! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6).
+//! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6, of links as in LNK-3).
 
+use super::link::{Bending, eliminate, resolve};
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Motion, Wrench};
 use super::tree::All;
@@ -75,11 +76,17 @@ pub fn accelerations<T: Scalar>(
     held: Option<Motion<T>>,
     mut out: Found<'_, T>,
 ) -> Motion<T> {
-    let mut m = Memory { inertia: All::new(), bias: All::new(), kept: All::new(), acceleration: All::new() };
+    let mut m = Memory {
+        inertia: All::new(),
+        bias: All::new(),
+        kept: All::new(),
+        acceleration: All::new(),
+        bending: Bending::new(),
+    };
     inwards(at, applied, &mut m);
     let root = held.unwrap_or_else(|| solve(&m.inertia[0], m.bias[0]));
     m.acceleration.push(root);
-    outwards(at, &m.kept, &mut m.acceleration, &mut out);
+    outwards(at, &m.kept, &m.bending, &mut m.acceleration, &mut out);
     root
 }
 
@@ -89,6 +96,7 @@ struct Memory<T> {
     bias: All<Wrench<T>>,
     kept: All<Kept<T>>,
     acceleration: All<Motion<T>>,
+    bending: Bending<T>,
 }
 
 /// From the tips to the base.
@@ -96,7 +104,7 @@ struct Memory<T> {
 fn inwards<T: Scalar>(
     now: &Snapshot<'_, T>,
     applied: &[Wrench<T>],
-    Memory { inertia, bias, kept, .. }: &mut Memory<T>,
+    Memory { inertia, bias, kept, bending, .. }: &mut Memory<T>,
 ) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
@@ -112,22 +120,32 @@ fn inwards<T: Scalar>(
         inertia[part.on].add(&Articulated::rigid(&bent.rigid));
         bias[part.on] = bias[part.on].plus(bent.bias);
     }
-    for (j, on) in flexing.carried() {
+    for (j, on) in flexing.loose() {
         let (coupling, inverse) = (&flexing.coupling[j], flexing.modes[j].inverse);
         inertia[on].take(coupling, inverse); // (SFF-6)
         let own = (flexing.force[j] - flexing.bias[j]) * inverse;
         bias[on] = bias[on].plus(coupling.times(own)); // (SFF-6)
     }
+    bending.begin(now);
     for i in (1..=n).rev() {
+        if let Some(end) = flexing.end(i) {
+            eliminate(now, i, end, (&mut inertia[i], &mut bias[i]), bending);
+        }
         let (parent, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
         let (joint, axis) = (tree.joint[i - 1], bodies[i].axis);
         let (before, after) = inertia.split_at_mut(i);
-        let (mine, carrier) = (&after[0], &mut before[parent]);
-        let mut force = bias[i].plus(mine.times(at.bias));
+        let mine = &after[0];
+        let (resting, own) = bias.split_at_mut(i);
+        // What is on a link that bends is on its end.
+        let (carrier, carrier_bias) = match flexing.end(parent) {
+            Some(end) => bending.carried(&end),
+            None => (&mut before[parent], &mut resting[parent]),
+        };
+        let mut force = own[0].plus(mine.times(at.bias));
         // The rotor turns in the carrier: sigma (ds/dt k + s omega x k), s = I (sigma k . omega + rate) (SFF-12).
         let (k, sigma) = (at.axis, drive.share);
         let reach = sigma * drive.inertia;
-        let omega = placed[parent].velocity.angular;
+        let omega = now.carrier_rate(parent);
         let spin = reach * (sigma * dot(k, omega) + drive.rate); // (SFF-12)
         let mut rotor = scale(spin, cross(omega, k));
         let mut stiff = T::zero();
@@ -172,7 +190,7 @@ fn inwards<T: Scalar>(
                 }
             }
         }
-        bias[parent] = bias[parent].plus(on_parent);
+        *carrier_bias = carrier_bias.plus(on_parent);
     }
 }
 
@@ -181,12 +199,14 @@ fn inwards<T: Scalar>(
 fn outwards<T: Scalar>(
     now: &Snapshot<'_, T>,
     kept: &[Kept<T>],
+    bending: &Bending<T>,
     all: &mut All<Motion<T>>,
     found: &mut Found<'_, T>,
 ) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     for i in 1..=tree.bodies() {
-        let (parent, drive, at) = (all[tree.parent[i - 1]], &drives[i - 1], &placed[i]);
+        let (carrier, drive, at) = (tree.parent[i - 1], &drives[i - 1], &placed[i]);
+        let parent = now.carrier_acceleration(carrier, all[carrier], found.modal);
         let k = &kept[i];
         let joint = match drive.moves {
             Moves::Led(acceleration) => acceleration,
@@ -201,9 +221,12 @@ fn outwards<T: Scalar>(
         };
         let mut own = at.frame.inwards(parent).plus(at.bias);
         tree.joint[i - 1].add_to(scale(joint, bodies[i].axis), &mut own);
+        if let Some(end) = flexing.end(i) {
+            resolve(&end, own, bending, found.modal);
+        }
         all.push(own);
     }
-    for (j, on) in flexing.carried() {
+    for (j, on) in flexing.loose() {
         let met = flexing.force[j] - flexing.bias[j] - all[on].power(flexing.coupling[j]);
         found.modal[j] = met * flexing.modes[j].inverse; // (SFF-6)
     }

@@ -4,11 +4,14 @@
 //! Coordinates: velocity of the base's centre of mass and its rate (3 + 3, **base axes**), the joints, the rotors that
 //! move by themselves, the modes of the appendages.
 
+use super::MAX_APPENDAGES;
 use super::articulated::{Drive, Rotor};
+use super::end::Ends;
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Tree, all, subspace};
-use super::vector::{add, cross, dot, scale, times};
+use super::vector::{add, cross, dot, scale, times, zero};
+use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 
 /// Coordinates of the base.
@@ -32,17 +35,52 @@ pub fn rotor_rows<T: Scalar>(
 
 /// Of each body (own axes; index 0: the base) the rigid inertia of it and of all that it carries, appendages as they are bent.
 pub(super) fn composite_bodies<T: Scalar>(now: &Snapshot<'_, T>) -> All<Rigid<T>> {
+    composites(now).0
+}
+
+/// The same, and of the end of each link what it carries, own axes of the link's body.
+fn composites<T: Scalar>(now: &Snapshot<'_, T>) -> (All<Rigid<T>>, Carried<Rigid<T>>) {
     let Snapshot { tree, base, bodies, placed, flexing, .. } = *now;
     let mut composite = all(tree.bodies(), *base);
     (1..=tree.bodies()).for_each(|i| composite[i] = bodies[i].rigid);
     for (part, bent) in flexing.parts.iter().zip(flexing.now) {
         composite[part.on] = composite[part.on].plus(&bent.rigid);
     }
+    let nothing = Rigid { mass: T::zero(), first: zero(), inertia: [zero(); 3] };
+    let mut carried: Carried<_> = (0..flexing.ends.map_or(0, Ends::count)).map(|_| nothing).collect();
     for i in (1..=tree.bodies()).rev() {
         let parent = tree.parent[i - 1];
-        composite[parent] = composite[parent].plus(&composite[i].outwards(&placed[i].frame));
+        let mine = composite[i].outwards(&placed[i].frame);
+        composite[parent] = composite[parent].plus(&mine);
+        if let Some(end) = flexing.end(parent) {
+            carried[end.number] = carried[end.number].plus(&mine);
+        }
     }
-    composite
+    (composite, carried)
+}
+
+/// Of all ends of links.
+type Carried<V> = ArrayVec<V, MAX_APPENDAGES>;
+
+/// Of a wrench on body `at`, in its axes, what works on the coordinates of the joints and links that carry that body, and on
+/// the base's: `put` gets the row and the value.
+fn climb<T: Scalar>(
+    now: &Snapshot<'_, T>,
+    modal: usize,
+    mut f: Wrench<T>,
+    mut at: usize,
+    mut put: impl FnMut(usize, T),
+) {
+    let Snapshot { tree, bodies, placed, flexing, .. } = *now;
+    while at > 0 {
+        put(BASE + at - 1, subspace(tree.joint[at - 1], bodies[at].axis).power(f));
+        f = placed[at].frame.outwards(f);
+        at = tree.parent[at - 1];
+        if let Some(end) = flexing.end(at) {
+            end.columns().for_each(|(j, column)| put(modal + j, column.power(f))); // (LNK-3)
+        }
+    }
+    (0..BASE).for_each(|k| put(k, component(f, k)));
 }
 
 /// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] says, and those of the modes.
@@ -58,7 +96,7 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
             m[j * size + i] += value;
         }
     };
-    let composite = composite_bodies(now);
+    let (composite, carried) = composites(now);
     for k in 0..BASE {
         let f = composite[0].times(unit(k));
         for j in k..BASE {
@@ -67,29 +105,22 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
     }
     for i in 1..=n {
         let s = subspace(tree.joint[i - 1], bodies[i].axis);
-        let mut f = composite[i].times(s); // (SFF-8)
-        put(BASE + i - 1, BASE + i - 1, s.power(f));
-        let mut at = i;
-        while at > 0 {
-            f = placed[at].frame.outwards(f);
-            at = tree.parent[at - 1];
-            if at > 0 {
-                let s = subspace(tree.joint[at - 1], bodies[at].axis);
-                put(BASE + i - 1, BASE + at - 1, s.power(f));
-            }
-        }
-        (0..BASE).for_each(|k| put(BASE + i - 1, k, component(f, k)));
+        climb(now, modal, composite[i].times(s), i, |row, value| put(BASE + i - 1, row, value)); // (SFF-8)
     }
-    for (j, on) in flexing.carried() {
+    for (j, on) in flexing.loose() {
         put(modal + j, modal + j, flexing.modes[j].mass);
-        let (mut f, mut at) = (flexing.coupling[j], on); // (SFF-6)
-        while at > 0 {
-            let s = subspace(tree.joint[at - 1], bodies[at].axis);
-            put(modal + j, BASE + at - 1, s.power(f));
-            f = placed[at].frame.outwards(f);
-            at = tree.parent[at - 1];
+        climb(now, modal, flexing.coupling[j], on, |row, value| put(modal + j, row, value)); // (SFF-6)
+    }
+    for (on, end) in (1..=n).filter_map(|i| Some((i, flexing.end(i)?))) {
+        for (j, column) in end.columns() {
+            put(modal + j, modal + j, flexing.modes[j].mass);
+            let outer = carried[end.number].times(column); // (LNK-3)
+            for (k, other) in end.columns().filter(|(k, _)| *k <= j) {
+                put(modal + j, modal + k, other.power(outer));
+            }
+            let whole = flexing.coupling[j].plus(outer);
+            climb(now, modal, whole, on, |row, value| put(modal + j, row, value));
         }
-        (0..BASE).for_each(|k| put(modal + j, k, component(f, k)));
     }
     // The rotors: I g g^T, g being what their rate sees of every coordinate.
     for i in 1..=n {
@@ -98,14 +129,23 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
         g[rotors[i - 1].unwrap_or(BASE + i - 1)] = T::one();
         let mut k = scale(drive.share, placed[i].axis);
         let mut at = tree.parent[i - 1];
-        while at > 0 {
+        let mut bends = false;
+        loop {
+            if let Some(end) = flexing.end(at) {
+                end.columns().for_each(|(j, column)| g[modal + j] += dot(k, column.angular)); // (LNK-3)
+                bends = true;
+            }
+            if at == 0 {
+                break;
+            }
             g[BASE + at - 1] += dot(k, subspace(tree.joint[at - 1], bodies[at].axis).angular);
             k = times(&placed[at].frame.rotation, k);
             at = tree.parent[at - 1];
         }
         g[3..6].copy_from_slice(&k);
-        for a in 0..modal {
-            for b in a..modal {
+        let reached = if bends { size } else { modal };
+        for a in 0..reached {
+            for b in a..reached {
                 put(a, b, drive.inertia * g[a] * g[b]);
             }
         }
@@ -140,11 +180,15 @@ pub fn forces<T: Scalar>(
     let n = tree.bodies();
     let (rotors, modal) = rotor_rows(tree, drives);
     let mut a = all(n, acceleration.0);
+    // Per joint of what carries it.
+    let mut carrier = all(n, Motion::zero());
     let mut f = all(n, Wrench::zero());
     f[0] = placed[0].velocity.cross_wrench(base.times(placed[0].velocity)).plus(base.times(a[0]));
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(acceleration.1[i - 1]);
-        a[i] = placed[i].frame.inwards(a[tree.parent[i - 1]]).plus(placed[i].bias).plus(own);
+        let parent = tree.parent[i - 1];
+        carrier[i - 1] = now.carrier_acceleration(parent, a[parent], modes);
+        a[i] = placed[i].frame.inwards(carrier[i - 1]).plus(placed[i].bias).plus(own);
         let (rigid, v) = (&bodies[i].rigid, placed[i].velocity);
         f[i] = v.cross_wrench(rigid.times(v)).plus(rigid.times(a[i]));
     }
@@ -158,10 +202,10 @@ pub fn forces<T: Scalar>(
     }
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
-        let omega = placed[parent].velocity.angular;
+        let omega = now.carrier_rate(parent);
         let spin = drive.inertia * (drive.share * dot(k, omega) + drive.rate);
         let mine = if rotors[i - 1].is_some() { acceleration.2[i - 1] } else { acceleration.1[i - 1] };
-        let faster = drive.inertia * (drive.share * dot(k, a[parent].angular) + mine);
+        let faster = drive.inertia * (drive.share * dot(k, carrier[i - 1].angular) + mine);
         let torque = subspace(tree.joint[i - 1], bodies[i].axis).power(f[i]);
         match rotors[i - 1] {
             Some(row) => {
@@ -170,9 +214,13 @@ pub fn forces<T: Scalar>(
             }
             None => out[BASE + i - 1] = torque + faster,
         }
-        f[parent] = f[parent].plus(placed[i].frame.outwards(f[i]));
+        let mut given = placed[i].frame.outwards(f[i]);
         let rotor = add(scale(faster, k), scale(spin, cross(omega, k)));
-        f[parent].torque = add(f[parent].torque, scale(drive.share, rotor));
+        given.torque = add(given.torque, scale(drive.share, rotor));
+        if let Some(end) = flexing.end(parent) {
+            end.columns().for_each(|(j, column)| out[modal + j] += column.power(given)); // (LNK-3)
+        }
+        f[parent] = f[parent].plus(given);
     }
     for k in 0..BASE {
         out[k] = component(f[0], k);
@@ -199,7 +247,7 @@ pub fn momentum<T: Scalar>(now: &Snapshot<'_, T>) -> (Wrench<T>, T) {
     }
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
-        let rate = drive.share * dot(k, placed[parent].velocity.angular) + drive.rate;
+        let rate = drive.share * dot(k, now.carrier_rate(parent)) + drive.rate;
         twice += drive.inertia * rate * rate;
         h[parent] = h[parent].plus(placed[i].frame.outwards(h[i])); // (SFF-9)
         h[parent].torque = add(h[parent].torque, scale(drive.share * drive.inertia * rate, k));

@@ -81,6 +81,36 @@ impl Appendage {
     }
 }
 
+/// A body's link that bends, z along it: what the body carries hangs on its end (S3 3.1). The body's own mass and inertia are
+/// what sits at its joint, without the link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flexure {
+    /// The body, from 1.
+    pub body: usize,
+    /// Numbers of its shapes.
+    pub shapes: Shapes,
+    /// Its root, body axes, m.
+    pub position: Vector<f64>,
+    /// Own axes to the body's: w, x, y, z.
+    pub orientation: Quaternion<f64>,
+    /// m.
+    pub length: f64,
+    /// kg/m.
+    pub mass_per_length: f64,
+    /// Pa.
+    pub youngs_modulus: f64,
+    /// Of bending along x and along y, m4.
+    pub area_moment: [f64; 2],
+    /// Of the material.
+    pub poisson_ratio: f64,
+    /// Torsion stiffness over shear modulus, m4.
+    pub torsion_constant: f64,
+    /// rho I_p, kg.m.
+    pub polar_inertia_per_length: f64,
+    /// Of every mode.
+    pub damping_ratio: f64,
+}
+
 /// A moving body and the joint that it hangs on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -138,6 +168,8 @@ pub struct Design {
     pub appendages: Vec<Appendage>,
     /// What bends on the base by tables of modes.
     pub tables: Vec<Table>,
+    /// Links that bend.
+    pub flexures: Vec<Flexure>,
     /// The base does not move.
     pub held: bool,
     /// Rotors sit behind their gears; else they are as S0 prints them.
@@ -332,6 +364,29 @@ impl Design {
             }
             if let Err(why) = appendages.add_table(0, &t.frame(), &t.rigid(), &t.rows()) {
                 return fault(&t.name, why.to_string());
+            }
+        }
+        for f in &self.flexures {
+            let Some(body) = f.body.checked_sub(1).and_then(|b| self.links.get(b)) else {
+                let message =
+                    format!("a link that bends is that of body {}; there are {}", f.body, self.links.len());
+                return fault(&self.name, message);
+            };
+            let values = [
+                f.length,
+                f.mass_per_length,
+                f.youngs_modulus,
+                f.torsion_constant,
+                f.polar_inertia_per_length,
+            ];
+            if values.iter().chain(&f.area_moment).any(|v| !(*v > 0.0 && v.is_finite())) {
+                let message = "length, mass per length, Young's modulus, area moments, torsion constant and polar inertia per length of its link must be above 0";
+                return fault(&body.name, message.into());
+            }
+            if off_unit(f.orientation) || !finite(&f.position) {
+                let message =
+                    "give its link a finite position, and a unit quaternion as orientation, w first";
+                return fault(&body.name, message.into());
             }
         }
         for (k, t) in self.thrusters.iter().enumerate() {

@@ -13,7 +13,8 @@
 //! stiffness). Above about a fifth of the first frequency the spin softens the beam falsely: bending in the plane of the
 //! spin by the square of the spin's rate.
 
-use super::spatial::{Rigid, Wrench};
+use super::end::{End, Ends, LinkEnd};
+use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::Placed;
 use super::vector::{Matrix, Vector, add, cross, dot, scale, times, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
@@ -61,6 +62,8 @@ pub struct Part<T> {
     pub functions: (usize, usize),
     /// The first of its modes and the one after the last; those of functions come first.
     pub modes: (usize, usize),
+    /// It is the link of its body: what the body carries hangs on its end.
+    pub carries: bool,
 }
 
 /// All appendages of a robot.
@@ -69,6 +72,10 @@ pub struct Appendages<T> {
     pub(super) parts: ArrayVec<Part<T>, MAX_APPENDAGES>,
     pub(super) functions: Modal<Function<T>>,
     pub(super) modes: Modal<Mode<T>>,
+    /// Those that carry other bodies.
+    pub(super) links: ArrayVec<LinkEnd<T>, MAX_APPENDAGES>,
+    /// How each mode shifts and turns the end of its link, per unit of its coordinate; 0 of those that carry nothing.
+    pub(super) reach: Modal<Motion<T>>,
 }
 
 /// Of all modes.
@@ -78,7 +85,8 @@ impl<T: Scalar> Appendages<T> {
     /// None yet.
     #[inline]
     pub fn new() -> Self {
-        Self { parts: ArrayVec::new(), functions: ArrayVec::new(), modes: ArrayVec::new() }
+        let (parts, links) = (ArrayVec::new(), ArrayVec::new());
+        Self { parts, functions: ArrayVec::new(), modes: ArrayVec::new(), links, reach: ArrayVec::new() }
     }
     /// The appendages.
     pub fn parts(&self) -> &[Part<T>] {
@@ -193,7 +201,7 @@ pub struct BentPart<T> {
 }
 
 /// All appendages at an instant.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Bent<T> {
     parts: ArrayVec<BentPart<T>, MAX_APPENDAGES>,
     /// Momentum per unit of each mode's rate, carrier's axes and origin.
@@ -202,6 +210,8 @@ pub struct Bent<T> {
     rates: Modal<T>,
     /// What acts on each mode, N (N.m).
     pub force: Modal<T>,
+    /// Where the ends of links are. Bodies are placed on them, so they are set first.
+    pub ends: Ends<T>,
 }
 
 impl<T: Scalar> Bent<T> {
@@ -209,7 +219,20 @@ impl<T: Scalar> Bent<T> {
     #[inline]
     pub fn new() -> Self {
         let none = ArrayVec::new;
-        Self { parts: ArrayVec::new(), coupling: ArrayVec::new(), bias: none(), rates: none(), force: none() }
+        let ends = Ends::default();
+        Self {
+            parts: ArrayVec::new(),
+            coupling: ArrayVec::new(),
+            bias: none(),
+            rates: none(),
+            force: none(),
+            ends,
+        }
+    }
+    /// A wrench on what body `on` carries (body axes about its origin) does work on the modes of its link.
+    pub(super) fn push(&mut self, on: usize, wrench: Wrench<T>) {
+        let Some((_, end)) = self.ends.of(on) else { return };
+        (end.modes.0..end.modes.1).for_each(|j| self.force[j] += self.ends.column(j).power(wrench)); // (LNK-3)
     }
     fn clear(&mut self) {
         self.parts.clear();
@@ -226,6 +249,7 @@ impl<T: Scalar> Bent<T> {
             bias: &self.bias,
             rates: &self.rates,
             force: &self.force,
+            ends: Some(&self.ends),
         }
     }
 }
@@ -247,15 +271,60 @@ pub struct Flexing<'a, T> {
     pub rates: &'a [T],
     /// Per mode what acts on it, N (N.m).
     pub force: &'a [T],
+    /// The ends of links.
+    pub ends: Option<&'a Ends<T>>,
 }
 
-impl<T: Scalar> Flexing<'_, T> {
+/// The end of a link, which carries other bodies.
+#[derive(Clone, Copy)]
+pub(super) struct Carrying<'a, T> {
+    pub(super) number: usize,
+    pub(super) end: &'a End<T>,
+    ends: &'a Ends<T>,
+}
+
+impl<T: Scalar> Carrying<'_, T> {
+    /// Its modes with its motion per unit of their rates.
+    pub(super) fn columns(&self) -> impl Iterator<Item = (usize, Motion<T>)> + '_ {
+        (self.end.modes.0..self.end.modes.1).map(|j| (j, self.ends.column(j)))
+    }
+    /// What its acceleration has beyond that of the body, which moves so, and that of the modes.
+    pub(super) fn bias(&self, velocity: Motion<T>) -> Motion<T> {
+        velocity.cross(self.end.velocity).plus(self.end.bias) // (LNK-3)
+    }
+    /// Its acceleration, of a body with this acceleration and velocity, and with these of the modes.
+    pub(super) fn acceleration(&self, body: Motion<T>, velocity: Motion<T>, modal: &[T]) -> Motion<T> {
+        body.plus(self.bias(velocity)).plus(self.ends.moved(self.end, modal))
+    }
+}
+
+impl<'a, T: Scalar> Flexing<'a, T> {
     /// None.
     pub fn none() -> Self {
-        Flexing { parts: &[], modes: &[], now: &[], coupling: &[], bias: &[], rates: &[], force: &[] }
+        Flexing {
+            parts: &[],
+            modes: &[],
+            now: &[],
+            coupling: &[],
+            bias: &[],
+            rates: &[],
+            force: &[],
+            ends: None,
+        }
     }
     /// Each mode with the body that carries it.
     pub(super) fn carried(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         self.parts.iter().flat_map(|p| (p.modes.0..p.modes.1).map(|j| (j, p.on)))
+    }
+    /// Those that carry nothing themselves.
+    pub(super) fn loose(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        let parts = self.parts.iter().filter(|p| !p.carries);
+        parts.flat_map(|p| (p.modes.0..p.modes.1).map(|j| (j, p.on)))
+    }
+    /// The end of this body's link, if it bends.
+    #[inline]
+    pub(super) fn end(&self, body: usize) -> Option<Carrying<'a, T>> {
+        let ends = self.ends?;
+        ends.of(body).map(|(number, end)| Carrying { number, end, ends })
     }
 }

@@ -2,7 +2,7 @@
 
 use super::appendage::Beam;
 use super::articulated::{Drive, Found, accelerations};
-use super::attitude::{Quaternion, rotation, unit};
+use super::attitude::{Quaternion, normalized, rotation, unit};
 use super::flexible::{Appendages, Bent};
 use super::model::SpatialFreeFlyer;
 use super::snapshot::Snapshot;
@@ -101,19 +101,27 @@ impl<T: Scalar> Instant<T> {
             self.drives.push(model.drive(at, j));
         }
         let (angles, rates) = (&at.x[row.joint_angle..][..n], &at.x[row.joint_velocity..][..n]);
-        s.tree.place_into(&self.bodies, (frame, velocity), angles, rates, &mut self.placed);
+        if s.panels() > 0 || s.links() > 0 {
+            self.shape(model, at);
+        }
+        let ends = (s.links() > 0).then_some(&self.bent.ends);
+        s.tree.place_into(&self.bodies, (frame, velocity), (angles, rates), ends, &mut self.placed);
         self.held = s.held.then(|| {
             // A field of gravity is a base that accelerates the other way.
             let up = scale(T::constant(-1.0), three(at.p, p.gravity));
             Motion { angular: zero(), linear: transposed_times(&frame.rotation, up) }
         });
-        apply(model, at, &self.placed, &mut self.applied);
-        if s.panels() > 0 {
-            self.bend(model, at);
+        if s.panels() > 0 || s.links() > 0 {
+            let modes = s.modes();
+            let eta = &at.x[row.modal_coordinate..][..modes];
+            let rates = &at.x[row.modal_velocity..][..modes];
+            self.appendages.bend(&self.placed, eta, rates, &mut self.bent);
         }
+        apply(model, at, &self.placed, &mut self.applied, &mut self.bent);
     }
 
-    fn bend(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
+    /// What bends, and where the ends of links are.
+    fn shape(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
         let (s, row, modes) = (model.structure(), &model.state, model.structure().modes());
         let (appendages, bent) = (&mut self.appendages, &mut self.bent);
         for (k, shapes) in s.appendages.iter().enumerate() {
@@ -130,9 +138,16 @@ impl<T: Scalar> Instant<T> {
             }
             first += count;
         }
-        let eta = &at.x[row.modal_coordinate..][..modes];
-        let rates = &at.x[row.modal_velocity..][..modes];
-        appendages.bend(&self.placed, eta, rates, bent);
+        for (k, (body, shapes)) in s.bending().enumerate() {
+            if appendages.add_link(body, shapes, &model.link(at, k)).is_err() {
+                self.base.mass = T::constant(f64::NAN);
+            }
+        }
+        if s.links() > 0 {
+            let eta = &at.x[row.modal_coordinate..][..modes];
+            let rates = &at.x[row.modal_velocity..][..modes];
+            bent.ends.set(appendages, eta, rates);
+        }
     }
 
     /// As the algorithms over bodies read it.
@@ -147,6 +162,23 @@ impl<T: Scalar> Instant<T> {
         }
     }
 
+    /// Velocity of what hangs on this body, its axes and origin.
+    pub(super) fn carrier_velocity(&self, body: usize) -> Motion<T> {
+        let own = self.placed[body].velocity;
+        self.bent.ends.of(body).map_or(own, |(_, e)| own.plus(e.velocity))
+    }
+    /// A point that is fixed to what hangs on this body, from where it lies unbent to where it lies, body axes.
+    pub(super) fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
+        self.bent.ends.displaced(body, place)
+    }
+    /// How what hangs on this body is turned by the bending of its link.
+    pub(super) fn end_turn(&self, body: usize) -> Quaternion<T> {
+        let (o, i) = (T::zero(), T::one());
+        self.bent
+            .ends
+            .of(body)
+            .map_or([i, o, o, o], |(_, e)| normalized([i, e.gibbs[0], e.gibbs[1], e.gibbs[2]]))
+    }
     /// Of all bodies in the inertial frame; element 0 is the base.
     pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> All<Frame<T>> {
         model.structure().tree.inertial(&self.placed)
@@ -172,7 +204,13 @@ fn base<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>) -> (Frame<T>, Motion<T>
 }
 
 /// Puts on each body what thrusters and wrenches put there.
-fn apply<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>, placed: &[Placed<T>], all: &mut [Wrench<T>]) {
+fn apply<T: Scalar>(
+    model: &SpatialFreeFlyer,
+    at: &At<T>,
+    placed: &[Placed<T>],
+    all: &mut [Wrench<T>],
+    bent: &mut Bent<T>,
+) {
     let (s, p, input) = (model.structure(), &model.parameter, &model.input);
     for k in (0..s.thrusters).filter(|k| !at.u[input.thruster_force + k].vanishes()) {
         let along = unit(three(at.p, p.thruster_direction + 3 * k));
@@ -190,12 +228,32 @@ fn apply<T: Scalar>(model: &SpatialFreeFlyer, at: &At<T>, placed: &[Placed<T>], 
             continue;
         }
         let mut w = turned(&s.tree, placed, *tip, force, torque);
-        w.torque = add(w.torque, cross(three(at.p, p.tip_offset + 3 * a), w.force));
+        let offset = three(at.p, p.tip_offset + 3 * a);
+        w.torque = add(w.torque, cross(bent.ends.displaced(*tip, offset), w.force));
         all[*tip] = all[*tip].plus(w);
+        bent.push(*tip, w);
     }
 }
 
 impl SpatialFreeFlyer {
+    /// Link `k` of those that bend (from 0).
+    pub(super) fn link<T: Scalar>(&self, at: &At<T>, k: usize) -> Beam<T> {
+        let p = &self.parameter;
+        let modulus = at.p[p.youngs_modulus + k];
+        let shear = modulus / ((at.p[p.poisson_ratio + k] + 1.0) * 2.0);
+        Beam {
+            frame: Frame {
+                rotation: rotation(four(at.p, p.link_orientation + 4 * k)),
+                origin: three(at.p, p.link_position + 3 * k),
+            },
+            length: at.p[p.link_length + k],
+            mass_per_length: at.p[p.link_mass + k],
+            bending_stiffness: [0, 1].map(|side| modulus * at.p[p.area_moment + 2 * k + side]),
+            torsion_stiffness: shear * at.p[p.torsion_constant + k],
+            polar_inertia_per_length: at.p[p.link_polar + k],
+            damping_ratio: at.p[p.link_damping + k],
+        }
+    }
     /// Appendage `k` (from 0).
     pub(super) fn beam<T: Scalar>(&self, at: &At<T>, k: usize) -> Beam<T> {
         let p = &self.parameter;

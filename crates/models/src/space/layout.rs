@@ -66,6 +66,16 @@ layout! {
     mode_damping "modeDampingRatio" [s.tabled()], "1", tunable(NotNegative), "Of the modes of tables";
     mode_participation "modeParticipation" [s.tabled(), 6], "", tunable(Allowed::Any),
         "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
+    link_position "linkPosition" [s.links(), 3], "m", tunable(Allowed::Any), "Root of a link that bends, axes of its body (LNK-5)";
+    link_orientation "linkOrientation" [s.links(), 4], "1", tunable(Allowed::Any), "Link's axes (z along it) to those of its body, quaternion w, x, y, z";
+    link_length "linkLength" [s.links()], "m", tunable(Positive), "From root to end (LNK-5)";
+    link_mass "massPerLength" [s.links()], "kg/m", tunable(Positive), "rho A of a link that bends (LNK-5)";
+    youngs_modulus "youngsModulus" [s.links()], "Pa", tunable(Positive), "E (S3 4.3)";
+    area_moment "areaMoment" [s.links(), 2], "m4", tunable(Positive), "J of bending along the link's x and along its y (S3 eq. 9)";
+    poisson_ratio "poissonRatio" [s.links()], "1", tunable(NotNegative), "nu: the shear modulus is E / (2 (1 + nu))";
+    torsion_constant "torsionConstant" [s.links()], "m4", tunable(Positive), "Of the link's section: torsion stiffness over shear modulus";
+    link_polar "linkPolarInertiaPerLength" [s.links()], "kg.m", tunable(Positive), "rho I_p of a link that bends (LNK-5)";
+    link_damping "linkDampingRatio" [s.links()], "1", tunable(NotNegative), "Of every mode of the link";
     gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
     initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
     initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
@@ -77,8 +87,10 @@ layout! {
         "q_mi at the start; unset: the joint's, so that the spring is unstrained";
     initial_motor_velocity "initialMotorVelocity" [s.bodies()], "rad/s", following("initialJointVelocity"),
         "d(q_mi) at the start; unset: the joint's";
-    initial_modal_coordinate "initialModalCoordinate" [s.modes()], "m", FIXED, "eta at the start (rad of torsion)";
-    initial_modal_velocity "initialModalVelocity" [s.modes()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
+    initial_modal_coordinate "initialModalCoordinate" [s.modes() - s.linked()], "m", FIXED, "eta at the start (rad of torsion)";
+    initial_modal_velocity "initialModalVelocity" [s.modes() - s.linked()], "m/s", FIXED, "d(eta) at the start (rad/s of torsion)";
+    initial_link_coordinate "initialLinkModalCoordinate" [s.linked()], "m", FIXED, "xi of the links at the start (rad of torsion)";
+    initial_link_velocity "initialLinkModalVelocity" [s.linked()], "m/s", FIXED, "d(xi) of the links at the start (rad/s of torsion)";
     arm_mount "armMount" [s.tips.len(), 3] if s.analysis, "m", tunable(Allowed::Any),
         "Point of the base that the measures take this tip's arm's torques about, base axes (SFF-3)";
 }
@@ -109,9 +121,12 @@ layout! {
     tip_quaternion "tipQuaternion" [s.tips.len(), 4], "1", Shows::States, "Axes of the tip's body to inertial ones: w, x, y, z";
     tip_velocity "tipVelocity" [s.tips.len(), 3], "m/s", Shows::States, "Inertial axes, v_ee (SFF-7)";
     tip_angular_velocity "tipAngularVelocity" [s.tips.len(), 3], "rad/s", Shows::States, "Inertial axes, omega_ee (SFF-7)";
-    modal_coordinate "modalCoordinate" [s.modes()], "m", Shows::State("modalCoordinate"),
+    modal_coordinate "modalCoordinate" [s.modes() - s.linked()], "m", Shows::State("modalCoordinate"),
         "eta: what each shape moves the appendage's tip, along x, then y, then torsion (rad), appendage by appendage; of tables (kg^0.5 m) behind them (SFF-5)";
-    modal_velocity "modalVelocity" [s.modes()], "m/s", Shows::State("modalVelocity"), "d(eta)/dt (rad/s of torsion)";
+    modal_velocity "modalVelocity" [s.modes() - s.linked()], "m/s", Shows::State("modalVelocity"), "d(eta)/dt (rad/s of torsion)";
+    link_coordinate "linkModalCoordinate" [s.linked()], "m", Shows::State("linkModalCoordinate"),
+        "xi: what each shape moves the link's end, along x, then y, then torsion (rad), link by link (LNK-1)";
+    link_velocity "linkModalVelocity" [s.linked()], "m/s", Shows::State("linkModalVelocity"), "d(xi)/dt (rad/s of torsion)";
     appendage_tip "appendageTipPosition" [s.appendages.len(), 3], "m", Shows::States, "Tip of the appendage, inertial axes";
     reaction_force "reactionForce" [3], "N", Shows::All, "Of all that the base carries on the base, inertial axes, F_IF (SFF-3)";
     reaction_torque "reactionTorque" [3], "N.m", Shows::All, "Of all that the base carries on the base, about its centre of mass, inertial axes, tau_IF (SFF-3)";
@@ -139,10 +154,12 @@ layout! {
     base_quaternion "baseQuaternion" [4] if !s.held, "1", state("1/s", 1.0, Shows::States), "the base's attitude, Q";
     joint_angle "jointAngle" [s.bodies()], "rad", state("rad/s", 0.01, Shows::State("jointVelocity")), "joint angles, q_i";
     motor_angle "motorAngle" [s.springs()], "rad", state("rad/s", 0.01, Shows::State("motorVelocity")), "motor angles of the flexible joints, q_mi";
-    modal_coordinate "modalCoordinate" [s.modes()], "m", state("m/s", 0.01, Shows::State("modalVelocity")), "modal coordinates, eta";
+    modal_coordinate "modalCoordinate" [s.modes() - s.linked()], "m", state("m/s", 0.01, Shows::State("modalVelocity")), "modal coordinates, eta";
+    link_coordinate "linkModalCoordinate" [s.linked()], "m", state("m/s", 0.01, Shows::State("linkModalVelocity")), "modal coordinates of links, xi";
     base_velocity "baseVelocity" [3] if !s.held, "m/s", state("m/s2", 0.001, Shows::All), "the base's velocity (SFF-11)";
     base_angular_velocity "baseAngularVelocity" [3] if !s.held, "rad/s", state("rad/s2", 0.001, Shows::All), "the base's rate, base axes (SFF-11)";
     joint_velocity "jointVelocity" [s.bodies()], "rad/s", state("rad/s2", 0.001, Shows::All), "joint velocities (SFF-11)";
     motor_velocity "motorVelocity" [s.springs()], "rad/s", state("rad/s2", 0.001, Shows::All), "motor velocities of the flexible joints (SFF-12)";
-    modal_velocity "modalVelocity" [s.modes()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates (SFF-6)";
+    modal_velocity "modalVelocity" [s.modes() - s.linked()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates (SFF-6)";
+    link_velocity "linkModalVelocity" [s.linked()], "m/s", state("m/s2", 0.01, Shows::All), "modal rates of links (LNK-3)";
 }

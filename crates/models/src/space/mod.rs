@@ -8,13 +8,16 @@ pub mod articulated;
 pub mod attitude;
 pub mod composite;
 pub mod design;
+pub mod end;
 pub mod flexible;
 mod instant;
 pub mod layout;
+mod link;
 pub mod measures;
 mod model;
 mod outputs;
 pub mod presets;
+pub mod ritz;
 pub mod shapes;
 pub mod snapshot;
 pub mod spatial;
@@ -36,5 +39,7 @@ pub const MAX_TIPS: usize = 8;
 pub const MAX_THRUSTERS: usize = 32;
 /// Most appendages of one robot.
 pub const MAX_APPENDAGES: usize = 8;
+/// Most modal coordinates of one link.
+pub const MAX_MODES_OF_LINK: usize = 3 * ritz::MAX_LINK_SHAPES;
 /// Most modal coordinates of all appendages together.
 pub const MAX_MODES_OF_ALL: usize = 48;

@@ -6,6 +6,7 @@ use super::attitude;
 use super::composite::{forces, mass_matrix, rotor_rows};
 use super::instant::{Instant, four};
 use super::layout::{Inputs, Outputs, Parameters, States};
+use super::ritz::MAX_LINK_SHAPES;
 use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
 use super::tree::{Joints, Tree};
@@ -30,6 +31,8 @@ pub struct Structure {
     pub appendages: Vec<Shapes>,
     /// Per appendage that is a table of modes, behind those: their number.
     pub tables: Vec<usize>,
+    /// Per moving body the numbers of shapes of its link, on whose end hangs what the body carries; empty: all links are rigid.
+    pub links: Vec<Shapes>,
     /// The base does not move.
     pub held: bool,
     /// There are outputs of what a pose is worth.
@@ -58,7 +61,20 @@ impl Structure {
     }
     /// Modal coordinates.
     pub fn modes(&self) -> usize {
-        self.appendages.iter().map(Shapes::modes).chain(self.tables.iter().copied()).sum()
+        let links = self.links.iter().map(Shapes::modes);
+        self.appendages.iter().map(Shapes::modes).chain(self.tables.iter().copied()).chain(links).sum()
+    }
+    /// Bodies (from 1) whose link bends, with its shapes.
+    pub fn bending(&self) -> impl Iterator<Item = (usize, Shapes)> + '_ {
+        self.links.iter().enumerate().filter(|(_, s)| s.modes() > 0).map(|(k, s)| (k + 1, *s))
+    }
+    /// Links that bend.
+    pub fn links(&self) -> usize {
+        self.bending().count()
+    }
+    /// Modal coordinates of links: the last ones.
+    pub fn linked(&self) -> usize {
+        self.links.iter().map(Shapes::modes).sum()
     }
 
     /// Whether there can be such a model.
@@ -71,7 +87,7 @@ impl Structure {
             ("moving bodies", n, MAX_BODIES),
             ("tips", self.tips.len(), MAX_TIPS),
             ("thrusters", self.thrusters, MAX_THRUSTERS),
-            ("appendages", self.panels(), MAX_APPENDAGES),
+            ("appendages and links that bend", self.panels() + self.links(), MAX_APPENDAGES),
             ("modal coordinates", self.modes(), MAX_MODES_OF_ALL),
             ("shapes in a direction", self.most_shapes(), MAX_SHAPES),
         ] {
@@ -85,6 +101,26 @@ impl Structure {
                 self.tree.joint.len(),
                 self.flexible.len()
             ));
+        }
+        if !self.links.is_empty() && self.links.len() != n {
+            let rows = self.links.len();
+            return Err(format!(
+                "linkModes has {rows} rows for {n} bodies; give one per body, 0, 0, 0 for a rigid link"
+            ));
+        }
+        for (body, s) in self.bending() {
+            let most = s.x.max(s.y).max(s.torsion);
+            if most > MAX_LINK_SHAPES {
+                return Err(format!(
+                    "linkModes[{body}] asks for {most} shapes in one direction, at most {MAX_LINK_SHAPES} can be had"
+                ));
+            }
+            if s.x != s.y && s.x.min(s.y) > 0 {
+                return Err(format!(
+                    "linkModes[{body}] = {}, {}, {}: give the link the same number of shapes along x and along y, or 0 along one",
+                    s.x, s.y, s.torsion
+                ));
+            }
         }
         if let Some(k) = (0..n).find(|k| self.tree.parent[*k] > *k) {
             return Err(format!(
@@ -289,8 +325,11 @@ impl Hybrid for SpatialFreeFlyer {
             copy(from.initial_motor_angle + j, to.motor_angle + k, 1);
             copy(from.initial_motor_velocity + j, to.motor_velocity + k, 1);
         }
-        copy(from.initial_modal_coordinate, to.modal_coordinate, self.structure.modes());
-        copy(from.initial_modal_velocity, to.modal_velocity, self.structure.modes());
+        let (linked, of_base) = (self.structure.linked(), self.structure.modes() - self.structure.linked());
+        copy(from.initial_modal_coordinate, to.modal_coordinate, of_base);
+        copy(from.initial_modal_velocity, to.modal_velocity, of_base);
+        copy(from.initial_link_coordinate, to.link_coordinate, linked);
+        copy(from.initial_link_velocity, to.link_velocity, linked);
         if !self.structure.held {
             copy(from.initial_base_position, to.base_position, 3);
             copy(from.initial_base_velocity, to.base_velocity, 3);

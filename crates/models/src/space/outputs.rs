@@ -52,7 +52,7 @@ impl SpatialFreeFlyer {
     }
 
     /// Attitudes of all bodies, not as matrices turned back: their signs do not jump.
-    fn attitudes<T: Scalar>(&self, at: &At<T>) -> All<Quaternion<T>> {
+    fn attitudes<T: Scalar>(&self, at: &At<T>, now: &Instant<T>) -> All<Quaternion<T>> {
         let s = self.structure();
         let q = |v: &[T], begin: usize| normalized(four(v, begin));
         let base = if s.held {
@@ -64,7 +64,8 @@ impl SpatialFreeFlyer {
         all.push(base);
         for i in 1..=s.bodies() {
             let mount = q(at.p, self.parameter.joint_orientation + 4 * (i - 1));
-            let carried = turned_by(all[s.tree.parent[i - 1]], mount);
+            let parent = s.tree.parent[i - 1];
+            let carried = turned_by(turned_by(all[parent], now.end_turn(parent)), mount);
             let own = match s.tree.joint[i - 1] {
                 Joint::Prismatic => carried,
                 Joint::Revolute => {
@@ -84,14 +85,14 @@ impl SpatialFreeFlyer {
         put: &mut impl FnMut(usize, &[T]),
     ) {
         let to = &self.output;
-        let attitudes = self.attitudes(at);
+        let attitudes = self.attitudes(at, now);
         put(to.base_quaternion, &attitudes[0]);
         for (a, tip) in self.structure().tips.iter().enumerate() {
-            let (frame, velocity) = (&frames[*tip], now.placed[*tip].velocity);
-            let offset = three(at.p, self.parameter.tip_offset + 3 * a);
+            let (frame, velocity) = (&frames[*tip], now.carrier_velocity(*tip));
+            let offset = now.displaced(*tip, three(at.p, self.parameter.tip_offset + 3 * a));
             let point = add(velocity.linear, cross(velocity.angular, offset)); // (SFF-7)
             put(to.tip_position + 3 * a, &add(frame.origin, times(&frame.rotation, offset)));
-            put(to.tip_quaternion + 4 * a, &attitudes[*tip]);
+            put(to.tip_quaternion + 4 * a, &turned_by(attitudes[*tip], now.end_turn(*tip)));
             put(to.tip_velocity + 3 * a, &times(&frame.rotation, point));
             put(to.tip_angular_velocity + 3 * a, &times(&frame.rotation, velocity.angular));
         }
@@ -100,8 +101,12 @@ impl SpatialFreeFlyer {
     fn appendages<T: Scalar>(&self, at: &At<T>, base: &Frame<T>, put: &mut impl FnMut(usize, &[T])) {
         let (s, row, to, modes) = (self.structure(), &self.state, &self.output, self.structure().modes());
         let eta = &at.x[row.modal_coordinate..][..modes];
-        put(to.modal_coordinate, eta);
-        put(to.modal_velocity, &at.x[row.modal_velocity..][..modes]);
+        let rates = &at.x[row.modal_velocity..][..modes];
+        let of_base = modes - s.linked();
+        put(to.modal_coordinate, &eta[..of_base]);
+        put(to.modal_velocity, &rates[..of_base]);
+        put(to.link_coordinate, &eta[of_base..]);
+        put(to.link_velocity, &rates[of_base..]);
         let mut first = 0;
         for (k, shapes) in s.appendages.iter().enumerate() {
             let tip = self.beam(at, k).tip(*shapes, &eta[first..][..shapes.modes()]);

@@ -2,8 +2,9 @@
 
 use super::articulated::Drive;
 use super::flexible::Flexing;
-use super::spatial::Rigid;
+use super::spatial::{Motion, Rigid};
 use super::tree::{Body, Placed, Tree};
+use super::vector::{Vector, add};
 use trueup_numerics::Scalar;
 
 /// A robot with its values, placed and moving. Slices may be longer than there are bodies.
@@ -33,5 +34,22 @@ impl<'a, T: Scalar> Snapshot<'a, T> {
         drives: &'a [Drive<T>],
     ) -> Self {
         Self { tree, base, bodies, placed, drives, flexing: Flexing::none() }
+    }
+    /// Rate of what carries the joints on this body: of its link's end, where that bends, its own axes.
+    #[inline]
+    pub(super) fn carrier_rate(&self, body: usize) -> Vector<T> {
+        let own = self.placed[body].velocity.angular;
+        self.flexing.end(body).map_or(own, |e| add(own, e.end.velocity.angular))
+    }
+    /// Acceleration of what carries the joints on this body, whose own is `acceleration`.
+    #[inline]
+    pub(super) fn carrier_acceleration(
+        &self,
+        body: usize,
+        acceleration: Motion<T>,
+        modal: &[T],
+    ) -> Motion<T> {
+        let end = self.flexing.end(body);
+        end.map_or(acceleration, |e| e.acceleration(acceleration, self.placed[body].velocity, modal))
     }
 }

@@ -18,10 +18,14 @@ pub fn transmitted<T: Scalar>(
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();
     let mut a = all(n, base);
+    // Per joint of what carries it.
+    let mut carrier = all(n, Motion::zero());
     let mut f = all(n, Wrench::zero());
     for i in 1..=n {
         let own = subspace(tree.joint[i - 1], bodies[i].axis).times(joint[i - 1]);
-        a[i] = placed[i].frame.inwards(a[tree.parent[i - 1]]).plus(placed[i].bias).plus(own);
+        let parent = tree.parent[i - 1];
+        carrier[i - 1] = now.carrier_acceleration(parent, a[parent], modal);
+        a[i] = placed[i].frame.inwards(carrier[i - 1]).plus(placed[i].bias).plus(own);
         let (rigid, v) = (&bodies[i].rigid, placed[i].velocity);
         f[i] = v.cross_wrench(rigid.times(v)).plus(rigid.times(a[i])).minus(applied[i]);
     }
@@ -35,9 +39,9 @@ pub fn transmitted<T: Scalar>(
     given[0] = f[0];
     for i in (1..=n).rev() {
         let (parent, drive, k) = (tree.parent[i - 1], &drives[i - 1], placed[i].axis);
-        let omega = placed[parent].velocity.angular;
+        let omega = now.carrier_rate(parent);
         let spin = drive.inertia * (drive.share * dot(k, omega) + drive.rate);
-        let faster = drive.inertia * (drive.share * dot(k, a[parent].angular) + rotor[i - 1]);
+        let faster = drive.inertia * (drive.share * dot(k, carrier[i - 1].angular) + rotor[i - 1]);
         let mut w = placed[i].frame.outwards(f[i]);
         w.torque = add(w.torque, scale(drive.share, add(scale(faster, k), scale(spin, cross(omega, k))))); // (SFF-12)
         given[i] = w;

@@ -5,6 +5,7 @@
 
 use super::MAX_BODIES;
 use super::attitude::about;
+use super::end::Ends;
 use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
 use super::vector::{Vector, add, cross, dot, product, scale, times, transposed_times, zero};
 use arrayvec::ArrayVec;
@@ -146,25 +147,25 @@ impl Tree {
         rates: &[T],
     ) -> All<Placed<T>> {
         let mut all = All::new();
-        self.place_into(bodies, base, q, rates, &mut all);
+        self.place_into(bodies, base, (q, rates), None, &mut all);
         all
     }
 
-    /// As [`Self::place`], where they lie: a list that is moved costs as much as a sweep.
+    /// As [`Self::place`], where they lie: a list that is moved costs as much as a sweep. `ends` are those of links that bend.
     pub fn place_into<T: Scalar>(
         &self,
         bodies: &[Body<T>],
         base: (Frame<T>, Motion<T>),
-        q: &[T],
-        rates: &[T],
+        (q, rates): (&[T], &[T]),
+        ends: Option<&Ends<T>>,
         all: &mut All<Placed<T>>,
     ) {
         all.clear();
         all.push(Placed::base(base.0, base.1));
         for i in 1..=self.bodies() {
             let (body, joint) = (&bodies[i], self.joint[i - 1]);
-            let axis = times(&body.mount.rotation, body.axis);
-            let frame = match joint {
+            let mut axis = times(&body.mount.rotation, body.axis);
+            let mut frame = match joint {
                 Joint::Revolute => Frame {
                     rotation: product(&body.mount.rotation, &about(body.axis, q[i - 1])),
                     origin: body.mount.origin,
@@ -175,7 +176,14 @@ impl Tree {
                 },
             };
             let own = scale(rates[i - 1], body.axis);
-            let mut velocity = frame.inwards(all[self.parent[i - 1]].velocity);
+            let parent = self.parent[i - 1];
+            let mut carrier = all[parent].velocity;
+            if let Some((_, end)) = ends.and_then(|e| e.of(parent)) {
+                carrier = carrier.plus(end.velocity); // (LNK-2)
+                frame = end.frame.then(&frame); // (LNK-2)
+                axis = times(&end.frame.rotation, axis);
+            }
+            let mut velocity = frame.inwards(carrier);
             joint.add_to(own, &mut velocity); // (SFF-2)
             all.push(Placed { frame, velocity, bias: joint.turned(own, &velocity), axis });
         }

@@ -1,5 +1,6 @@
 //! Values of the parameters of [`SpatialFreeFlyer`]: of a design, by themselves, and what they may not be.
 
+use super::appendage::Shapes;
 use super::attitude::{IDENTITY, square};
 use super::design::{Design, NOT_UNIT, inertia_fault};
 use super::instant::four;
@@ -11,6 +12,9 @@ use crate::arm::rotor;
 
 /// Motor inertia and stiffness of a flexible joint that nobody has described.
 const SPRING: (f64, f64) = (0.1, 100.0);
+
+/// Young's modulus, Pa (S3 2), and Poisson's ratio of a link that nobody has described.
+const ALUMINIUM: (f64, f64) = (78e9, 0.33);
 
 /// Diagonal of a matrix of 3 x 3, row by row.
 const DIAGONAL: [usize; 3] = [0, 4, 8];
@@ -28,9 +32,21 @@ impl Design {
             thrusters: self.thrusters.len(),
             appendages: self.appendages.iter().map(|a| a.shapes).collect(),
             tables: self.tables.iter().map(|t| t.modes.len()).collect(),
+            links: self.link_shapes(),
             held: self.held,
             analysis: self.analysis,
         }
+    }
+
+    /// Per body the shapes of its link; none at all where every link is rigid.
+    fn link_shapes(&self) -> Vec<Shapes> {
+        let mut all = vec![Shapes::default(); if self.flexures.is_empty() { 0 } else { self.links.len() }];
+        for f in &self.flexures {
+            if let Some(shapes) = f.body.checked_sub(1).and_then(|b| all.get_mut(b)) {
+                *shapes = f.shapes;
+            }
+        }
+        all
     }
 
     /// Gives these joints a spring and these none; a joint that had no spring gets a motor of 0.1 kg.m2 behind 100 N.m/rad.
@@ -96,6 +112,23 @@ impl Design {
             p[at.polar_inertia + k] = a.polar_inertia_per_length;
             p[at.damping_ratio + k] = a.damping_ratio;
         }
+        for (k, (body, _)) in s.bending().enumerate() {
+            let Some(f) = self.flexures.iter().rfind(|f| f.body == body) else { continue };
+            put(&mut p, at.link_position + 3 * k, &f.position);
+            put(&mut p, at.link_orientation + 4 * k, &f.orientation);
+            put(&mut p, at.area_moment + 2 * k, &f.area_moment);
+            for (begin, value) in [
+                (at.link_length, f.length),
+                (at.link_mass, f.mass_per_length),
+                (at.youngs_modulus, f.youngs_modulus),
+                (at.poisson_ratio, f.poisson_ratio),
+                (at.torsion_constant, f.torsion_constant),
+                (at.link_polar, f.polar_inertia_per_length),
+                (at.link_damping, f.damping_ratio),
+            ] {
+                p[begin + k] = value;
+            }
+        }
         let mut m = 0;
         for (k, t) in self.tables.iter().enumerate() {
             let part = self.appendages.len() + k;
@@ -148,6 +181,18 @@ fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
         for begin in [at.bending_x, at.bending_y, at.torsion] {
             p[begin + k] = 100.0;
         }
+    }
+    for k in 0..s.links() {
+        p[at.link_orientation + 4 * k] = 1.0;
+        p[at.youngs_modulus + k] = ALUMINIUM.0;
+        p[at.poisson_ratio + k] = ALUMINIUM.1;
+        for begin in [at.link_length, at.link_mass] {
+            p[begin + k] = 1.0;
+        }
+        for begin in [at.area_moment + 2 * k, at.area_moment + 2 * k + 1, at.torsion_constant + k] {
+            p[begin] = 1e-8;
+        }
+        p[at.link_polar + k] = 1e-3;
     }
     p[at.motor_coupling] = rotor::GEARED;
     put(&mut p, at.initial_base_quaternion, &IDENTITY);
@@ -214,6 +259,9 @@ impl SpatialFreeFlyer {
                 at.appendage_orientation + 4 * k,
                 &format!("appendageOrientation of appendage {}", k + 1),
             )?;
+        }
+        for k in 0..s.links() {
+            quaternion(p, at.link_orientation + 4 * k, &format!("linkOrientation of link {}", k + 1))?;
         }
         for k in 0..s.tables.len() {
             let begin = at.table_inertia + 9 * k;

@@ -74,6 +74,7 @@ pub(super) fn arms(count: usize) -> Machine {
         gears: vec![(0.0, 0.0, false); 3 * count],
         beams: vec![],
         tables: vec![],
+        links: vec![],
     }
 }
 

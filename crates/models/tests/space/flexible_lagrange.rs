@@ -9,6 +9,7 @@ use rand::{Rng, SeedableRng};
 use trueup_models::space::appendage::{Beam, Shapes};
 use trueup_models::space::articulated::{Found, accelerations};
 use trueup_models::space::composite::{BASE, forces};
+use trueup_models::space::ritz;
 use trueup_models::space::shapes::{bending_at, torsion_at};
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
 use trueup_models::space::tree::{Body, Joint, Tree};
@@ -108,6 +109,8 @@ struct Robot {
     joints: Vec<Joint>,
     parent: Vec<usize>,
     beams: Vec<(usize, Shapes, Beam<f64>)>,
+    /// How many of the beams, the last ones, carry what their bodies carry.
+    links: usize,
     /// Place and weight on 0 .. 1.
     quadrature: Vec<(f64, f64)>,
 }
@@ -131,7 +134,7 @@ impl Robot {
         let mut all =
             vec![At { origin: [q[0], q[1], q[2]], turned, velocity: [rates[0], rates[1], rates[2]], omega }];
         for (i, joint) in self.joints.iter().enumerate() {
-            let (carrier, mount) = (all[self.parent[i]], &self.mounts[i]);
+            let (carrier, mount) = (self.carrier(&all, self.parent[i], q, rates), &self.mounts[i]);
             let (angle, rate) = (q[6 + i], rates[6 + i]);
             let mounted = mount.rotation.map(numbers);
             let axis = column(&mounted, 2);
@@ -150,6 +153,62 @@ impl Robot {
         all
     }
 
+    /// Axes that carry what hangs on a body: its own, or those that move with the end of its link and are its own unbent.
+    fn carrier(&self, all: &[At], body: usize, q: &[Hyper], rates: &[Hyper]) -> At {
+        let own = all[body];
+        let first =
+            |k: usize| 6 + self.joints.len() + self.beams[..k].iter().map(|b| b.1.modes()).sum::<usize>();
+        let from = self.beams.len() - self.links;
+        let Some(k) = (from..self.beams.len()).find(|k| self.beams[*k].0 == body) else { return own };
+        let (_, shapes, beam) = &self.beams[k];
+        // Shift and turn of the end, link's axes.
+        let end = |of: &[Hyper]| {
+            let (mut shift, mut turn) = ([number(0.0); 2], [number(0.0); 3]);
+            let of = &of[first(k)..][..shapes.modes()];
+            let n = shapes.x.max(shapes.y);
+            for j in 0..shapes.x {
+                shift[0] = shift[0] + of[j];
+                turn[1] = turn[1] + number(ritz::bending(n, j).unwrap().slope / beam.length) * of[j];
+            }
+            for j in 0..shapes.y {
+                let eta = of[shapes.x + j];
+                shift[1] = shift[1] + eta;
+                turn[0] = turn[0] + number(-ritz::bending(n, j).unwrap().slope / beam.length) * eta;
+            }
+            (0..shapes.torsion).for_each(|j| turn[2] = turn[2] + of[shapes.x + shapes.y + j]);
+            ([shift[0], shift[1], number(0.0)], turn)
+        };
+        let ((shift, turn), (shifting, turning)) = (end(q), end(rates));
+        let axes = beam.frame.rotation.map(numbers);
+        let of_body = |v: V| times(&axes, v);
+        // A quaternion 1, theta / 2 that is not normalised.
+        let half = of_body(by(number(0.5), turn));
+        let square = number(1.0) + dot(half, half);
+        let inverse = square.of(1.0 / square.v, -1.0 / square.v.powi(2), 2.0 / square.v.powi(3));
+        let rotated = |v: V| {
+            let once = plus(v, cross(half, v));
+            plus(v, by(number(2.0) * inverse, cross(half, once)))
+        };
+        let rate = of_body(turning);
+        let omega = by(inverse, plus(rate, cross(half, rate)));
+        let unbent =
+            plus(numbers(beam.frame.origin), of_body([number(0.0), number(0.0), number(beam.length)]));
+        let place = plus(unbent, of_body(shift));
+        let minus = |v: V| by(number(-1.0), v);
+        // The point that was at the body's origin.
+        let from_end = rotated(minus(unbent));
+        let origin = plus(place, from_end);
+        let moving = plus(of_body(shifting), cross(omega, from_end));
+        let columns = [0, 1, 2].map(|j| rotated([0, 1, 2].map(|i| number(f64::from(u8::from(i == j))))));
+        let turned = [0, 1, 2].map(|i| [columns[0][i], columns[1][i], columns[2][i]]);
+        At {
+            origin: plus(own.origin, times(&own.turned, origin)),
+            turned: product(&own.turned, &turned),
+            velocity: own.velocity_of(origin, moving),
+            omega: plus(own.omega, times(&own.turned, omega)),
+        }
+    }
+
     fn kinetic(&self, q: &[Hyper], rates: &[Hyper]) -> Hyper {
         let all = self.place(q, rates);
         let mut twice = number(0.0);
@@ -160,14 +219,23 @@ impl Robot {
             }
         }
         let mut first = 6 + self.joints.len();
-        for (on, shapes, beam) in &self.beams {
+        for (number_of, (on, shapes, beam)) in self.beams.iter().enumerate() {
+            let link = number_of >= self.beams.len() - self.links;
+            let bending = |j: usize, z: f64| match link {
+                true => ritz::bending(shapes.x.max(shapes.y), j).unwrap().bending_at(z),
+                false => bending_at(j, z),
+            };
+            let twisting = |j: usize, z: f64| match link {
+                true => ritz::torsion(shapes.torsion, j).unwrap().torsion_at(z),
+                false => torsion_at(j, z),
+            };
             let (at, turned) = (&all[*on], beam.frame.rotation.map(numbers));
-            let along = |of: &[Hyper], from: usize, count: usize, f: fn(usize, f64) -> f64, z: f64| {
+            let along = |of: &[Hyper], from: usize, count: usize, f: &dyn Fn(usize, f64) -> f64, z: f64| {
                 (0..count).fold(number(0.0), |sum, j| sum + number(f(j, z)) * of[first + from + j])
             };
             let bowed = |of: &[Hyper], z: f64| {
-                let x = along(of, 0, shapes.x, bending_at, z);
-                [x, along(of, shapes.x, shapes.y, bending_at, z), number(0.0)]
+                let x = along(of, 0, shapes.x, &bending, z);
+                [x, along(of, shapes.x, shapes.y, &bending, z), number(0.0)]
             };
             for (z, weight) in &self.quadrature {
                 let mut place = bowed(q, *z);
@@ -177,7 +245,7 @@ impl Robot {
                 take(beam.mass_per_length * beam.length * weight, at.velocity_of(place, moving));
                 // The section turns with the body and twists.
                 let axis = times(&at.turned, column(&turned, 2));
-                let twist = along(rates, shapes.x + shapes.y, shapes.torsion, torsion_at, *z);
+                let twist = along(rates, shapes.x + shapes.y, shapes.torsion, &twisting, *z);
                 let spin = dot(axis, at.omega) + twist;
                 let polar = beam.polar_inertia_per_length * beam.length * weight;
                 take(polar, [spin, number(0.0), number(0.0)]);
@@ -219,19 +287,20 @@ fn quadrature() -> Vec<(f64, f64)> {
     (0..16).flat_map(piece).collect()
 }
 
-fn robot(rng: &mut StdRng) -> (Robot, Machine) {
+/// `links`: bodies 1 and 2 have links, on whose ends hang bodies 2 and 4.
+fn robot(rng: &mut StdRng, links: bool) -> (Robot, Machine) {
     let cloud = |rng: &mut StdRng| -> Vec<(f64, [f64; 3])> {
         (0..5).map(|_| (rng.random_range(0.2..0.6), vector(rng))).collect()
     };
-    let points: Vec<_> = (0..4).map(|_| cloud(rng)).collect();
+    let points: Vec<_> = (0..5).map(|_| cloud(rng)).collect();
     let rigid = |points: &Vec<(f64, [f64; 3])>| {
         points.iter().fold(Rigid::new(0.0, [0.0; 3], &[[0.0; 3]; 3]), |sum, (mass, place)| {
             sum.plus(&Rigid::new(*mass, *place, &[[0.0; 3]; 3]))
         })
     };
-    let joints = vec![Joint::Revolute, Joint::Prismatic, Joint::Revolute];
-    let mounts: Vec<_> = (0..3).map(|_| Frame { rotation: turned(rng), origin: vector(rng) }).collect();
-    let parent = vec![0, 1, 0];
+    let joints = vec![Joint::Revolute, Joint::Prismatic, Joint::Revolute, Joint::Revolute];
+    let mounts: Vec<_> = (0..4).map(|_| Frame { rotation: turned(rng), origin: vector(rng) }).collect();
+    let parent = vec![0, 1, 0, 2];
     let shapes = [
         Shapes { x: 2, y: 3, torsion: 2 },
         Shapes { x: 1, y: 1, torsion: 1 },
@@ -242,30 +311,37 @@ fn robot(rng: &mut StdRng) -> (Robot, Machine) {
         .zip(shapes)
         .map(|(on, shapes)| (*on, shapes, super::flexible_properties::beam(rng)))
         .collect();
+    let own = [Shapes { x: 2, y: 2, torsion: 1 }, Shapes { x: 3, y: 0, torsion: 2 }];
+    let own =
+        [1, 2].into_iter().zip(own).map(|(on, shapes)| (on, shapes, super::flexible_properties::beam(rng)));
+    let carrying: Vec<_> = own.filter(|_| links).collect();
     let body =
         |i: usize| Body { rigid: rigid(&points[i]), mount: mounts[i.max(1) - 1], axis: [0.0, 0.0, 1.0] };
     let machine = Machine {
         tree: Tree { parent: parent.clone(), joint: joints.clone() },
         base: rigid(&points[0]),
-        bodies: (0..4).map(body).collect(),
-        gears: vec![(0.0, 0.0, false); 3],
+        bodies: (0..5).map(body).collect(),
+        gears: vec![(0.0, 0.0, false); 4],
         beams: beams.clone(),
         tables: vec![],
+        links: carrying.clone(),
     };
-    (Robot { points, mounts, joints, parent, beams, quadrature: quadrature() }, machine)
+    let all = [beams, carrying].concat();
+    let links = machine.links.len();
+    (Robot { points, mounts, joints, parent, beams: all, links, quadrature: quadrature() }, machine)
 }
 
-/// Checks SFF-5 and SFF-6: all forces of both algorithms, at any accelerations, are Lagrange's.
+/// Checks SFF-5, SFF-6, LNK-2, LNK-3: all forces of both algorithms, at any accelerations, are Lagrange's.
 #[test]
 fn lagrange_s_equations_from_energy_point_by_point() {
     let mut rng = StdRng::seed_from_u64(59);
     let (mut inverse, mut forward): (f64, f64) = (0.0, 0.0);
-    for _ in 0..20 {
-        let (r, m) = robot(&mut rng);
+    for k in 0..20 {
+        let (r, m) = robot(&mut rng, k % 2 == 1);
         let (n, l) = (r.size(), m.layout());
         let mut any = |size: f64| -> Vec<f64> { (0..n).map(|_| rng.random_range(-size..size)).collect() };
         let (mut q, rates, second) = (any(1.0), any(1.0), any(2.0));
-        q[9..].iter_mut().for_each(|e| *e *= 0.4);
+        q[10..].iter_mut().for_each(|e| *e *= 0.4);
         let wanted = r.lagrange(&q, &rates, &second);
         // The base's velocity in its own axes along the path, and the rate of that: spatial velocity and acceleration.
         let path = |x: &[f64], d: &[f64]| -> Vec<Hyper> {
@@ -281,11 +357,11 @@ fn lagrange_s_equations_from_energy_point_by_point() {
         x[7..7 + n - 6].copy_from_slice(&q[6..]);
         x[l.velocity()..][..3].copy_from_slice(&v.map(|v| v.v));
         x[l.velocity() + 3..][..3].copy_from_slice(&omega.map(|w| w.v));
-        x[l.rates()..][..3].copy_from_slice(&rates[6..9]);
-        x[l.eta_rates()..].copy_from_slice(&rates[9..]);
-        m.at(&x, &[0.0; 3], |now, _| {
+        x[l.rates()..][..4].copy_from_slice(&rates[6..10]);
+        x[l.eta_rates()..].copy_from_slice(&rates[10..]);
+        m.at(&x, &[0.0; 4], |now, _| {
             let mut f = vec![0.0; n];
-            forces(now, (base, &second[6..9], &[0.0; 3]), &second[9..], &mut f);
+            forces(now, (base, &second[6..10], &[0.0; 4]), &second[10..], &mut f);
             let turned = at.turned.map(|row| row.map(|e| e.v));
             let inertial = |w: [f64; 3]| trueup_models::space::vector::times(&turned, w);
             let (force, torque) = (inertial([f[0], f[1], f[2]]), inertial([f[3], f[4], f[5]]));
@@ -297,18 +373,18 @@ fn lagrange_s_equations_from_energy_point_by_point() {
             inverse = inverse.max(off / largest);
             // And back: those forces give those accelerations.
             let mut forced = *now;
-            let force: Vec<f64> = f[9..].to_vec();
+            let force: Vec<f64> = f[10..].to_vec();
             forced.flexing.force = &force;
-            let drives: Vec<_> = (0..3)
+            let drives: Vec<_> = (0..4)
                 .map(|i| {
                     let moves = trueup_models::space::articulated::Moves::Driven(f[BASE + i]);
                     trueup_models::space::articulated::Drive { moves, ..now.drives[i] }
                 })
                 .collect();
             forced.drives = &drives;
-            let mut applied = [Wrench::zero(); 4];
+            let mut applied = [Wrench::zero(); 5];
             applied[0] = Wrench { force: [f[0], f[1], f[2]], torque: [f[3], f[4], f[5]] };
-            let [mut joint, mut rotor, mut modal] = [vec![0.0; 3], vec![0.0; 3], vec![0.0; l.modes]];
+            let [mut joint, mut rotor, mut modal] = [vec![0.0; 4], vec![0.0; 4], vec![0.0; l.modes]];
             let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
             let a = accelerations(&forced, &applied, None, out);
             let found = [&a.linear[..], &a.angular, &joint, &modal].concat();

@@ -74,6 +74,18 @@ fn machine(rng: &mut StdRng) -> Machine {
                 (on(rng), frame, Rigid::new(1.0, vector(rng), &inertia(rng)), table(rng))
             })
             .collect(),
+        links: (0..rng.random_range(0..3).min(n))
+            .map(|k| {
+                let (bending, torsion) = (rng.random_range(1..=3), rng.random_range(0..=2));
+                let shapes = [
+                    Shapes { x: bending, y: bending, torsion },
+                    Shapes { x: 0, y: bending, torsion },
+                    Shapes { x: bending, y: 0, torsion: 0 },
+                ][rng.random_range(0..3)];
+                // Of different bodies.
+                (1 + k + 2 * rng.random_range(0..=(n - 1 - k) / 2), shapes, beam(rng))
+            })
+            .collect(),
         tree,
     }
 }
@@ -87,7 +99,7 @@ fn state(rng: &mut StdRng, m: &Machine) -> Vec<f64> {
     x
 }
 
-/// Checks SFF-5 and SFF-6: articulated bodies find what composite bodies ask for, on any body's appendages.
+/// Checks SFF-5, SFF-6, LNK-3: articulated bodies find what composite bodies ask for, with appendages and links on any body.
 #[test]
 fn articulated_and_composite_bodies_agree_with_appendages() {
     let mut rng = StdRng::seed_from_u64(56);
@@ -119,7 +131,13 @@ fn articulated_and_composite_bodies_agree_with_appendages() {
                     (given[row], a[row]) = (torque, rotor[i - 1]);
                 }
                 let parent = now.tree.parent[i - 1];
-                w[parent] = w[parent].plus(now.placed[i].frame.outwards(w[i]));
+                let carried = now.placed[i].frame.outwards(w[i]);
+                let ends = now.flexing.ends.unwrap();
+                if let Some((_, end)) = ends.of(parent) {
+                    (end.modes.0..end.modes.1)
+                        .for_each(|j| given[modal + j] += ends.column(j).power(carried));
+                }
+                w[parent] = w[parent].plus(carried);
             }
             given[..3].copy_from_slice(&w[0].force);
             given[3..6].copy_from_slice(&w[0].torque);

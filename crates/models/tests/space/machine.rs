@@ -7,7 +7,7 @@ use trueup_models::space::composite::momentum;
 use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::snapshot::Snapshot;
 use trueup_models::space::spatial::{Frame, Motion, Rigid, Wrench};
-use trueup_models::space::tree::{Body, Tree};
+use trueup_models::space::tree::{All, Body, Tree};
 use trueup_models::space::vector::{Vector, add, cross, times};
 use trueup_numerics::Scalar;
 
@@ -23,6 +23,8 @@ pub(super) struct Machine {
     pub(super) gears: Vec<Gear>,
     pub(super) beams: Vec<(usize, Shapes, Beam<f64>)>,
     pub(super) tables: Vec<(usize, Frame<f64>, Rigid<f64>, Vec<TableMode<f64>>)>,
+    /// On whose ends hangs what the bodies carry.
+    pub(super) links: Vec<(usize, Shapes, Beam<f64>)>,
 }
 
 fn lift<T: Scalar>(v: Vector<f64>) -> Vector<T> {
@@ -66,25 +68,23 @@ impl Layout {
 
 impl Machine {
     pub(super) fn layout(&self) -> Layout {
-        let beams: usize = self.beams.iter().map(|b| b.1.modes()).sum();
+        let beams: usize = self.beams.iter().chain(&self.links).map(|b| b.1.modes()).sum();
         Layout { n: self.tree.bodies(), modes: beams + self.tables.iter().map(|t| t.3.len()).sum::<usize>() }
     }
 
     pub(super) fn appendages<T: Scalar>(&self) -> Appendages<T> {
         let mut all = Appendages::new();
         let c = T::constant;
-        for (on, shapes, b) in &self.beams {
-            let beam = Beam {
-                frame: frame(&b.frame),
-                length: c(b.length),
-                mass_per_length: c(b.mass_per_length),
-                bending_stiffness: b.bending_stiffness.map(c),
-                torsion_stiffness: c(b.torsion_stiffness),
-                polar_inertia_per_length: c(b.polar_inertia_per_length),
-                damping_ratio: c(b.damping_ratio),
-            };
-            all.add_beam(*on, *shapes, &beam).unwrap();
-        }
+        let lifted = |b: &Beam<f64>| Beam {
+            frame: frame(&b.frame),
+            length: c(b.length),
+            mass_per_length: c(b.mass_per_length),
+            bending_stiffness: b.bending_stiffness.map(c),
+            torsion_stiffness: c(b.torsion_stiffness),
+            polar_inertia_per_length: c(b.polar_inertia_per_length),
+            damping_ratio: c(b.damping_ratio),
+        };
+        self.beams.iter().for_each(|(on, shapes, b)| all.add_beam(*on, *shapes, &lifted(b)).unwrap());
         for (on, place, whole, modes) in &self.tables {
             let mode = |m: &TableMode<f64>| TableMode {
                 frequency: c(m.frequency),
@@ -97,6 +97,7 @@ impl Machine {
             let modes: Vec<_> = modes.iter().map(mode).collect();
             all.add_table(*on, &frame(place), &rigid(whole), &modes).unwrap();
         }
+        self.links.iter().for_each(|(on, shapes, b)| all.add_link(*on, *shapes, &lifted(b)).unwrap());
         all
     }
 
@@ -126,9 +127,12 @@ impl Machine {
         let part = |from: usize| [x[from], x[from + 1], x[from + 2]];
         let base = Frame { rotation: rotation([x[3], x[4], x[5], x[6]]), origin: part(0) };
         let velocity = Motion { linear: part(l.velocity()), angular: part(l.velocity() + 3) };
-        let placed = self.tree.place(&bodies, (base, velocity), &x[7..], &x[l.rates()..]);
         let mut bent = Bent::new();
         let (eta, rates) = (&x[l.eta()..], &x[l.eta_rates()..]);
+        bent.ends.set(&appendages, eta, rates);
+        let mut placed = All::new();
+        let joints = (&x[7..], &x[l.rates()..]);
+        self.tree.place_into(&bodies, (base, velocity), joints, Some(&bent.ends), &mut placed);
         appendages.bend(&placed, eta, rates, &mut bent);
         let now = Snapshot {
             tree: &self.tree,

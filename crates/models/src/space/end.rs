@@ -1,0 +1,150 @@
+//! The end of a link that bends, and how what it carries moves with it (LNK-1, LNK-2).
+//!
+//! The section at the end is shifted by u and turned by the rotation of Gibbs' vector theta / 2, u and theta being sums over
+//! modes of their columns S, Theta at the end times their coordinates: to second order the rotation vector theta, and exactly a
+//! rotation. All rates come from that rotation by differentiation, so energy and momentum are exact whatever the shapes.
+//!
+//! Everything is in the axes of the body whose link it is, motions about that body's origin.
+
+use super::flexible::{Appendages, Modal};
+use super::spatial::{Frame, Motion};
+use super::vector::{Matrix, Vector, add, cross, dot, identity, scale, sub, times, zero};
+use super::{MAX_APPENDAGES, MAX_BODIES};
+use arrayvec::ArrayVec;
+use trueup_numerics::Scalar;
+
+/// A link's end as parameters have it.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkEnd<T> {
+    /// The body whose link it is.
+    pub on: usize,
+    /// Its place unbent, m.
+    pub place: Vector<T>,
+    /// The first of its modes and the one after the last.
+    pub modes: (usize, usize),
+}
+
+/// A link's end at an instant.
+#[derive(Clone, Copy, Debug)]
+pub struct End<T> {
+    /// The first of its modes and the one after the last.
+    pub modes: (usize, usize),
+    /// Axes that move with the end, and are the body's own while it is unbent.
+    pub frame: Frame<T>,
+    /// Gibbs' vector of its rotation.
+    pub gibbs: Vector<T>,
+    /// Its motion against the body.
+    pub velocity: Motion<T>,
+    /// What its acceleration against the body has beyond the columns times the modes' accelerations.
+    pub bias: Motion<T>,
+}
+
+/// The ends of all links at an instant.
+#[derive(Clone, Debug)]
+pub struct Ends<T> {
+    all: ArrayVec<End<T>, MAX_APPENDAGES>,
+    /// Motion of the end per unit of each mode's rate; 0 of modes that carry nothing.
+    columns: Modal<Motion<T>>,
+    /// Per body which of the ends is its own.
+    of: [Option<usize>; MAX_BODIES + 1],
+}
+
+impl<T: Scalar> Default for Ends<T> {
+    fn default() -> Self {
+        Self { all: ArrayVec::new(), columns: ArrayVec::new(), of: [None; MAX_BODIES + 1] }
+    }
+}
+
+impl<T: Scalar> Ends<T> {
+    /// Where all links' ends are, at these modal coordinates and rates.
+    pub fn set(&mut self, appendages: &Appendages<T>, eta: &[T], rates: &[T]) {
+        self.all.clear();
+        self.columns.clear();
+        self.of = [None; MAX_BODIES + 1];
+        self.columns.extend(appendages.modes().iter().map(|_| Motion::zero()));
+        for link in &appendages.links {
+            self.of[link.on] = Some(self.all.len());
+            let end = End::new(link, &appendages.reach, (eta, rates), &mut self.columns);
+            self.all.push(end);
+        }
+    }
+    /// A point that is fixed to what this body carries, from where it lies unbent to where it lies, body axes.
+    pub fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
+        self.of(body).map_or(place, |(_, e)| add(e.frame.origin, times(&e.frame.rotation, place)))
+    }
+    /// Of this body, if its link bends: its number and what it is.
+    #[inline]
+    pub fn of(&self, body: usize) -> Option<(usize, &End<T>)> {
+        self.of[body].map(|e| (e, &self.all[e]))
+    }
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        self.all.len()
+    }
+    /// Motion of the end per unit of the rate of mode `j`.
+    #[inline]
+    pub fn column(&self, j: usize) -> Motion<T> {
+        self.columns[j]
+    }
+    /// Motion of the end by these rates (or accelerations) of the modes.
+    pub fn moved(&self, end: &End<T>, modal: &[T]) -> Motion<T> {
+        let (first, last) = end.modes;
+        (first..last).fold(Motion::zero(), |sum, j| sum.plus(self.columns[j].times(modal[j])))
+    }
+}
+
+impl<T: Scalar> End<T> {
+    fn new(
+        link: &LinkEnd<T>,
+        reach: &Modal<Motion<T>>,
+        (eta, rates): (&[T], &[T]),
+        columns: &mut [Motion<T>],
+    ) -> Self {
+        let (mut shift, mut theta) = (zero(), zero());
+        let (mut shifting, mut turning) = (zero(), zero());
+        for j in link.modes.0..link.modes.1 {
+            let unit = reach[j];
+            shift = add(shift, scale(eta[j], unit.linear)); // (LNK-2)
+            theta = add(theta, scale(eta[j], unit.angular)); // (LNK-2)
+            shifting = add(shifting, scale(rates[j], unit.linear));
+            turning = add(turning, scale(rates[j], unit.angular));
+        }
+        let half = T::constant(0.5);
+        let gibbs = scale(half, theta);
+        let share = T::one() / (dot(gibbs, gibbs) + 1.0);
+        let place = add(link.place, shift);
+        // The rate of a rotation by that of its Gibbs vector, linear in it.
+        let rate = |turning: Vector<T>| scale(share, add(turning, cross(gibbs, turning))); // (LNK-2)
+        for j in link.modes.0..link.modes.1 {
+            let angular = rate(reach[j].angular);
+            columns[j] = Motion { angular, linear: add(reach[j].linear, cross(place, angular)) };
+        }
+        let omega = rate(turning);
+        let slower = scale(-(share * dot(gibbs, turning)), omega);
+        let rotation = turned(gibbs, share);
+        Self {
+            modes: link.modes,
+            frame: Frame { rotation, origin: sub(place, times(&rotation, link.place)) },
+            gibbs,
+            velocity: Motion { angular: omega, linear: add(shifting, cross(place, omega)) },
+            bias: Motion { angular: slower, linear: add(cross(place, slower), cross(shifting, omega)) },
+        }
+    }
+}
+
+/// The rotation of Gibbs' vector g, `share` being 1 / (1 + g^2): 1 + 2 share ([g x] + [g x]^2).
+fn turned<T: Scalar>(g: Vector<T>, share: T) -> Matrix<T> {
+    let mut m = identity();
+    let two = share * 2.0;
+    let square = dot(g, g);
+    for i in 0..3 {
+        let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+        for l in 0..3 {
+            m[i][l] += two * g[i] * g[l];
+        }
+        m[i][i] -= two * square;
+        m[i][j] -= two * g[k];
+        m[i][k] += two * g[j];
+    }
+    m
+}

@@ -1,0 +1,117 @@
+//! A link that bends between the sweeps: its modes are one joint of many degrees of freedom between the body and what its end
+//! carries, and go where the sweep from the tips passes them (LNK-3).
+
+use super::flexible::Carrying;
+use super::flexible::Modal;
+use super::snapshot::Snapshot;
+use super::spatial::{Articulated, Motion, Wrench};
+use super::{MAX_APPENDAGES, MAX_MODES_OF_LINK};
+use arrayvec::ArrayVec;
+use trueup_numerics::Scalar;
+
+/// What is kept of a mode on the way from the tips.
+#[derive(Clone, Copy)]
+struct Row<T> {
+    /// What it meets of the body's acceleration.
+    coupling: Wrench<T>,
+    /// What is left to accelerate it.
+    rest: T,
+    /// 1 / (what its own acceleration meets).
+    inverse: T,
+    /// What it meets of the accelerations of the modes behind it.
+    beside: [T; MAX_MODES_OF_LINK],
+}
+
+/// What links carry, and their modes, on the way from the tips.
+pub(super) struct Bending<T> {
+    carried: ArrayVec<(Articulated<T>, Wrench<T>), MAX_APPENDAGES>,
+    rows: Modal<Row<T>>,
+    /// Of each link the first of its rows.
+    first: [usize; MAX_APPENDAGES],
+}
+
+impl<T: Scalar> Bending<T> {
+    #[inline]
+    pub(super) fn new() -> Self {
+        Self { carried: ArrayVec::new(), rows: ArrayVec::new(), first: [0; MAX_APPENDAGES] }
+    }
+    /// Nothing is carried yet.
+    pub(super) fn begin(&mut self, now: &Snapshot<'_, T>) {
+        let nothing = Articulated {
+            angular: [[T::zero(); 3]; 3],
+            mixed: [[T::zero(); 3]; 3],
+            linear: [[T::zero(); 3]; 3],
+        };
+        let ends = now.flexing.ends.map_or(0, |e| e.count());
+        self.carried.extend((0..ends).map(|_| (nothing, Wrench::zero())));
+    }
+    /// Articulated inertia and bias of what this end carries, axes of the link's body.
+    pub(super) fn carried(&mut self, end: &Carrying<'_, T>) -> (&mut Articulated<T>, &mut Wrench<T>) {
+        let (inertia, bias) = &mut self.carried[end.number];
+        (inertia, bias)
+    }
+}
+
+/// Makes of a body, its link and what that carries one articulated body: `inertia` and `bias` are the body's own, its link's
+/// matter with them. All children of the body are there.
+pub(super) fn eliminate<T: Scalar>(
+    now: &Snapshot<'_, T>,
+    body: usize,
+    end: Carrying<'_, T>,
+    (inertia, bias): (&mut Articulated<T>, &mut Wrench<T>),
+    bending: &mut Bending<T>,
+) {
+    let flexing = &now.flexing;
+    let (carried, resting) = bending.carried[end.number];
+    let outer = carried.times(end.bias(now.placed[body].velocity)).plus(resting);
+    inertia.add(&carried);
+    *bias = bias.plus(outer);
+    let from = bending.rows.len();
+    bending.first[end.number] = from;
+    for (j, column) in end.columns() {
+        let met = carried.times(column); // (LNK-3)
+        let mut beside = [T::zero(); MAX_MODES_OF_LINK];
+        for (to, (k, other)) in beside.iter_mut().zip(end.columns()) {
+            *to = other.power(met);
+            if k == j {
+                *to += flexing.modes[j].mass;
+            }
+        }
+        bending.rows.push(Row {
+            coupling: flexing.coupling[j].plus(met),
+            rest: flexing.force[j] - flexing.bias[j] - column.power(outer), // (LNK-3)
+            inverse: T::zero(),
+            beside,
+        });
+    }
+    let rows = &mut bending.rows[from..];
+    for k in 0..rows.len() {
+        let (done, behind) = rows.split_at_mut(k + 1);
+        let pivot = &mut done[k];
+        pivot.inverse = T::one() / pivot.beside[k];
+        inertia.take(&pivot.coupling, pivot.inverse);
+        *bias = bias.plus(pivot.coupling.times(pivot.rest * pivot.inverse));
+        for (m, row) in behind.iter_mut().enumerate() {
+            let share = pivot.beside[k + 1 + m] * pivot.inverse;
+            row.coupling = row.coupling.minus(pivot.coupling.times(share));
+            row.rest -= share * pivot.rest;
+            (k + 1..MAX_MODES_OF_LINK).for_each(|c| row.beside[c] -= share * pivot.beside[c]);
+        }
+    }
+}
+
+/// Accelerations of a link's modes, of a body that accelerates so.
+pub(super) fn resolve<T: Scalar>(
+    end: &Carrying<'_, T>,
+    body: Motion<T>,
+    bending: &Bending<T>,
+    modal: &mut [T],
+) {
+    let (first, last) = end.end.modes;
+    let rows = &bending.rows[bending.first[end.number]..][..last - first];
+    for (k, row) in rows.iter().enumerate().rev() {
+        let mut met = row.rest - body.power(row.coupling);
+        (k + 1..rows.len()).for_each(|c| met -= row.beside[c] * modal[first + c]);
+        modal[first + k] = met * row.inverse;
+    }
+}
