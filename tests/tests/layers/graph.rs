@@ -30,6 +30,8 @@ const RULES: &[Rule] = &[
     },
     // Many runs of the master's; files that are whole are fmi-description's.
     Rule { name: "trueup-sweep", ours: &["trueup-cosim", "trueup-fmi-description"], never: ARCHIVES },
+    // Linear algebra of a model at a pose.
+    Rule { name: "trueup-flexibility", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
     // Units are those of FMUs and of files; it knows no model.
     Rule {
         name: "trueup-scaling",

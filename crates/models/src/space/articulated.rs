@@ -61,7 +61,7 @@ struct Kept<T> {
 pub struct Found<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
-    /// Of the rotors, joint side, rad/s2.
+    /// Of the rotors, joint side, rad/s2; of those that are led: the torque that it takes, N.m.
     pub rotor: &'a mut [T],
     /// Of the modes, m/s2 (rad/s2).
     pub modal: &'a mut [T],
@@ -216,7 +216,9 @@ fn outwards<T: Scalar>(
         found.joint[i - 1] = joint;
         found.rotor[i - 1] = match drive.rotor {
             Rotor::Geared => joint,
-            Rotor::Led(acceleration) => acceleration,
+            Rotor::Led(acceleration) => {
+                drive.inertia * (acceleration + drive.share * dot(at.axis, parent.angular))
+            }
             Rotor::Driven(torque) => torque / drive.inertia - drive.share * dot(at.axis, parent.angular),
         };
         let mut own = at.frame.inwards(parent).plus(at.bias);

@@ -1,10 +1,10 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Drive, Found, accelerations};
+use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
 use super::attitude::{Quaternion, normalized, rotation, unit};
 use super::flexible::{Appendages, Bent};
-use super::model::SpatialFreeFlyer;
+use super::model::{Led, SpatialFreeFlyer};
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
 use super::tree::{All, Body, Joints, Placed, Tree};
@@ -182,6 +182,33 @@ impl<T: Scalar> Instant<T> {
     /// Of all bodies in the inertial frame; element 0 is the base.
     pub(super) fn frames(&self, model: &SpatialFreeFlyer) -> All<Frame<T>> {
         model.structure().tree.inertial(&self.placed)
+    }
+
+    /// Some accelerations are given.
+    pub(super) fn lead(&mut self, model: &SpatialFreeFlyer, led: &Led<'_, T>) {
+        let base = self.placed[0];
+        if let Some((linear, angular)) = led.base.filter(|_| !model.structure().held) {
+            let own = transposed_times(&base.frame.rotation, linear);
+            let (v, omega) = (base.velocity.linear, base.velocity.angular);
+            self.held = Some(Motion { angular, linear: add(own, cross(v, omega)) });
+        }
+        led.joints.iter().for_each(|(j, a)| self.drives[*j].moves = Moves::Led(*a));
+        for (j, a) in led.motors.iter().filter(|(j, _)| model.motor_row(*j).is_some()) {
+            self.drives[*j].rotor = Rotor::Led(*a);
+        }
+    }
+
+    /// Nothing acts on it but what is led. It must not move.
+    pub(super) fn rest(&mut self, held: bool) {
+        self.held = held.then(Motion::zero);
+        self.applied.iter_mut().for_each(|w| *w = Wrench::zero());
+        self.bent.force.iter_mut().for_each(|f| *f = T::zero());
+        for drive in &mut self.drives {
+            drive.moves = Moves::Driven(T::zero());
+            if drive.rotor != Rotor::Geared {
+                drive.rotor = Rotor::Driven(T::zero());
+            }
+        }
     }
 
     /// How all of it accelerates; gives that of the base, own axes, spatial.

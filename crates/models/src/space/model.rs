@@ -4,13 +4,13 @@ use super::appendage::Shapes;
 use super::articulated::{Drive, Found, Moves, Rotor};
 use super::attitude;
 use super::composite::{forces, mass_matrix, rotor_rows};
-use super::instant::{Instant, four};
+use super::instant::{Instant, four, three};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::ritz::MAX_LINK_SHAPES;
 use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
 use super::tree::{Joints, Tree};
-use super::vector::{Vector, add, cross, times, transposed_times};
+use super::vector::{Vector, add, cross, times};
 use super::{MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
 use crate::arm::rotor;
 use trueup_numerics::Scalar;
@@ -162,6 +162,9 @@ pub struct SpatialFreeFlyer {
     sizes: Sizes,
 }
 
+/// Most states.
+const MAX_STATES: usize = 13 + 2 * (2 * MAX_BODIES + MAX_MODES_OF_ALL);
+
 /// Rows whose accelerations are given, whatever forces that takes.
 #[derive(Clone, Copy, Debug)]
 pub struct Led<'a, T> {
@@ -169,7 +172,7 @@ pub struct Led<'a, T> {
     pub base: Option<(Vector<T>, Vector<T>)>,
     /// Joints (from 0) and their accelerations.
     pub joints: &'a [(usize, T)],
-    /// Motors of flexible joints (by joint, from 0) and their accelerations, joint side.
+    /// Motors of flexible joints (by joint, from 0; others are not led) and their accelerations, joint side.
     pub motors: &'a [(usize, T)],
 }
 
@@ -267,21 +270,93 @@ impl SpatialFreeFlyer {
         forces(&now.snapshot(self), (Motion::zero(), &none, &none), &none, out);
     }
 
+    /// Of the spring and damper of a joint on its body, N.m (N); 0 of a rigid joint.
+    pub fn transmission_torque<T: Scalar>(&self, at: &At<T>, joint: usize) -> T {
+        self.spring[joint].map_or(T::zero(), |k| self.spring_torque(at, joint, k))
+    }
+
+    /// Where the first tip is, inertial axes, m.
+    pub fn tip_place<T: Scalar>(&self, at: &At<T>) -> Vector<T> {
+        let mut now = Instant::new();
+        now.set(self, at);
+        let body = self.structure.tips[0];
+        let frame = &now.frames(self)[body];
+        add(frame.origin, times(&frame.rotation, now.displaced(body, three(at.p, self.parameter.tip_offset))))
+    }
+
+    /// Stiffness of all modes, N/m (N.m/rad), in the order of the coordinates.
+    pub fn modal_stiffness(&self, p: &[f64]) -> Vec<f64> {
+        let mut now = Instant::new();
+        let (x, u) = (self.at_rest(p), vec![0.0; self.sizes.inputs]);
+        now.set(self, &At { t: 0.0, x: &x, u: &u, p, modes: &[] });
+        now.appendages.modes().iter().map(|m| m.stiffness).collect()
+    }
+
+    /// How far the end of the link of this body (from 1) is turned by bending, rad; twist counts.
+    pub fn end_turn(&self, x: &[f64], p: &[f64], body: usize) -> f64 {
+        let mut now = Instant::new();
+        let u = vec![0.0; self.sizes.inputs];
+        now.set(self, &At { t: 0.0, x, u: &u, p, modes: &[] });
+        let [w, a, b, c] = now.end_turn(body);
+        2.0 * (a * a + b * b + c * c).sqrt().atan2(w)
+    }
+
+    fn at_rest(&self, p: &[f64]) -> Vec<f64> {
+        let mut x = vec![0.0; self.sizes.states];
+        self.start(p, &mut x);
+        x
+    }
+
+    /// How velocities jump where motors of flexible joints (by joint, from 0) change theirs by so much at once: an impulse at
+    /// each of them, everything else free. The other rows of `jump` are 0.
+    pub fn impulse(&self, at: At<f64>, motors: &[(usize, f64)], jump: &mut [f64]) {
+        let mut x = [0.0; MAX_STATES];
+        x[..self.state.base_velocity].copy_from_slice(&at.x[..self.state.base_velocity]);
+        let x = &x[..at.x.len()];
+        let mut now = Instant::new();
+        now.set(self, &At { x, ..at });
+        now.rest(self.structure.held);
+        for (j, change) in motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
+            now.drives[*j].rotor = Rotor::Led(*change);
+        }
+        self.accelerate(&now, &At { x, ..at }, jump);
+        jump[..self.state.base_velocity].fill(0.0);
+        for (j, change) in motors {
+            if let Some(k) = self.spring[*j] {
+                jump[self.state.motor_velocity + k] = *change;
+            }
+        }
+    }
+
     /// Rates of the states where some accelerations are given.
     #[inline(never)]
     pub fn rates_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T]) {
+        self.rates_with_torques(at, led, dx, &mut []);
+    }
+
+    /// The same, and the torques on the motors that are led beside those of their springs, N.m, joint side, where there is room
+    /// for all joints; 0 of the others.
+    #[inline(never)]
+    pub fn rates_with_torques<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T], needed: &mut [T]) {
         let mut now = Instant::new();
         now.set(self, &at);
+        now.lead(self, &led);
+        let rotor = self.accelerate(&now, &at, dx);
+        needed.fill(T::zero());
+        for (j, acceleration) in led.motors {
+            let Some(k) = self.spring[*j] else { continue };
+            dx[self.state.motor_velocity + k] = *acceleration;
+            if let Some(needed) = needed.get_mut(*j) {
+                *needed = rotor[*j];
+            }
+        }
+    }
+
+    /// Rates of the states of the robot at this instant; gives what was found of the rotors.
+    #[inline]
+    fn accelerate<T: Scalar>(&self, now: &Instant<T>, at: &At<T>, dx: &mut [T]) -> Joints<T> {
         let (row, n, base) = (&self.state, self.structure.bodies(), now.placed[0]);
         let (omega, v) = (base.velocity.angular, base.velocity.linear);
-        if let Some((linear, angular)) = led.base.filter(|_| !self.structure.held) {
-            let own = transposed_times(&base.frame.rotation, linear);
-            now.held = Some(Motion { angular, linear: add(own, cross(v, omega)) });
-        }
-        led.joints.iter().for_each(|(j, a)| now.drives[*j].moves = Moves::Led(*a));
-        for (j, a) in led.motors.iter().filter(|(j, _)| self.spring[*j].is_some()) {
-            now.drives[*j].rotor = Rotor::Led(*a);
-        }
         let modes = self.structure.modes();
         let mut rotor = Joints::new();
         rotor.extend((0..n).map(|_| T::zero()));
@@ -305,6 +380,7 @@ impl SpatialFreeFlyer {
             }
         }
         dx[row.modal_coordinate..][..modes].copy_from_slice(&at.x[row.modal_velocity..][..modes]);
+        rotor
     }
 }
 
@@ -346,7 +422,7 @@ impl Hybrid for SpatialFreeFlyer {
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.put_outputs(&at, y);
+        self.outputs_led(at, Led::none(), y);
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}

@@ -1,12 +1,12 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::articulated::Found;
+use super::articulated::{Found, Rotor};
 use super::attitude::{Quaternion, about_axis, normalized, product as turned_by, unit};
 use super::composite::momentum;
 use super::flexible::Modal;
 use super::instant::{Instant, four, three};
 use super::measures::Arms;
-use super::model::SpatialFreeFlyer;
+use super::model::{Led, SpatialFreeFlyer};
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
 use super::tree::{All, Joint, Joints};
@@ -15,10 +15,13 @@ use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
+    /// Outputs where some accelerations are given.
     #[inline(never)]
-    pub(super) fn put_outputs<T: Scalar>(&self, at: &At<T>, y: &mut [T]) {
+    pub fn outputs_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, y: &mut [T]) {
+        let at = &at;
         let mut now = Instant::new();
         now.set(self, at);
+        now.lead(self, &led);
         let frames = now.frames(self);
         let base = &frames[0];
         let mut put = |begin: usize, values: &[T]| y[begin..][..values.len()].copy_from_slice(values);
@@ -121,6 +124,12 @@ impl SpatialFreeFlyer {
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
+        // Of a rotor that is led its torque was found.
+        for (found, drive) in rotor.iter_mut().zip(&now.drives) {
+            if let Rotor::Led(acceleration) = drive.rotor {
+                *found = acceleration;
+            }
+        }
         let given = (base, &joint[..], &rotor[..], &modal[..]);
         let by_joint = transmitted(&now.snapshot(self), &now.applied, given);
         // What a carrier gives, it gets back.

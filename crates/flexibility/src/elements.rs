@@ -1,0 +1,89 @@
+//! Joints and links one by one (S3 5.1, 5.2).
+
+use super::equilibrium::{Equilibrium, EquilibriumError, equilibrium, modes};
+use trueup_models::flexible_arm::FlexibleArm;
+use trueup_models::space::layout::{Parameters, States};
+
+/// What bends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Element {
+    /// A joint's spring; the joint counts from 1.
+    Joint(usize),
+    /// A link; it is that of the body that counts from 1 among those that bend.
+    Link(usize),
+}
+
+impl std::fmt::Display for Element {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Joint(j) => write!(f, "joint {j}"),
+            Self::Link(l) => write!(f, "link {l}"),
+        }
+    }
+}
+
+/// What an element does at a pose.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contribution {
+    /// Which one.
+    pub element: Element,
+    /// How far it gives way under the load: the twist of a joint, the turn of a link's end against its root, rad (S3 Table 4).
+    pub deflection: f64,
+    /// Its share of the sum of all of them.
+    pub share: f64,
+    /// By what share the first frequency rises when its stiffness does by [`INCREMENT`] (S3 Table 5).
+    pub rise: f64,
+    /// Its part of the energy of springs in the first mode: d ln(omega^2) / d ln(stiffness), where weight does not count.
+    pub energy: f64,
+}
+
+/// How much stiffer an element is made (S3 Table 5).
+pub const INCREMENT: f64 = 0.2;
+
+/// All elements of an arm at rest: joints with a spring, then links.
+fn elements(rest: &Equilibrium, links: usize) -> impl Iterator<Item = Element> + '_ {
+    rest.joints.iter().map(|j| Element::Joint(j + 1)).chain((1..=links).map(Element::Link))
+}
+
+/// What every element contributes at rest.
+///
+/// # Errors
+/// An arm that does not stand once an element is stiffer.
+pub fn contributions(
+    arm: &FlexibleArm,
+    p: &[f64],
+    rest: &Equilibrium,
+    tip_force: [f64; 3],
+) -> Result<Vec<Contribution>, EquilibriumError> {
+    let s = &arm.structure().robot;
+    let (at, parameter) = (States::new(s), Parameters::new(s));
+    let (frequencies, shapes) = modes(&rest.mass, &rest.stiffness)?;
+    let (first, shape) = (frequencies[0], shapes.column(0));
+    let spring_energy: f64 = rest.springs.iter().zip(shape.iter()).map(|(k, s)| k * s * s).sum();
+    let mut found = Vec::new();
+    let mut mode = 0;
+    for (index, element) in elements(rest, s.links()).enumerate() {
+        let mut stiffer = p.to_vec();
+        let (rows, deflection) = match element {
+            Element::Joint(j) => {
+                stiffer[parameter.joint_stiffness + j - 1] *= 1.0 + INCREMENT;
+                (index..index + 1, rest.state[at.joint_angle + j - 1] - rest.motors[j - 1])
+            }
+            Element::Link(l) => {
+                stiffer[parameter.youngs_modulus + l - 1] *= 1.0 + INCREMENT;
+                let count = s.bending().nth(l - 1).map_or(0, |b| b.1.modes());
+                let own = rest.joints.len() + mode..rest.joints.len() + mode + count;
+                mode += count;
+                let body = s.bending().nth(l - 1).map_or(0, |b| b.0);
+                (own, arm.bodies().end_turn(&rest.state, &p[..parameter.count], body))
+            }
+        };
+        let energy = rows.map(|r| rest.springs[r] * shape[r] * shape[r]).sum::<f64>() / spring_energy;
+        let stiff = equilibrium(arm, &stiffer, &rest.motors, tip_force)?;
+        let rise = stiff.frequencies()?[0] / first - 1.0;
+        found.push(Contribution { element, deflection, share: 0.0, rise, energy });
+    }
+    let whole: f64 = found.iter().map(|c| c.deflection.abs()).sum();
+    found.iter_mut().for_each(|c| c.share = c.deflection.abs() / whole);
+    Ok(found)
+}

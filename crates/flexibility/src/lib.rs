@@ -1,0 +1,10 @@
+//! What bends of an arm: where it comes to rest under its weight with its motors held, how it vibrates there, which joint or
+//! link that is due to (S3 5).
+//!
+//! * [`equilibrium`]: rest, mass and stiffness about it.
+//! * [`elements`]: joints and links one by one: their share of the deflection, what they do to the first mode.
+//! * [`map`]: the same over postures.
+
+pub mod elements;
+pub mod equilibrium;
+pub mod map;

@@ -1,0 +1,5 @@
+//! Integration tests, one module a file.
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
+
+mod beams;
+mod delian;

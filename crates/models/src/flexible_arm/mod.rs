@@ -1,0 +1,14 @@
+//! An arm on a base that is held, as it stands on the ground: joints of two masses with stick-slip, links that bend, gravity (S3).
+//!
+//! The bodies are those of [`crate::space`]; what is here is what drives their motors and brakes them. The equations have ids
+//! LNK-1 .. in `docs/equations/flexible-arm.md`.
+
+mod friction;
+pub mod layout;
+mod model;
+pub mod presets;
+
+pub use model::{FlexibleArm, Structure};
+
+/// Most joints.
+pub const MAX_JOINTS: usize = 8;
