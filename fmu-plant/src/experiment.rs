@@ -47,6 +47,16 @@ pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {
             (6.0, "jointTorque[5]", -0.02),
             (7.0, "jointTorque[5]", 0.0),
         ],
+        // The upper arm is held against its weight, then driven up and let go; the shoulder turns.
+        "FlexibleArm" => &[
+            (0.0, "motorCurrent[2]", 0.0732),
+            (0.0, "motorCurrent[3]", 0.0517),
+            (0.5, "motorCurrent[1]", 0.03),
+            (1.0, "motorCurrent[2]", 0.1),
+            (1.0, "motorCurrent[1]", -0.03),
+            (1.5, "motorCurrent[1]", 0.0),
+            (1.5, "motorCurrent[2]", 0.0732),
+        ],
         // A push at the docking point and back.
         "FreeBody" => &[
             (0.5, "portForce[1,1]", 100.0),

@@ -5,19 +5,28 @@ mod builder;
 mod contact;
 mod entries;
 mod experiment;
+mod flexible_arm;
 mod joint;
 mod model;
 mod space;
 mod structure;
 
 pub use experiment::schedule;
+pub use flexible_arm::of_arm;
 pub use model::{Plant, TEST_BED};
 pub use space::of_design;
 pub use structure::{Choice, Wanted, choices};
 
 /// The models of this library.
-pub const MODELS: &[&str] =
-    &["TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FreeBody", "GripperContact", "CaptureScene"];
+pub const MODELS: &[&str] = &[
+    "TwoMassJoint",
+    "PlanarManipulator",
+    "SpatialFreeFlyer",
+    "FlexibleArm",
+    "FreeBody",
+    "GripperContact",
+    "CaptureScene",
+];
 
 #[cfg(test)]
 mod tests {
@@ -43,6 +52,7 @@ mod tests {
             ("PlanarManipulator", vec![true, false, true, true, false], arm),
             ("SpatialFreeFlyer", vec![], vec![]),
             ("SpatialFreeFlyer", vec![true, false, true, false, false, true], vec![]),
+            ("FlexibleArm", vec![], vec![]),
         ];
         let mut tabled = presets::table_1_with_panels();
         tabled.analysis = true;
@@ -63,7 +73,16 @@ mod tests {
             ..Configuration::of(model)
         });
         let contact = crate::contact::tests::structures();
-        for c in plain.chain(robots).chain(contact) {
+        let arm = |structure: &[(&str, u32)]| Configuration {
+            structure: structure.iter().map(|(name, item)| ((*name).to_owned(), vec![*item])).collect(),
+            ..Configuration::of("FlexibleArm")
+        };
+        let arms = [
+            arm(&[("drive", 2), ("linkShapes", 5)]),
+            arm(&[("links", 2)]),
+            crate::of_arm(&trueup_models::flexible_arm::presets::delian()).unwrap(),
+        ];
+        for c in plain.chain(robots).chain(contact).chain(arms) {
             let m = Plant::build(&c).unwrap();
             let t = m.table();
             let count = |pick: fn(S) -> bool| {

@@ -2,11 +2,12 @@
 
 use crate::contact::{self, Contact};
 use crate::structure::chosen;
-use crate::{arm, joint, space};
+use crate::{arm, flexible_arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
 use trueup_models::arm::{BASE_CHOICE, FIXED_BASE, PlanarManipulator};
+use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::joint::{TwoMassJoint, parameter};
 use trueup_models::space::SpatialFreeFlyer;
 use trueup_numerics::hybrid::At;
@@ -21,6 +22,8 @@ pub enum Plant {
     Arm(PlanarManipulator),
     /// `SpatialFreeFlyer` with the start values of its parameters.
     Space(SpatialFreeFlyer, Vec<f64>),
+    /// `FlexibleArm` with the start values of its parameters.
+    FlexibleArm(FlexibleArm, Vec<f64>),
     /// `FreeBody`, `GripperContact` or `CaptureScene`.
     Contact(Contact),
 }
@@ -32,6 +35,7 @@ trueup_numerics::delegate_hybrid!(Plant {
     Plant::Joint(m, _) => m,
     Plant::Arm(m) => m,
     Plant::Space(m, _) => m,
+    Plant::FlexibleArm(m, _) => m,
     Plant::Contact(m) => m
 });
 
@@ -57,6 +61,7 @@ impl FmuModel for Plant {
                     .map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
+            "FlexibleArm" => flexible_arm::build(c).map(|(m, start)| Self::FlexibleArm(m, start)),
             name if contact::MODELS.contains(&name) => contact::build(c).map(Self::Contact),
             other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(", "))),
         }
@@ -66,6 +71,7 @@ impl FmuModel for Plant {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
             Self::Space(m, start) => space::table(m, start),
+            Self::FlexibleArm(m, start) => flexible_arm::table(m, start),
             Self::Contact(m) => m.table(),
         }
     }
@@ -78,6 +84,7 @@ impl FmuModel for Plant {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
+            Self::FlexibleArm(m, _) => m.check(p),
             Self::Contact(m) => m.check(p),
         }
     }
@@ -85,24 +92,25 @@ impl FmuModel for Plant {
         match self {
             Self::Space(m, _) if said == 0 => m.too_fast(&at).map(|text| (1, text)),
             Self::Contact(m) => m.watch(&at, said),
-            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
         match self {
             Self::Contact(m) => m.long_step(h, p),
-            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn singular(&self, at: At<'_, f64>) -> Option<String> {
         match self {
             Self::Contact(m) => m.singular(&at),
-            Self::Space(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Space(m, _) => m.remark(p),
+            Self::FlexibleArm(m, _) => m.bodies().remark(p),
             Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }

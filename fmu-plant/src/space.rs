@@ -4,6 +4,7 @@ use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
+use trueup_models::flexible_arm::layout::LINK_MODES;
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
 use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
@@ -38,7 +39,8 @@ pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), S
     Ok((model, start))
 }
 
-fn structure(c: &Configuration) -> Result<Structure, String> {
+/// The structure that a configuration tells body by body.
+pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
     let found = |name: &str| {
         c.structure
             .iter()
@@ -70,6 +72,14 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
         held: first(HELD) == 1,
         analysis: first(ANALYSIS) == 1,
         tables: found(TABLE_MODES).collect(),
+        links: found(LINK_MODES)
+            .collect::<Vec<_>>()
+            .chunks(3)
+            .map(|l| match l {
+                [x, y, torsion] => Ok(Shapes { x: *x, y: *y, torsion: *torsion }),
+                _ => Err(format!("{LINK_MODES} wants three numbers per body")),
+            })
+            .collect::<Result<_, _>>()?,
     })
 }
 
@@ -79,6 +89,27 @@ fn structure(c: &Configuration) -> Result<Structure, String> {
 /// A structure that cannot be had, with the mend.
 pub fn of_design(design: &Design) -> Result<Configuration, String> {
     let s = design.structure();
+    let model = SpatialFreeFlyer::new(s.clone())?;
+    let own = model.defaults();
+    let table = table(&model, &own);
+    Ok(Configuration {
+        structure: encoded(&s),
+        joint_flexible: s.flexible,
+        start: differing(&table, &own, &design.parameters()),
+        ..Configuration::of("SpatialFreeFlyer")
+    })
+}
+
+/// Start values by element names where they are not the model's own.
+pub(crate) fn differing(table: &ModelTable, own: &[f64], wanted: &[f64]) -> Vec<(String, f64)> {
+    let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));
+    let names = parameters.flat_map(|v| (0..v.len()).map(|e| v.element_name(e)));
+    let start = names.zip(own.iter().zip(wanted));
+    start.filter(|(_, (a, b))| a != b).map(|(name, (_, b))| (name, *b)).collect()
+}
+
+/// A structure, body by body, as [`structure`] reads it.
+pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
     let numbers = |list: &[usize]| list.iter().map(|v| *v as u32).collect::<Vec<u32>>();
     let shapes = |of: fn(&Shapes) -> usize| s.appendages.iter().map(|a| of(a) as u32).collect();
     let mut structure = vec![
@@ -97,18 +128,11 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     if !s.tables.is_empty() {
         structure.push((TABLE_MODES, numbers(&s.tables)));
     }
-    let model = SpatialFreeFlyer::new(s.clone())?;
-    let (own, wanted) = (model.defaults(), design.parameters());
-    let table = table(&model, &own);
-    let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));
-    let names = parameters.flat_map(|v| (0..v.len()).map(|e| v.element_name(e)));
-    let start = names.zip(own.iter().zip(&wanted));
-    Ok(Configuration {
-        joint_flexible: s.flexible,
-        structure: structure.into_iter().map(|(name, values)| (name.to_owned(), values)).collect(),
-        start: start.filter(|(_, (a, b))| a != b).map(|(name, (_, b))| (name, *b)).collect(),
-        ..Configuration::of("SpatialFreeFlyer")
-    })
+    if !s.links.is_empty() {
+        let all = s.links.iter().flat_map(|l| [l.x, l.y, l.torsion]).collect::<Vec<_>>();
+        structure.push((LINK_MODES, numbers(&all)));
+    }
+    structure.into_iter().map(|(name, values)| (name.to_owned(), values)).collect()
 }
 
 /// The table of a model with those start values (in the model's order).
@@ -118,6 +142,34 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
     b.items(&COUPLING);
+    constants(&mut b, s);
+    b.parameters(&Parameters::list(s), start);
+    b.inputs(&Inputs::list(s));
+    b.outputs(&Outputs::list(s));
+    b.moved(&States::list(s));
+    if s.bodies() > 0 {
+        b.terminal(
+            "drive",
+            "What a manipulator controller is wired to",
+            &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"],
+        );
+    }
+    if !s.tips.is_empty() {
+        b.terminal(
+            "tip",
+            "What is held at the tips",
+            &["tipForce", "tipTorque", "tipPosition", "tipQuaternion", "tipVelocity", "tipAngularVelocity"],
+        );
+    }
+    let of_base = ["baseForce", "baseTorque"].into_iter().filter(|_| !s.held);
+    let base: Vec<&str> =
+        of_base.chain(["basePosition", "baseQuaternion", "baseVelocity", "baseAngularVelocity"]).collect();
+    b.terminal("base", "What controls the base's attitude", &base);
+    b.finish(model.sizes().indicators)
+}
+
+/// What of a robot is fixed when it is packed.
+pub(crate) fn constants(b: &mut Builder, s: &Structure) {
     let kind = b.enumeration(Enumeration {
         name: "JointType",
         description: "What a joint leaves free",
@@ -169,32 +221,15 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
         }
     }
 
+    if !s.links.is_empty() {
+        let text =
+            "Shapes of the body's link along its x, along its y and of torsion; 0: rigid (fixed when packed)";
+        let numbers: Vec<f64> =
+            s.links.iter().flat_map(|l| [l.x, l.y, l.torsion]).map(|n| n as f64).collect();
+        b.constant(LINK_MODES, Kind::Integer, &[n, 3], &numbers, text);
+    }
     if !s.tables.is_empty() {
         let text = "Modes of an appendage that is given by a table, behind the beams (fixed when packed)";
         b.constant(TABLE_MODES, Kind::Integer, &[s.tables.len()], &reals(&s.tables), text);
     }
-
-    b.parameters(&Parameters::list(s), start);
-    b.inputs(&Inputs::list(s));
-    b.outputs(&Outputs::list(s));
-    b.moved(&States::list(s));
-    if n > 0 {
-        b.terminal(
-            "drive",
-            "What a manipulator controller is wired to",
-            &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"],
-        );
-    }
-    if !s.tips.is_empty() {
-        b.terminal(
-            "tip",
-            "What is held at the tips",
-            &["tipForce", "tipTorque", "tipPosition", "tipQuaternion", "tipVelocity", "tipAngularVelocity"],
-        );
-    }
-    let of_base = ["baseForce", "baseTorque"].into_iter().filter(|_| !s.held);
-    let base: Vec<&str> =
-        of_base.chain(["basePosition", "baseQuaternion", "baseVelocity", "baseAngularVelocity"]).collect();
-    b.terminal("base", "What controls the base's attitude", &base);
-    b.finish(model.sizes().indicators)
 }

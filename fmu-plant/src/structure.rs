@@ -4,7 +4,9 @@ use trueup_fmi::configuration::Configuration;
 use trueup_models::arm::{BASE, BASE_CHOICE};
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
+use trueup_models::flexible_arm::layout::{DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE};
 use trueup_models::layout::Items;
+use trueup_models::space::ritz::MAX_LINK_SHAPES;
 
 /// Something that is chosen.
 #[derive(Clone, Copy, Debug)]
@@ -48,10 +50,21 @@ static OF_SCENE: [Choice; 5] = [
     Choice { name: TOUCHES, wanted: Wanted::Item(&AGAINST), text: "What the balls may touch" },
 ];
 
+static OF_FLEXIBLE_ARM: [Choice; 3] = [
+    Choice { name: DRIVE_CHOICE, wanted: Wanted::Item(&DRIVE), text: "What the motors are driven by" },
+    Choice { name: LINKS_CHOICE, wanted: Wanted::Item(&LINKS), text: "Whether the links bend" },
+    Choice {
+        name: SHAPES_CHOICE,
+        wanted: Wanted::Count(MAX_LINK_SHAPES),
+        text: "Shapes of each link in each direction of bending",
+    },
+];
+
 /// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.
 pub fn choices(model: &str) -> &'static [Choice] {
     match model {
         "PlanarManipulator" => &OF_ARM,
+        "FlexibleArm" => &OF_FLEXIBLE_ARM,
         "FreeBody" => &OF_BODY,
         "GripperContact" => &OF_SCENE[1..],
         "CaptureScene" => &OF_SCENE,

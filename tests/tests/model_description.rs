@@ -16,10 +16,11 @@ mod robots {
     pub(super) use trueup_models::space::table::{Table, TabledMode};
 }
 
-const MODELS: [&str; 8] = [
+const MODELS: [&str; 9] = [
     "TwoMassJoint",
     "PlanarManipulator",
     "SpatialFreeFlyer",
+    "FlexibleArm",
     "FreeBody",
     "GripperContact",
     "CaptureScene",

@@ -28,7 +28,13 @@ fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
             position: [if k == 0 { 0.0 } else { LENGTHS[k - 1] }, 0.0, 0.0],
             orientation: [1.0, 0.0, 0.0, 0.0],
             axis: [0.0, 0.0, 1.0],
-            motor: Motor { flexible: true, inertia: 1e-6, gear_ratio: 100.0, stiffness: SPRING, damping: 0.0 },
+            motor: Motor {
+                flexible: true,
+                inertia: 1e-6,
+                gear_ratio: 100.0,
+                stiffness: SPRING,
+                damping: 0.0,
+            },
         }
     };
     let mut bodies: Vec<Link> = (0..links).map(|k| body(k, 1e-6)).collect();

@@ -12,5 +12,6 @@ mod arm_stick;
 mod contact;
 mod controller;
 mod effects;
+mod flexible_arm;
 mod joint_golden;
 mod space;

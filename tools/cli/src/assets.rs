@@ -25,6 +25,7 @@ pub(crate) fn of(model: &str) -> Option<Assets> {
         "TwoMassJoint" => assets!("fmu-plant/assets/TwoMassJoint"),
         "PlanarManipulator" => assets!("fmu-plant/assets/PlanarManipulator"),
         "SpatialFreeFlyer" => assets!("fmu-plant/assets/SpatialFreeFlyer"),
+        "FlexibleArm" => assets!("fmu-plant/assets/FlexibleArm"),
         "FreeBody" => assets!("fmu-plant/assets/FreeBody"),
         "GripperContact" => assets!("fmu-plant/assets/GripperContact"),
         "CaptureScene" => assets!("fmu-plant/assets/CaptureScene"),

@@ -1,6 +1,7 @@
 //! What can be packed: the models with their presets and effects.
 
 use trueup_models::effect::{self, Choice, Plant};
+use trueup_models::flexible_arm::presets as arm;
 use trueup_models::presets::{PRESETS, Preset};
 use trueup_models::space::presets as robots;
 
@@ -26,6 +27,7 @@ pub(crate) fn models() -> impl Iterator<Item = Model> {
         model("TwoMassJoint", "flexible geared joint with true stick-slip"),
         model("PlanarManipulator", "free-floating planar manipulator with rigid and flexible joints"),
         model("SpatialFreeFlyer", "base with arms in space: joints, thrusters, wrenches at the tips"),
+        model(ARM, "arm on the ground with flexible joints and links, stick-slip in its motors (DELIAN)"),
         model("FreeBody", "rigid body that floats in the plane, with docking points"),
         model("GripperContact", "contact of a gripper of balls with a docking port, bodies from elsewhere"),
         model("CaptureScene", "chaser, gripper and target in one: a capture in the plane"),
@@ -43,11 +45,21 @@ pub(crate) fn presets(model: &str) -> impl Iterator<Item = &'static Preset> {
 /// The model whose presets are robots.
 pub(crate) const FLYER: &str = "SpatialFreeFlyer";
 
+/// The model of arms on the ground.
+pub(crate) const ARM: &str = "FlexibleArm";
+
+/// Whether a model is made of a robot's bodies.
+pub(crate) fn of_robots(model: &str) -> bool {
+    [FLYER, ARM].contains(&model)
+}
+
 /// Names of all presets of this model, robots included, with where they are from.
 pub(crate) fn preset_names(model: &str) -> Vec<(&'static str, &'static str)> {
     let of_values = presets(model).map(|p| (p.name, p.source));
     let robots = robots::PRESETS.iter().filter(|_| model == FLYER).map(|p| (p.name, p.source));
-    of_values.chain(robots).collect()
+    let delian =
+        (arm::DELIAN, "ESA's DELIAN arm: what its paper prints, and what is assumed (docs/flexible-arm.md)");
+    of_values.chain(robots).chain((model == ARM).then_some(delian)).collect()
 }
 
 /// What of the model's structure is chosen by name.

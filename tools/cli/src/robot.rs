@@ -1,5 +1,6 @@
 //! Robots: presets, files of TOML, files of URDF.
 
+mod flexure;
 mod panel;
 mod urdf;
 
@@ -80,6 +81,8 @@ struct Body {
     #[serde(default = "along_z")]
     axis: [f64; 3],
     motor: Option<Drive>,
+    /// What bends between its joint and what it carries.
+    link: Option<flexure::Bends>,
 }
 
 #[derive(Default, Deserialize)]
@@ -153,8 +156,9 @@ impl File {
                 format!("`{who}`: there is no body `{name}`; {near}")
             })
         };
-        let mut links = Vec::new();
+        let (mut links, mut flexures) = (Vec::new(), Vec::new());
         for (k, b) in self.body.into_iter().enumerate() {
+            flexures.extend(b.link.map(|l| l.of(k + 1)));
             links.push(Link {
                 parent: b.parent.as_deref().map_or(Ok(k), |name| find(&names[k], name))?,
                 name: names[k].clone(),
@@ -189,6 +193,7 @@ impl File {
                 .collect(),
             appendages,
             tables,
+            flexures,
             held: self.base.held,
             geared: true,
             analysis: self.analysis,

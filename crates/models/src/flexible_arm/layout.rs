@@ -17,6 +17,18 @@ pub static DRIVE: Items = Items {
     items: &[("current", "currents of the motors, A"), ("torque", "torques of the motors, joint side, N.m")],
 };
 
+/// Name of the structural choice [`LINKS`].
+pub const LINKS_CHOICE: &str = "links";
+/// Name of the structural choice of how many shapes each link has in each direction of bending.
+pub const SHAPES_CHOICE: &str = "linkShapes";
+
+/// Whether links bend.
+pub static LINKS: Items = Items {
+    name: "ArmLinks",
+    text: "Whether the links bend",
+    items: &[("flexible", "they bend and twist"), ("rigid", "they do not; their mass is their bodies'")],
+};
+
 layout! {
     /// Where parameters begin that the bodies have not.
     Parameters of Parameter, s: Structure:

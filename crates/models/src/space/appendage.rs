@@ -112,7 +112,7 @@ impl std::fmt::Display for AppendageError {
 impl std::error::Error for AppendageError {}
 
 /// A slender beam about its root, unbent, along the unit vector `z`; it has no rotary inertia but `polar`, about z.
-fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigid<T> {
+pub(super) fn rod<T: Scalar>(mass: T, length: T, polar: T, z: Vector<T>) -> Rigid<T> {
     let across = mass * length * length / 3.0;
     let mut inertia = [zero(); 3];
     for i in 0..3 {

@@ -2,7 +2,7 @@
 
 use super::MAX_BODIES;
 use super::analysis::Robot;
-use super::appendage::{Beam, Shapes};
+use super::appendage::{Beam, Shapes, rod};
 use super::attitude::{Quaternion, rotation, square, unit};
 use super::flexible::Appendages;
 use super::spatial::{Frame, Rigid};
@@ -396,6 +396,24 @@ impl Design {
             }
         }
         Ok(())
+    }
+
+    /// The same with links that do not bend: their mass is their bodies'.
+    #[must_use]
+    pub fn stiffened(mut self) -> Self {
+        for f in std::mem::take(&mut self.flexures) {
+            let Some(body) = f.body.checked_sub(1).and_then(|b| self.links.get_mut(b)) else { continue };
+            let along = rotation(f.orientation).map(|row| row[2]);
+            let (mass, polar) = (f.mass_per_length * f.length, f.polar_inertia_per_length * f.length);
+            let own = Rigid::new(body.mass, body.center_of_mass, &body.inertia);
+            let whole = own.plus(&rod(mass, f.length, polar, along).shifted(f.position));
+            let center = whole.first.map(|h| h / whole.mass);
+            // About the centre: that of a body of no inertia there is taken away.
+            let point = Rigid::new(whole.mass, center, &[[0.0; 3]; 3]);
+            body.inertia = [0, 1, 2].map(|i| [0, 1, 2].map(|j| whole.inertia[i][j] - point.inertia[i][j]));
+            (body.mass, body.center_of_mass) = (whole.mass, center);
+        }
+        self
     }
 
     /// The robot with its appendages as they are unbent, parts of the base.

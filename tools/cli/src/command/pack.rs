@@ -77,8 +77,9 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
                     .map(|p| format!("preset `{p}` is not for {}", m.name))
             })
             .or_else(|| {
-                let robot = args.robot.as_ref().filter(|_| m.name != catalog::FLYER);
-                robot.map(|r| format!("robot {} is for {}, not for {}", r.display(), catalog::FLYER, m.name))
+                let robot = args.robot.as_ref().filter(|_| !catalog::of_robots(m.name));
+                let (a, b) = (catalog::FLYER, catalog::ARM);
+                robot.map(|r| format!("robot {} is for {a} and {b}, not for {}", r.display(), m.name))
             })
     };
     if args.model.is_empty() {
@@ -108,10 +109,11 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
 
 /// The robot that is asked for, its joints flexible as is asked for.
 fn robot(model: Model, args: &Pack) -> Result<Option<Design>, Error> {
-    if model.name != catalog::FLYER {
+    if !catalog::of_robots(model.name) {
         return Ok(None);
     }
-    let named = args.preset.as_ref().map(PathBuf::from);
+    // The arm's preset is what it is by default.
+    let named = args.preset.as_ref().filter(|_| model.name == catalog::FLYER).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
     let mut design = crate::robot::read(&file)?;
     if !args.flexible.is_empty() {
@@ -145,6 +147,11 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let effects = catalog::in_order(model.name, &args.effect)
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
     let mut configuration = match robot(model, args)? {
+        Some(design) if model.name == catalog::ARM => {
+            let mut own = fmu_library::of_arm(&design).map_err(refused)?;
+            own.structure.extend(structure(model, args).map_err(refused)?);
+            Configuration { effects, ..own }
+        }
         Some(design) => Configuration { effects, ..fmu_library::of_design(&design).map_err(refused)? },
         None => Configuration {
             joint_flexible: args.flexible.clone(),
