@@ -7,7 +7,7 @@ use crate::structure::chosen;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, ModelTable};
 use trueup_models::flexible_arm::layout::{
-    DRIVE, DRIVE_CHOICE, LINKS_CHOICE, SHAPES_CHOICE, inputs, outputs, parameters,
+    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS_CHOICE, SHAPES_CHOICE, inputs, outputs, parameters,
 };
 use trueup_models::flexible_arm::presets::{self, delian};
 use trueup_models::flexible_arm::{FlexibleArm, Structure};
@@ -18,6 +18,7 @@ use trueup_numerics::hybrid::Hybrid;
 /// Items of the choices.
 const BY_TORQUE: usize = 2;
 const RIGID: usize = 2;
+const STIFFENING: usize = 2;
 /// Whose structure is told body by body.
 const PARENT: &str = "parent";
 
@@ -28,8 +29,15 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     }
     if c.structure.iter().any(|s| s.0 == PARENT) {
         let by_current = !c.structure.iter().any(|s| s.0 == DRIVE_CHOICE && s.1 == [BY_TORQUE as u32]);
-        let own: Vec<_> = c.structure.iter().filter(|s| s.0 != DRIVE_CHOICE).cloned().collect();
-        let robot = structure(&Configuration { structure: own, ..c.clone() })?;
+        let own: Vec<_> = c
+            .structure
+            .iter()
+            .filter(|s| ![DRIVE_CHOICE, AXIAL_CHOICE].contains(&s.0.as_str()))
+            .cloned()
+            .collect();
+        let mut robot = structure(&Configuration { structure: own, ..c.clone() })?;
+        robot.axial_stiffening =
+            c.structure.iter().any(|s| s.0 == AXIAL_CHOICE && s.1 == [STIFFENING as u32]);
         let arm = FlexibleArm::new(Structure { robot, by_current })?;
         let start = arm.defaults();
         return Ok((arm, start));
@@ -45,6 +53,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     if chosen(LINKS_CHOICE) == Some(RIGID) {
         design = design.stiffened();
     }
+    design.axial_stiffening = chosen(AXIAL_CHOICE) == Some(STIFFENING);
     let by_current = chosen(DRIVE_CHOICE) != Some(BY_TORQUE);
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current })?;
     let start = presets::parameters(&arm, &design);
@@ -64,10 +73,19 @@ pub fn of_arm(design: &Design) -> Result<Configuration, String> {
     wanted[..of_bodies.len()].copy_from_slice(&of_bodies);
     Ok(Configuration {
         joint_flexible: arm.structure().robot.flexible.clone(),
-        structure: encoded(&arm.structure().robot),
+        structure: encoded_arm(&arm.structure().robot),
         start: differing(&table(&arm, &own), &own, &wanted),
         ..Configuration::of("FlexibleArm")
     })
+}
+
+/// A structure, body by body.
+fn encoded_arm(robot: &trueup_models::space::Structure) -> Vec<(String, Vec<u32>)> {
+    let mut all = encoded(robot);
+    if robot.axial_stiffening {
+        all.push((AXIAL_CHOICE.to_owned(), vec![STIFFENING as u32]));
+    }
+    all
 }
 
 /// The table of a model with those start values (in the model's order).
@@ -80,6 +98,15 @@ pub(crate) fn table(arm: &FlexibleArm, start: &[f64]) -> ModelTable {
     let kind = b.items(&DRIVE);
     let item = if s.by_current { 1.0 } else { BY_TORQUE as f64 };
     b.constant(DRIVE_CHOICE, kind, &[], &[item], "What the motors are driven by (fixed when packed)");
+    let kind = b.items(&AXIAL);
+    let item = if s.robot.axial_stiffening { STIFFENING as f64 } else { 1.0 };
+    b.constant(
+        AXIAL_CHOICE,
+        kind,
+        &[],
+        &[item],
+        "Whether loads along the links stiffen them (fixed when packed)",
+    );
     constants(&mut b, &s.robot);
     b.parameters(&parameters(s), start);
     b.inputs(&inputs(s));

@@ -78,7 +78,7 @@ mod tests {
             ..Configuration::of("FlexibleArm")
         };
         let arms = [
-            arm(&[("drive", 2), ("linkShapes", 5)]),
+            arm(&[("drive", 2), ("linkShapes", 5), ("axialStiffening", 2)]),
             arm(&[("links", 2)]),
             crate::of_arm(&trueup_models::flexible_arm::presets::delian()).unwrap(),
         ];

@@ -69,6 +69,8 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
         flexible,
         tips: found(TIP).collect(),
         thrusters: first(THRUSTERS),
+        // A free flyer's links are not stiffened by what pulls at them.
+        axial_stiffening: false,
         held: first(HELD) == 1,
         analysis: first(ANALYSIS) == 1,
         tables: found(TABLE_MODES).collect(),

@@ -4,7 +4,9 @@ use trueup_fmi::configuration::Configuration;
 use trueup_models::arm::{BASE, BASE_CHOICE};
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
-use trueup_models::flexible_arm::layout::{DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE};
+use trueup_models::flexible_arm::layout::{
+    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE,
+};
 use trueup_models::layout::Items;
 use trueup_models::space::ritz::MAX_LINK_SHAPES;
 
@@ -50,7 +52,12 @@ static OF_SCENE: [Choice; 5] = [
     Choice { name: TOUCHES, wanted: Wanted::Item(&AGAINST), text: "What the balls may touch" },
 ];
 
-static OF_FLEXIBLE_ARM: [Choice; 3] = [
+static OF_FLEXIBLE_ARM: [Choice; 4] = [
+    Choice {
+        name: AXIAL_CHOICE,
+        wanted: Wanted::Item(&AXIAL),
+        text: "Whether loads along links stiffen them",
+    },
     Choice { name: DRIVE_CHOICE, wanted: Wanted::Item(&DRIVE), text: "What the motors are driven by" },
     Choice { name: LINKS_CHOICE, wanted: Wanted::Item(&LINKS), text: "Whether the links bend" },
     Choice {

@@ -8,13 +8,13 @@ use trueup_models::space::tree::Joint;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 pub(crate) const LENGTHS: [f64; 2] = [0.6, 0.5];
-const MODULUS: f64 = 70e9;
-const MOMENT: f64 = 2e-8;
-const MASS: f64 = 0.8;
+pub(crate) const MODULUS: f64 = 70e9;
+pub(crate) const MOMENT: f64 = 2e-8;
+pub(crate) const MASS: f64 = 0.8;
 const SPRING: f64 = 5000.0;
 
 /// One or two links along x, joints about z (the first about z, too), a point of this mass at the tip.
-fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
+pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let body = |k: usize, mass: f64| {
         let moment = mass * 1e-8;

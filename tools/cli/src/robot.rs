@@ -21,6 +21,9 @@ struct File {
     /// Its FMU has outputs of what a pose is worth.
     #[serde(default)]
     analysis: bool,
+    /// Bending shortens links.
+    #[serde(default, rename = "axial-stiffening")]
+    axial_stiffening: bool,
     base: Base,
     #[serde(default)]
     body: Vec<Body>,
@@ -194,6 +197,7 @@ impl File {
             appendages,
             tables,
             flexures,
+            axial_stiffening: self.axial_stiffening,
             held: self.base.held,
             geared: true,
             analysis: self.analysis,

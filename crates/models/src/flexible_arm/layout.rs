@@ -22,6 +22,19 @@ pub const LINKS_CHOICE: &str = "links";
 /// Name of the structural choice of how many shapes each link has in each direction of bending.
 pub const SHAPES_CHOICE: &str = "linkShapes";
 
+/// Name of the structural choice [`AXIAL`].
+pub const AXIAL_CHOICE: &str = "axialStiffening";
+
+/// Whether loads along links stiffen them.
+pub static AXIAL: Items = Items {
+    name: "ArmAxialStiffening",
+    text: "Whether loads along the links stiffen or soften them",
+    items: &[
+        ("off", "they do not: links bend without being shortened"),
+        ("on", "they do: bending shortens links"),
+    ],
+};
+
 /// Whether links bend.
 pub static LINKS: Items = Items {
     name: "ArmLinks",

@@ -1,5 +1,6 @@
 //! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
 
+use super::axial::Axial;
 use super::end::LinkEnd;
 use super::flexible::{Appendages, Function, Mode, Part};
 use super::ritz;
@@ -149,25 +150,32 @@ impl<T: Scalar> Appendages<T> {
     }
 
     /// Adds a beam that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end. A body has one.
+    /// `stiffening`: bending shortens it (LNK-4).
     ///
     /// # Errors
     /// No room, a mode that has no mass, another number of shapes along x than along y.
-    pub fn add_link(&mut self, on: usize, shapes: Shapes, beam: &Beam<T>) -> Result<(), AppendageError> {
+    pub fn add_link(
+        &mut self,
+        on: usize,
+        shapes: Shapes,
+        beam: &Beam<T>,
+        stiffening: bool,
+    ) -> Result<(), AppendageError> {
         if shapes.x != shapes.y && shapes.x.min(shapes.y) > 0 {
             return Err(AppendageError::Unlike);
         }
         let [_, _, ez] = transposed(&beam.frame.rotation);
         let place = add(beam.frame.origin, scale(beam.length, ez));
-        self.whole(|all| all.put_beam(on, shapes, beam, Some(place)))
+        self.whole(|all| all.put_beam(on, shapes, beam, Some((place, stiffening))))
     }
 
-    /// `end`: the place of its end, if it carries what the body carries.
+    /// `end`: the place of its end, if it carries what the body carries, and whether bending shortens it.
     fn put_beam(
         &mut self,
         on: usize,
         shapes: Shapes,
         beam: &Beam<T>,
-        end: Option<Vector<T>>,
+        end: Option<(Vector<T>, bool)>,
     ) -> Result<(), AppendageError> {
         let Beam { frame, length, mass_per_length, polar_inertia_per_length, .. } = *beam;
         let [ex, ey, ez] = transposed(&frame.rotation);
@@ -216,9 +224,17 @@ impl<T: Scalar> Appendages<T> {
         }
         part.functions.1 = self.functions.len();
         part.modes.1 = self.modes.len();
-        if let Some(place) = end {
+        if let Some((place, stiffening)) = end {
             part.carries = true;
-            self.links.push(LinkEnd { on, place, modes: part.modes });
+            let first =
+                [(0, shapes.x), (shapes.x, shapes.y)].map(|(k, n)| (n > 0).then_some(part.modes.0 + k));
+            let bending = shapes.x.max(shapes.y);
+            part.axial = (stiffening && bending > 0).then_some(self.axials.len());
+            if part.axial.is_some() {
+                let root = frame.origin;
+                self.axials.push(Axial { along: ez, root, mass, length, shapes: bending, first });
+            }
+            self.links.push(LinkEnd { on, place, modes: part.modes, axial: part.axial });
         }
         self.parts.push(part);
         Ok(())
@@ -292,7 +308,14 @@ impl<T: Scalar> Appendages<T> {
             return Err(AppendageError::Appendages);
         }
         let (functions, first) = (self.functions.len(), self.modes.len());
-        Ok(Part { on, rigid, functions: (functions, functions), modes: (first, first), carries: false })
+        Ok(Part {
+            on,
+            rigid,
+            functions: (functions, functions),
+            modes: (first, first),
+            carries: false,
+            axial: None,
+        })
     }
     /// A mode and how it moves the end.
     fn put(&mut self, part: &Part<T>, mode: Mode<T>, reach: Motion<T>) -> Result<(), AppendageError> {

@@ -170,6 +170,8 @@ pub struct Design {
     pub tables: Vec<Table>,
     /// Links that bend.
     pub flexures: Vec<Flexure>,
+    /// Bending shortens links that bend, so that loads along them stiffen or soften them (LNK-4).
+    pub axial_stiffening: bool,
     /// The base does not move.
     pub held: bool,
     /// Rotors sit behind their gears; else they are as S0 prints them.

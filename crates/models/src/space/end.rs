@@ -22,6 +22,8 @@ pub struct LinkEnd<T> {
     pub place: Vector<T>,
     /// The first of its modes and the one after the last.
     pub modes: (usize, usize),
+    /// How it comes nearer by bending, where that is counted.
+    pub axial: Option<usize>,
 }
 
 /// A link's end at an instant.
@@ -64,7 +66,7 @@ impl<T: Scalar> Ends<T> {
         self.columns.extend(appendages.modes().iter().map(|_| Motion::zero()));
         for link in &appendages.links {
             self.of[link.on] = Some(self.all.len());
-            let end = End::new(link, &appendages.reach, (eta, rates), &mut self.columns);
+            let end = End::new(link, appendages, (eta, rates), &mut self.columns);
             self.all.push(end);
         }
     }
@@ -96,10 +98,11 @@ impl<T: Scalar> Ends<T> {
 impl<T: Scalar> End<T> {
     fn new(
         link: &LinkEnd<T>,
-        reach: &Modal<Motion<T>>,
+        appendages: &Appendages<T>,
         (eta, rates): (&[T], &[T]),
         columns: &mut [Motion<T>],
     ) -> Self {
+        let reach = &appendages.reach;
         let (mut shift, mut theta) = (zero(), zero());
         let (mut shifting, mut turning) = (zero(), zero());
         for j in link.modes.0..link.modes.1 {
@@ -108,6 +111,14 @@ impl<T: Scalar> End<T> {
             theta = add(theta, scale(eta[j], unit.angular)); // (LNK-2)
             shifting = add(shifting, scale(rates[j], unit.linear));
             turning = add(turning, scale(rates[j], unit.angular));
+        }
+        let axial = link.axial.map(|a| &appendages.axials[a]);
+        let mut faster = zero();
+        if let Some(axial) = axial {
+            let [nearer, rate, pairs] = axial.end(eta, rates);
+            shift = sub(shift, scale(nearer, axial.along)); // (LNK-4)
+            shifting = sub(shifting, scale(rate, axial.along));
+            faster = scale(-pairs, axial.along);
         }
         let half = T::constant(0.5);
         let gibbs = scale(half, theta);
@@ -119,6 +130,11 @@ impl<T: Scalar> End<T> {
             let angular = rate(reach[j].angular);
             columns[j] = Motion { angular, linear: add(reach[j].linear, cross(place, angular)) };
         }
+        if let Some(axial) = axial {
+            axial.end_by(eta, |j, nearer| {
+                columns[j].linear = sub(columns[j].linear, scale(nearer, axial.along)); // (LNK-4)
+            });
+        }
         let omega = rate(turning);
         let slower = scale(-(share * dot(gibbs, turning)), omega);
         let rotation = turned(gibbs, share);
@@ -127,7 +143,10 @@ impl<T: Scalar> End<T> {
             frame: Frame { rotation, origin: sub(place, times(&rotation, link.place)) },
             gibbs,
             velocity: Motion { angular: omega, linear: add(shifting, cross(place, omega)) },
-            bias: Motion { angular: slower, linear: add(cross(place, slower), cross(shifting, omega)) },
+            bias: Motion {
+                angular: slower,
+                linear: add(faster, add(cross(place, slower), cross(shifting, omega))),
+            },
         }
     }
 }

@@ -9,10 +9,11 @@
 //!
 //! S1 (2)-(8). There (2) lacks A, the second term of (3b) lacks rho, the third term of (4) must have J_z and d(theta_z)/dz.
 //!
-//! What it gets wrong: shapes do not shorten the beam when they bend it, so nothing stiffens it when it spins (no geometric
-//! stiffness). Above about a fifth of the first frequency the spin softens the beam falsely: bending in the plane of the
-//! spin by the square of the spin's rate.
+//! What it gets wrong: the shapes of an appendage do not shorten it when it bends, so nothing stiffens it when it spins (no
+//! geometric stiffness). Above about a fifth of the first frequency the spin softens it falsely: bending in the plane of the
+//! spin by the square of the spin's rate. Of links the shortening may be counted ([`super::axial`]).
 
+use super::axial::Axial;
 use super::end::{End, Ends, LinkEnd};
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::Placed;
@@ -64,6 +65,8 @@ pub struct Part<T> {
     pub modes: (usize, usize),
     /// It is the link of its body: what the body carries hangs on its end.
     pub carries: bool,
+    /// How it is shortened by bending, where that is counted.
+    pub axial: Option<usize>,
 }
 
 /// All appendages of a robot.
@@ -76,6 +79,7 @@ pub struct Appendages<T> {
     pub(super) links: ArrayVec<LinkEnd<T>, MAX_APPENDAGES>,
     /// How each mode shifts and turns the end of its link, per unit of its coordinate; 0 of those that carry nothing.
     pub(super) reach: Modal<Motion<T>>,
+    pub(super) axials: ArrayVec<Axial<T>, MAX_APPENDAGES>,
 }
 
 /// Of all modes.
@@ -86,7 +90,15 @@ impl<T: Scalar> Appendages<T> {
     #[inline]
     pub fn new() -> Self {
         let (parts, links) = (ArrayVec::new(), ArrayVec::new());
-        Self { parts, functions: ArrayVec::new(), modes: ArrayVec::new(), links, reach: ArrayVec::new() }
+        let axials = ArrayVec::new();
+        Self {
+            parts,
+            functions: ArrayVec::new(),
+            modes: ArrayVec::new(),
+            links,
+            reach: ArrayVec::new(),
+            axials,
+        }
     }
     /// The appendages.
     pub fn parts(&self) -> &[Part<T>] {
@@ -158,11 +170,19 @@ impl<T: Scalar> Appendages<T> {
                 fixed += 1;
             }
         }
-        // Functions alone move the centre of mass: their momentum is how it changes.
-        let bias = Wrench {
+        let shorter = part.axial.map(|a| {
+            let axial = &self.axials[a];
+            axial.couple(eta, (omega, v), &mut bent.coupling, &mut bent.bias);
+            axial.shorten((eta, rates), &mut now, &mut change, &mut own)
+        });
+        // Functions alone, and the shortening, move the centre of mass: their momentum is how it changes.
+        let mut bias = Wrench {
             torque: add(times(&change, omega), cross(own.force, v)),
             force: cross(omega, own.force),
         };
+        if let Some(wrench) = shorter {
+            bias = bias.plus(wrench);
+        }
         for j in fixed..last {
             let coupling = self.modes[j].fixed;
             own = own.plus(coupling.times(rates[j]));
@@ -179,7 +199,7 @@ impl<T: Scalar> Appendages<T> {
 
 /// Adds 2 b . u 1 - b u^T - u b^T: what an inertia gets when matter with the moment b is shifted by u.
 #[inline]
-fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
+pub(super) fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
     let twice = dot(b, u) * 2.0;
     for i in 0..3 {
         for j in 0..3 {

@@ -139,7 +139,7 @@ impl<T: Scalar> Instant<T> {
             first += count;
         }
         for (k, (body, shapes)) in s.bending().enumerate() {
-            if appendages.add_link(body, shapes, &model.link(at, k)).is_err() {
+            if appendages.add_link(body, shapes, &model.link(at, k), s.axial_stiffening).is_err() {
                 self.base.mass = T::constant(f64::NAN);
             }
         }

@@ -6,6 +6,7 @@ pub mod analysis;
 pub mod appendage;
 pub mod articulated;
 pub mod attitude;
+pub mod axial;
 pub mod composite;
 pub mod design;
 pub mod end;

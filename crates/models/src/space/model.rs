@@ -33,6 +33,8 @@ pub struct Structure {
     pub tables: Vec<usize>,
     /// Per moving body the numbers of shapes of its link, on whose end hangs what the body carries; empty: all links are rigid.
     pub links: Vec<Shapes>,
+    /// Bending shortens links, so that loads along them stiffen or soften them.
+    pub axial_stiffening: bool,
     /// The base does not move.
     pub held: bool,
     /// There are outputs of what a pose is worth.

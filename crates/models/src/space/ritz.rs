@@ -25,6 +25,43 @@ pub struct LinkShape {
     coefficients: Polynomial,
 }
 
+/// How shapes of bending shorten a link of length 1, by pairs: with h(z) the integral of both slopes from 0 to z, h at the end, the
+/// integral of h, that of z h.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Shortening {
+    /// h(1).
+    pub end: Pairs,
+    /// Of h.
+    pub area: Pairs,
+    /// Of z h.
+    pub moment: Pairs,
+}
+
+/// A value for each pair of shapes.
+pub type Pairs = [[f64; MAX_LINK_SHAPES]; MAX_LINK_SHAPES];
+
+static SHORTENING: LazyLock<[Shortening; MAX_LINK_SHAPES + 1]> = LazyLock::new(|| {
+    std::array::from_fn(|n| {
+        let mut all = Shortening::default();
+        for j in 0..n {
+            for k in 0..n {
+                let (Some(a), Some(b)) = (bending(n, j), bending(n, k)) else { continue };
+                let slopes = |extra: i32| integral(&a.coefficients, &b.coefficients, BENDING.power, 1, extra);
+                // By parts: h(1) less the integral of z h', and half of h(1) less that of z^2 h'.
+                all.end[j][k] = slopes(0);
+                all.area[j][k] = slopes(0) - slopes(1);
+                all.moment[j][k] = 0.5 * (slopes(0) - slopes(2));
+            }
+        }
+        all
+    })
+});
+
+/// Of `n` shapes of bending; `None` where there are none.
+pub fn shortening(n: usize) -> Option<&'static Shortening> {
+    SHORTENING.get(n).filter(|_| n > 0)
+}
+
 /// Bending or torsion: the lowest power of z, how often the strain is differentiated.
 #[derive(Clone, Copy)]
 struct Kind {
@@ -53,6 +90,10 @@ impl LinkShape {
     /// Of bending, at z in 0 .. 1.
     pub fn bending_at(&self, z: f64) -> f64 {
         value(&self.coefficients, BENDING.power, 0, z)
+    }
+    /// Slope of bending, at z in 0 .. 1.
+    pub fn slope_at(&self, z: f64) -> f64 {
+        value(&self.coefficients, BENDING.power, 1, z)
     }
     /// Of torsion, at z in 0 .. 1.
     pub fn torsion_at(&self, z: f64) -> f64 {

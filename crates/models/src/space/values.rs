@@ -33,6 +33,7 @@ impl Design {
             appendages: self.appendages.iter().map(|a| a.shapes).collect(),
             tables: self.tables.iter().map(|t| t.modes.len()).collect(),
             links: self.link_shapes(),
+            axial_stiffening: self.axial_stiffening,
             held: self.held,
             analysis: self.analysis,
         }

@@ -75,6 +75,7 @@ pub(super) fn arms(count: usize) -> Machine {
         beams: vec![],
         tables: vec![],
         links: vec![],
+        stiffening: false,
     }
 }
 

@@ -87,6 +87,7 @@ fn machine(rng: &mut StdRng) -> Machine {
             })
             .collect(),
         tree,
+        stiffening: rng.random_bool(0.5),
     }
 }
 

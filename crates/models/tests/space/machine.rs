@@ -25,6 +25,8 @@ pub(super) struct Machine {
     pub(super) tables: Vec<(usize, Frame<f64>, Rigid<f64>, Vec<TableMode<f64>>)>,
     /// On whose ends hangs what the bodies carry.
     pub(super) links: Vec<(usize, Shapes, Beam<f64>)>,
+    /// Bending shortens links.
+    pub(super) stiffening: bool,
 }
 
 fn lift<T: Scalar>(v: Vector<f64>) -> Vector<T> {
@@ -97,7 +99,9 @@ impl Machine {
             let modes: Vec<_> = modes.iter().map(mode).collect();
             all.add_table(*on, &frame(place), &rigid(whole), &modes).unwrap();
         }
-        self.links.iter().for_each(|(on, shapes, b)| all.add_link(*on, *shapes, &lifted(b)).unwrap());
+        self.links
+            .iter()
+            .for_each(|(on, shapes, b)| all.add_link(*on, *shapes, &lifted(b), self.stiffening).unwrap());
         all
     }
 
