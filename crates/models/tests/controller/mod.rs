@@ -1,5 +1,6 @@
 //! The controllers against the reference plant, and sampled against continuous.
 
+mod adaptive;
 mod chain;
 mod golden;
 mod limit;
