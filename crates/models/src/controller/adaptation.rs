@@ -208,8 +208,8 @@ impl<T: Scalar> Joint<T> {
             dx[state::TWIST] = low * twist;
             dx[state::TWIST + 1] = high * (twist - x[state::TWIST + 1]);
             dx[state::TWIST + 2] = high * (x[state::TWIST + 1] - x[state::TWIST + 2]);
-            let [y, phi] = [load[3] * high * high, x[state::TWIST + 2]]
-                .map(|v| v / self.p[parameter::THRESHOLD]); // (CTL-9)
+            let [y, phi] =
+                [load[3] * high * high, x[state::TWIST + 2]].map(|v| v / self.p[parameter::THRESHOLD]); // (CTL-9)
             dx[state::EXCITATION] = low * (phi * phi - x[state::EXCITATION]); // (CTL-10)
             if active {
                 dx[state::CORRELATION] = rate * (y * phi - x[state::CORRELATION]); // (CTL-11)

@@ -116,7 +116,10 @@ impl ManipulatorController {
         if n > 1 {
             let (index, of) = (a::schedule_joint(n) + j, p[a::schedule_joint(n) + j]);
             if !(1..=n).any(|k| k as f64 == of) {
-                return Err((index, format!("scheduleJoint of joint {joint} must be a joint's number, 1 to {n}")));
+                return Err((
+                    index,
+                    format!("scheduleJoint of joint {joint} must be a joint's number, 1 to {n}"),
+                ));
             }
         }
         Ok(())

@@ -73,7 +73,8 @@ impl ManipulatorController {
     /// Joint `j`; before the first update with the states that it will set.
     fn joint<T: Scalar>(&self, x: &[T], u: &[T], p: &[T], modes: &[i32], j: usize) -> Joint<T> {
         let n = self.joints;
-        let omega = self.adaptation(x, u, p, modes, j).map_or(p[parameter::WAVE_FREQUENCY * n + j], |a| a.used());
+        let omega =
+            self.adaptation(x, u, p, modes, j).map_or(p[parameter::WAVE_FREQUENCY * n + j], |a| a.used());
         let (strategy, p, u) = (self.strategy(p), gather(p, n, j), gather(u, n, j));
         let mut joint = Joint { strategy, p, u, x: gather(x, n, j), omega };
         if modes[INITIALISED] == 0 {

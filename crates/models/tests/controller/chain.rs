@@ -28,11 +28,16 @@ fn damping() -> [f64; 2] {
 
 /// Rates of three angles and three velocities under the motor's torque and a torque on the tip.
 pub(crate) fn plant_rates<T: Scalar>(x: &[T], torque: T, load: T) -> [T; 6] {
+    rates_with(INERTIA[2], x, torque, load)
+}
+
+/// The same with another inertia of the tip.
+pub(crate) fn rates_with<T: Scalar>(tip: f64, x: &[T], torque: T, load: T) -> [T; 6] {
     let d = damping();
     let across = |i: usize| (x[i] - x[i + 1]) * STIFFNESS[i] + (x[i + 3] - x[i + 4]) * d[i];
     let (joint, link) = (across(0), across(1));
     let sums = [torque - joint - x[3] * FRICTION, joint - link, link + load];
-    let a = |i: usize| sums[i] / INERTIA[i];
+    let a = |i: usize| sums[i] / [INERTIA[0], INERTIA[1], tip][i];
     [x[3], x[4], x[5], a(0), a(1), a(2)]
 }
 

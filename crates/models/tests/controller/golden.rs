@@ -135,10 +135,7 @@ fn d24_d25_reduction_of_vibration() {
         for (adaptive, constant) in
             [(Strategy::WbcAdaptive, Strategy::Wbc), (Strategy::VwbcAdaptive, Strategy::Vwbc)]
         {
-            assert_eq!(
-                reduction(adaptive, kp, omega).to_bits(),
-                reduction(constant, kp, omega).to_bits()
-            );
+            assert_eq!(reduction(adaptive, kp, omega).to_bits(), reduction(constant, kp, omega).to_bits());
         }
     }
     // Further settings of the study, printed to 0.1 %.

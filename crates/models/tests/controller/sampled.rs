@@ -44,7 +44,7 @@ impl<M: Hybrid> Run<M> {
 }
 
 /// Repeatable noise in -1..1.
-fn noise(seed: &mut u64) -> f64 {
+pub(crate) fn noise(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
@@ -232,7 +232,8 @@ fn n_joints_are_n_times_one_joint() {
         let mut u: Vec<f64> = (0..6 * n).map(|_| noise(&mut seed)).collect();
         let of = |u: &[f64], j: usize| -> [f64; 6] { core::array::from_fn(|i| u[i * n + j]) };
         let mut all = Run::new(model, &p, 0.0, &u);
-        let mut singles: Vec<_> = (0..n).map(|j| Run::new(JointController, &one[j], 0.0, &of(&u, j))).collect();
+        let mut singles: Vec<_> =
+            (0..n).map(|j| Run::new(JointController, &one[j], 0.0, &of(&u, j))).collect();
         for k in 0..50 {
             let t = f64::from(k) * 1e-3;
             all.update(t, &u);
@@ -245,7 +246,10 @@ fn n_joints_are_n_times_one_joint() {
                 let at = At { t, x: &single.x, u: &u_j, p: &one[j], modes: &single.modes };
                 single.model.rates(at, &mut dx);
                 let (got, want) = (all.output(t, &u), single.output(t, &u_j));
-                assert!((0..want.len()).all(|i| got[i * n + j] == want[i]), "{strategy:?}: {got:?}, {want:?}");
+                assert!(
+                    (0..want.len()).all(|i| got[i * n + j] == want[i]),
+                    "{strategy:?}: {got:?}, {want:?}"
+                );
                 for i in 0..CONTROLLER_STATES {
                     assert_eq!((all.x[i * n + j], rates[i * n + j]), (single.x[i], dx[i]), "state {i}");
                 }
