@@ -168,10 +168,11 @@ impl Hybrid for ManipulatorController {
         let (law, adapting) = dx.split_at_mut(adaptation::state::first(n));
         for j in 0..n {
             let joint = self.joint(at.x, at.u, at.p, at.modes, j);
-            scatter(&joint.rates(at.modes[SATURATION + j]), law, n, j);
-            if let Some(a) = self.adaptation(at.x, at.u, at.p, at.modes, j) {
-                scatter(&a.rates(at.modes[SATURATION + n + j] > 0), adapting, n, j);
-            }
+            let adaptation = self.adaptation(at.x, at.u, at.p, at.modes, j);
+            let moving = adaptation.map(|a| a.rates(at.modes[SATURATION + n + j] > 0));
+            let growth = moving.map(|dx| dx[adaptation::state::OFFSET] / joint.omega);
+            scatter(&joint.rates(at.modes[SATURATION + j], growth), law, n, j);
+            moving.iter().for_each(|dx| scatter(dx, adapting, n, j));
         }
     }
 
@@ -239,9 +240,11 @@ impl Hybrid for ManipulatorController {
         let period = self.period(p);
         if self.due(t, p, modes) {
             for j in 0..n {
-                let next = self.joint(x, u, p, modes, j).sample(period);
                 let adapting = self.adaptation(x, u, p, modes, j).map(|a| a.sample(period));
-                scatter(&next, x, n, j);
+                let joint = self.joint(x, u, p, modes, j);
+                let omega = p[parameter::WAVE_FREQUENCY * n + j];
+                let next = adapting.map(|a| omega + a[adaptation::state::OFFSET]);
+                scatter(&joint.sample(period, next), x, n, j);
                 if let Some(adapting) = adapting {
                     scatter(&adapting, &mut x[adaptation::state::first(n)..], n, j);
                 }

@@ -151,13 +151,16 @@ impl<T: Scalar> Joint<T> {
         core::array::from_fn(|i| self.x[at + i])
     }
 
-    /// Rates of the states of the continuous law with the limit reached on the side `saturation`.
-    pub fn rates(&self, saturation: i32) -> [T; state::COUNT] {
+    /// Rates of the states of the continuous law with the limit reached on the side `saturation`; `growth` is ω'/ω in
+    /// 1/s where ω adapts.
+    pub fn rates(&self, saturation: i32, growth: Option<T>) -> [T; state::COUNT] {
         let mut dx = [T::zero(); state::COUNT];
         let (p, command) = (&self.p, self.command());
         if let Some((at, theta0, theta1)) = self.split() {
             let rates = waves::rates(&self.waves(at), theta0, theta1, self.omega);
             dx[at..at + 4].copy_from_slice(&rates);
+            let more = growth.map(|growth| waves::growth_rates(&self.waves(at), growth));
+            more.iter().flatten().zip(&mut dx[at..]).for_each(|(more, dx)| *dx += *more);
         }
         if self.strategy == Strategy::VwbcWashout {
             dx[state::WASHOUT] = p[parameter::WASHOUT_FREQUENCY] * (command.washout - self.x[state::WASHOUT]);
@@ -167,13 +170,15 @@ impl<T: Scalar> Joint<T> {
         dx
     }
 
-    /// The states after a sample: output held, filters advanced by one period `h` in s with held inputs.
-    pub fn sample(&self, h: T) -> [T; state::COUNT] {
+    /// The states after a sample: output held, filters advanced by one period `h` in s with held inputs; where ω
+    /// adapts it is `next` afterwards.
+    pub fn sample(&self, h: T, next: Option<T>) -> [T; state::COUNT] {
         let (p, command) = (&self.p, self.command());
         let mut x = self.x;
         if let Some((at, theta0, theta1)) = self.split() {
-            let next = waves::step(&self.waves(at), theta0, theta1, self.omega, h);
-            x[at..at + 4].copy_from_slice(&next);
+            let split = waves::step(&self.waves(at), theta0, theta1, self.omega, h);
+            let split = next.map_or(split, |next| waves::changed(&split, self.omega, next, h));
+            x[at..at + 4].copy_from_slice(&split);
         }
         let lag = |y: T, u: T, exponent: T| u + (y - u) * (-exponent).exp();
         if self.strategy == Strategy::VwbcWashout {

@@ -23,8 +23,9 @@
 //! P_PI and VWBC_WASHOUT leave no static error under a constant load torque with load twist δ = θ0 − θ1;
 //! WBC drifts at −ω_n δ, and VWBC keeps an error of magnitude ω_n δ/K_p.
 //!
-//! The split holds a0 + b0 = θ0 exactly whatever ω_n does: a0 is θ0 − b0, no state of its own. At rest its filters
-//! stand at their inputs, and a change of ω_n moves nothing.
+//! The split holds a0 + b0 = θ0 exactly whatever ω_n does: a0 is θ0 − b0, no state of its own. At rest without a twist
+//! its filters stand at their inputs, and a change of ω_n moves nothing; [`waves::growth_rates`] sees to it that one on
+//! the way leaves nothing behind.
 
 pub mod adaptation;
 mod check;

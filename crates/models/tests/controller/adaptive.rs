@@ -1,6 +1,6 @@
 //! The wave frequency as it adapts: its filters, what it learns of a joint in motion, and what it leaves alone.
 
-use super::bench::{Bench, Control, LOAD_STEP, MOTOR_STEP, RATIO, SMOOTH, controller};
+use super::bench::{Bench, Control, LOAD_STEP, MOTOR_STEP, RATIO, SMOOTH, Seen, controller};
 use super::chain::{CONTROLLER_STATES, PARAMETERS, arranged};
 use super::sampled::noise;
 use trueup_models::controller::{
@@ -146,18 +146,43 @@ fn a_load_and_play_leave_it_within_its_bounds() {
         ),
     ];
     for (name, bench) in cases {
-        for ((strategy, _), h) in ADAPTIVE.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
-            let p = controller(strategy, 41.648, h, 2.0);
-            let seen = bench.run(&p, 16.0, |t| if t < 6.0 { moves(t) } else { 0.0 });
+        for ((strategy, constant), h) in ADAPTIVE.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+            let reference = |t| if t < 6.0 { moves(t) } else { 0.0 };
+            let seen = bench.run(&controller(strategy, 41.648, h, 2.0), 16.0, reference);
             let least = seen.omega.iter().copied().fold(f64::INFINITY, f64::min);
             let most = seen.omega.iter().copied().fold(0.0, f64::max);
             let last = seen.active.iter().rposition(|a| *a).map_or(0.0, |k| k as f64 * 1e-3);
+            // What still moves over the last second, and with the constant law.
+            let swing = |seen: &Seen| {
+                let tail = &seen.angle[15_000..];
+                let most = tail.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+                (most - tail.iter().copied().fold(f64::INFINITY, f64::min)).to_degrees()
+            };
+            let still = bench.run(&controller(constant, 41.648, h, 0.0), 16.0, reference);
             println!(
-                "{name}, {strategy:?}, T_s {h} s: {least:.2} to {most:.2} rad/s, {:.2} at the end, last active at {last} s",
-                seen.omega[16_000]
+                "{name}, {strategy:?}, T_s {h} s: {least:.2} to {most:.2} rad/s, {:.2} at the end, last active at {last} s; moves \
+                 by {:.4} deg, constant {:.4} deg",
+                seen.omega[16_000],
+                swing(&seen),
+                swing(&still)
             );
             assert!(least >= 5.0 && most <= 400.0 && seen.omega[..7000].iter().any(|w| *w != 41.648));
+            if bench.effects.is_empty() {
+                assert!(last < 10.0 && (seen.omega[16_000] / bench.mode() - 1.0).abs() < 0.05);
+            }
         }
+    }
+}
+
+/// What ω_n did on the way leaves no error: at rest without a load all is as if it had been constant. Checks CTL-15.
+#[test]
+fn a_change_on_the_way_leaves_no_error() {
+    for ((strategy, _), h) in ADAPTIVE.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+        let seen = SMOOTH
+            .run(&controller(strategy, 125.0, h, 2.0), 40.0, |t| if t < 6.0 { moves(t) } else { 0.0873 });
+        let error = (seen.angle[40_000] - 0.0873).to_degrees();
+        println!("{strategy:?}, T_s {h} s: 125 to {:.2} rad/s, error {:.2e} deg", seen.omega[40_000], error);
+        assert!(seen.omega[40_000] < 43.0 && error.abs() < 1e-3);
     }
 }
 
