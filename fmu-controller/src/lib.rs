@@ -1,5 +1,6 @@
 //! JointController and ManipulatorController as FMUs: binding only.
 
+mod adaptation;
 pub mod variables;
 
 use trueup_fmi::configuration::Configuration;

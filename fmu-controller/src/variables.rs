@@ -1,9 +1,10 @@
 //! The variable tables of JointController and ManipulatorController.
 
+use super::adaptation;
 use trueup_fmi::table::{
     Causality, Depends, Enumeration, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
 };
-use trueup_models::controller::{input, parameter, state};
+use trueup_models::controller::{input, output, parameter, state};
 
 /// Table of JointController; the defaults fit joint 1 of ESA's DELIAN arm (n = 44340, J_m = 1.2e-7 kg.m2).
 pub fn joint_controller() -> ModelTable {
@@ -15,6 +16,7 @@ pub fn joint_controller() -> ModelTable {
         limit: "currentLimit",
         torque_constant: "N.m/A",
         torque_constant_text: "torque constant K_t of the motor",
+        threshold: 5e-5,
     };
     let defaults = [[2.5], [7.2e-6 * n * n], [0.1], [n], [0.02], [0.25], [41.648], [1.0]];
     let mut table = Builder { names, joints: None }.table(&defaults.each_ref().map(|d| d.as_slice()));
@@ -34,6 +36,7 @@ pub fn manipulator_controller(joints: usize) -> ModelTable {
         limit: "torqueLimit",
         torque_constant: "1",
         torque_constant_text: "drive constant K_t: motor torque delivered per torque commanded",
+        threshold: 1e-4,
     };
     let test_bed = [
         [0.1, 0.5, 0.5],
@@ -54,23 +57,25 @@ pub fn manipulator_controller(joints: usize) -> ModelTable {
 }
 
 /// What the two controllers call differently.
-struct Names {
-    load: &'static str,
+pub(super) struct Names {
+    pub(super) load: &'static str,
     output: &'static str,
     unit: &'static str,
     limit: &'static str,
     torque_constant: &'static str,
     torque_constant_text: &'static str,
+    /// Excitation threshold in rad: a few steps of usual sensors.
+    threshold: f64,
 }
 
-struct Builder {
-    names: Names,
+pub(super) struct Builder {
+    pub(super) names: Names,
     /// Number of joints; `None`: one, as scalars.
-    joints: Option<usize>,
+    pub(super) joints: Option<usize>,
 }
 
 impl Builder {
-    fn variable(
+    pub(super) fn variable(
         &self,
         name: &str,
         causality: Causality,
@@ -164,8 +169,8 @@ impl Builder {
         ]
     }
 
-    /// The states: place, name, unit, unit of the rate, description.
-    fn state_list(&self) -> Vec<(usize, String, &'static str, &'static str, String)> {
+    /// The states of the law: place, name, unit, unit of the rate, description.
+    fn law_states(&self) -> Vec<(usize, String, &'static str, &'static str, String)> {
         let waves = |first, quantity: &str, unit: [&'static str; 3], symbol: &str| {
             [
                 (
@@ -207,9 +212,9 @@ impl Builder {
         all
     }
 
-    /// What the output and the rates of a joint depend on: the inputs and states of that joint.
-    fn dependencies(&self) -> Vec<String> {
-        let states = self.state_list().into_iter().map(|s| format!("state.{}", s.1));
+    /// All inputs of a joint and these states.
+    fn inputs_and(&self, states: &[(usize, String, &'static str, &'static str, String)]) -> Vec<String> {
+        let states = states.iter().map(|s| format!("state.{}", s.1));
         self.inputs().into_iter().map(|v| v.name).chain(states).collect()
     }
 
@@ -221,11 +226,11 @@ impl Builder {
             Causality::Output,
             Variability::Continuous,
             Storage::Output,
-            0,
+            output::COMMAND,
             unit,
             &text,
         );
-        v.depends = Depends::On(self.dependencies());
+        v.depends = Depends::On(self.inputs_and(&self.law_states()));
         v
     }
 
@@ -234,15 +239,24 @@ impl Builder {
         let local = |name: &str, storage, index, unit, text: &str| {
             self.variable(name, Causality::Local, Variability::Continuous, storage, index, unit, text)
         };
+        let mut all = self.law_states();
+        all.extend(adaptation::states());
+        let dependencies = self.inputs_and(&all);
         let pair = |(index, name, unit, rate_unit, text): (usize, String, _, _, String)| {
             let name = format!("state.{name}");
             let (rate, rate_text) =
                 (format!("der({name})"), format!("rate of {name}; 0 while samplePeriod > 0"));
             let mut rate = local(&rate, Storage::Rate, index, rate_unit, &rate_text).derivative_of(&name);
-            rate.depends = Depends::On(self.dependencies());
+            // A schedule may run over any joint's angle.
+            let of_schedule = name == "state.waveFrequencyOffset" || name.contains("Wave");
+            rate.depends = if self.joints.is_some() && of_schedule {
+                Depends::All
+            } else {
+                Depends::On(dependencies.clone())
+            };
             [local(&name, Storage::State, index, unit, &text).nominal(1.0), rate]
         };
-        self.state_list().into_iter().flat_map(pair).collect()
+        all.into_iter().flat_map(pair).collect()
     }
 
     fn table(&self, defaults: &[&[f64]; parameter::COUNT]) -> ModelTable {
@@ -259,6 +273,10 @@ impl Builder {
         variables.push(self.output());
         variables.extend(self.parameters(defaults));
         variables.extend(self.states());
+        // Behind all that there was before: its value references stay.
+        let omega = defaults[parameter::WAVE_FREQUENCY];
+        variables.extend(self.adaptation_parameters(omega, self.names.threshold));
+        variables.extend(self.adaptation_outputs(omega[0]));
         let of = |index: usize| defaults[index][0];
         let (ratio, limit) = (of(parameter::GEAR_RATIO), of(parameter::LIMIT));
         for v in &mut variables {
@@ -266,6 +284,8 @@ impl Builder {
                 "motorAngle" | "motorVelocity" => Some(ratio),
                 "state.integralTorque" => Some(limit * ratio * of(parameter::TORQUE_CONSTANT)),
                 "state.heldOutput" => Some(limit),
+                "state.regressionCorrelation" => Some(omega[0] * omega[0]),
+                name if name.starts_with("state.twistFilter") => Some(self.names.threshold),
                 name if name == self.names.output => Some(limit),
                 _ => v.nominal,
             };
@@ -283,29 +303,37 @@ impl Builder {
             title: None,
             description: String::new(),
             variables,
-            enumerations: vec![Enumeration {
-                name: "Strategy",
-                description: "Velocity reference v of a joint's controller, with e = r - theta1",
-                items: vec![
-                    ("P_PI", "v = K_p e"),
-                    ("WBC", "wave-based control, v = K_p (r/2 + b0 - theta0) with the waves of the angles"),
-                    (
-                        "VWBC",
-                        "velocity wave-based control, v = K_p e/2 + b0 with the waves of the velocities",
-                    ),
-                    (
-                        "VWBC_WASHOUT",
-                        "v = K_p e (1 + LP)/2 + (1 - LP) b0, LP = omega_h/(s + omega_h): no static error under a load torque",
-                    ),
-                ],
-            }],
+            enumerations: vec![
+                Enumeration {
+                    name: "Strategy",
+                    description: "Velocity reference v of a joint's controller, with e = r - theta1",
+                    items: vec![
+                        ("P_PI", "v = K_p e"),
+                        (
+                            "WBC",
+                            "wave-based control, v = K_p (r/2 + b0 - theta0) with the waves of the angles",
+                        ),
+                        (
+                            "VWBC",
+                            "velocity wave-based control, v = K_p e/2 + b0 with the waves of the velocities",
+                        ),
+                        (
+                            "VWBC_WASHOUT",
+                            "v = K_p e (1 + LP)/2 + (1 - LP) b0, LP = omega_h/(s + omega_h): no static error under a load torque",
+                        ),
+                        ("WBC_ADAPTIVE", "WBC with a wave frequency that adapts, see adaptation"),
+                        ("VWBC_ADAPTIVE", "VWBC with a wave frequency that adapts, see adaptation"),
+                    ],
+                },
+                adaptation::enumeration(),
+            ],
             terminals: vec![Terminal {
                 name: "drive".into(),
                 description:
                     "The drive: command to the motor and the sensors on both sides of the transmission".into(),
                 members: members.map(|m| (m.clone(), m)).to_vec(),
             }],
-            indicators: 2 * self.joints.unwrap_or(1),
+            indicators: 3 * self.joints.unwrap_or(1),
             experiment: Experiment { stop_time: 10.0, tolerance: 1e-6, step_size: 1e-3 },
         };
         table.number();

@@ -5,7 +5,7 @@
 use fmu_controller::variables::{joint_controller, manipulator_controller};
 use trueup_fmi::table::{ModelTable, Storage};
 use trueup_models::arm::{self, PlanarManipulator};
-use trueup_models::controller::{JointController, ManipulatorController};
+use trueup_models::controller::{self, JointController, ManipulatorController};
 use trueup_models::joint::{self, TwoMassJoint};
 use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -51,7 +51,8 @@ fn drive<P: Hybrid, C: Hybrid>(
         }
         while !controller.update(t, &mut cx, &cu, cp, &mut cmodes).settled() {}
         controller.outputs(At { t, x: &cx, u: &cu, p: cp, modes: &cmodes }, &mut command);
-        s.u[..c.outputs].copy_from_slice(&command);
+        let commands = c.outputs / controller::output::COUNT;
+        s.u[..commands].copy_from_slice(&command[..commands]);
         driver.advance_to(plant, &mut s, t + h, Inputs::Hold, &mut |_| Flow::Continue).expect("goes on");
     }
     y
@@ -63,7 +64,7 @@ fn the_joint_arrives() {
     let plant = TwoMassJoint::new(true, NO_EFFECTS).expect("builds");
     let pp = [1.2e-7, 8.0, 44340.0, 0.02, 3.07e-5, 8.07e-8, 7.37e-5, 2.99e-4, 7.2e-8, 0.0, 0.0, 0.0, 0.0];
     let reference = 1f64.to_radians();
-    for strategy in [1.0, 2.0, 3.0, 4.0] {
+    for strategy in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] {
         let cp = with(&joint_controller(), &[("samplePeriod", 1e-3), ("strategy", strategy)]);
         let y = drive((&plant, &pp), (&JointController, &cp), (1e-3, 4.0), |y| {
             use joint::output as o;
@@ -90,7 +91,7 @@ fn the_arm_arrives() {
     let plant = PlanarManipulator::new(&[true, false, false], NO_EFFECTS).expect("builds");
     let pp = plant.defaults();
     let step = [0.3, -0.2, 0.1];
-    for strategy in [1.0, 2.0, 3.0, 4.0] {
+    for strategy in [1.0, 2.0, 3.0, 4.0, 5.0, 6.0] {
         let h = 1e-2;
         let cp = with(&manipulator_controller(n), &[("samplePeriod", h), ("strategy", strategy)]);
         let start = pp[arm::parameter::initial_joint_angle(n)..][..n].to_vec();

@@ -2,7 +2,7 @@
 
 use fmu_controller::variables::{joint_controller, manipulator_controller};
 use trueup_fmi::table::{Causality, Depends, Kind, ModelTable, Storage};
-use trueup_models::controller::{JointController, ManipulatorController};
+use trueup_models::controller::{JointController, ManipulatorController, parameter};
 use trueup_numerics::hybrid::{Hybrid, Sizes};
 
 /// Every place of every storage class is named exactly once, with unit, bounds and references that resolve.
@@ -31,7 +31,7 @@ fn fits(table: &ModelTable, sizes: Sizes) {
             v.name,
             v.unit
         );
-        assert!(!v.unit.is_empty() || matches!(v.kind, Kind::Enumeration(_)), "{} has no unit", v.name);
+        assert!(!v.unit.is_empty() || v.kind != Kind::Real, "{} has no unit", v.name);
         if matches!(v.causality, Causality::Input | Causality::Parameter) {
             assert_eq!(v.start.len(), v.len(), "{}", v.name);
         }
@@ -56,7 +56,11 @@ fn names(table: &ModelTable, causality: Causality) -> Vec<&str> {
 fn the_joint_controller_fits_its_table() {
     let table = joint_controller();
     fits(&table, JointController.sizes());
-    assert_eq!(JointController.check(&table.parameter_starts()), Ok(()));
+    for strategy in 1..=6 {
+        let mut p = table.parameter_starts();
+        p[parameter::COUNT + 1] = f64::from(strategy);
+        assert_eq!(JointController.check(&p), Ok(()), "the defaults serve every strategy");
+    }
     assert_eq!(
         names(&table, Causality::Input),
         [
@@ -68,7 +72,7 @@ fn the_joint_controller_fits_its_table() {
             "loadVelocity"
         ]
     );
-    assert_eq!(names(&table, Causality::Output), ["motorCurrent"]);
+    assert_eq!(names(&table, Causality::Output), ["motorCurrent", "waveFrequencyUsed", "adaptationActive"]);
     assert_eq!(
         names(&table, Causality::Parameter),
         [
@@ -81,7 +85,15 @@ fn the_joint_controller_fits_its_table() {
             "waveFrequency",
             "washoutFrequency",
             "samplePeriod",
-            "strategy"
+            "strategy",
+            "adaptation",
+            "adaptationRate",
+            "waveFrequencyMin",
+            "waveFrequencyMax",
+            "waveFrequencyRatio",
+            "excitationThreshold",
+            "scheduleAngle",
+            "scheduleFrequency"
         ]
     );
 }
@@ -92,8 +104,15 @@ fn the_manipulator_controller_fits_its_table() {
         let (table, model) = (manipulator_controller(n), ManipulatorController { joints: n });
         fits(&table, model.sizes());
         assert_eq!(model.check(&table.parameter_starts()), Ok(()));
-        assert_eq!(names(&table, Causality::Output), ["jointTorque"]);
-        for name in ["torqueLimit", "jointAngle", "jointVelocity", "jointTorque"] {
+        assert_eq!(
+            names(&table, Causality::Output),
+            ["jointTorque", "waveFrequencyUsed", "adaptationActive"]
+        );
+        assert_eq!(table.find("scheduleJoint").is_some(), n > 1);
+        assert_eq!(table.find("scheduleFrequency").map(|v| v.dimensions.clone()), Some(vec![n, 9]));
+        for name in
+            ["torqueLimit", "jointAngle", "jointVelocity", "jointTorque", "adaptation", "adaptationActive"]
+        {
             assert_eq!(table.find(name).map(|v| v.dimensions.clone()), Some(vec![n]), "{name}");
         }
     }

@@ -1,13 +1,14 @@
 //! The control law as a hybrid model: continuous or sampled, for n joints.
 
-use super::{Strategy, input, law::Joint, parameter, state};
+use super::{Strategy, adaptation, input, law::Joint, output, parameter, state};
 use trueup_numerics::{
     Scalar,
     hybrid::{At, Hybrid, Sizes, Update},
 };
 
 /// Modes: the states were set from the inputs (0, 1); number of the next sample, high and low part; per joint
-/// the limit reached (-1, 0, +1; 0 while sampled).
+/// the limit reached (-1, 0, +1; 0 while sampled); per joint whether there is excitation to learn from (0, 1; 0 while
+/// sampled).
 const INITIALISED: usize = 0;
 const SAMPLE: usize = 1;
 const SATURATION: usize = 3;
@@ -15,8 +16,8 @@ const LOW_BITS: u32 = 30;
 
 /// The control law for each of `joints` joints; inputs, outputs, states and parameters variable by variable.
 ///
-/// Outputs: the torque on each motor in N.m, limited. With `gearRatio` 1 and `torqueConstant` 1 that is the
-/// load-referred torque itself.
+/// Outputs: the torque on each motor in N.m, limited; with `gearRatio` 1 and `torqueConstant` 1 that is the
+/// load-referred torque itself. Then the wave frequency used of each joint, and whether it adapts.
 ///
 /// Rates follow the frozen modes. Outputs are limited by their value, which is the same where the modes fit,
 /// and right also where inputs have jumped and no event was handled yet; for the same reason, an output at an
@@ -27,7 +28,7 @@ pub struct ManipulatorController {
     pub joints: usize,
 }
 
-/// The control law for one joint; the output is the motor's current in A, limited.
+/// The control law for one joint; the first output is the motor's current in A, limited.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct JointController;
 
@@ -61,23 +62,68 @@ fn set_next_sample(modes: &mut [i32], number: f64) {
 }
 
 impl ManipulatorController {
-    fn period<T: Scalar>(&self, p: &[T]) -> T {
+    pub(super) fn period<T: Scalar>(&self, p: &[T]) -> T {
         p[parameter::COUNT * self.joints]
     }
 
-    fn strategy<T: Scalar>(&self, p: &[T]) -> Strategy {
+    pub(super) fn strategy<T: Scalar>(&self, p: &[T]) -> Strategy {
         Strategy::from_number(p[parameter::COUNT * self.joints + 1].value()).unwrap_or(Strategy::PPi)
     }
 
     /// Joint `j`; before the first update with the states that it will set.
     fn joint<T: Scalar>(&self, x: &[T], u: &[T], p: &[T], modes: &[i32], j: usize) -> Joint<T> {
         let n = self.joints;
+        let omega =
+            self.adaptation(x, u, p, modes, j).map_or(p[parameter::WAVE_FREQUENCY * n + j], |a| a.used());
         let (strategy, p, u) = (self.strategy(p), gather(p, n, j), gather(u, n, j));
-        let mut joint = Joint { strategy, p, u, x: gather(x, n, j) };
+        let mut joint = Joint { strategy, p, u, x: gather(x, n, j), omega };
         if modes[INITIALISED] == 0 {
             joint.x = joint.initial_states();
         }
         joint
+    }
+
+    /// The adaptation of joint `j`, if it adapts; before the first update with the states that it will set.
+    fn adaptation<T: Scalar>(
+        &self,
+        x: &[T],
+        u: &[T],
+        p: &[T],
+        modes: &[i32],
+        j: usize,
+    ) -> Option<adaptation::Joint<T>> {
+        use adaptation::{Adaptation, parameter as a};
+        let n = self.joints;
+        if !self.strategy(p).adapts() || p[a::first(n) + a::RATE * n + j].value() <= 0.0 {
+            return None;
+        }
+        let own: [T; a::COUNT] = gather(&p[a::first(n)..], n, j);
+        let (load, motor) = (u[input::LOAD_ANGLE * n + j], u[input::MOTOR_ANGLE * n + j]);
+        let schedule = Adaptation::from_number(own[a::ADAPTATION].value()) == Some(Adaptation::Schedule);
+        let mut joint = adaptation::Joint {
+            p: own,
+            x: gather(&x[adaptation::state::first(n)..], n, j),
+            start: p[parameter::WAVE_FREQUENCY * n + j],
+            load,
+            twist: motor / p[parameter::GEAR_RATIO * n + j] - load,
+            scheduled: schedule.then(|| {
+                let angle = u[input::LOAD_ANGLE * n + self.schedule_joint(p, j)];
+                let row = |first: usize| core::array::from_fn(|k| p[first + j * adaptation::KNOTS + k]);
+                adaptation::scheduled(&row(a::schedule_angle(n)), &row(a::schedule_frequency(n)), angle)
+            }),
+        };
+        if modes[INITIALISED] == 0 {
+            joint.x = joint.initial_states();
+        }
+        Some(joint)
+    }
+
+    /// Index (from 0) of the joint over whose angle the schedule of joint `j` runs.
+    fn schedule_joint<T: Scalar>(&self, p: &[T], j: usize) -> usize {
+        let n = self.joints;
+        let number = p.get(adaptation::parameter::schedule_joint(n) + j).map(|number| number.value());
+        // A number that `check` would have refused is the joint itself.
+        number.map(|number| number as usize).filter(|k| (1..=n).contains(k)).map_or(j, |k| k - 1)
     }
 
     /// Whether a sample is due at `t`.
@@ -85,50 +131,18 @@ impl ManipulatorController {
         let period = self.period(p);
         period > 0.0 && last_sample(t, period) >= next_sample(modes)
     }
-
-    /// Conditions between parameters, on top of the bounds of each: the index of the parameter and what is
-    /// wrong with it.
-    pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
-        let n = self.joints;
-        let (at, period) = (parameter::COUNT * n, self.period(p));
-        if Strategy::from_number(p[at + 1]).is_none() {
-            let number = p[at + 1];
-            return Err((
-                at + 1,
-                format!("strategy is {number}: choose 1 (P_PI), 2 (WBC), 3 (VWBC) or 4 (VWBC_WASHOUT)"),
-            ));
-        }
-        if self.strategy(p) == Strategy::PPi {
-            return Ok(());
-        }
-        for j in 0..n {
-            let omega = p[parameter::WAVE_FREQUENCY * n + j];
-            if omega * period > super::waves::LARGEST_STEP {
-                let longest = super::waves::LARGEST_STEP / omega;
-                return Err((
-                    at,
-                    format!(
-                        "samplePeriod {period} s is too long for the waves of joint {} at waveFrequency {omega} \
-                         rad/s, whose sampled filters would be unstable: take at most {longest:.3e} s",
-                        j + 1
-                    ),
-                ));
-            }
-        }
-        Ok(())
-    }
 }
 
 impl Hybrid for ManipulatorController {
     fn sizes(&self) -> Sizes {
         let n = self.joints;
         Sizes {
-            states: state::COUNT * n,
+            states: (state::COUNT + adaptation::state::COUNT) * n,
             inputs: input::COUNT * n,
-            parameters: parameter::COUNT * n + 2,
-            outputs: n,
-            modes: SATURATION + n,
-            indicators: 2 * n,
+            parameters: adaptation::parameter::end(n),
+            outputs: output::COUNT * n,
+            modes: SATURATION + 2 * n,
+            indicators: 3 * n,
         }
     }
 
@@ -146,27 +160,48 @@ impl Hybrid for ManipulatorController {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        dx.fill(T::zero());
         if self.period(at.p).value() > 0.0 {
-            dx.fill(T::zero());
             return;
         }
-        for j in 0..self.joints {
+        let n = self.joints;
+        let (law, adapting) = dx.split_at_mut(adaptation::state::first(n));
+        for j in 0..n {
             let joint = self.joint(at.x, at.u, at.p, at.modes, j);
-            scatter(&joint.rates(at.modes[SATURATION + j]), dx, self.joints, j);
+            let adaptation = self.adaptation(at.x, at.u, at.p, at.modes, j);
+            let moving = adaptation.map(|a| a.rates(at.modes[SATURATION + n + j] > 0));
+            let growth = moving.map(|dx| dx[adaptation::state::OFFSET] / joint.omega);
+            scatter(&joint.rates(at.modes[SATURATION + j], growth), law, n, j);
+            moving.iter().for_each(|dx| scatter(dx, adapting, n, j));
         }
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let period = self.period(at.p).value();
         let held = period > 0.0 && last_sample(at.t.value(), period) < next_sample(at.modes);
-        for j in 0..self.joints {
+        let n = self.joints;
+        for j in 0..n {
             let joint = self.joint(at.x, at.u, at.p, at.modes, j);
-            y[j] = if held {
+            y[output::COMMAND * n + j] = if held {
                 joint.x[state::HELD_OUTPUT]
             } else {
                 let command = joint.command();
                 command.limited() / command.per_output
             };
+            let (mut omega, mut active) = (joint.omega, false);
+            if let Some(mut a) = self.adaptation(at.x, at.u, at.p, at.modes, j) {
+                if period > 0.0 && !held {
+                    a.x = a.sample(self.period(at.p));
+                }
+                omega = a.used();
+                active = a.active(if period > 0.0 {
+                    a.margin().value() > 0.0
+                } else {
+                    at.modes[SATURATION + n + j] > 0
+                });
+            }
+            y[output::WAVE_FREQUENCY_USED * n + j] = omega;
+            y[output::ADAPTATION_ACTIVE * n + j] = T::constant(f64::from(active));
         }
     }
 
@@ -175,9 +210,15 @@ impl Hybrid for ManipulatorController {
         if self.period(at.p).value() > 0.0 {
             return;
         }
-        for j in 0..self.joints {
+        let n = self.joints;
+        for j in 0..n {
             let margins = self.joint(at.x, at.u, at.p, at.modes, j).command().margins();
-            scatter(&margins, z, self.joints, j);
+            scatter(&margins, z, n, j);
+            if let Some(a) = self.adaptation(at.x, at.u, at.p, at.modes, j)
+                && a.scheduled.is_none()
+            {
+                z[2 * n + j] = a.margin();
+            }
         }
     }
 
@@ -187,7 +228,11 @@ impl Hybrid for ManipulatorController {
         if modes[INITIALISED] == 0 {
             for j in 0..n {
                 let initial = self.joint(x, u, p, modes, j).x;
+                let adapting = self.adaptation(x, u, p, modes, j).map(|a| a.x);
                 scatter(&initial, x, n, j);
+                if let Some(adapting) = adapting {
+                    scatter(&adapting, &mut x[adaptation::state::first(n)..], n, j);
+                }
             }
             modes[INITIALISED] = 1;
             change = Update { modes: true, states: true };
@@ -195,8 +240,14 @@ impl Hybrid for ManipulatorController {
         let period = self.period(p);
         if self.due(t, p, modes) {
             for j in 0..n {
-                let next = self.joint(x, u, p, modes, j).sample(period);
-                scatter(&next, x, n, j);
+                let adapting = self.adaptation(x, u, p, modes, j).map(|a| a.sample(period));
+                let joint = self.joint(x, u, p, modes, j);
+                let omega = p[parameter::WAVE_FREQUENCY * n + j];
+                let next = adapting.map(|a| omega + a[adaptation::state::OFFSET]);
+                scatter(&joint.sample(period, next), x, n, j);
+                if let Some(adapting) = adapting {
+                    scatter(&adapting, &mut x[adaptation::state::first(n)..], n, j);
+                }
             }
             set_next_sample(modes, last_sample(t, period) + 1.0);
             change = Update { modes: true, states: true };
@@ -209,6 +260,10 @@ impl Hybrid for ManipulatorController {
             let saturation = i32::from(above <= 0.0) - i32::from(below <= 0.0);
             change.modes |= saturation != modes[SATURATION + j];
             modes[SATURATION + j] = saturation;
+            let adaptation = self.adaptation(x, u, p, modes, j).filter(|a| a.scheduled.is_none());
+            let gate = i32::from(adaptation.is_some_and(|a| a.margin() > 0.0));
+            change.modes |= gate != modes[SATURATION + n + j];
+            modes[SATURATION + n + j] = gate;
         }
         change
     }

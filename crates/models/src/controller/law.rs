@@ -14,14 +14,25 @@ pub enum Strategy {
     Vwbc = 3,
     /// As before, with the static part of the waves washed out.
     VwbcWashout = 4,
+    /// As [`Strategy::Wbc`], with a wave frequency that adapts.
+    WbcAdaptive = 5,
+    /// As [`Strategy::Vwbc`], with a wave frequency that adapts.
+    VwbcAdaptive = 6,
 }
 
 impl Strategy {
-    /// The strategy with that number (1 to 4).
+    /// All of them, by their numbers from 1.
+    pub const ALL: [Self; 6] =
+        [Self::PPi, Self::Wbc, Self::Vwbc, Self::VwbcWashout, Self::WbcAdaptive, Self::VwbcAdaptive];
+
+    /// The strategy with that number (1 to 6).
     pub fn from_number(number: f64) -> Option<Self> {
-        [Self::PPi, Self::Wbc, Self::Vwbc, Self::VwbcWashout]
-            .into_iter()
-            .find(|s| f64::from(*s as u8) == number)
+        Self::ALL.into_iter().find(|s| f64::from(*s as u8) == number)
+    }
+
+    /// Whether the wave frequency adapts.
+    pub fn adapts(self) -> bool {
+        matches!(self, Self::WbcAdaptive | Self::VwbcAdaptive)
     }
 }
 
@@ -36,6 +47,8 @@ pub struct Joint<T> {
     pub u: [T; input::COUNT],
     /// States of the joint.
     pub x: [T; state::COUNT],
+    /// ω_n that the waves use, in rad/s.
+    pub omega: T,
 }
 
 /// What the law asks for.
@@ -88,7 +101,7 @@ impl<T: Scalar> Joint<T> {
     }
 
     /// θ0 in rad and θ0' in rad/s.
-    fn motor(&self) -> (T, T) {
+    pub fn motor(&self) -> (T, T) {
         let n = self.p[parameter::GEAR_RATIO];
         (self.u[input::MOTOR_ANGLE] / n, self.u[input::MOTOR_VELOCITY] / n)
     }
@@ -103,8 +116,10 @@ impl<T: Scalar> Joint<T> {
         let v = match self.strategy {
             Strategy::PPi => half * 2.0, // (CTL-1)
             // (CTL-4)
-            Strategy::Wbc => p[parameter::POSITION_GAIN] * (reference * 0.5 + position_wave - angle),
-            Strategy::Vwbc => half + velocity_wave, // (CTL-5)
+            Strategy::Wbc | Strategy::WbcAdaptive => {
+                p[parameter::POSITION_GAIN] * (reference * 0.5 + position_wave - angle)
+            }
+            Strategy::Vwbc | Strategy::VwbcAdaptive => half + velocity_wave, // (CTL-5)
             // (CTL-6) with one low pass for both.
             Strategy::VwbcWashout => half + velocity_wave + x[state::WASHOUT],
         };
@@ -123,8 +138,10 @@ impl<T: Scalar> Joint<T> {
         let (angle, velocity) = self.motor();
         match self.strategy {
             Strategy::PPi => None,
-            Strategy::Wbc => Some((state::POSITION_WAVES, angle, self.u[input::LOAD_ANGLE])),
-            Strategy::Vwbc | Strategy::VwbcWashout => {
+            Strategy::Wbc | Strategy::WbcAdaptive => {
+                Some((state::POSITION_WAVES, angle, self.u[input::LOAD_ANGLE]))
+            }
+            Strategy::Vwbc | Strategy::VwbcWashout | Strategy::VwbcAdaptive => {
                 Some((state::VELOCITY_WAVES, velocity, self.u[input::LOAD_VELOCITY]))
             }
         }
@@ -134,13 +151,16 @@ impl<T: Scalar> Joint<T> {
         core::array::from_fn(|i| self.x[at + i])
     }
 
-    /// Rates of the states of the continuous law with the limit reached on the side `saturation`.
-    pub fn rates(&self, saturation: i32) -> [T; state::COUNT] {
+    /// Rates of the states of the continuous law with the limit reached on the side `saturation`; `growth` is ω'/ω in
+    /// 1/s where ω adapts.
+    pub fn rates(&self, saturation: i32, growth: Option<T>) -> [T; state::COUNT] {
         let mut dx = [T::zero(); state::COUNT];
         let (p, command) = (&self.p, self.command());
         if let Some((at, theta0, theta1)) = self.split() {
-            let rates = waves::rates(&self.waves(at), theta0, theta1, p[parameter::WAVE_FREQUENCY]);
+            let rates = waves::rates(&self.waves(at), theta0, theta1, self.omega);
             dx[at..at + 4].copy_from_slice(&rates);
+            let more = growth.map(|growth| waves::growth_rates(&self.waves(at), growth));
+            more.iter().flatten().zip(&mut dx[at..]).for_each(|(more, dx)| *dx += *more);
         }
         if self.strategy == Strategy::VwbcWashout {
             dx[state::WASHOUT] = p[parameter::WASHOUT_FREQUENCY] * (command.washout - self.x[state::WASHOUT]);
@@ -150,13 +170,15 @@ impl<T: Scalar> Joint<T> {
         dx
     }
 
-    /// The states after a sample: output held, filters advanced by one period `h` in s with held inputs.
-    pub fn sample(&self, h: T) -> [T; state::COUNT] {
+    /// The states after a sample: output held, filters advanced by one period `h` in s with held inputs; where ω
+    /// adapts it is `next` afterwards.
+    pub fn sample(&self, h: T, next: Option<T>) -> [T; state::COUNT] {
         let (p, command) = (&self.p, self.command());
         let mut x = self.x;
         if let Some((at, theta0, theta1)) = self.split() {
-            let next = waves::step(&self.waves(at), theta0, theta1, p[parameter::WAVE_FREQUENCY], h);
-            x[at..at + 4].copy_from_slice(&next);
+            let split = waves::step(&self.waves(at), theta0, theta1, self.omega, h);
+            let split = next.map_or(split, |next| waves::changed(&split, self.omega, next, h));
+            x[at..at + 4].copy_from_slice(&split);
         }
         let lag = |y: T, u: T, exponent: T| u + (y - u) * (-exponent).exp();
         if self.strategy == Strategy::VwbcWashout {

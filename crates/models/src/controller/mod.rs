@@ -8,6 +8,7 @@
 //! WBC           v = K_p (r/2 + b0 − θ0)               b0: return wave of (θ0, θ1)
 //! VWBC          v = K_p e/2 + b0v                     b0v: return wave of (θ0', θ1')
 //! VWBC_WASHOUT  v = K_p e (1 + LP)/2 + (1 − LP) b0v   LP = ω_h/(s + ω_h)
+//! WBC_ADAPTIVE, VWBC_ADAPTIVE                         as WBC and VWBC with ω_n as [`adaptation`] has it
 //! τ = K_vp (v + v_ff − θ0') + z,   output = limit(τ/(n K_t)),   z' = (limited τ − z)/T_i
 //! ```
 //!
@@ -21,7 +22,13 @@
 //!
 //! P_PI and VWBC_WASHOUT leave no static error under a constant load torque with load twist δ = θ0 − θ1;
 //! WBC drifts at −ω_n δ, and VWBC keeps an error of magnitude ω_n δ/K_p.
+//!
+//! The split holds a0 + b0 = θ0 exactly whatever ω_n does: a0 is θ0 − b0, no state of its own. At rest without a twist
+//! its filters stand at their inputs, and a change of ω_n moves nothing; [`waves::growth_rates`] sees to it that one on
+//! the way leaves nothing behind.
 
+pub mod adaptation;
+mod check;
 mod hybrid;
 pub mod law;
 pub mod waves;
@@ -47,7 +54,8 @@ pub mod parameter {
     pub const WAVE_FREQUENCY: usize = 6;
     /// ω_h in rad/s.
     pub const WASHOUT_FREQUENCY: usize = 7;
-    /// Parameters per joint. At `COUNT * n` stands the sample period in s, and behind it the strategy.
+    /// Parameters per joint. At `COUNT * n` stands the sample period in s, behind it the strategy, and then
+    /// what [`super::adaptation::parameter`] has.
     pub const COUNT: usize = 8;
 }
 
@@ -81,6 +89,18 @@ pub mod state {
     pub const INTEGRAL_TORQUE: usize = 9;
     /// The output of the last sample; unused while continuous.
     pub const HELD_OUTPUT: usize = 10;
-    /// States per joint.
+    /// States per joint; behind them those of [`super::adaptation::state`].
     pub const COUNT: usize = 11;
+}
+
+/// Order of the outputs: output i of joint j stands at `i * n + j`.
+pub mod output {
+    /// Command to the motor, limited.
+    pub const COMMAND: usize = 0;
+    /// ω_n in rad/s; where the strategy does not adapt, the parameter.
+    pub const WAVE_FREQUENCY_USED: usize = 1;
+    /// Whether ω_n moves.
+    pub const ADAPTATION_ACTIVE: usize = 2;
+    /// Outputs per joint.
+    pub const COUNT: usize = 3;
 }

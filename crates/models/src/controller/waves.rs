@@ -32,13 +32,18 @@ pub fn rates<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T) -> Split<T
     [b0_rate, accelerate(b0, b0_rate, theta1 - ga0), ga0_rate, accelerate(ga0, ga0_rate, theta0 - b0)]
 }
 
-/// The split `h` seconds later when the input of each G is held: exact for each filter.
-pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Split<T> {
+/// Sine, over √3, and cosine of G's free motion after `angle` = ω h.
+fn free<T: Scalar>(angle: T) -> (T, T) {
     // ω_d = ω √3/2 and decay rate ω/2, as the damping ratio of G is 1/2.
     let root3 = 3f64.sqrt();
-    let (sin, cos) = (omega * h * (root3 / 2.0)).sin_cos();
-    let decay = (omega * h * -0.5).exp();
-    let (sin, cos) = (decay * sin / root3, decay * cos);
+    let (sin, cos) = (angle * (root3 / 2.0)).sin_cos();
+    let decay = (angle * -0.5).exp();
+    (decay * sin / root3, decay * cos)
+}
+
+/// The split `h` seconds later when the input of each G is held: exact for each filter.
+pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Split<T> {
+    let (sin, cos) = free(omega * h);
     let advance = |y: T, rate: T, u: T| {
         let off = y - u;
         [u + off * (cos + sin) + rate * sin * 2.0 / omega, rate * (cos - sin) - off * omega * sin * 2.0]
@@ -47,6 +52,36 @@ pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Sp
     let [b, b_rate] = advance(b0, b0_rate, theta1 - ga0);
     let [g, g_rate] = advance(ga0, ga0_rate, theta0 - b0);
     [b, b_rate, g, g_rate]
+}
+
+/// What a changing ω adds to [`rates`], with `growth` = ω'/ω in 1/s.
+///
+/// The difference of the two filters has no spring: d = b0 − G a0 obeys d'' = −ω² (θ0 − θ1) − ω d', an integral over
+/// the twist that stays wherever it ends. Taken as d = ω D, d' = −ω² R with R' = θ0 − θ1 − ω R and D' = −ω R, D − R
+/// integrates the twist and knows nothing of ω: one that has come and gone leaves no offset behind. With ω inside the
+/// integral, a change on the way would.
+pub fn growth_rates<T: Scalar>(s: &Split<T>, growth: T) -> Split<T> {
+    let [b0, b0_rate, ga0, ga0_rate] = *s;
+    let (d, d_rate) = ((b0 - ga0) * growth * 0.5, (b0_rate - ga0_rate) * growth); // (CTL-15)
+    [d, d_rate, -d, -d_rate]
+}
+
+/// The split as it goes on when `omega` has become `next` between two steps of `h` s, likewise.
+///
+/// [`step`] takes θ0 − θ1 times β off d + α d', so (d + α d')/β is the sum over the twist that a change leaves alone.
+pub fn changed<T: Scalar>(s: &Split<T>, omega: T, next: T, h: T) -> Split<T> {
+    let sum = |omega: T| {
+        let (sin, cos) = free(omega * h);
+        let (off, share) = (-cos + 1.0, -cos + 1.0 + sin);
+        (sin * 2.0 / (omega * share), (off * off + sin * sin * 3.0) / share)
+    };
+    let ((alpha, beta), (alpha_next, beta_next)) = (sum(omega), sum(next));
+    let [b0, b0_rate, ga0, ga0_rate] = *s;
+    let (d, d_rate) = (b0 - ga0, b0_rate - ga0_rate);
+    let rate = d_rate * (next / omega).powi(2);
+    let half = ((d + d_rate * alpha) * beta_next / beta - rate * alpha_next - d) * 0.5; // (CTL-15)
+    let half_rate = (rate - d_rate) * 0.5;
+    [b0 + half, b0_rate + half_rate, ga0 - half, ga0_rate - half_rate]
 }
 
 /// The wave transfer function of an endless uniform chain of masses and springs, at s/ω >= 0:

@@ -2,7 +2,7 @@
 //! closed loop with a controller, linearised by duals.
 
 use nalgebra::{DMatrix, DVector};
-use trueup_models::controller::{JointController, Strategy, state};
+use trueup_models::controller::{JointController, Strategy, adaptation, output, parameter, state};
 use trueup_numerics::{
     Dual, Scalar,
     hybrid::{At, Hybrid},
@@ -15,11 +15,12 @@ const RATIO2: f64 = 21750.0 * 21750.0;
 const FRICTION: f64 = RATIO2 * 2.5e-8;
 /// Joint and link.
 pub(crate) const STIFFNESS: [f64; 2] = [RATIO2 * 2.2e-5, 1555.0];
-pub(crate) const CONTROLLER_STATES: usize = state::COUNT;
+pub(crate) const CONTROLLER_STATES: usize = state::COUNT + adaptation::state::COUNT;
 /// States of the loop: the controller's, then three angles and three velocities.
 pub(crate) const LOOP: usize = CONTROLLER_STATES + 6;
 /// Modes of an initialised continuous controller away from its limit.
-pub(crate) const RUNNING: [i32; 4] = [1, 0, 0, 0];
+pub(crate) const RUNNING: [i32; 5] = [1, 0, 0, 0, 0];
+pub(crate) const PARAMETERS: usize = adaptation::parameter::end(1);
 
 fn damping() -> [f64; 2] {
     [RATIO2 * 3.18e-8, 2.0 * 0.005 * (STIFFNESS[1] / INERTIA[2]).sqrt() * INERTIA[2]]
@@ -27,18 +28,67 @@ fn damping() -> [f64; 2] {
 
 /// Rates of three angles and three velocities under the motor's torque and a torque on the tip.
 pub(crate) fn plant_rates<T: Scalar>(x: &[T], torque: T, load: T) -> [T; 6] {
+    rates_with(INERTIA[2], x, torque, load)
+}
+
+/// The same with another inertia of the tip.
+pub(crate) fn rates_with<T: Scalar>(tip: f64, x: &[T], torque: T, load: T) -> [T; 6] {
     let d = damping();
     let across = |i: usize| (x[i] - x[i + 1]) * STIFFNESS[i] + (x[i + 3] - x[i + 4]) * d[i];
     let (joint, link) = (across(0), across(1));
     let sums = [torque - joint - x[3] * FRICTION, joint - link, link + load];
-    let a = |i: usize| sums[i] / INERTIA[i];
+    let a = |i: usize| sums[i] / [INERTIA[0], INERTIA[1], tip][i];
     [x[3], x[4], x[5], a(0), a(1), a(2)]
 }
 
-/// Parameters of a JointController whose output is the load-referred torque itself: ω_v = 60, z_i = 10.
-pub(crate) fn parameters(strategy: Strategy, position_gain: f64, wave_frequency: f64) -> [f64; 10] {
+/// Parameters of a JointController whose output is the load-referred torque itself: ω_v = 60, z_i = 10. An
+/// adaptive strategy does not adapt: its rate is 0.
+pub(crate) fn parameters(strategy: Strategy, position_gain: f64, wave_frequency: f64) -> [f64; PARAMETERS] {
     let strategy = f64::from(strategy as u8);
-    [position_gain, INERTIA[0] * 60.0, 0.1, 1.0, 1.0, 1e9, wave_frequency, 1.0, 0.0, strategy]
+    with_adaptation([
+        position_gain,
+        INERTIA[0] * 60.0,
+        0.1,
+        1.0,
+        1.0,
+        1e9,
+        wave_frequency,
+        1.0,
+        0.0,
+        strategy,
+    ])
+}
+
+/// With parameters of an adaptation that stands still.
+pub(crate) fn with_adaptation(law: [f64; parameter::COUNT + 2]) -> [f64; PARAMETERS] {
+    use adaptation::{Adaptation, KNOTS, parameter as a};
+    let omega = law[parameter::WAVE_FREQUENCY];
+    let mut p = [0.0; PARAMETERS];
+    p[..law.len()].copy_from_slice(&law);
+    let own = [f64::from(Adaptation::Estimate as u8), 0.0, omega / 10.0, omega * 10.0, 1.0, 5e-5];
+    p[a::first(1)..][..a::COUNT].copy_from_slice(&own);
+    for k in 0..KNOTS {
+        p[a::schedule_angle(1) + k] = k as f64;
+        p[a::schedule_frequency(1) + k] = omega;
+    }
+    p
+}
+
+/// Parameters of a controller of several joints, each with a schedule over its own angle, from those of single ones.
+pub(crate) fn arranged(one: &[[f64; PARAMETERS]]) -> Vec<f64> {
+    use adaptation::{KNOTS, parameter as a};
+    let n = one.len();
+    let columns = |from: usize, count: usize| (0..count * n).map(move |i| one[i % n][from + i / n]);
+    let mut p: Vec<f64> = columns(0, parameter::COUNT).collect();
+    p.extend(&one[0][parameter::COUNT..][..2]);
+    p.extend(columns(a::first(1), a::COUNT));
+    for row in [a::schedule_angle(1), a::schedule_frequency(1)] {
+        p.extend(one.iter().flat_map(|p| &p[row..][..KNOTS]));
+    }
+    if n > 1 {
+        p.extend((1..=n).map(|k| k as f64));
+    }
+    p
 }
 
 /// Inputs of the controller at the plant's state.
@@ -51,7 +101,7 @@ pub(crate) fn loop_rates<T: Scalar>(p: &[T], modes: &[i32], x: &[T], reference: 
     let (controller, plant) = x.split_at(CONTROLLER_STATES);
     let u = measured(reference, plant);
     let at = At { t: T::zero(), x: controller, u: &u, p, modes };
-    let (mut y, mut dx) = ([T::zero()], [T::zero(); LOOP]);
+    let (mut y, mut dx) = ([T::zero(); output::COUNT], [T::zero(); LOOP]);
     JointController.outputs(at, &mut y);
     JointController.rates(at, &mut dx[..CONTROLLER_STATES]);
     dx[CONTROLLER_STATES..].copy_from_slice(&plant_rates(plant, y[0], load));

@@ -1,7 +1,9 @@
 //! The limit of the output: continuous law, few events, no wind-up.
 
-use super::chain::{CONTROLLER_STATES, INERTIA, LOOP, RUNNING, loop_rates, measured, parameters, response};
-use trueup_models::controller::{JointController, Strategy, parameter, state};
+use super::chain::{
+    CONTROLLER_STATES, INERTIA, LOOP, RUNNING, loop_rates, measured, parameters, response, with_adaptation,
+};
+use trueup_models::controller::{JointController, Strategy, output, parameter, state};
 use trueup_numerics::{
     driver::{Options, simulate},
     hybrid::{At, Hybrid},
@@ -29,7 +31,7 @@ struct Step {
 /// The response to a step of the reference, with events at the ends of steps.
 fn step(p: &[f64], reference: f64, time: f64) -> Step {
     let (h, limit) = (2e-4, p[parameter::LIMIT]);
-    let (mut x, mut modes) = ([0.0; LOOP], [0; 4]);
+    let (mut x, mut modes) = ([0.0; LOOP], [0; 5]);
     let (mut overshoot, mut events): (f64, _) = (0.0, 0);
     for k in 0..(time / h) as usize {
         let t = k as f64 * h;
@@ -42,7 +44,7 @@ fn step(p: &[f64], reference: f64, time: f64) -> Step {
             }
         }
         events += usize::from(before != modes);
-        let mut y = [0.0];
+        let mut y = [0.0; output::COUNT];
         JointController.outputs(At { t, x: &x[..CONTROLLER_STATES], u: &u, p, modes: &modes }, &mut y);
         assert!(y[0].abs() <= limit);
         assert!(
@@ -89,11 +91,11 @@ fn the_law_is_continuous_at_the_limit() {
     for side in [1, -1] {
         // K_vp (v_ff − 0) + z at the limit, by the feedforward.
         let speed = (f64::from(side) * 100.0 - 20.0) / p[parameter::VELOCITY_GAIN];
-        let saturated = [1, 0, 0, side];
+        let saturated = [1, 0, 0, side, 0];
         let evaluate = |speed: f64, modes: &[i32]| {
             let u = [0.0, speed, 0.0, 0.0, 0.0, 0.0];
             let at = At { t: 1.0, x: &x, u: &u, p: &p, modes };
-            let (mut dx, mut y, mut z) = ([0.0; CONTROLLER_STATES], [0.0], [0.0; 2]);
+            let (mut dx, mut y, mut z) = ([0.0; CONTROLLER_STATES], [0.0; output::COUNT], [0.0; 3]);
             JointController.rates(at, &mut dx);
             JointController.outputs(at, &mut y);
             JointController.indicators(at, &mut z);
@@ -117,7 +119,7 @@ fn the_law_is_continuous_at_the_limit() {
 #[test]
 fn the_limit_is_reached_and_left_at_the_exact_times() {
     let (kv, ti, limit, a, top) = (50.0, 0.5, 40.0, 2.0, 1.0);
-    let p = [2.0, kv, ti, 1.0, 1.0, limit, 1.0, 1.0, 0.0, 1.0];
+    let p = with_adaptation([2.0, kv, ti, 1.0, 1.0, limit, 1.0, 1.0, 0.0, 1.0]);
     let feedforward = |t: f64| a * if t < top { t } else { 2.0 * top - t };
     let inputs = |t: f64, u: &mut [f64]| {
         u.fill(0.0);

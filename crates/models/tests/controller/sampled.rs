@@ -1,14 +1,16 @@
 //! The sampled law: against an independent discretisation, against the continuous one, and its timing.
 
-use super::chain::{self, CONTROLLER_STATES, measured, parameters, plant_rates, response};
+use super::chain::{
+    CONTROLLER_STATES, RUNNING, arranged, measured, parameters, plant_rates, response, with_adaptation,
+};
 use nalgebra::{DMatrix, Matrix2, Vector2};
-use trueup_models::controller::{JointController, ManipulatorController, Strategy, parameter, state};
+use trueup_models::controller::{
+    JointController, ManipulatorController, Strategy, adaptation, output, parameter, state,
+};
 use trueup_numerics::{
     Dual, Scalar,
     hybrid::{At, Hybrid},
 };
-
-const ALL: [Strategy; 4] = [Strategy::PPi, Strategy::Wbc, Strategy::Vwbc, Strategy::VwbcWashout];
 
 /// A controller with its values.
 struct Run<M: Hybrid> {
@@ -42,7 +44,7 @@ impl<M: Hybrid> Run<M> {
 }
 
 /// Repeatable noise in -1..1.
-fn noise(seed: &mut u64) -> f64 {
+pub(crate) fn noise(seed: &mut u64) -> f64 {
     *seed = seed.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
     (*seed >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
@@ -73,15 +75,15 @@ impl Held {
 #[test]
 fn equals_an_independent_discretisation() {
     let (h, n, kt, limit) = (2e-3, 7.0, 0.5, 12.0);
-    for strategy in ALL {
+    for strategy in Strategy::ALL {
         let (kp, kv, ti, omega, wash) = (2.5, 30.0, 0.1, 20.0, 1.3);
-        let p = [kp, kv, ti, n, kt, limit, omega, wash, h, f64::from(strategy as u8)];
+        let p = with_adaptation([kp, kv, ti, n, kt, limit, omega, wash, h, f64::from(strategy as u8)]);
         let mut seed = 7;
         let mut inputs = || [1.0, 0.3, n, n, 1.0, 1.0].map(|scale| scale * noise(&mut seed));
         let mut u = inputs();
         let mut run = Run::new(JointController, &p, 0.0, &u);
         let motion = |u: &[f64; 6]| match strategy {
-            Strategy::PPi | Strategy::Wbc => (u[2] / n, u[4]),
+            Strategy::PPi | Strategy::Wbc | Strategy::WbcAdaptive => (u[2] / n, u[4]),
             _ => (u[3] / n, u[5]),
         };
         let (theta0, _) = motion(&u);
@@ -94,8 +96,8 @@ fn equals_an_independent_discretisation() {
             let ([r, ff, qm, wm, ql, _], b) = (u, b0.x[0]);
             let v = match strategy {
                 Strategy::PPi => kp * (r - ql),
-                Strategy::Wbc => kp * (r / 2.0 + b - qm / n),
-                Strategy::Vwbc => kp * (r - ql) / 2.0 + b,
+                Strategy::Wbc | Strategy::WbcAdaptive => kp * (r / 2.0 + b - qm / n),
+                Strategy::Vwbc | Strategy::VwbcAdaptive => kp * (r - ql) / 2.0 + b,
                 Strategy::VwbcWashout => kp * (r - ql) / 2.0 + low_p / 2.0 + b - low_b,
             };
             let torque = kv * (v + ff - wm / n) + integral;
@@ -122,7 +124,7 @@ fn equals_an_independent_discretisation() {
 /// The plant driven at 1 kHz and slower: the error against the continuous loop falls with the sample period.
 #[test]
 fn converges_to_the_continuous_law() {
-    for strategy in ALL {
+    for strategy in Strategy::ALL {
         let mut p = parameters(strategy, 2.0, 41.648);
         let (grid, steps) = (8e-3, 250);
         let want = response(&p, [1.0, 0.0], grid, steps);
@@ -189,7 +191,7 @@ fn samples_fall_on_multiples_of_the_period() {
 #[test]
 fn starts_from_its_inputs() {
     let (angle, n) = (0.7, 5.0);
-    for (strategy, h) in ALL.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+    for (strategy, h) in Strategy::ALL.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
         let mut p = parameters(strategy, 2.0, 41.648);
         (p[parameter::GEAR_RATIO], p[parameter::COUNT]) = (n, h);
         // At rest at the reference: no torque, at once and later.
@@ -199,7 +201,7 @@ fn starts_from_its_inputs() {
         run.update(0.0, &u);
         assert!(run.output(0.0, &u)[0].abs() < 1e-9);
         assert_eq!(run.x[state::POSITION_WAVES], angle / 2.0);
-        let mut dx = vec![0.0; state::COUNT];
+        let mut dx = vec![0.0; CONTROLLER_STATES];
         run.model.rates(At { t: 0.0, x: &run.x, u: &u, p: &p, modes: &run.modes }, &mut dx);
         assert!(dx.iter().all(|d| d.abs() < 1e-9), "{strategy:?}: {dx:?}");
     }
@@ -209,33 +211,54 @@ fn starts_from_its_inputs() {
 fn n_joints_are_n_times_one_joint() {
     let n = 3;
     let mut seed = 3;
-    for h in [0.0, 1e-3] {
-        let one: Vec<_> = [(Strategy::Vwbc, 2.0), (Strategy::Vwbc, 1.0), (Strategy::Vwbc, 3.0)]
-            .map(|(s, kp)| {
-                let mut p = parameters(s, kp, 10.0 * kp);
+    for (strategy, h) in Strategy::ALL.into_iter().flat_map(|s| [(s, 0.0), (s, 1e-3)]) {
+        let one: Vec<_> = [2.0, 1.0, 3.0]
+            .into_iter()
+            .map(|kp| {
+                use adaptation::parameter as a;
+                let mut p = parameters(strategy, kp, 10.0 * kp);
                 p[parameter::COUNT] = h;
                 p[parameter::LIMIT] = 500.0;
+                p[a::first(1) + a::RATE] = 10.0 * kp;
+                // The second joint by its schedule, the others by what they measure.
+                p[a::first(1) + a::ADAPTATION] = if kp == 1.0 { 1.0 } else { 2.0 };
+                p[a::schedule_frequency(1)..].iter_mut().enumerate().for_each(|(k, w)| *w += k as f64);
                 p
             })
-            .to_vec();
-        let mut p: Vec<f64> = (0..parameter::COUNT * n).map(|i| one[i % n][i / n]).collect();
-        p.extend(&one[0][parameter::COUNT..]);
-        let u: Vec<f64> = (0..6 * n).map(|_| noise(&mut seed)).collect();
-        let of = |j: usize| -> [f64; 6] { core::array::from_fn(|i| u[i * n + j]) };
-        let mut all = Run::new(ManipulatorController { joints: n }, &p, 0.0, &u);
-        all.update(0.0, &u);
-        let mut rates = vec![0.0; state::COUNT * n];
-        all.model.rates(At { t: 0.0, x: &all.x, u: &u, p: &p, modes: &all.modes }, &mut rates);
-        for j in 0..n {
-            let mut single = Run::new(JointController, &one[j], 0.0, &of(j));
-            single.update(0.0, &of(j));
-            let mut dx = vec![0.0; state::COUNT];
-            let at = At { t: 0.0, x: &single.x, u: &of(j), p: &one[j], modes: &single.modes };
-            single.model.rates(at, &mut dx);
-            assert_eq!(all.output(0.0, &u)[j], single.output(0.0, &of(j))[0]);
-            for i in 0..state::COUNT {
-                assert_eq!((all.x[i * n + j], rates[i * n + j]), (single.x[i], dx[i]));
+            .collect();
+        let p = arranged(&one);
+        let model = ManipulatorController { joints: n };
+        assert_eq!((p.len(), model.check(&p)), (model.sizes().parameters, Ok(())));
+        let mut u: Vec<f64> = (0..6 * n).map(|_| noise(&mut seed)).collect();
+        let of = |u: &[f64], j: usize| -> [f64; 6] { core::array::from_fn(|i| u[i * n + j]) };
+        let mut all = Run::new(model, &p, 0.0, &u);
+        let mut singles: Vec<_> =
+            (0..n).map(|j| Run::new(JointController, &one[j], 0.0, &of(&u, j))).collect();
+        for k in 0..50 {
+            let t = f64::from(k) * 1e-3;
+            all.update(t, &u);
+            let mut rates = vec![0.0; CONTROLLER_STATES * n];
+            all.model.rates(At { t, x: &all.x, u: &u, p: &p, modes: &all.modes }, &mut rates);
+            for (j, single) in singles.iter_mut().enumerate() {
+                let u_j = of(&u, j);
+                single.update(t, &u_j);
+                let mut dx = vec![0.0; CONTROLLER_STATES];
+                let at = At { t, x: &single.x, u: &u_j, p: &one[j], modes: &single.modes };
+                single.model.rates(at, &mut dx);
+                let (got, want) = (all.output(t, &u), single.output(t, &u_j));
+                assert!(
+                    (0..want.len()).all(|i| got[i * n + j] == want[i]),
+                    "{strategy:?}: {got:?}, {want:?}"
+                );
+                for i in 0..CONTROLLER_STATES {
+                    assert_eq!((all.x[i * n + j], rates[i * n + j]), (single.x[i], dx[i]), "state {i}");
+                }
+                if strategy.adapts() && h > 0.0 && k == 49 {
+                    assert!(want[output::ADAPTATION_ACTIVE] == 1.0);
+                    assert!(want[output::WAVE_FREQUENCY_USED] != one[j][parameter::WAVE_FREQUENCY]);
+                }
             }
+            u = (0..6 * n).map(|_| noise(&mut seed)).collect();
         }
     }
 }
@@ -251,5 +274,5 @@ fn refuses_what_cannot_work() {
     assert_eq!(JointController.check(&p), Ok(()), "P/PI has no waves");
     p[parameter::COUNT + 1] = 2.5;
     assert_eq!(JointController.check(&p).map_err(|e| e.0), Err(parameter::COUNT + 1));
-    assert_eq!(chain::RUNNING.len(), JointController.sizes().modes);
+    assert_eq!(RUNNING.len(), JointController.sizes().modes);
 }
