@@ -17,7 +17,7 @@ const ADAPTIVE: [(Strategy, Strategy); 2] =
 
 /// To and fro by 5 deg, 2 s each.
 fn moves(t: f64) -> f64 {
-    if (t / 2.0) as usize % 2 == 0 { 0.0873 } else { 0.0 }
+    if ((t / 2.0) as usize).is_multiple_of(2) { 0.0873 } else { 0.0 }
 }
 
 /// A rate of 0 is the constant law bit by bit, with stick-slip, quantised sensors and a current at its limit,
@@ -29,7 +29,7 @@ fn a_rate_of_0_is_the_constant_law() {
         for h in [0.0, 1e-3] {
             let of = |s| bench.run(&controller(s, 41.648, h, 0.0), 5.0, moves);
             let (got, want) = (of(adaptive), of(constant));
-            assert!(want.current.iter().any(|i| *i == 0.25) && want.current.iter().any(|i| i.abs() < 0.25));
+            assert!(want.current.contains(&0.25) && want.current.iter().any(|i| i.abs() < 0.25));
             assert!(got.current.iter().zip(&want.current).all(|(a, b)| a.to_bits() == b.to_bits()));
             assert!(got.omega.iter().all(|w| *w == 41.648) && got.active.iter().all(|a| !a));
             assert!(want.omega.iter().all(|w| *w == 41.648) && want.active.iter().all(|a| !a));
