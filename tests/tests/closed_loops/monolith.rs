@@ -156,7 +156,9 @@ fn joint_under(strategy: Strategy, limit: f64, friction: bool, reference: f64, t
     let n = values[p::GEAR_RATIO];
     values.extend([2.5, 7.2e-6 * n * n, 0.1, n, 0.02, limit, 41.648, 1.0, 0.0, strategy as u8 as f64]);
     // No strategy here adapts.
-    values.extend([0.0; controller::adaptation::parameter::end(1) - controller::adaptation::parameter::first(1)]);
+    values.extend(
+        [0.0; controller::adaptation::parameter::end(1) - controller::adaptation::parameter::first(1)],
+    );
     use controller::input as c;
     let back = vec![
         (o::MOTOR_ANGLE, c::MOTOR_ANGLE),
@@ -187,7 +189,11 @@ pub(crate) fn arm(reference: f64, times: &[f64]) -> Vec<f64> {
     ];
     values.extend(gains.concat());
     values.extend([0.0, Strategy::PPi as u8 as f64]);
-    values.resize(values.len() + controller::adaptation::parameter::end(links) - controller::adaptation::parameter::first(links), 0.0);
+    values.resize(
+        values.len() + controller::adaptation::parameter::end(links)
+            - controller::adaptation::parameter::first(links),
+        0.0,
+    );
     use controller::input as c;
     let back = [
         (o::motor_angle(links), c::MOTOR_ANGLE),

@@ -108,10 +108,10 @@ impl Adaptation {
 /// The table at `angle`: linear between the knots, held beyond the first and the last one. `angles` ascend.
 pub fn scheduled<T: Scalar>(angles: &[T; KNOTS], frequencies: &[T; KNOTS], angle: T) -> T {
     let last = KNOTS - 1;
-    if !(angle > angles[0]) {
+    if angle <= angles[0] {
         return frequencies[0];
     }
-    if !(angle < angles[last]) {
+    if angle >= angles[last] {
         return frequencies[last];
     }
     // `angle` lies within: at the latest the last knot is above it.

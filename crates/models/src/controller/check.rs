@@ -68,7 +68,7 @@ impl ManipulatorController {
                 format!("adaptation of joint {joint} is {kind}: choose 1 (schedule) or 2 (estimate)"),
             ));
         };
-        if !(min < max) {
+        if min >= max {
             return Err((
                 index(a::MAX),
                 format!("waveFrequencyMax of joint {joint} must be above its waveFrequencyMin {min} rad/s"),
@@ -92,7 +92,7 @@ impl ManipulatorController {
         let [angles, frequencies] = [a::schedule_angle(n), a::schedule_frequency(n)].map(|i| i + j * KNOTS);
         for k in 0..KNOTS {
             let before = if k > 0 { p[angles + k - 1] } else { f64::NEG_INFINITY };
-            if !(p[angles + k] > before) {
+            if p[angles + k] <= before {
                 return Err((
                     angles + k,
                     format!(

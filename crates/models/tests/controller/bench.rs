@@ -51,6 +51,11 @@ impl Bench {
         (RATIO * RATIO * SPRING / self.inertia).sqrt()
     }
 
+    /// −δ under the load, in rad.
+    pub(crate) fn twist(&self) -> f64 {
+        self.load / (RATIO * RATIO * SPRING)
+    }
+
     pub(crate) fn run(&self, p: &[f64; PARAMETERS], time: f64, reference: impl Fn(f64) -> f64) -> Seen {
         let h = if p[parameter::COUNT] > 0.0 { p[parameter::COUNT] } else { 1e-3 };
         let plant = TwoMassJoint::new(true, self.effects).expect("builds");
