@@ -37,7 +37,7 @@ const NOTHING: f64 = 1e-7;
 
 impl Arm {
     fn body(&self, k: usize, mass: f64) -> Link {
-        let moment = mass * 1e-10;
+        let moment = mass * 1e-15;
         let flexible = k < 2;
         Link {
             name: format!("body {}", k + 1),
