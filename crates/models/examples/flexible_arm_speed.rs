@@ -1,0 +1,247 @@
+//! What DELIAN costs: `flexible_arm_speed [ROUNDS]`.
+//!
+//! Rates: one evaluation with links of each number of shapes, ns, and what that is of rigid ones. Batches of all kinds take
+//! turns, so a machine that is busy for a while is so for all of them; figures are medians over the rounds.
+//!
+//! Move: 2 s of all six joints with friction and a controller at 1 kHz, as Co-Simulation runs them, outputs of each sample
+//! included: how many times faster than the clock, and what it took.
+#![allow(clippy::print_stdout)]
+
+use std::error::Error;
+use std::hint::black_box;
+use std::time::Instant;
+
+use trueup_models::controller::{ManipulatorController, input, parameter};
+use trueup_models::flexible_arm::presets::{RAISED, delian, parameters, structure};
+use trueup_models::flexible_arm::{FlexibleArm, Structure};
+use trueup_models::space::appendage::Shapes;
+use trueup_models::space::design::Design;
+use trueup_models::space::layout::{Outputs, States};
+use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::hybrid::{At, Hybrid};
+
+const JOINTS: usize = 6;
+
+/// An arm with its values and its name.
+struct Kind {
+    name: &'static str,
+    arm: FlexibleArm,
+    p: Vec<f64>,
+}
+
+fn kind(name: &'static str, design: &Design) -> Result<Kind, String> {
+    let arm = FlexibleArm::new(Structure { robot: design.structure(), ..structure(false) })?;
+    let p = parameters(&arm, design);
+    Ok(Kind { name, arm, p })
+}
+
+fn kinds() -> Result<Vec<Kind>, String> {
+    let with = |x: usize, y: usize, torsion: usize| {
+        let mut d = delian();
+        d.flexures.iter_mut().for_each(|f| f.shapes = Shapes { x, y, torsion });
+        d
+    };
+    Ok(vec![
+        kind("rigid links", &delian().stiffened())?,
+        kind("links with two modes", &with(2, 0, 0))?,
+        kind("links of 2, 2, 1 shapes (the preset)", &delian())?,
+        kind("links of 5, 5, 1 shapes", &with(5, 5, 1))?,
+    ])
+}
+
+/// Seconds of one evaluation of the rates, everything in motion, all motors sliding.
+fn rates(kind: &Kind, count: u32) -> f64 {
+    let sizes = kind.arm.sizes();
+    let mut x: Vec<f64> = (0..sizes.states).map(|k| 0.3 * (k as f64).sin()).collect();
+    let links = States::new(&kind.arm.structure().robot);
+    x[links.link_coordinate..links.joint_velocity].iter_mut().for_each(|e| *e *= 0.01);
+    let mut u = vec![0.0; sizes.inputs];
+    u[..JOINTS].iter_mut().enumerate().for_each(|(k, u)| *u = (k as f64).cos());
+    let mut dx = vec![0.0; sizes.states];
+    let begin = Instant::now();
+    for _ in 0..count {
+        x[links.joint_angle] += 1e-9;
+        kind.arm.rates(At { t: 0.0, x: black_box(&x), u: &u, p: &kind.p, modes: &[1; JOINTS] }, &mut dx);
+        black_box(&dx);
+    }
+    begin.elapsed().as_secs_f64() / f64::from(count)
+}
+
+/// How far each joint goes, rad.
+const WAY: [f64; JOINTS] = [0.5, -0.3, 0.4, 0.6, -0.5, 0.8];
+/// Of the move and of its part in motion, s.
+const END: f64 = 2.0;
+const MOVING: f64 = 1.6;
+const PERIOD: f64 = 1e-3;
+
+/// Share of the way and its rate (1/s): without a jump of the acceleration.
+fn smooth(t: f64) -> (f64, f64) {
+    let s = (t / MOVING).min(1.0);
+    (s * s * s * (10.0 + s * (6.0 * s - 15.0)), 30.0 * s * s * (1.0 - s) * (1.0 - s) / MOVING)
+}
+
+/// What a move took.
+#[derive(Default)]
+struct Cost {
+    seconds: f64,
+    accepted: usize,
+    rejected: usize,
+    events: usize,
+    off: f64,
+}
+
+/// A simulation of one model, held by its owner.
+struct Side<'a, M: Hybrid> {
+    model: &'a M,
+    driver: Driver,
+    t: f64,
+    x: Vec<f64>,
+    u: Vec<f64>,
+    p: &'a [f64],
+    modes: Vec<i32>,
+    memory: Memory,
+    y: Vec<f64>,
+}
+
+impl<'a, M: Hybrid> Side<'a, M> {
+    fn new(
+        model: &'a M,
+        p: &'a [f64],
+        u: Vec<f64>,
+        nominal: &[f64],
+        solver: Solver,
+    ) -> Result<Self, Box<dyn Error>> {
+        let n = model.sizes();
+        let driver = Driver::new(n, nominal, Options { solver, ..Options::default() });
+        let (x, y, modes) = (vec![0.0; n.states], vec![0.0; n.outputs], vec![0; n.modes]);
+        let mut side = Self { model, driver, t: 0.0, x, u, p, modes, memory: Memory::default(), y };
+        let Self { driver, t, x, u, modes, memory, .. } = &mut side;
+        driver.initialise(model, &mut State { t, x, u, p, modes, memory })?;
+        side.outputs();
+        Ok(side)
+    }
+    fn outputs(&mut self) {
+        let at = At { t: self.t, x: &self.x, u: &self.u, p: self.p, modes: &self.modes };
+        self.model.outputs(at, &mut self.y);
+    }
+    fn step(&mut self, end: f64, cost: &mut Cost) -> Result<(), Box<dyn Error>> {
+        let Self { model, driver, t, x, u, p, modes, memory, .. } = self;
+        let mut s = State { t, x, u, p, modes, memory };
+        let done = driver.advance_to(*model, &mut s, end, Inputs::Hold, &mut |_| Flow::Continue)?;
+        cost.accepted += done.accepted;
+        cost.rejected += done.rejected;
+        cost.events += done.events;
+        self.outputs();
+        Ok(())
+    }
+}
+
+/// P on the angle, PI on the rate of the motor: as fast as the joint and the links leave it.
+fn gains(arm: &FlexibleArm, p: &[f64]) -> Vec<f64> {
+    let inertia = trueup_models::space::layout::Parameters::new(&arm.structure().robot).motor_inertia;
+    let mut q = vec![0.0; parameter::COUNT * JOINTS + 2];
+    for j in 0..JOINTS {
+        for (which, value) in [
+            (parameter::POSITION_GAIN, 4.0),
+            (parameter::VELOCITY_GAIN, 20.0 * p[inertia + j]),
+            (parameter::VELOCITY_INTEGRAL_TIME, 0.2),
+            (parameter::GEAR_RATIO, 1.0),
+            (parameter::TORQUE_CONSTANT, 1.0),
+            (parameter::LIMIT, 1000.0),
+            (parameter::WAVE_FREQUENCY, 10.0),
+            (parameter::WASHOUT_FREQUENCY, 1.0),
+        ] {
+            q[which * JOINTS + j] = value;
+        }
+    }
+    q[parameter::COUNT * JOINTS..].copy_from_slice(&[PERIOD, 1.0]);
+    q
+}
+
+/// All joints go their way and hold there.
+fn travel(kind: &Kind, solver: Solver) -> Result<Cost, Box<dyn Error>> {
+    let (arm, s) = (&kind.arm, &kind.arm.structure().robot);
+    let start = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
+    let from = Outputs::new(s);
+    let nominal: Vec<f64> = States::list(s).iter().flat_map(|e| vec![e.kind.nominal; e.len()]).collect();
+    let q = gains(arm, &kind.p);
+    let law = ManipulatorController { joints: JOINTS };
+    let mut cost = Cost::default();
+    let mut plant = Side::new(arm, &kind.p, vec![0.0; arm.sizes().inputs], &nominal, solver)?;
+    let signals = |t: f64, y: &[f64], u: &mut [f64]| {
+        let (share, rate) = smooth(t);
+        for j in 0..JOINTS {
+            for (which, value) in [
+                (input::POSITION_REFERENCE, start[j] + share * WAY[j]),
+                (input::VELOCITY_FEEDFORWARD, rate * WAY[j]),
+                (input::MOTOR_ANGLE, y[from.motor_angle + j]),
+                (input::MOTOR_VELOCITY, y[from.motor_velocity + j]),
+                (input::LOAD_ANGLE, y[from.joint_angle + j]),
+                (input::LOAD_VELOCITY, y[from.joint_velocity + j]),
+            ] {
+                u[which * JOINTS + j] = value;
+            }
+        }
+    };
+    let mut u = vec![0.0; law.sizes().inputs];
+    signals(0.0, &plant.y, &mut u);
+    let mut control = Side::new(&law, &q, u, &[], Solver::Explicit)?;
+    let (steps, begin) = ((END / PERIOD).round() as usize, Instant::now());
+    for k in 1..=steps {
+        plant.u[..JOINTS].copy_from_slice(&control.y);
+        let end = k as f64 * PERIOD;
+        plant.step(end, &mut cost)?;
+        signals(end, &plant.y, &mut control.u);
+        // The sample at the end sees what the arm does there.
+        control.step(end, &mut Cost::default())?;
+    }
+    cost.seconds = begin.elapsed().as_secs_f64();
+    cost.off = (0..JOINTS)
+        .fold(0.0, |most: f64, j| most.max((plant.y[from.joint_angle + j] - start[j] - WAY[j]).abs()));
+    Ok(cost)
+}
+
+fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let rounds = std::env::args().nth(1).map_or(Ok(25), |r| r.parse::<usize>())?.max(1);
+    let kinds = kinds()?;
+    let mut times = vec![Vec::new(); kinds.len()];
+    for _ in 0..rounds {
+        times.iter_mut().zip(&kinds).for_each(|(times, kind)| times.push(rates(kind, 5000)));
+    }
+    println!("| rates | modes | ns, median of {rounds} | times rigid links |\n|---|---|---|---|");
+    for (k, kind) in kinds.iter().enumerate() {
+        let mut ratios: Vec<f64> = times[k].iter().zip(&times[0]).map(|(a, b)| a / b).collect();
+        let modes = kind.arm.structure().robot.modes();
+        let ns = 1e9 * median(&mut times[k].clone());
+        println!("| {} | {modes} | {ns:.0} | {:.2} |", kind.name, median(&mut ratios));
+    }
+    println!(
+        "\n| move of {END} s, six joints, 1 kHz | solver | times the clock | steps | rejected | events | off, mrad |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for kind in &kinds[..3] {
+        for (name, solver) in [("explicit", Solver::Explicit), ("stiff", Solver::Stiff)] {
+            let mut seconds = Vec::new();
+            let mut cost = Cost::default();
+            for _ in 0..rounds.min(5) {
+                cost = travel(kind, solver)?;
+                seconds.push(cost.seconds);
+            }
+            println!(
+                "| {} | {name} | {:.1} | {} | {} | {} | {:.2} |",
+                kind.name,
+                END / median(&mut seconds),
+                cost.accepted,
+                cost.rejected,
+                cost.events,
+                1e3 * cost.off
+            );
+        }
+    }
+    Ok(())
+}
