@@ -14,7 +14,7 @@ const MASS: f64 = 0.8;
 const SPRING: f64 = 5000.0;
 
 /// One or two links along x, joints about z (the first about z, too), a point of this mass at the tip.
-fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
+pub(crate) fn chain(links: usize, shapes: Shapes, tip_mass: f64) -> Design {
     let half = std::f64::consts::FRAC_1_SQRT_2;
     let body = |k: usize, mass: f64| {
         let moment = mass * 1e-8;
@@ -107,7 +107,7 @@ fn lnk5_a_cantilever_bends_as_eq_9_has_it() {
     }
 }
 
-/// Checks LNK-3, LNK-5: joints and links of a chain add up (S3 5.1).
+/// Checks LNK-1, LNK-3, LNK-5: joints and links of a chain add up (S3 5.1), the second where the end of the first has it.
 #[test]
 fn lnk5_a_chain_bends_by_the_sum_of_its_elements() {
     let [a, b] = LENGTHS;

@@ -3,3 +3,4 @@
 
 mod beams;
 mod delian;
+mod map;
