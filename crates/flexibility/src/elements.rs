@@ -1,6 +1,6 @@
 //! Joints and links one by one (S3 5.1, 5.2).
 
-use super::equilibrium::{Equilibrium, EquilibriumError, equilibrium, modes};
+use super::equilibrium::{Equilibrium, EquilibriumError, modes, settled};
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::space::layout::{Parameters, States};
 
@@ -29,7 +29,7 @@ pub struct Contribution {
     pub element: Element,
     /// How far it gives way under the load: the twist of a joint, the turn of a link's end against its root, rad (S3 Table 4).
     pub deflection: f64,
-    /// Its share of the sum of all of them.
+    /// The size of that as a share of the sum over all elements; 0 where nothing gives way.
     pub share: f64,
     /// By what share the first frequency rises when its stiffness does by [`INCREMENT`] (S3 Table 5).
     pub rise: f64,
@@ -78,12 +78,20 @@ pub fn contributions(
                 (own, arm.bodies().end_turn(&rest.state, &p[..parameter.count], body))
             }
         };
-        let energy = rows.map(|r| rest.springs[r] * shape[r] * shape[r]).sum::<f64>() / spring_energy;
-        let stiff = equilibrium(arm, &stiffer, &rest.motors, tip_force)?;
-        let rise = stiff.frequencies()?[0] / first - 1.0;
+        let energy = rows.map(|r| rest.springs[r] * shape[r] * shape[r]).sum::<f64>() / spring_energy; // (LNK-9)
+        let stiff = settled(arm, &stiffer, &rest.motors, tip_force, rest.state.clone())?;
+        let rise = stiff.frequencies()?[0] / first - 1.0; // (LNK-9)
         found.push(Contribution { element, deflection, share: 0.0, rise, energy });
     }
     let whole: f64 = found.iter().map(|c| c.deflection.abs()).sum();
-    found.iter_mut().for_each(|c| c.share = c.deflection.abs() / whole);
+    if whole > 0.0 {
+        found.iter_mut().for_each(|c| c.share = c.deflection.abs() / whole); // (LNK-9)
+    }
     Ok(found)
+}
+
+/// By how much the squares of the first frequency rise, added up over all elements: in a linear conservative model without
+/// weight [`INCREMENT`] at most (Rayleigh).
+pub fn squares(rises: impl IntoIterator<Item = f64>) -> f64 {
+    rises.into_iter().map(|rise| (1.0 + rise).powi(2) - 1.0).sum() // (LNK-9)
 }

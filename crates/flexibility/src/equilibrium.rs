@@ -2,6 +2,8 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use trueup_models::flexible_arm::FlexibleArm;
+use trueup_models::flexible_arm::layout::Outputs;
+use trueup_models::friction::STUCK;
 use trueup_models::space::Led;
 use trueup_models::space::layout::{Inputs, Parameters, States};
 use trueup_numerics::hybrid::{At, Hybrid};
@@ -111,6 +113,36 @@ fn forces<T: Scalar>(arm: &FlexibleArm, rows: &Rows, at: At<'_, T>) -> (Vec<T>, 
     (mass, force)
 }
 
+/// The arm unbent: joints where their motors are, at these angles (joint side, rad).
+fn unbent(arm: &FlexibleArm, rows: &Rows, motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
+    let n = arm.structure().robot.bodies();
+    if motors.len() != n {
+        return Err(EquilibriumError::Angles { given: motors.len(), joints: n });
+    }
+    if rows.states.is_empty() {
+        return Err(EquilibriumError::Rigid);
+    }
+    let at = States::new(&arm.structure().robot);
+    let mut x = vec![0.0; arm.sizes().states];
+    x[at.joint_angle..][..n].copy_from_slice(motors);
+    for (k, j) in rows.flexible.iter().enumerate() {
+        x[at.motor_angle + k] = motors[*j];
+    }
+    Ok(x)
+}
+
+/// What the weight does to each coordinate (joints with a spring, then modes of links) of the unbent arm, N.m or N.
+///
+/// # Errors
+/// Angles that do not fit, an arm that does not bend.
+pub fn weight(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Vec<f64>, EquilibriumError> {
+    let rows = Rows::of(arm);
+    let x = unbent(arm, &rows, motors)?;
+    let u = vec![0.0; arm.sizes().inputs];
+    let p = &p[..arm.bodies().sizes().parameters];
+    Ok(forces(arm, &rows, At { t: 0.0, x: &x, u: &u, p, modes: &[] }).1)
+}
+
 /// Where the arm rests with its motors at these angles (joint side, rad) under its weight and this force at its first tip (N,
 /// inertial axes). `p`: its parameters.
 ///
@@ -122,22 +154,22 @@ pub fn equilibrium(
     motors: &[f64],
     tip_force: [f64; 3],
 ) -> Result<Equilibrium, EquilibriumError> {
-    let s = &arm.structure().robot;
-    let n = s.bodies();
-    if motors.len() != n {
-        return Err(EquilibriumError::Angles { given: motors.len(), joints: n });
-    }
     let rows = Rows::of(arm);
-    if rows.states.is_empty() {
-        return Err(EquilibriumError::Rigid);
-    }
-    let (at, sizes) = (States::new(s), arm.sizes());
-    let mut x = vec![0.0; sizes.states];
-    x[at.joint_angle..][..n].copy_from_slice(motors);
-    for (k, j) in rows.flexible.iter().enumerate() {
-        x[at.motor_angle + k] = motors[*j];
-    }
-    let mut u = vec![0.0; sizes.inputs];
+    let x = unbent(arm, &rows, motors)?;
+    settled(arm, p, motors, tip_force, x)
+}
+
+/// As [`equilibrium`], from a state that is near it.
+pub(crate) fn settled(
+    arm: &FlexibleArm,
+    p: &[f64],
+    motors: &[f64],
+    tip_force: [f64; 3],
+    mut x: Vec<f64>,
+) -> Result<Equilibrium, EquilibriumError> {
+    let s = &arm.structure().robot;
+    let rows = Rows::of(arm);
+    let mut u = vec![0.0; arm.sizes().inputs];
     if !s.tips.is_empty() {
         u[Inputs::new(s).tip_force..][..3].copy_from_slice(&tip_force);
     }
@@ -146,7 +178,7 @@ pub fn equilibrium(
     for _ in 0..STEPS {
         let stiffness = stiffness(arm, &rows, &x, &u, p);
         let (_, force) = forces(arm, &rows, At { t: 0.0, x: &x, u: &u, p, modes: &[] });
-        let step = stiffness.lu().solve(&DVector::from_vec(force)).ok_or(EquilibriumError::Unstable)?;
+        let step = stiffness.lu().solve(&DVector::from_vec(force)).ok_or(EquilibriumError::Unstable)?; // (LNK-8)
         rows.states.iter().zip(step.iter()).for_each(|(i, d)| x[*i] += d);
         largest = step.amax();
         if largest.is_nan() || largest < NOTHING {
@@ -175,18 +207,25 @@ pub fn equilibrium(
     Ok(found)
 }
 
+/// Columns that are found at once: values are then computed once for all of them.
+const AT_ONCE: usize = 8;
+
 /// Minus the derivative of the generalised forces by the coordinates.
 fn stiffness(arm: &FlexibleArm, rows: &Rows, x: &[f64], u: &[f64], p: &[f64]) -> DMatrix<f64> {
     let n = rows.states.len();
-    let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: [0.0] }).collect::<Vec<Dual<1>>>();
+    let none = [0.0; AT_ONCE];
+    let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: none }).collect::<Vec<Dual<AT_ONCE>>>();
     let (mut x, u, p) = (lift(x), lift(u), lift(p));
     let mut k = DMatrix::zeros(n, n);
-    for c in 0..n {
-        x[rows.states[c]].eps[0] = 1.0;
-        let (_, force) =
-            forces(arm, rows, At { t: Dual { re: 0.0, eps: [0.0] }, x: &x, u: &u, p: &p, modes: &[] });
-        x[rows.states[c]].eps[0] = 0.0;
-        force.iter().enumerate().for_each(|(r, f)| k[(r, c)] = -f.eps[0]);
+    for first in (0..n).step_by(AT_ONCE) {
+        let columns = first..n.min(first + AT_ONCE);
+        columns.clone().for_each(|c| x[rows.states[c]].eps[c - first] = 1.0);
+        let t = Dual { re: 0.0, eps: none };
+        let (_, force) = forces(arm, rows, At { t, x: &x, u: &u, p: &p, modes: &[] });
+        for c in columns {
+            x[rows.states[c]].eps = none;
+            force.iter().enumerate().for_each(|(r, f)| k[(r, c)] = -f.eps[c - first]); // (LNK-8)
+        }
     }
     k
 }
@@ -217,5 +256,19 @@ impl Equilibrium {
     /// [`EquilibriumError::Unstable`]
     pub fn frequencies(&self) -> Result<Vec<f64>, EquilibriumError> {
         modes(&self.mass, &self.stiffness).map(|m| m.0)
+    }
+
+    /// How far the first tip is from where it would be unbent, m, inertial axes; `None` without a tip. `p`: all parameters.
+    pub fn tip_deflection(&self, arm: &FlexibleArm, p: &[f64]) -> Option<[f64; 3]> {
+        let s = &arm.structure().robot;
+        if s.tips.is_empty() {
+            return None;
+        }
+        let sizes = arm.sizes();
+        let at = Outputs::new(arm.structure()).behind(arm.bodies().sizes().outputs).tip_deflection;
+        let (u, mut y) = (vec![0.0; sizes.inputs], vec![0.0; sizes.outputs]);
+        let held = vec![STUCK; arm.joints()];
+        arm.outputs(At { t: 0.0, x: &self.state, u: &u, p, modes: &held }, &mut y);
+        Some([y[at], y[at + 1], y[at + 2]])
     }
 }

@@ -3,8 +3,10 @@
 //!
 //! * [`equilibrium`]: rest, mass and stiffness about it.
 //! * [`elements`]: joints and links one by one: their share of the deflection, what they do to the first mode.
-//! * [`map`]: the same over postures.
+//! * [`ground`]: arms of designs, with what they carry.
+//! * [`map`]: all of that at a pose, and over the angles of two joints.
 
 pub mod elements;
 pub mod equilibrium;
+pub mod ground;
 pub mod map;

@@ -107,7 +107,7 @@ fn lnk5_a_cantilever_bends_as_eq_9_has_it() {
     }
 }
 
-/// Checks LNK-3, LNK-5: joints and links of a chain add up (S3 5.1).
+/// Checks LNK-1, LNK-3, LNK-5: joints and links of a chain add up (S3 5.1), the second where the end of the first has it.
 #[test]
 fn lnk5_a_chain_bends_by_the_sum_of_its_elements() {
     let [a, b] = LENGTHS;

@@ -3,4 +3,5 @@
 
 mod beams;
 mod delian;
+mod map;
 mod stiffening;

@@ -108,8 +108,11 @@ fn draw(page: &mut Page, heat: &Heat<'_>) {
         "<text transform=\"translate(14 {middle:.1}) rotate(-90)\" text-anchor=\"middle\">{}</text>",
         escape(&axis(y))
     );
+    // Where nothing is below 0, but for rounding, the scale ends there.
+    let signed = cells.iter().flatten().flatten().any(|z| *z < -1e-6 * largest);
+    let least = if signed { -1.0 } else { 0.0 };
     for k in 0..21 {
-        let part = 1.0 - f64::from(k) / 10.0;
+        let part = 1.0 - (1.0 - least) * f64::from(k) / 20.0;
         let fill = colour(part, 1.0);
         let (at, step) = (top + h * f64::from(k) / 21.0, h / 21.0 + 0.3);
         let _ = write!(
@@ -118,7 +121,7 @@ fn draw(page: &mut Page, heat: &Heat<'_>) {
             WIDTH - right + 20.0
         );
     }
-    for (part, z) in [(0.0, largest), (0.5, 0.0), (1.0, -largest)] {
+    for (part, z) in [(0.0, largest), (0.5, 0.5 * (1.0 + least) * largest), (1.0, least * largest)] {
         text(
             &mut svg,
             WIDTH - right + 40.0,

@@ -99,6 +99,7 @@ const RULES: &[Rule] = &[
             "trueup-signals",
             "trueup-scaling",
             "trueup-sweep",
+            "trueup-flexibility",
             "trueup-identification",
             "trueup-diagnosis",
             "trueup-report",

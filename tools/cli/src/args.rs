@@ -1,5 +1,6 @@
 //! The command line.
 
+mod arm;
 mod scale;
 mod sweep;
 
@@ -9,6 +10,7 @@ use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
 use trueup_identification::identify::Method;
 
+pub(crate) use arm::{Arm, ArmMap};
 pub(crate) use scale::Scale;
 pub(crate) use sweep::{After, Map, Merge, Sweep};
 
@@ -37,6 +39,9 @@ pub(crate) enum Command {
     Statics(Statics),
     /// Show what a pose of a robot on a free base tells: matrices, measures, singularities; surfaces over two joints
     Robot(Robot),
+    /// Show what bends of an arm on the ground, and how it vibrates
+    #[command(subcommand)]
+    Arm(Arm),
     /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
     Diagnose(Diagnose),
     /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed

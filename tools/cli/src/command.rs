@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod arm;
 mod demo;
 mod diagnose;
 mod identify;
@@ -13,7 +14,7 @@ mod sweep;
 mod trial;
 mod validate;
 
-use crate::args::{Command, Fmu, Trial};
+use crate::args::{Arm, Command, Fmu, Trial};
 use crate::error::Error;
 
 pub(crate) fn run(command: Command) -> Result<(), Error> {
@@ -22,6 +23,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Identify(a) => identify::run(&a),
         Command::Statics(a) => identify::statics::run(&a),
         Command::Robot(a) => robot::run(&a),
+        Command::Arm(Arm::Map(a)) => arm::map(&a),
         Command::Diagnose(a) => diagnose::run(&a),
         Command::Simulate(a) => simulate::run(&a),
         Command::Scale(a) => scale::run(&a),

@@ -86,6 +86,15 @@ const EXAMPLES: &[(&str, &[&str])] = &[
             "trueup robot table-1 --surface 2,3 --torque-joints 1,2 -o surface.csv --plot surface.html",
         ],
     ),
+    ("arm", &["trueup arm map", "trueup arm map --pose 0,1.408749,-1.408749,0,0,0"]),
+    (
+        "arm map",
+        &[
+            "trueup arm map -o out",
+            "trueup arm map --pose 0,1.408749,-1.408749,0,0,0",
+            "trueup arm map arm.toml --joints 1,2 --from 0,-2 --to 1.5,2 --steps 15,20 --payload 1.5 -o out",
+        ],
+    ),
     (
         "diagnose",
         &["trueup diagnose recordings -o found", "trueup diagnose recordings/case.toml -o found --json"],

@@ -120,10 +120,15 @@ fn along_z() -> [f64; 3] {
 
 /// A robot by the name of a preset, or read from a file and checked.
 pub(crate) fn read(path: &Path) -> Result<Design, Error> {
+    read_among(path, &[])
+}
+
+/// The same where there are presets of other names, too, which the caller knows.
+pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Design, Error> {
     if let Some(preset) = PRESETS.iter().find(|p| path.to_str() == Some(p.name)) {
         return Ok((preset.design)());
     }
-    let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).collect();
+    let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).chain(others.iter().copied()).collect();
     let text = std::fs::read_to_string(path).map_err(|e| {
         let named = path.to_string_lossy();
         let all = format!("give a file of TOML or URDF, or one of {}", presets.join(", "));

@@ -20,7 +20,8 @@ use crate::output::say;
 use crate::robot;
 
 pub(crate) fn run(args: &Robot) -> Result<(), Error> {
-    let design = robot::read(&args.file)?;
+    // Links are looked at straight, their mass with that of their bodies.
+    let design = robot::read(&args.file)?.stiffened();
     let tip = chosen(args, &design)?;
     let q = pose(args, &design)?;
     if let Some(j) = args.torque_joints.iter().find(|j| !(1..=q.len()).contains(*j)) {
