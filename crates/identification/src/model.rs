@@ -342,9 +342,9 @@ impl Model {
             }
             "PlanarManipulator" => {
                 let n = structure.flexible.len();
-                let arm = PlanarManipulator::new(&structure.flexible, &structure.effects)
+                let Structure { fixed_base, flexible, effects, .. } = &structure;
+                let arm = PlanarManipulator::on_base(*fixed_base, flexible, effects)
                     .map_err(|e| ModelError::Structure(e.to_string()))?
-                    .on_fixed_base(structure.fixed_base)
                     .with_payload(structure.payload);
                 if let Some(link) = structure.payload.filter(|l| *l >= n) {
                     let what = format!("there is no link {}; the model has {n}", link + 1);

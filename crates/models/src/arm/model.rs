@@ -6,7 +6,7 @@ use super::layout::{input, output, parameter};
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
 use crate::drive::Spring;
-use crate::effect::{Choice, EffectSet, Plant};
+use crate::effect::{Choice, EffectError, EffectSet, Plant};
 use crate::friction::STUCK;
 use crate::presets;
 use trueup_numerics::Scalar;
@@ -42,12 +42,19 @@ pub const PAYLOAD: [(&str, &str, f64); 4] = [
 pub(super) const BASE_ROWS: usize = 3;
 
 impl PlanarManipulator {
-    /// A manipulator with one link per entry of `flexible` (`joint-flexibility` makes all joints flexible), and with
-    /// the effects of those ids.
+    /// A manipulator on a base that floats, with one link per entry of `flexible` (`joint-flexibility` makes all joints
+    /// flexible), and with the effects of those ids.
     ///
     /// # Errors
-    /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant.
+    /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant or base.
     pub fn new<S: AsRef<str>>(flexible: &[bool], effects: &[S]) -> Result<Self, ArmError> {
+        Self::on_base(false, flexible, effects)
+    }
+    /// The same on a base that stays where it begins (ARM-15), or floats.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on_base<S: AsRef<str>>(fixed: bool, flexible: &[bool], effects: &[S]) -> Result<Self, ArmError> {
         let n = flexible.len();
         if n == 0 || n > MAX_LINKS {
             return Err(ArmError::Links(n));
@@ -71,14 +78,13 @@ impl PlanarManipulator {
             indicators: if friction { 2 * n } else { 0 },
         };
         let effects = EffectSet::place(effects, Plant::Arm, n, &mut sizes)?;
+        if let Some(e) = effects.iter().find(|e| !e.spec().acts_in(Plant::Arm, fixed)) {
+            return Err(EffectError::Floats(e.spec().id).into());
+        }
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible, motor, dofs, friction, fixed: false, payload: None, effects, sizes })
-    }
-    /// The same on a base that stays where it begins (ARM-15), or floats.
-    pub fn on_fixed_base(self, fixed: bool) -> Self {
-        Self { fixed, ..self }
+        Ok(Self { flexible, motor, dofs, friction, fixed, payload: None, effects, sizes })
     }
     /// The same with a body fixed to a link (from 0; ARM-16): its parameters [`PAYLOAD`] are the last ones.
     pub fn with_payload(mut self, link: Option<usize>) -> Self {
