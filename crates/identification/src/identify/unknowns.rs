@@ -5,6 +5,7 @@ use trueup_signals::{Case, Guess, base_name};
 use super::IdentifyError;
 use crate::model::PAYLOAD_NAMES;
 use crate::run::Run;
+use crate::sensors::{Figure, Of, Sought, sought};
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -61,39 +62,28 @@ pub(super) fn of(
     Ok(all)
 }
 
-/// Delay of which nothing is known, s: of this size.
-const DELAY: f64 = 0.01;
-/// No delay is estimated further than this from what it is believed to be, s.
-const MOST_DELAY: f64 = 0.5;
-
-/// Gains and delays of sensors, the same in all recordings.
+/// Gains and delays of sensors, the same in all recordings; offsets are estimated in each anew.
 fn sensors(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
-    let mut all: Vec<Fitted> = Vec::new();
-    let mut add = |name: &str, of: &str, target: Target, guess: Option<Guess>| {
-        let Some(g) = guess.filter(|_| !all.iter().any(|f| f.unknown.target == target)) else { return };
-        let size = if target.shifts() { g.doubt.unwrap_or(DELAY) } else { g.value.abs() };
-        let free = Unknown::free(&format!("{name}.{of}"), target, None, size);
-        let mut unknown = Unknown { start: g.value, ..free };
-        if target.shifts() {
-            (unknown.lower, unknown.upper) = (g.value - MOST_DELAY, g.value + MOST_DELAY);
-            unknown.prior = g.doubt.map(|_| (g.value / size, 1.0));
-        } else if let Some(d) = g.doubt {
+    let one = |s: &Sought| {
+        let (channel, target) = match (s.of, s.figure) {
+            (_, Figure::Offset) => return None,
+            (Of::Output(i), Figure::Gain) => (&model.outputs()[i], Target::Gain(i)),
+            (Of::Output(i), Figure::Delay) => (&model.outputs()[i], Target::Delay(i)),
+            (Of::Input(i), Figure::Gain) => (&model.inputs()[i], Target::InputGain(i)),
+            (Of::Input(i), Figure::Delay) => (&model.inputs()[i], Target::InputDelay(i)),
+        };
+        let name = format!("{}.{}", channel.name, s.figure.name());
+        let Guess { value, doubt } = s.guess;
+        let mut unknown = Unknown { start: value, ..Unknown::free(&name, target, None, s.size) };
+        if let Some((lower, upper)) = s.bounds() {
+            (unknown.lower, unknown.upper) = (lower, upper);
+            unknown.prior = doubt.map(|_| (value / s.size, 1.0));
+        } else if let Some(d) = doubt {
             unknown = unknown.believed(d);
         }
-        all.push(Fitted { unknown, asked_for: true, doubt: g.doubt.filter(|_| !target.shifts()) });
+        Some(Fitted { unknown, asked_for: true, doubt: doubt.filter(|_| !target.shifts()) })
     };
-    for run in runs {
-        for c in &run.channels {
-            add(&c.name, "gain", Target::Gain(c.output), c.gain);
-            add(&c.name, "delay", Target::Delay(c.output), c.late);
-        }
-        for d in &run.drives {
-            let name = &model.inputs()[d.input].name;
-            add(name, "gain", Target::InputGain(d.input), d.gain);
-            add(name, "delay", Target::InputDelay(d.input), d.late);
-        }
-    }
-    all
+    sought(runs).iter().filter_map(one).collect()
 }
 
 fn one(
