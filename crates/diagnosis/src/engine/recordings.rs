@@ -166,8 +166,8 @@ impl Prepared {
         if subject.payload.is_some() {
             // Where its centre is is said by the link's length, unless by the case.
             let all = reader.set(&reader.defaults(), &case.parameters)?;
-            for (name, ..) in arm::PAYLOAD {
-                let own = index.get(name).copied().zip(reader.parameter(name));
+            for p in &arm::PAYLOAD {
+                let own = index.get(p.name).copied().zip(reader.parameter(p.name));
                 own.iter().for_each(|(i, k)| nominal[*i] = all[*k]);
             }
         }

@@ -217,9 +217,7 @@ impl Subject {
             }
         }
         if self.payload.is_some() {
-            all.extend(
-                arm::PAYLOAD.iter().map(|(n, unit, _)| Named { name: (*n).into(), unit: (*unit).into() }),
-            );
+            all.extend(arm::PAYLOAD.iter().map(|p| Named { name: p.name.into(), unit: p.unit.into() }));
         }
         all
     }

@@ -1,9 +1,9 @@
 //! What a case asks to be fitted, and what it is unsure of.
 
+use trueup_models::arm::PayloadParameter;
 use trueup_signals::{Case, Guess, base_name};
 
 use super::IdentifyError;
-use crate::model::PAYLOAD_NAMES;
 use crate::run::Run;
 use crate::sensors::{Figure, Of, Sought, sought};
 use crate::subject::Subject;
@@ -32,7 +32,7 @@ pub(super) fn of(
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
     let besides = besides.iter().filter(|b| model.parameter(b).is_some()).map(|b| (*b).to_owned());
-    let carried = case.parameters.keys().filter(|n| n.starts_with(PAYLOAD_NAMES) && case.doubt(n).is_some());
+    let carried = case.parameters.keys().filter(|n| PayloadParameter::named(n).is_some() && case.doubt(n).is_some());
     let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
     if asked.is_empty() && case.with.is_empty() {
         return Err(IdentifyError::Unknowns(format!(
@@ -97,8 +97,8 @@ fn one(
     let index = model.parameter(name).unwrap_or(0);
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
-    if model.turns(index) {
-        let size = if name.starts_with(PAYLOAD_NAMES) { doubt.unwrap_or(0.1) } else { 1.0 };
+    if model.absolute_doubt(index) {
+        let size = if PayloadParameter::named(name).is_some() { doubt.unwrap_or(0.1) } else { 1.0 };
         let free = Unknown::free(name, Target::Parameter(index), None, size);
         let prior = doubt.map(|d| (value / size, d / size));
         let unknown = Unknown { start: value, prior, lower: q.min, upper: q.max, ..free };
