@@ -62,7 +62,11 @@ mod tests {
         let plain = cases.into_iter().map(|(model, joint_flexible, effects)| Configuration {
             joint_flexible,
             // All effects together want a base that is fixed.
-            structure: fixed.iter().filter(|_| model == "PlanarManipulator" && !effects.is_empty()).cloned().collect(),
+            structure: fixed
+                .iter()
+                .filter(|_| model == "PlanarManipulator" && !effects.is_empty())
+                .cloned()
+                .collect(),
             effects,
             ..Configuration::of(model)
         });

@@ -70,7 +70,11 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
         let model = if plant == Plant::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
         Choice::all(plant).map(move |c| Configuration {
             effects: vec![c.id()],
-            structure: if c.spec().acts_in(plant, false) { vec![] } else { vec![("base".to_owned(), vec![2])] },
+            structure: if c.spec().acts_in(plant, false) {
+                vec![]
+            } else {
+                vec![("base".to_owned(), vec![2])]
+            },
             ..Configuration::of(model)
         })
     });

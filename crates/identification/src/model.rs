@@ -1,6 +1,8 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use trueup_models::arm::{BASE, BASE_CHOICE, PAYLOAD, PayloadParameter, PlanarManipulator, Replay, layout, rotor};
+use trueup_models::arm::{
+    BASE, BASE_CHOICE, PAYLOAD, PayloadParameter, PlanarManipulator, Replay, layout, rotor,
+};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
 use trueup_models::joint::{self, TwoMassJoint};

@@ -70,7 +70,9 @@ impl Sought {
 pub fn sought<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Vec<Sought> {
     let mut all: Vec<Sought> = Vec::new();
     let mut add = |of: Of, figure: Figure, guess: Option<Guess>, wide: f64| {
-        let Some(guess) = guess.filter(|_| !all.iter().any(|s| (s.of, s.figure) == (of, figure))) else { return };
+        let Some(guess) = guess.filter(|_| !all.iter().any(|s| (s.of, s.figure) == (of, figure))) else {
+            return;
+        };
         let size = match figure {
             Figure::Gain => guess.value.abs(),
             Figure::Offset | Figure::Delay => guess.doubt.unwrap_or(wide).max(f64::MIN_POSITIVE),

@@ -6,8 +6,8 @@
 
 use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::chain::Chain;
-use trueup_models::effect::Placed;
 use trueup_models::arm::{MAX_LINKS, PlanarManipulator, input, kinematics, output, parameter, rotor};
+use trueup_models::effect::Placed;
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
 
@@ -204,9 +204,9 @@ fn accelerations_satisfy_lagranges_equations() {
             worst = worst.max((left - right).abs() / (1.0 + left.abs() + inertial.abs()));
         }
         // All that stores energy is told (ARM-13).
-        let springs = (0..n).filter(|j| model.flexible()[*j]).map(|j| {
-            0.5 * p[parameter::joint_stiffness(n) + j] * (q[model.motor(j)] - q[3 + j]).powi(2)
-        });
+        let springs = (0..n)
+            .filter(|j| model.flexible()[*j])
+            .map(|j| 0.5 * p[parameter::joint_stiffness(n) + j] * (q[model.motor(j)] - q[3 + j]).powi(2));
         let stored = springs.sum::<f64>() + hanging(&model, &p, &q) - lowered(&p, &q, n);
         let mut y = vec![0.0; model.sizes().outputs];
         model.outputs(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut y);
@@ -284,7 +284,10 @@ fn what_cannot_be_built_is_refused_with_the_mend() {
     assert!(message(0, NO_EFFECTS).contains("1 to 8"));
     assert!(message(MAX_LINKS + 1, NO_EFFECTS).contains("9 links"));
     let said = message(3, &["gravity-torque"]);
-    assert!(["floats", "--structure base=fixed", "base = \"fixed\""].iter().all(|s| said.contains(s)), "{said}");
+    assert!(
+        ["floats", "--structure base=fixed", "base = \"fixed\""].iter().all(|s| said.contains(s)),
+        "{said}"
+    );
     assert!(PlanarManipulator::on_base(true, &[true], &["gravity-torque"]).is_ok());
     let model = PlanarManipulator::new(&[true, false, false], NO_EFFECTS).unwrap();
     let refused = |at: usize, value: f64| {

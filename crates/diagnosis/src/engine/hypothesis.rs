@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use trueup_identification::run::Run;
 use trueup_identification::sizes::Sizes;
 use trueup_identification::unknown::Scale;
-use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
 use trueup_models::arm::PayloadParameter;
+use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
 use trueup_models::{arm, joint};
 
 use super::problem::{Target, Unknown};

@@ -32,7 +32,8 @@ pub(super) fn of(
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
     let besides = besides.iter().filter(|b| model.parameter(b).is_some()).map(|b| (*b).to_owned());
-    let carried = case.parameters.keys().filter(|n| PayloadParameter::named(n).is_some() && case.doubt(n).is_some());
+    let carried =
+        case.parameters.keys().filter(|n| PayloadParameter::named(n).is_some() && case.doubt(n).is_some());
     let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
     if asked.is_empty() && case.with.is_empty() {
         return Err(IdentifyError::Unknowns(format!(

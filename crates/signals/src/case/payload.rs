@@ -100,7 +100,9 @@ impl Case {
 fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f64>, Option<f64>)> {
     let (key, count) = (figure.key, figure.names.len());
     if let Some(text) = node.get_ref().as_str() {
-        let what = format!("`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its doubt");
+        let what = format!(
+            "`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its doubt"
+        );
         reader.wrong(Kind::BadValue, node.span(), what, figure.mend());
         return None;
     }

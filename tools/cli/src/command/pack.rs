@@ -87,8 +87,7 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
         }
         // No structure is chosen here: a base floats.
         let floats = |m: &Model| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
-        let fitting: Vec<Model> =
-            catalog::models().filter(|m| misfit(*m).is_none() && !floats(m)).collect();
+        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none() && !floats(m)).collect();
         if fitting.is_empty() {
             return Err(Error::Usage(
                 "no model has all of these effects and this preset: `trueup fmu list` shows which has which"
