@@ -77,6 +77,8 @@ pub struct Prepared {
     pub coordinates: Vec<Coordinate>,
     /// Its inputs, with their units.
     pub inputs: Vec<Quantity>,
+    /// Its outputs, with theirs.
+    pub outputs: Vec<Quantity>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
     /// How far the noise of a reading tells that of the next, by output.
@@ -213,6 +215,7 @@ impl Prepared {
             doubt,
             sensors,
             inputs: reader.inputs().to_vec(),
+            outputs: reader.outputs().to_vec(),
             train,
             holdout,
             coordinates,

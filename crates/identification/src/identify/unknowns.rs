@@ -35,18 +35,11 @@ pub(super) fn of(
     let carried =
         case.parameters.keys().filter(|n| PayloadParameter::named(n).is_some() && case.doubt(n).is_some());
     let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
-    if asked.is_empty() && case.with.is_empty() {
-        return Err(IdentifyError::Unknowns(format!(
-            "{}: there is nothing to fit: no joint is flexible; write [fit] parameters = [\"linkMass[3]\"] in it",
-            case.file.display()
-        )));
-    }
     let mut all = Vec::new();
     for name in &asked {
         if name.starts_with("initial") || base_name(name) == "motorCoupling" {
             return Err(IdentifyError::Unknowns(format!(
-                "{}: `{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters",
-                case.file.display()
+                "`{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters"
             )));
         }
         if !all.iter().any(|f: &Fitted| &f.unknown.name == name) {
@@ -59,6 +52,11 @@ pub(super) fn of(
         if model.parameter(name).is_some() && !asked.contains(name) {
             all.push(one(model, case, nominal, runs, name, false));
         }
+    }
+    if all.is_empty() && case.with.is_empty() {
+        return Err(IdentifyError::Unknowns(
+            "there is nothing to fit: no joint is flexible, and nothing is uncertain; write [fit] parameters = [\"linkMass[3]\"]".into(),
+        ));
     }
     Ok(all)
 }
