@@ -34,6 +34,7 @@ mod tests {
     use trueup_fmi::configuration::Configuration;
     use trueup_fmi::table::Storage as S;
     use trueup_fmi_export::FmuModel;
+    use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
     use trueup_models::effect;
     use trueup_models::space::presets;
     use trueup_models::space::table::{Table, TabledMode};
@@ -67,8 +68,15 @@ mod tests {
         });
         let robots =
             [presets::table_1_with_panels(), presets::test_bed(), tabled].map(|d| of_design(&d).unwrap());
+        let fixed = [(BASE_CHOICE.to_owned(), vec![FIXED_BASE])];
         let plain = cases.into_iter().map(|(model, joint_flexible, effects)| Configuration {
             joint_flexible,
+            // All effects together want a base that is fixed.
+            structure: fixed
+                .iter()
+                .filter(|_| model == "PlanarManipulator" && !effects.is_empty())
+                .cloned()
+                .collect(),
             effects,
             ..Configuration::of(model)
         });

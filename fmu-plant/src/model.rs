@@ -56,8 +56,8 @@ impl FmuModel for Plant {
             "PlanarManipulator" => {
                 let flexible = if c.joint_flexible.is_empty() { &TEST_BED[..] } else { &c.joint_flexible };
                 let fixed = chosen(c)?(BASE_CHOICE) == Some(FIXED_BASE as usize);
-                PlanarManipulator::new(flexible, &c.effects)
-                    .map(|m| Self::Arm(m.on_fixed_base(fixed)))
+                PlanarManipulator::on_base(fixed, flexible, &c.effects)
+                    .map(Self::Arm)
                     .map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),

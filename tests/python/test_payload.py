@@ -122,6 +122,7 @@ def test_of_a_payload_its_mass_alone_is_needed_and_an_augmented_fmu_has_it_in_it
 @pytest.mark.parametrize("text, said", [
     ("link = 0\nmass = 1.0\n", "`link` of [payload] is 0"),
     ("mass = 1.0\n", "[payload] has no `link`"),
+    ('link = 3\nmass = "estimate"\n', "write mass = { value = 0.0, doubt = 2.0 } in kg"),
     ("link = 3\nmass = { value = -1.0, doubt = 1.0 }\n", "`mass` of [payload] is -1"),
     ("link = 4\nmass = 1.0\n", "there is no link 4; the model has 3"),
     ("link = 3\nmass = 1.0\ncenterOfMass = 0.3\n", "has 1 numbers, not 2"),

@@ -136,7 +136,14 @@ fn the_examples_are_read_and_use_every_key() {
     let document = document();
     let blocks: Vec<&str> =
         document.split("```toml\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
-    let [case, arm, sidecar] = blocks[..] else { panic!("two cases and a sidecar, not {}", blocks.len()) };
+    let [case, grounded, arm, sidecar] = blocks[..] else {
+        panic!("three cases and a sidecar, not {}", blocks.len())
+    };
+    let (pulled, findings) = Case::parse(Path::new("case.toml"), grounded, &[]).unwrap();
+    assert!(findings.is_empty() && pulled.known_effects() == ["gravity-torque"], "{findings:?}");
+    let torque = |joint: usize| format!("gravityTorque[{joint}]");
+    assert_eq!((pulled.number(&torque(1)), pulled.doubt(&torque(1))), (Some(40.0), None));
+    assert_eq!((pulled.number(&torque(2)), pulled.doubt(&torque(2))), (Some(110.0), Some(0.1)));
     let (carried, findings) = Case::parse(Path::new("case.toml"), arm, &[]).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
     let doubt = |name: &str| carried.doubt(&format!("payload.{name}"));

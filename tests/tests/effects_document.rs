@@ -33,7 +33,8 @@ fn model(plant: Plant) -> &'static str {
 
 fn section(kind: Kind, equation: &str, file: &str) -> String {
     let spec = kind.spec();
-    let plants: Vec<_> = spec.plants.iter().map(|p| model(*p)).collect();
+    let base = |p: &Plant| if spec.acts_in(*p, false) { "" } else { " on a fixed base" };
+    let plants: Vec<_> = spec.plants.iter().map(|p| format!("{}{}", model(*p), base(p))).collect();
     let often = |scope: Scope| match scope {
         Scope::Joint => "once per joint",
         Scope::Once => "once",

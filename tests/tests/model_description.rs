@@ -69,7 +69,15 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
     let plain = MODELS.map(Configuration::of);
     let with_effect = [Plant::Joint, Plant::Arm].into_iter().flat_map(|plant| {
         let model = if plant == Plant::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
-        Choice::all(plant).map(move |c| Configuration { effects: vec![c.id()], ..Configuration::of(model) })
+        Choice::all(plant).map(move |c| Configuration {
+            effects: vec![c.id()],
+            structure: if c.spec().acts_in(plant, false) {
+                vec![]
+            } else {
+                vec![("base".to_owned(), vec![2])]
+            },
+            ..Configuration::of(model)
+        })
     });
     let structures = [
         ("TwoMassJoint", vec![false]),

@@ -1,6 +1,8 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
-use trueup_models::arm::{BASE, BASE_CHOICE, PAYLOAD, PlanarManipulator, Replay, layout, rotor};
+use trueup_models::arm::{
+    BASE, BASE_CHOICE, PAYLOAD, PayloadParameter, PlanarManipulator, Replay, layout, rotor,
+};
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
 use trueup_models::joint::{self, TwoMassJoint};
@@ -28,9 +30,6 @@ pub struct Structure {
     /// Which link carries a body more, from 0; for the arm.
     pub payload: Option<usize>,
 }
-
-/// What names of a payload's parameters begin with.
-pub const PAYLOAD_NAMES: &str = "payload.";
 
 /// A model that cannot be had.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -106,9 +105,8 @@ pub trait Named {
     fn compares(&self, output: usize) -> bool {
         !self.outputs()[output].unit.is_empty()
     }
-    /// A parameter is an angle to turn by, or of a payload: a doubt of it is in its unit, for it has no size that a share could
-    /// be of.
-    fn turns(&self, _parameter: usize) -> bool {
+    /// A doubt of that parameter is in its own unit: it has no size that a share could be of, as angles to turn by and payloads.
+    fn absolute_doubt(&self, _parameter: usize) -> bool {
         false
     }
     /// Index of a parameter.
@@ -130,8 +128,9 @@ pub trait Named {
 }
 
 impl Named for Model {
-    fn turns(&self, parameter: usize) -> bool {
-        self.effects().turns(parameter) || self.parameters[parameter].name.starts_with(PAYLOAD_NAMES)
+    fn absolute_doubt(&self, parameter: usize) -> bool {
+        let carried = PayloadParameter::named(&self.parameters[parameter].name);
+        self.effects().absolute_doubt(parameter) || carried.is_some_and(|p| p.absolute_doubt)
     }
     fn parameters(&self) -> &[Quantity] {
         &self.parameters
@@ -342,9 +341,9 @@ impl Model {
             }
             "PlanarManipulator" => {
                 let n = structure.flexible.len();
-                let arm = PlanarManipulator::new(&structure.flexible, &structure.effects)
+                let Structure { fixed_base, flexible, effects, .. } = &structure;
+                let arm = PlanarManipulator::on_base(*fixed_base, flexible, effects)
                     .map_err(|e| ModelError::Structure(e.to_string()))?
-                    .on_fixed_base(structure.fixed_base)
                     .with_payload(structure.payload);
                 if let Some(link) = structure.payload.filter(|l| *l >= n) {
                     let what = format!("there is no link {}; the model has {n}", link + 1);
@@ -371,8 +370,7 @@ impl Model {
                 }
                 add_effects(&set, effect::Plant::Arm, &mut model);
                 if arm.payload().is_some() {
-                    let own = PAYLOAD.iter().map(|(name, unit, min)| quantity((*name).into(), unit, *min));
-                    model.parameters.extend(own);
+                    model.parameters.extend(PAYLOAD.iter().map(|p| quantity(p.name.into(), p.unit, p.min)));
                 }
                 if !model.structure.led.is_empty() {
                     let led = model.structure.led.clone();
@@ -607,9 +605,9 @@ impl Model {
             angles.push(i);
         }
         // What a link carries is at its end, unless it is said to be elsewhere.
-        if let (Some(at), Some(link)) = (self.parameter(PAYLOAD[1].0), self.structure.payload)
+        if let (Some(at), Some(link)) = (self.parameter(PAYLOAD[1].name), self.structure.payload)
             && !angles.contains(&at)
-            && angles.iter().any(|i| self.parameters[*i].name == PAYLOAD[0].0)
+            && angles.iter().any(|i| self.parameters[*i].name == PAYLOAD[0].name)
         {
             p[at] = p[layout::parameter::link_length(self.structure.flexible.len()) + link];
         }

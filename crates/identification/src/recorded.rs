@@ -7,6 +7,7 @@ use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
 use crate::model::{Model, ModelError};
 use crate::run::{Between, Channel, Drive, Run};
+use crate::sensors::OFFSET;
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -283,7 +284,7 @@ pub fn nuisance(model: &dyn Subject, values: &[f64], runs: &[Run]) -> Vec<Unknow
         for (d, guess) in run.drives.iter().filter_map(|d| Some((d, d.offset?))) {
             let name = format!("{}.offset", model.inputs()[d.input].name);
             let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let size = guess.doubt.unwrap_or((0.3 * largest).max(100.0 * d.sigma).max(1e-9));
+            let size = guess.doubt.unwrap_or((OFFSET * largest).max(100.0 * d.sigma).max(1e-9));
             all.push(believed(&name, Target::InputOffset(d.input), r, (guess.value, size)));
         }
     }
@@ -297,7 +298,7 @@ fn offset_size(channel: Option<&Channel>, values: &[f64], model: &dyn Subject) -
     let most = c.y.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let gear = model.parameter("gearRatio").filter(|_| c.name.starts_with("motor"));
     let turn = gear.map_or(1.0, |i| values[i].abs());
-    (0.3 * (most - least)).max(100.0 * c.sigma).max(1e-2 * turn)
+    (OFFSET * (most - least)).max(100.0 * c.sigma).max(1e-2 * turn)
 }
 
 /// The twist that the largest torque of the motor makes, motor side, rad.

@@ -426,3 +426,26 @@ fn gravity_wants_a_base_that_is_fixed() {
     let told = of("").unwrap_err().to_string();
     assert!(told.contains("gravity[2]") && told.contains("base = \"fixed\""), "{told}");
 }
+
+/// The same of an effect, known or asked for; on a fixed base it has a size and a doubt at the joint that is named, and is what
+/// an FMU with it has elsewhere.
+#[test]
+fn a_gravity_torque_of_an_arm_wants_a_base_that_is_fixed() {
+    let of = |base: &str, known: &str, with: &[&str]| {
+        let text = format!("model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\n{base}{known}");
+        let (case, _) = Case::parse(Path::new("case.toml"), &text, &[]).unwrap();
+        Model::of_case(&case, with).map(|m| (m.set(&m.defaults(), &case.parameters).unwrap(), m, case))
+    };
+    let known = "[effects]\ngravity-torque = { gravityTorque = 110.0, doubt = 0.1, joint = 2 }\n";
+    for (known, with) in [(known, &[][..]), ("", &["gravity-torque"][..])] {
+        let told = of("", known, with).unwrap_err().to_string();
+        assert!(told.contains("wants a fixed base") && told.contains("base = \"fixed\""), "{told}");
+    }
+    let (values, model, case) = of("base = \"fixed\"\n", known, &[]).unwrap();
+    let value = |name: &str| values[model.parameter(name).unwrap()];
+    let torques = [1, 2, 3].map(|j| value(&format!("gravityTorque[{j}]")));
+    assert_eq!((torques, value("gravityAngle[2]")), ([0.0, 110.0, 0.0], -std::f64::consts::FRAC_PI_2));
+    assert_eq!((case.doubt("gravityTorque[2]"), case.doubt("gravityAngle[2]")), (Some(0.1), None));
+    let told = of("base = \"fixed\"\n", &known.replace("joint = 2", "joint = 4"), &[]).unwrap_err();
+    assert!(told.to_string().contains("there is no joint 4; the model has 3"), "{told}");
+}

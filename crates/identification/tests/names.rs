@@ -7,6 +7,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Kind, Storage, Variable};
 use trueup_fmi_export::FmuModel;
 use trueup_identification::model::{Model, Quantity, Structure};
+use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_models::effect::{self, Choice};
 use trueup_signals::element_name;
 
@@ -23,8 +24,13 @@ fn elements(v: &Variable) -> Vec<String> {
 }
 
 fn agree(model: &str, flexible: &[bool], effects: &[&str]) {
+    agree_on(false, model, flexible, effects);
+}
+
+fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) {
     let c = Configuration {
         model: model.into(),
+        structure: if fixed_base { vec![(BASE_CHOICE.to_owned(), vec![FIXED_BASE])] } else { vec![] },
         joint_flexible: flexible.to_vec(),
         effects: effects.iter().map(|e| (*e).to_owned()).collect(),
         ..Configuration::default()
@@ -33,7 +39,7 @@ fn agree(model: &str, flexible: &[bool], effects: &[&str]) {
     let ours = Model::new(Structure {
         model: model.into(),
         flexible: flexible.to_vec(),
-        fixed_base: false,
+        fixed_base,
         effects: c.effects.clone(),
         led: Vec::new(),
         payload: None,
@@ -71,6 +77,7 @@ fn names_units_and_order_are_those_of_the_fmus() {
         agree("TwoMassJoint", &[true], &[&choice.id()]);
     }
     for choice in Choice::all(effect::Plant::Arm) {
-        agree("PlanarManipulator", &[true, false, true], &[&choice.id()]);
+        let fixed_base = !choice.spec().acts_in(effect::Plant::Arm, false);
+        agree_on(fixed_base, "PlanarManipulator", &[true, false, true], &[&choice.id()]);
     }
 }

@@ -111,6 +111,31 @@ fn a_tilted_table_pulls_the_whole_like_a_stone() {
     assert!((energy(&y) - energy(&first) - run.work).abs() < 1e-9);
 }
 
+/// Unbalanced loads on every link of an arm on the ground: what they give and take is in the potential energy; a link that
+/// hangs at rest stays so.
+#[test]
+fn gravity_torques_keep_energy() {
+    let model = PlanarManipulator::on_base(true, &[true, false, false], &["gravity-torque"]).unwrap();
+    let mut p = model.defaults();
+    let at = begin(&model, "gravity-torque").0;
+    p[at..at + 3].copy_from_slice(&[1.3, 0.7, 0.4]);
+    p[at + 3..at + 6].copy_from_slice(&[0.5, -1.2, 2.0]);
+    p[parameter::initial_base_attitude(3)] = 0.3;
+    p[parameter::initial_joint_angle(3) + 1] = -0.8;
+    let run = Run::new(&model, &p, torque).with_power(|at, m| motors_and_dampers(at, m, |j| j == 0));
+    let (lost, _) = balances(run);
+    assert!(lost < 1e-9);
+
+    // Attitudes 0.5, -1.2 and 2.0.
+    p[parameter::initial_joint_angle(3)..][..3].copy_from_slice(&[0.2, -1.7, 3.2]);
+    p[parameter::initial_motor_angle(3)] = 0.2;
+    let run = Run::new(&model, &p, |_| vec![0.0; 9]);
+    let mut dx = vec![0.0; model.sizes().states];
+    model.rates(At { t: 0.0, x: &run.x, u: &[0.0; 9], p: &p, modes: &[] }, &mut dx);
+    assert!(dx.iter().all(|r| r.abs() < 1e-14), "{dx:?}");
+    assert!((run.outputs()[output::potential_energy(3)] + 2.4).abs() < 1e-14);
+}
+
 #[test]
 fn base_drag_takes_out_energy_and_momentum() {
     let model = PlanarManipulator::new(&[false; 3], &["base-drag"]).unwrap();

@@ -7,14 +7,18 @@
 use crate::arm_common::{NO_EFFECTS, Random, Run};
 use trueup_models::arm::chain::Chain;
 use trueup_models::arm::{MAX_LINKS, PlanarManipulator, input, kinematics, output, parameter, rotor};
+use trueup_models::effect::Placed;
 use trueup_numerics::hybrid::{At, Hybrid};
 use trueup_numerics::{Dual, Scalar};
 
-/// A random structure with random physical parameters, both couplings.
+/// A random structure on a base that floats with random physical parameters, both couplings.
 fn random_arm(random: &mut Random) -> (PlanarManipulator, Vec<f64>) {
+    random_arm_on(false, random, NO_EFFECTS)
+}
+fn random_arm_on(fixed: bool, random: &mut Random, effects: &[&str]) -> (PlanarManipulator, Vec<f64>) {
     let n = random.within(1.0, 6.99) as usize;
     let flexible: Vec<bool> = (0..n).map(|_| random.within(0.0, 1.0) < 0.5).collect();
-    let model = PlanarManipulator::new(&flexible, NO_EFFECTS).unwrap();
+    let model = PlanarManipulator::on_base(fixed, &flexible, effects).unwrap();
     let mut p: Vec<f64> = (0..model.sizes().parameters).map(|_| random.within(0.1, 3.0)).collect();
     for i in 0..2 * n {
         p[parameter::link_center_of_mass(n) + i] = random.within(-0.5, 0.5);
@@ -44,6 +48,16 @@ fn lowered(p: &[f64], q: &[f64], n: usize) -> f64 {
         joint = along(joint, angle, p[parameter::link_length(n) + j], 0.0);
     }
     sum
+}
+
+/// Energy of the unbalanced loads: each link's goes with its attitude against the inertial frame.
+fn hanging(model: &PlanarManipulator, p: &[f64], q: &[f64]) -> f64 {
+    let own = |e: &Placed| {
+        let at = e.begin.parameters;
+        let attitude = |j: usize| q[2..=3 + j].iter().sum::<f64>();
+        (0..e.sites).map(|j| -p[at + j] * (attitude(j) - p[at + e.sites + j]).cos()).sum::<f64>()
+    };
+    model.effects().iter().map(own).sum()
 }
 
 /// Kinetic energy of all bodies and rotors.
@@ -121,13 +135,16 @@ fn mass_matrix_energy_and_momenta_are_those_of_the_bodies() {
     assert!(worst < 1e-13);
 }
 
+/// Checks EF-7 on the arm, too.
 #[test]
 fn accelerations_satisfy_lagranges_equations() {
     let mut random = Random(4);
     let mut worst = 0.0f64;
     for case in 0..100 {
-        let (model, p) = random_arm(&mut random);
-        let model = model.on_fixed_base(case % 2 == 1);
+        // On a fixed base every link has an unbalanced load of its own.
+        let fixed = case % 2 == 1;
+        let effects = if fixed { &["gravity-torque"][..] } else { NO_EFFECTS };
+        let (model, p) = random_arm_on(fixed, &mut random, effects);
         let (n, d) = (model.links(), model.dofs());
         let (q, mut v) = (random.vector(d, 3.0), random.vector(d, 1.0));
         // A base that is fixed stands still, whatever force that takes (ARM-15).
@@ -183,8 +200,17 @@ fn accelerations_satisfy_lagranges_equations() {
             }
             right += u[input::tip_torque(n)] * slope(&|s| tip(s).attitude);
             right += slope(&|s| lowered(&p, &moved(&unit, s), n));
+            right -= slope(&|s| hanging(&model, &p, &moved(&unit, s)));
             worst = worst.max((left - right).abs() / (1.0 + left.abs() + inertial.abs()));
         }
+        // All that stores energy is told (ARM-13).
+        let springs = (0..n)
+            .filter(|j| model.flexible()[*j])
+            .map(|j| 0.5 * p[parameter::joint_stiffness(n) + j] * (q[model.motor(j)] - q[3 + j]).powi(2));
+        let stored = springs.sum::<f64>() + hanging(&model, &p, &q) - lowered(&p, &q, n);
+        let mut y = vec![0.0; model.sizes().outputs];
+        model.outputs(At { t: 0.0, x: &x, u: &u, p: &p, modes: &[] }, &mut y);
+        assert!((y[output::potential_energy(n)] - stored).abs() < 1e-11 * (1.0 + stored.abs()));
     }
     println!("Lagrange's equations: {worst:e}");
     assert!(worst < 1e-8);
@@ -193,7 +219,7 @@ fn accelerations_satisfy_lagranges_equations() {
 #[test]
 fn on_a_fixed_base_one_link_is_a_pendulum_and_gravity_wants_such_a_base() {
     let (mass, lever, inertia, g) = (2.0, 0.4, 0.1, 9.81);
-    let pendulum = PlanarManipulator::new(&[false], NO_EFFECTS).unwrap().on_fixed_base(true);
+    let pendulum = PlanarManipulator::on_base(true, &[false], NO_EFFECTS).unwrap();
     let mut p = pendulum.defaults();
     p[parameter::link_mass(1)] = mass;
     p[parameter::link_inertia(1)] = inertia;
@@ -214,7 +240,7 @@ fn on_a_fixed_base_one_link_is_a_pendulum_and_gravity_wants_such_a_base() {
     run.to(3.0, 1e-3);
     assert!((energy(&run.outputs()) / before - 1.0).abs() < 1e-11);
     assert!(pendulum.check(&p).is_ok());
-    let free = pendulum.clone().on_fixed_base(false);
+    let free = PlanarManipulator::new(&[false], NO_EFFECTS).unwrap();
     let (at, said) = free.check(&p).unwrap_err();
     assert_eq!(at, parameter::gravity(1) + 1);
     assert!(said.contains("gravity[2] = -9.81") && said.contains("base = fixed"), "{said}");
@@ -257,7 +283,12 @@ fn what_cannot_be_built_is_refused_with_the_mend() {
         |n: usize, ids: &[&str]| PlanarManipulator::new(&vec![true; n], ids).unwrap_err().to_string();
     assert!(message(0, NO_EFFECTS).contains("1 to 8"));
     assert!(message(MAX_LINKS + 1, NO_EFFECTS).contains("9 links"));
-    assert!(message(3, &["gravity-torque"]).contains("TwoMassJoint"));
+    let said = message(3, &["gravity-torque"]);
+    assert!(
+        ["floats", "--structure base=fixed", "base = \"fixed\""].iter().all(|s| said.contains(s)),
+        "{said}"
+    );
+    assert!(PlanarManipulator::on_base(true, &[true], &["gravity-torque"]).is_ok());
     let model = PlanarManipulator::new(&[true, false, false], NO_EFFECTS).unwrap();
     let refused = |at: usize, value: f64| {
         let mut p = model.defaults();
@@ -296,8 +327,7 @@ fn a_payload_is_a_part_of_its_link() {
     let mut random = Random(16);
     let mut worst = 0.0f64;
     for case in 0..100 {
-        let (model, mut p) = random_arm(&mut random);
-        let bare = model.on_fixed_base(case % 2 == 1);
+        let (bare, mut p) = random_arm_on(case % 2 == 1, &mut random, NO_EFFECTS);
         let (n, d) = (bare.links(), bare.dofs());
         let model = bare.clone().with_payload(Some(case % n));
         assert_eq!(model.sizes().parameters, bare.sizes().parameters + 4);

@@ -23,8 +23,15 @@ fn joint(ids: &[String]) -> (TwoMassJoint, Vec<f64>) {
     }
     (model, p)
 }
+/// On a base that floats, unless one of them wants a fixed one.
 fn arm(ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
-    let model = PlanarManipulator::new(&FLEXIBLE, ids).unwrap();
+    arm_on(ids.iter().any(|id| grounded(id)), ids)
+}
+fn grounded(id: &str) -> bool {
+    !Choice::parse(id, Plant::Arm).unwrap().spec().acts_in(Plant::Arm, false)
+}
+fn arm_on(fixed: bool, ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
+    let model = PlanarManipulator::on_base(fixed, &FLEXIBLE, ids).unwrap();
     let p = model.defaults();
     (model, p)
 }
@@ -106,7 +113,7 @@ fn every_effect_vanishes_where_it_is_neutral() {
         let base: Vec<String> =
             if choice.spec().friction { vec!["motor-friction".into()] } else { Vec::new() };
         let plain = if id == "joint-flexibility" { vec![id.clone()] } else { base };
-        let ((with, mut p), (without, mut q)) = (with, arm(&plain));
+        let ((with, mut p), (without, mut q)) = (with, arm_on(grounded(&id), &plain));
         amplitudes(with.effects(), &mut p, |e, k| e.choice.parameters()[k].neutral);
         if with.has_friction() {
             let n = without.sizes().parameters;
@@ -144,11 +151,14 @@ fn every_effect_shows_at_its_start_values() {
         differs(&id, &run(&id, &model, &p, &drive_joint, &times), &without, plain.sizes().outputs);
     }
     let times = [0.0, 0.055, 1.5];
-    let (plain, q) = arm(&[]);
-    let without = run("", &plain, &q, &drive_arm, &times);
+    let plain = [false, true].map(|fixed| {
+        let (plain, q) = arm_on(fixed, &[]);
+        (run("", &plain, &q, &drive_arm, &times), plain)
+    });
     for id in Choice::all(Plant::Arm).map(|c| c.id()) {
+        let (without, plain) = &plain[usize::from(grounded(&id))];
         let (model, p) = arm(std::slice::from_ref(&id));
-        differs(&id, &run(&id, &model, &p, &drive_arm, &times), &without, plain.sizes().outputs);
+        differs(&id, &run(&id, &model, &p, &drive_arm, &times), without, plain.sizes().outputs);
     }
 }
 
@@ -258,6 +268,13 @@ fn passive(plant: Plant) -> Vec<String> {
     Choice::all(plant).collect::<Vec<_>>().iter().filter(low).map(|c| c.id()).collect()
 }
 
+/// What hangs does so at the angle 0.
+fn hang_at_rest(effects: &EffectSet, p: &mut [f64]) {
+    for e in effects.iter().filter(|e| e.spec().id == "gravity-torque") {
+        p[e.begin.parameters + e.sites..][..e.sites].fill(0.0);
+    }
+}
+
 /// The largest excess of the kinetic energy over the work, as a share of the largest kinetic energy.
 fn made(run: &Run, kinetic: impl Fn(usize) -> f64) -> f64 {
     let energy: Vec<f64> = (0..run.t.len()).map(kinetic).collect();
@@ -278,9 +295,7 @@ fn passive_effects_make_no_energy_alone_or_in_pairs() {
                 let name = pair.join("+");
                 let share = if plant == Plant::Joint {
                     let (model, mut p) = joint(&pair);
-                    for e in model.effects().iter().filter(|e| e.spec().id == "gravity-torque") {
-                        p[e.begin.parameters + 1] = 0.0;
-                    }
+                    hang_at_rest(model.effects(), &mut p);
                     let power = |_: &TwoMassJoint, at: &At<f64>| {
                         at.p[parameter::TORQUE_CONSTANT] * at.u[0] * at.x[1] + at.u[1] * at.x[3]
                     };
@@ -290,7 +305,8 @@ fn passive_effects_make_no_energy_alone_or_in_pairs() {
                         0.5 * (inertia[0] * run.x[k][1].powi(2) + inertia[1] * run.x[k][3].powi(2))
                     })
                 } else {
-                    let (model, p) = arm(&pair);
+                    let (model, mut p) = arm(&pair);
+                    hang_at_rest(model.effects(), &mut p);
                     let power = |m: &PlanarManipulator, at: &At<f64>| {
                         (0..3).map(|j| at.u[j] * at.x[m.dofs() + m.motor(j)]).sum()
                     };

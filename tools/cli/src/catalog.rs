@@ -1,6 +1,6 @@
 //! What can be packed: the models with their presets and effects.
 
-use trueup_models::effect::{self, Choice, Plant};
+use trueup_models::effect::{self, Choice, Plant, Spec};
 use trueup_models::flexible_arm::presets as arm;
 use trueup_models::presets::{PRESETS, Preset};
 use trueup_models::space::presets as robots;
@@ -16,7 +16,7 @@ pub(crate) struct Model {
 pub(crate) struct Effect {
     pub(crate) id: &'static str,
     pub(crate) description: &'static str,
-    pub(crate) models: Vec<&'static str>,
+    pub(crate) models: Vec<String>,
     /// Where it can stand, if in several places: `id:place`.
     pub(crate) places: Vec<&'static str>,
 }
@@ -72,7 +72,7 @@ pub(crate) fn effects() -> impl Iterator<Item = Effect> {
     effect::ALL.iter().map(|e| e.spec()).map(|s| Effect {
         id: s.id,
         description: s.summary,
-        models: s.plants.iter().map(|p| model_of(*p)).collect(),
+        models: s.plants.iter().map(|p| named(s, *p)).collect(),
         places: s.places.iter().map(|p| p.name).collect(),
     })
 }
@@ -87,6 +87,18 @@ pub(crate) fn in_order(model: &str, ids: &[String]) -> Option<Vec<String>> {
     let asked = asked?;
     let named = |c: Choice| asked.iter().position(|a| *a == c).map(|i| ids[i].clone());
     Some(Choice::all(plant).filter_map(named).collect())
+}
+
+/// The model, with the base that it has to have.
+fn named(effect: &Spec, plant: Plant) -> String {
+    let base = if effect.acts_in(plant, false) { "" } else { " with base=fixed" };
+    format!("{}{base}", model_of(plant))
+}
+
+/// An effect that acts in this model wants it on a fixed base.
+pub(crate) fn wants_fixed_base(model: &str, id: &str) -> bool {
+    let of = |plant| Choice::parse(id, plant).is_ok_and(|c| !c.spec().acts_in(plant, false));
+    [Plant::Joint, Plant::Arm].into_iter().any(|p| model_of(p) == model && of(p))
 }
 
 fn model_of(plant: Plant) -> &'static str {

@@ -143,6 +143,36 @@ fn an_fmu_with_effects_bears_a_name_of_its_own() {
     assert!(!description.contains('+'), "{description}");
 }
 
+/// What pulls at the links of an arm wants a base that holds against it, and its FMU has one.
+#[test]
+fn a_gravity_torque_of_an_arm_wants_a_fixed_base() {
+    let dir = tempfile::tempdir().unwrap();
+    let pack = |more: &[&str]| {
+        let all =
+            [&["fmu", "pack", "--effect", "gravity-torque", "--fmi", "3", "-o", path(dir.path())], more];
+        let out = trueup(&all.concat());
+        (out.status.code(), text(&out.stdout), text(&out.stderr))
+    };
+    let (code, _, said) = pack(&["PlanarManipulator"]);
+    assert!(
+        code == Some(2) && said.contains("--structure base=fixed") && said.lines().count() == 1,
+        "{said}"
+    );
+    let (code, files, said) = pack(&["PlanarManipulator", "--structure", "base=fixed"]);
+    assert!(code == Some(0) && files.trim().ends_with("PlanarManipulator+gravity-torque.fmi3.fmu"), "{said}");
+    let mut archive = Archive::open(Path::new(files.trim())).unwrap();
+    let d = trueup_fmi_description::read::read(&archive.description().unwrap()).unwrap();
+    let torque = d.variables.iter().find(|v| v.name == "gravityTorque").unwrap();
+    assert!(torque.dimensions.len() == 1 && d.variables.iter().any(|v| v.name == "gravityAngle"));
+    // All models that can have it as they are by default.
+    let (code, files, said) = pack(&[]);
+    assert!(code == Some(0) && files.trim().ends_with("TwoMassJoint+gravity-torque.fmi3.fmu"), "{said}");
+    assert_eq!(files.lines().count(), 1, "{files}");
+    assert!(
+        text(&trueup(&["fmu", "list"]).stdout).contains("[TwoMassJoint, PlanarManipulator with base=fixed]")
+    );
+}
+
 /// The program does not mind a reader that has gone.
 #[cfg(unix)]
 #[test]

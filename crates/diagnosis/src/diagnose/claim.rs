@@ -9,7 +9,7 @@ use super::Augmented;
 use super::began::Began;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::problem::Unknown;
+use crate::engine::problem::{Target, Unknown};
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
@@ -194,7 +194,26 @@ pub(super) fn parameters(best: &Estimated<'_>, decision: &Decision) -> BTreeMap<
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
     let fitted = |u: &Unknown| u.run.is_none() && u.lower < u.upper;
     let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| fitted(u));
-    shared.map(|(k, u)| (u.name.clone(), best.amount(k, 0.0))).collect()
+    let mut all: BTreeMap<String, Amount> =
+        shared.map(|(k, u)| (u.name.clone(), best.amount(k, 0.0))).collect();
+    let offsets = stated.unknowns[..own].iter().enumerate();
+    let mut each: BTreeMap<&str, Vec<Amount>> = BTreeMap::new();
+    for (k, u) in offsets.filter(|(_, u)| u.run.is_some() && matches!(u.target, Target::Offset(_))) {
+        each.entry(&u.name).or_default().push(best.amount(k, 0.0));
+    }
+    all.extend(each.into_iter().filter_map(|(name, amounts)| Some((name.to_owned(), of_all(amounts)?))));
+    all
+}
+
+/// What is estimated in every recording anew as one figure: the mean, with all that any of them allows.
+fn of_all(amounts: Vec<Amount>) -> Option<Amount> {
+    let value = amounts.iter().map(|a| a.value).sum::<f64>() / amounts.len() as f64;
+    let end = |i: usize, worse: fn(f64, f64) -> f64| {
+        amounts.iter().map(|a| a.ci95[i]).reduce(|a, b| Some(worse(a?, b?)))
+    };
+    let ci95 = [end(0, f64::min)?, end(1, f64::max)?];
+    let reason = amounts.iter().find_map(|a| a.reason.clone());
+    Some(Amount { value, ci95, reason, ..amounts.into_iter().next()? })
 }
 
 pub(super) fn indistinguishable(found: &Found, decision: &Decision) -> Vec<Vec<String>> {

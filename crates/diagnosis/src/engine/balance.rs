@@ -232,7 +232,7 @@ impl Led {
     ) -> Result<Vec<Vec<T>>, PredictError> {
         let sizes = model.sizes();
         let n = self.t.len();
-        let sensed = self.sensed(model, p, sensors);
+        let sensed = self.sensed(model, links, p, sensors);
         let read = sensors.inputs_of();
         let h = self.step;
         // Coordinates: position, velocity, acceleration; what a sensor adds is taken out of its readings.

@@ -7,10 +7,10 @@ mod pose;
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
-use trueup_identification::model::PAYLOAD_NAMES;
 use trueup_identification::run::Run;
 use trueup_identification::sizes::Sizes;
 use trueup_identification::unknown::Scale;
+use trueup_models::arm::PayloadParameter;
 use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
 use trueup_models::{arm, joint};
 
@@ -213,7 +213,7 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
                         && p.nominal[*i] != 0.0
                         && (!spring || flexible)
                         || p.doubt.contains_key(&names[*i].name)
-                            && (p.nominal[*i] != 0.0 || name.starts_with(PAYLOAD_NAMES))
+                            && (p.nominal[*i] != 0.0 || PayloadParameter::named(&names[*i].name).is_some())
                 })
                 .chain(known::parameters(p))
                 .collect::<BTreeSet<_>>()
@@ -240,14 +240,13 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
     let (lower, upper) =
         if start > 0.0 { (start * 0.02, start * 50.0) } else { (start * 50.0, start * 0.02) };
     // An angle has no share of itself that it could be off by.
-    let (scale, prior, lower, upper) = match p.model.effects().turns(index) {
+    let (scale, prior, lower, upper) = match p.model.effects().absolute_doubt(index) {
         true => (Scale::Linear(1.0), (start, doubt), f64::NEG_INFINITY, f64::INFINITY),
         false => (scale, prior, lower, upper),
     };
     // Nor has a payload: it may be none.
-    let least = arm::PAYLOAD.iter().find(|(name, ..)| *name == named.name).map(|(.., least)| *least);
-    let (scale, prior, lower, upper) = match least {
-        Some(least) => (Scale::Linear(doubt), (start / doubt, 1.0), least, f64::INFINITY),
+    let (scale, prior, lower, upper) = match PayloadParameter::named(&named.name) {
+        Some(own) => (Scale::Linear(doubt), (start / doubt, 1.0), own.min, f64::INFINITY),
         None => (scale, prior, lower, upper),
     };
     Unknown {

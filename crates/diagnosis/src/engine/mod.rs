@@ -10,6 +10,7 @@ pub mod hypothesis;
 #[cfg(test)]
 pub(crate) mod made;
 pub mod octaves;
+mod offset;
 mod order;
 pub mod problem;
 mod push;

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use rand::Rng;
 use trueup_identification::model::{ModelError, Quantity, has_fixed_base};
 use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::sensors::{Figure, Of, Sought, sought};
 use trueup_identification::unknown::Scale;
 use trueup_models::{arm, effect, joint};
 use trueup_numerics::hybrid::Hybrid;
@@ -76,6 +77,8 @@ pub struct Prepared {
     pub coordinates: Vec<Coordinate>,
     /// Its inputs, with their units.
     pub inputs: Vec<Quantity>,
+    /// Its outputs, with theirs.
+    pub outputs: Vec<Quantity>,
     /// Standard deviation of the noise of measured inputs, by input.
     pub input_noise: Vec<f64>,
     /// How far the noise of a reading tells that of the next, by output.
@@ -165,8 +168,8 @@ impl Prepared {
         if subject.payload.is_some() {
             // Where its centre is is said by the link's length, unless by the case.
             let all = reader.set(&reader.defaults(), &case.parameters)?;
-            for (name, ..) in arm::PAYLOAD {
-                let own = index.get(name).copied().zip(reader.parameter(name));
+            for p in &arm::PAYLOAD {
+                let own = index.get(p.name).copied().zip(reader.parameter(p.name));
                 own.iter().for_each(|(i, k)| nominal[*i] = all[*k]);
             }
         }
@@ -204,7 +207,7 @@ impl Prepared {
             loaded.recordings.values().any(|r| r.channel(name).is_some_and(|c| c.sensor.offset.is_some()))
         };
         let offsets = outputs.iter().enumerate().filter(|(_, n)| estimated(n)).map(|(i, _)| i).collect();
-        let sensors = sensors(reader.inputs(), &train);
+        let sensors = sensors(&reader, &train);
         Ok(Self {
             subject,
             model,
@@ -212,6 +215,7 @@ impl Prepared {
             doubt,
             sensors,
             inputs: reader.inputs().to_vec(),
+            outputs: reader.outputs().to_vec(),
             train,
             holdout,
             coordinates,
@@ -223,57 +227,40 @@ impl Prepared {
     }
 }
 
-/// Share of an input's largest value that an offset may be of which nothing is known.
-const OFFSET: f64 = 0.3;
-
-/// Delay of which nothing is known, s: of this size; no delay is estimated further from what it is believed to be than the other.
-const DELAY: f64 = 0.01;
-const MOST_DELAY: f64 = 0.5;
-
 /// Gains and delays of sensors, and offsets of inputs, in these recordings.
-fn sensors(inputs: &[Quantity], train: &[Compared]) -> Vec<Unknown> {
-    let mut all: Vec<Unknown> = Vec::new();
-    let mut add = |name: String, unit: &str, target: Target, guess: Option<Guess>, wide: f64| {
-        let Some(g) = guess.filter(|_| !all.iter().any(|u| u.target == target)) else { return };
-        let share = matches!(target, Target::Gain(_) | Target::InputGain(_));
-        let size = if share { g.value.abs() } else { g.doubt.unwrap_or(wide).max(f64::MIN_POSITIVE) };
-        let doubt = if share { g.doubt.unwrap_or(wide) } else { 1.0 };
-        let (lower, upper) = if share && g.value > 0.0 {
-            (0.02 * g.value, 50.0 * g.value)
-        } else if share {
-            (50.0 * g.value, 0.02 * g.value)
-        } else if target.shifts() {
-            (g.value - MOST_DELAY, g.value + MOST_DELAY)
-        } else {
-            (f64::NEG_INFINITY, f64::INFINITY)
+fn sensors(model: &trueup_identification::model::Model, train: &[Compared]) -> Vec<Unknown> {
+    let one = |s: &Sought| {
+        let Guess { value, doubt } = s.guess;
+        let channel = match s.of {
+            Of::Input(i) => &model.inputs()[i],
+            Of::Output(i) => &model.outputs()[i],
         };
-        all.push(Unknown {
-            name,
+        let (target, unit) = match (s.of, s.figure) {
+            // They are estimated in each recording anew.
+            (Of::Output(_), Figure::Offset) => return None,
+            (Of::Output(i), Figure::Gain) => (Target::Gain(i), "1"),
+            (Of::Output(i), Figure::Delay) => (Target::Delay(i), "s"),
+            (Of::Input(i), Figure::Offset) => (Target::InputOffset(i), channel.unit),
+            (Of::Input(i), Figure::Gain) => (Target::InputGain(i), "1"),
+            (Of::Input(i), Figure::Delay) => (Target::InputReadingDelay(i), "s"),
+        };
+        let share = s.figure == Figure::Gain;
+        let [a, b] = [0.02 * value, 50.0 * value];
+        let free = if share { (a.min(b), a.max(b)) } else { (f64::NEG_INFINITY, f64::INFINITY) };
+        let (lower, upper) = s.bounds().unwrap_or(free);
+        Some(Unknown {
+            name: format!("{}.{}", channel.name, s.figure.name()),
             unit: unit.into(),
             target,
             run: None,
-            start: g.value,
-            scale: Scale::Linear(size),
+            start: value,
+            scale: Scale::Linear(s.size),
             lower,
             upper,
-            prior: Some((g.value / size, doubt)),
-        });
+            prior: Some((value / s.size, if share { doubt.unwrap_or(WRONG) } else { 1.0 })),
+        })
     };
-    for run in train.iter().map(|c| &c.run) {
-        for d in &run.drives {
-            let largest = d.u.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let Quantity { name, unit, .. } = &inputs[d.input];
-            let name = |of: &str| format!("{name}.{of}");
-            add(name("offset"), unit, Target::InputOffset(d.input), d.offset, OFFSET * largest);
-            add(name("gain"), "1", Target::InputGain(d.input), d.gain, WRONG);
-            add(name("delay"), "s", Target::InputReadingDelay(d.input), d.late, DELAY);
-        }
-        for c in &run.channels {
-            add(format!("{}.gain", c.name), "1", Target::Gain(c.output), c.gain, WRONG);
-            add(format!("{}.delay", c.name), "s", Target::Delay(c.output), c.late, DELAY);
-        }
-    }
-    all
+    sought(train.iter().map(|c| &c.run)).iter().filter_map(one).collect()
 }
 
 fn run(loaded: &Loaded, subject: &Subject, r: &Recording) -> Result<Run, Unfit> {

@@ -359,8 +359,8 @@ impl Search<'_> {
             }
         }
         for output in &self.case.offsets {
-            if run.run.channels.iter().any(|c| c.output == *output) {
-                unknowns.push(super::search::offset(*output, 0, 0.1 * self.sizes.range(*output)));
+            if let Some(c) = run.run.channels.iter().find(|c| c.output == *output) {
+                unknowns.push(self.offset(c, 0));
             }
         }
         Comparison { unknowns, ..Comparison::free(&stated.model, nominal, std::slice::from_ref(run)) }

@@ -248,9 +248,8 @@ impl<'a> Search<'a> {
         unknowns.extend(p.sensors.iter().cloned());
         for run in 0..p.train.len() {
             for output in &p.offsets {
-                if p.train[run].run.channels.iter().any(|c| c.output == *output) {
-                    let s = self.sizes.range(*output) * 0.1;
-                    unknowns.push(offset(*output, run, s));
+                if let Some(c) = p.train[run].run.channels.iter().find(|c| c.output == *output) {
+                    unknowns.push(self.offset(c, run));
                 }
             }
         }
@@ -428,20 +427,6 @@ impl<'a> Search<'a> {
     }
 }
 
-pub(crate) fn offset(output: usize, run: usize, size: f64) -> Unknown {
-    Unknown {
-        name: format!("offset {output}"),
-        unit: String::new(),
-        target: Target::Offset(output),
-        run: Some(run),
-        start: 0.0,
-        scale: trueup_identification::unknown::Scale::Linear(size.max(1e-12)),
-        lower: f64::NEG_INFINITY,
-        upper: f64::INFINITY,
-        prior: Some((0.0, 1.0)),
-    }
-}
-
 /// -1/2 log det(1 + D F D), D the standard deviations of the priors, F the information of the readings.
 fn occam(f: &Fitted, readings: usize) -> f64 {
     let j = f.jacobian.rows(0, readings);
@@ -458,13 +443,14 @@ fn occam(f: &Fitted, readings: usize) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::engine::made::{fitted, stated};
+    use crate::engine::offset::offset;
 
     #[test]
     fn a_set_begins_where_the_first_that_knows_an_unknown_has_it() {
         // Offsets of outputs in recordings.
-        let unknowns = |all: &[(usize, usize)]| all.iter().map(|(o, run)| offset(*o, *run, 1.0)).collect();
+        let one = |(o, run): &(usize, usize)| offset((&o.to_string(), ""), *o, *run, (0.0, 1.0));
+        let unknowns = |all: &[(usize, usize)]| all.iter().map(one).collect();
         let known = |all: &[(usize, usize)], theta: &[f64]| {
             let mut f = fitted("", 1.0, 10.0);
             (f.stated.unknowns, f.theta) = (unknowns(all), theta.to_vec());

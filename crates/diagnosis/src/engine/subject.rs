@@ -156,8 +156,8 @@ impl Subject {
                 TwoMassJoint::new(self.flexible[0], &effects).map(Model::Joint).map_err(|e| e.to_string())
             }
             effect::Plant::Arm => {
-                let arm = PlanarManipulator::new(&self.flexible, &effects).map_err(|e| e.to_string())?;
-                Ok(Model::Arm(arm.on_fixed_base(self.fixed_base).with_payload(self.payload)))
+                let arm = PlanarManipulator::on_base(self.fixed_base, &self.flexible, &effects);
+                Ok(Model::Arm(arm.map_err(|e| e.to_string())?.with_payload(self.payload)))
             }
         }
     }
@@ -217,9 +217,7 @@ impl Subject {
             }
         }
         if self.payload.is_some() {
-            all.extend(
-                arm::PAYLOAD.iter().map(|(n, unit, _)| Named { name: (*n).into(), unit: (*unit).into() }),
-            );
+            all.extend(arm::PAYLOAD.iter().map(|p| Named { name: p.name.into(), unit: p.unit.into() }));
         }
         all
     }
@@ -250,7 +248,7 @@ impl Subject {
     }
     /// Every effect that can act here, in every place.
     pub fn choices(&self) -> impl Iterator<Item = Choice> {
-        Choice::all(self.plant)
+        Choice::all(self.plant).filter(|c| c.spec().acts_in(self.plant, self.fixed_base))
     }
 }
 
@@ -261,11 +259,16 @@ mod tests {
 
     #[test]
     fn names_and_defaults_cover_every_parameter() {
-        for (plant, flexible) in
-            [(effect::Plant::Joint, vec![true]), (effect::Plant::Arm, vec![true, false, false])]
-        {
-            let subject = Subject::new(plant, flexible);
+        for (plant, flexible, fixed_base) in [
+            (effect::Plant::Joint, vec![true], false),
+            (effect::Plant::Arm, vec![true, false, false], false),
+            (effect::Plant::Arm, vec![true, false, false], true),
+        ] {
+            let subject = Subject { fixed_base, ..Subject::new(plant, flexible) };
             let all: Vec<String> = subject.choices().map(|c| c.id()).collect();
+            // It holds on to the ground, which a base that floats does not.
+            let grounded = plant == effect::Plant::Joint || fixed_base;
+            assert_eq!(all.iter().any(|id| id == "gravity-torque"), grounded);
             for effects in [&[][..], &all] {
                 let model = subject.model(effects).unwrap();
                 let n = model.sizes().parameters;

@@ -1,10 +1,11 @@
 //! What a case asks to be fitted, and what it is unsure of.
 
+use trueup_models::arm::PayloadParameter;
 use trueup_signals::{Case, Guess, base_name};
 
 use super::IdentifyError;
-use crate::model::PAYLOAD_NAMES;
 use crate::run::Run;
+use crate::sensors::{Figure, Of, Sought, sought};
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -31,20 +32,14 @@ pub(super) fn of(
         Some(list) => list.iter().flat_map(|name| model.named(name)).map(|q| q.name.clone()).collect(),
     };
     let besides = besides.iter().filter(|b| model.parameter(b).is_some()).map(|b| (*b).to_owned());
-    let carried = case.parameters.keys().filter(|n| n.starts_with(PAYLOAD_NAMES) && case.doubt(n).is_some());
+    let carried =
+        case.parameters.keys().filter(|n| PayloadParameter::named(n).is_some() && case.doubt(n).is_some());
     let asked: Vec<String> = asked.into_iter().chain(besides).chain(carried.cloned()).collect();
-    if asked.is_empty() && case.with.is_empty() {
-        return Err(IdentifyError::Unknowns(format!(
-            "{}: there is nothing to fit: no joint is flexible; write [fit] parameters = [\"linkMass[3]\"] in it",
-            case.file.display()
-        )));
-    }
     let mut all = Vec::new();
     for name in &asked {
         if name.starts_with("initial") || base_name(name) == "motorCoupling" {
             return Err(IdentifyError::Unknowns(format!(
-                "{}: `{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters",
-                case.file.display()
+                "`{name}` cannot be fitted: initial states are estimated in every recording anyway, a choice is no number; take it out of [fit] parameters"
             )));
         }
         if !all.iter().any(|f: &Fitted| &f.unknown.name == name) {
@@ -58,42 +53,36 @@ pub(super) fn of(
             all.push(one(model, case, nominal, runs, name, false));
         }
     }
+    if all.is_empty() && case.with.is_empty() {
+        return Err(IdentifyError::Unknowns(
+            "there is nothing to fit: no joint is flexible, and nothing is uncertain; write [fit] parameters = [\"linkMass[3]\"]".into(),
+        ));
+    }
     Ok(all)
 }
 
-/// Delay of which nothing is known, s: of this size.
-const DELAY: f64 = 0.01;
-/// No delay is estimated further than this from what it is believed to be, s.
-const MOST_DELAY: f64 = 0.5;
-
-/// Gains and delays of sensors, the same in all recordings.
+/// Gains and delays of sensors, the same in all recordings; offsets are estimated in each anew.
 fn sensors(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
-    let mut all: Vec<Fitted> = Vec::new();
-    let mut add = |name: &str, of: &str, target: Target, guess: Option<Guess>| {
-        let Some(g) = guess.filter(|_| !all.iter().any(|f| f.unknown.target == target)) else { return };
-        let size = if target.shifts() { g.doubt.unwrap_or(DELAY) } else { g.value.abs() };
-        let free = Unknown::free(&format!("{name}.{of}"), target, None, size);
-        let mut unknown = Unknown { start: g.value, ..free };
-        if target.shifts() {
-            (unknown.lower, unknown.upper) = (g.value - MOST_DELAY, g.value + MOST_DELAY);
-            unknown.prior = g.doubt.map(|_| (g.value / size, 1.0));
-        } else if let Some(d) = g.doubt {
+    let one = |s: &Sought| {
+        let (channel, target) = match (s.of, s.figure) {
+            (_, Figure::Offset) => return None,
+            (Of::Output(i), Figure::Gain) => (&model.outputs()[i], Target::Gain(i)),
+            (Of::Output(i), Figure::Delay) => (&model.outputs()[i], Target::Delay(i)),
+            (Of::Input(i), Figure::Gain) => (&model.inputs()[i], Target::InputGain(i)),
+            (Of::Input(i), Figure::Delay) => (&model.inputs()[i], Target::InputDelay(i)),
+        };
+        let name = format!("{}.{}", channel.name, s.figure.name());
+        let Guess { value, doubt } = s.guess;
+        let mut unknown = Unknown { start: value, ..Unknown::free(&name, target, None, s.size) };
+        if let Some((lower, upper)) = s.bounds() {
+            (unknown.lower, unknown.upper) = (lower, upper);
+            unknown.prior = doubt.map(|_| (value / s.size, 1.0));
+        } else if let Some(d) = doubt {
             unknown = unknown.believed(d);
         }
-        all.push(Fitted { unknown, asked_for: true, doubt: g.doubt.filter(|_| !target.shifts()) });
+        Some(Fitted { unknown, asked_for: true, doubt: doubt.filter(|_| !target.shifts()) })
     };
-    for run in runs {
-        for c in &run.channels {
-            add(&c.name, "gain", Target::Gain(c.output), c.gain);
-            add(&c.name, "delay", Target::Delay(c.output), c.late);
-        }
-        for d in &run.drives {
-            let name = &model.inputs()[d.input].name;
-            add(name, "gain", Target::InputGain(d.input), d.gain);
-            add(name, "delay", Target::InputDelay(d.input), d.late);
-        }
-    }
-    all
+    sought(runs).iter().filter_map(one).collect()
 }
 
 fn one(
@@ -107,8 +96,8 @@ fn one(
     let index = model.parameter(name).unwrap_or(0);
     let (value, q) = (nominal[index], &model.parameters()[index]);
     let doubt = case.doubt(name).filter(|d| *d > 0.0);
-    if model.turns(index) {
-        let size = if name.starts_with(PAYLOAD_NAMES) { doubt.unwrap_or(0.1) } else { 1.0 };
+    if model.absolute_doubt(index) {
+        let size = if PayloadParameter::named(name).is_some() { doubt.unwrap_or(0.1) } else { 1.0 };
         let free = Unknown::free(name, Target::Parameter(index), None, size);
         let prior = doubt.map(|d| (value / size, d / size));
         let unknown = Unknown { start: value, prior, lower: q.min, upper: q.max, ..free };

@@ -17,7 +17,7 @@ pub mod solve;
 mod stick;
 
 pub use layout::{BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
-pub use model::{PAYLOAD, PlanarManipulator};
+pub use model::{PAYLOAD, PayloadParameter, PlanarManipulator};
 pub use replay::Replay;
 
 use crate::effect::EffectError;

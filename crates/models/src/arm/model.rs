@@ -6,7 +6,7 @@ use super::layout::{input, output, parameter};
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
 use crate::drive::Spring;
-use crate::effect::{Choice, EffectSet, Plant};
+use crate::effect::{Choice, EffectError, EffectSet, Plant};
 use crate::friction::STUCK;
 use crate::presets;
 use trueup_numerics::Scalar;
@@ -30,24 +30,55 @@ pub struct PlanarManipulator {
     sizes: Sizes,
 }
 
-/// Parameters of a payload: name, unit, least value.
-pub const PAYLOAD: [(&str, &str, f64); 4] = [
-    ("payload.mass", "kg", 0.0),
-    ("payload.centerOfMass[1]", "m", f64::NEG_INFINITY),
-    ("payload.centerOfMass[2]", "m", f64::NEG_INFINITY),
-    ("payload.inertia", "kg.m2", 0.0),
+/// A parameter of a payload.
+#[derive(Clone, Copy, Debug)]
+pub struct PayloadParameter {
+    /// Its name in cases and results.
+    pub name: &'static str,
+    /// Unit.
+    pub unit: &'static str,
+    /// Smallest value.
+    pub min: f64,
+    /// A doubt of it is in its unit: it may be 0, which has no share.
+    pub absolute_doubt: bool,
+}
+
+const fn carried(name: &'static str, unit: &'static str, min: f64) -> PayloadParameter {
+    PayloadParameter { name, unit, min, absolute_doubt: true }
+}
+
+/// Parameters of a payload, in their order.
+pub static PAYLOAD: [PayloadParameter; 4] = [
+    carried("payload.mass", "kg", 0.0),
+    carried("payload.centerOfMass[1]", "m", f64::NEG_INFINITY),
+    carried("payload.centerOfMass[2]", "m", f64::NEG_INFINITY),
+    carried("payload.inertia", "kg.m2", 0.0),
 ];
+
+impl PayloadParameter {
+    /// The one of that name.
+    pub fn named(name: &str) -> Option<&'static Self> {
+        PAYLOAD.iter().find(|p| p.name == name)
+    }
+}
 
 /// Rows of the base: x_0, y_0, q_0.
 pub(super) const BASE_ROWS: usize = 3;
 
 impl PlanarManipulator {
-    /// A manipulator with one link per entry of `flexible` (`joint-flexibility` makes all joints flexible), and with
-    /// the effects of those ids.
+    /// A manipulator on a base that floats, with one link per entry of `flexible` (`joint-flexibility` makes all joints
+    /// flexible), and with the effects of those ids.
     ///
     /// # Errors
-    /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant.
+    /// No link or more than [`super::MAX_LINKS`]; an effect that is unknown, named twice, or not for this plant or base.
     pub fn new<S: AsRef<str>>(flexible: &[bool], effects: &[S]) -> Result<Self, ArmError> {
+        Self::on_base(false, flexible, effects)
+    }
+    /// The same on a base that stays where it begins (ARM-15), or floats.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn on_base<S: AsRef<str>>(fixed: bool, flexible: &[bool], effects: &[S]) -> Result<Self, ArmError> {
         let n = flexible.len();
         if n == 0 || n > MAX_LINKS {
             return Err(ArmError::Links(n));
@@ -71,14 +102,13 @@ impl PlanarManipulator {
             indicators: if friction { 2 * n } else { 0 },
         };
         let effects = EffectSet::place(effects, Plant::Arm, n, &mut sizes)?;
+        if let Some(e) = effects.iter().find(|e| !e.spec().acts_in(Plant::Arm, fixed)) {
+            return Err(EffectError::Floats(e.spec().id).into());
+        }
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible, motor, dofs, friction, fixed: false, payload: None, effects, sizes })
-    }
-    /// The same on a base that stays where it begins (ARM-15), or floats.
-    pub fn on_fixed_base(self, fixed: bool) -> Self {
-        Self { fixed, ..self }
+        Ok(Self { flexible, motor, dofs, friction, fixed, payload: None, effects, sizes })
     }
     /// The same with a body fixed to a link (from 0; ARM-16): its parameters [`PAYLOAD`] are the last ones.
     pub fn with_payload(mut self, link: Option<usize>) -> Self {

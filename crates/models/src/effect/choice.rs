@@ -110,6 +110,8 @@ pub enum EffectError {
     NotHere(&'static str, Plant),
     /// It has places, and that is none of them.
     NoPlace(&'static str, String, Plant),
+    /// It wants a base that is fixed, and this one floats.
+    Floats(&'static str),
     /// Named twice.
     Twice(String),
 }
@@ -133,6 +135,10 @@ impl std::fmt::Display for EffectError {
                     Choice::all(*plant).filter(|c| c.spec().id == *id).map(|c| c.id()).collect();
                 write!(f, "there is no effect {asked:?}; choose from {}", ids.join(", "))
             }
+            Self::Floats(id) => write!(
+                f,
+                "the effect {id:?} wants a fixed base, and this one floats and would fall; choose base = fixed (fmu pack: --structure base=fixed; a case: base = \"fixed\" in [parameters])"
+            ),
             Self::Twice(id) => write!(f, "the effect {id:?} is named twice; name it once"),
         }
     }

@@ -1,6 +1,9 @@
 //! `gravity-torque`: an unbalanced load, or a joint axis that is not vertical.
 //!
-//! (EF-7) tau = -tau_g sin(q_l - q_g) on the load: it hangs at rest at q_g.
+//! (EF-7) tau = -tau_g sin(q_l - q_g) on the load: it hangs at rest at q_g. On the arm, whose base has to be fixed, q_l is
+//! the attitude phi_j of link j against the inertial frame: what turns the link carries it, the joints 1 .. j.
+//!
+//! What it gets wrong: tau_g of a link and of those beyond it are figures of their own, not those of one mass in one field.
 
 use super::*;
 
@@ -14,7 +17,7 @@ impl Effect for GravityTorque {
         noun: "a gravity torque on the load",
         check: "Hold the load still at several angles: does the holding current change with the angle? Check the balance and that the axis is upright.",
         scope: Scope::Joint,
-        plants: &[Plant::Joint],
+        plants: &[Plant::Joint, Plant::Arm],
         parameters: &[
             ParameterSpec {
                 name: "gravityTorque",
@@ -22,19 +25,22 @@ impl Effect for GravityTorque {
                 description: "Largest gravity torque on the load, tau_g (EF-7)",
                 min: 0.0,
                 joint_start: 5.0,
+                arm_start: 0.5,
                 scale: Scale::of(0.2, &[(Measure::LoadTorque, 1)]),
                 ..ParameterSpec::NONE
             },
             ParameterSpec {
                 name: "gravityAngle",
                 unit: "rad",
-                description: "Load angle at which the load hangs at rest, q_g (EF-7)",
+                description: "Load angle (of an arm: attitude of the link) at which it hangs at rest, q_g (EF-7)",
                 joint_start: -core::f64::consts::FRAC_PI_2,
+                arm_start: -core::f64::consts::FRAC_PI_2,
                 role: Role::Shape,
                 ..ParameterSpec::NONE
             },
         ],
         passive: true,
+        fixed_base: true,
         ..Spec::NONE
     };
 

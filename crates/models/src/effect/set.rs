@@ -101,8 +101,9 @@ impl EffectSet {
     pub fn iter(&self) -> impl Iterator<Item = &Placed> {
         self.placed.iter()
     }
-    /// A parameter (by its index in the plant) that is an angle to turn by: it has no size that a share could be of.
-    pub fn turns(&self, parameter: usize) -> bool {
+    /// A doubt of that parameter (by its index in the plant) is in its own unit: an angle to turn by has no size that a share
+    /// could be of.
+    pub fn absolute_doubt(&self, parameter: usize) -> bool {
         self.placed.iter().any(|e| {
             let own = parameter.checked_sub(e.begin.parameters).map(|k| k / e.sites);
             let spec = own.and_then(|k| e.choice.parameters().get(k));

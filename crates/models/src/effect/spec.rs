@@ -298,6 +298,8 @@ pub struct Spec {
     pub passive: bool,
     /// It pulls at all bodies, as gravity does.
     pub field: bool,
+    /// An arm has it on a fixed base alone: it holds on to the ground, and one that floats would fall.
+    pub fixed_base: bool,
     /// It only makes a signal late: whoever has the signal as data can move it in time instead.
     pub shifts: bool,
     /// How many times it comes and goes, at most; 0: it acts all along.
@@ -330,11 +332,16 @@ impl Spec {
         compliant: false,
         passive: false,
         field: false,
+        fixed_base: false,
         shifts: false,
         pulses: 0,
         resonator: false,
         along: None,
     };
+    /// A plant can have it; of an arm it matters whether its base is fixed.
+    pub fn acts_in(&self, plant: Plant, fixed_base: bool) -> bool {
+        self.plants.contains(&plant) && (plant == Plant::Joint || fixed_base || !self.fixed_base)
+    }
     /// It makes a rigid joint flexible: what it borrows is of another structure.
     pub fn loosens(&self) -> bool {
         self.borrows.iter().any(|b| b.neutral == Neutral::Structure)

@@ -7,12 +7,47 @@ use crate::finding::Kind;
 use crate::keys;
 use crate::read::toml::{Node, Reader};
 
-/// A figure, its numbers as the case names them, and the least of them.
-const FIGURES: [(&str, &[&str], f64); 3] = [
-    ("mass", &["payload.mass"], 0.0),
-    ("centerOfMass", &["payload.centerOfMass[1]", "payload.centerOfMass[2]"], f64::NEG_INFINITY),
-    ("inertia", &["payload.inertia"], 0.0),
+/// A figure of a payload.
+struct Figure {
+    key: &'static str,
+    /// Its numbers as the case names them.
+    names: &'static [&'static str],
+    /// The least of them.
+    least: f64,
+    /// How it is written where it is to be estimated, and in which unit.
+    example: &'static str,
+    unit: &'static str,
+}
+
+const FIGURES: [Figure; 3] = [
+    Figure {
+        key: "mass",
+        names: &["payload.mass"],
+        least: 0.0,
+        example: "{ value = 0.0, doubt = 2.0 }",
+        unit: "kg",
+    },
+    Figure {
+        key: "centerOfMass",
+        names: &["payload.centerOfMass[1]", "payload.centerOfMass[2]"],
+        least: f64::NEG_INFINITY,
+        example: "{ value = [0.4, 0.0], doubt = 0.05 }",
+        unit: "m, along and across the link",
+    },
+    Figure {
+        key: "inertia",
+        names: &["payload.inertia"],
+        least: 0.0,
+        example: "{ value = 0.0, doubt = 0.1 }",
+        unit: "kg.m2",
+    },
 ];
+
+impl Figure {
+    fn mend(&self) -> String {
+        format!("write {} = {} in {}, or what it is where it is known", self.key, self.example, self.unit)
+    }
+}
 
 impl Case {
     /// Values join [`Case::parameters`] under names that begin with `payload.`, doubts [`Case::uncertain`], in SI.
@@ -43,11 +78,12 @@ impl Case {
             reader.wrong(Kind::BadValue, n.span(), format!("`link` of [payload] is {link}"), mend);
             None
         });
-        for (key, names, least) in FIGURES {
+        for figure in &FIGURES {
+            let key = figure.key;
             let Some(node) = table.get(key) else { continue };
-            let Some((values, doubt)) = figure(reader, node, key, names.len()) else { continue };
-            for (name, value) in names.iter().zip(values) {
-                if value < least {
+            let Some((values, doubt)) = figure_of(reader, node, figure) else { continue };
+            for (name, value) in figure.names.iter().zip(values) {
+                if value < figure.least {
                     let what = format!("`{key}` of [payload] is {value}");
                     reader.wrong(Kind::BadValue, node.span(), what, "it cannot be below 0");
                 }
@@ -61,7 +97,15 @@ impl Case {
 }
 
 /// Numbers, or a table of a value and its doubt.
-fn figure(reader: &mut Reader, node: &Node, key: &str, count: usize) -> Option<(Vec<f64>, Option<f64>)> {
+fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f64>, Option<f64>)> {
+    let (key, count) = (figure.key, figure.names.len());
+    if let Some(text) = node.get_ref().as_str() {
+        let what = format!(
+            "`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its doubt"
+        );
+        reader.wrong(Kind::BadValue, node.span(), what, figure.mend());
+        return None;
+    }
     let table: Option<&DeTable> = node.get_ref().as_table();
     let (value, doubt, what) = match table {
         Some(table) => {
@@ -90,10 +134,6 @@ fn figure(reader: &mut Reader, node: &Node, key: &str, count: usize) -> Option<(
         return Some((values, doubt));
     }
     let wrong = format!("`{key}` of [payload] has {} numbers, not {count}", values.len());
-    let mend = match count {
-        1 => format!("write {key} = {{ value = 0.0, doubt = 0.1 }}"),
-        _ => format!("write {key} = {{ value = [0.4, 0.0], doubt = 0.05 }}, along and across the link in m"),
-    };
-    reader.wrong(Kind::BadValue, node.span(), wrong, mend);
+    reader.wrong(Kind::BadValue, node.span(), wrong, figure.mend());
     None
 }

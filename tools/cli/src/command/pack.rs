@@ -86,7 +86,9 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
         if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
             return Err(Error::Usage("--set, --flexible and --structure want a model: name it".to_owned()));
         }
-        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none()).collect();
+        // No structure is chosen here: a base floats.
+        let floats = |m: &Model| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
+        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none() && !floats(m)).collect();
         if fitting.is_empty() {
             return Err(Error::Usage(
                 "no model has all of these effects and this preset: `trueup fmu list` shows which has which"

@@ -4,7 +4,7 @@ use trueup_identification::sensors::{Sensor, Sensors};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid};
 
-use super::Led;
+use super::{Led, Links};
 use crate::engine::octaves;
 use crate::engine::subject::Model;
 
@@ -13,6 +13,7 @@ impl Led {
     pub(super) fn sensed<T: Scalar>(
         &self,
         model: &Model,
+        links: &Links,
         p: &[T],
         sensors: &Sensors<T>,
     ) -> Vec<Option<[Vec<T>; 3]>> {
@@ -21,8 +22,15 @@ impl Led {
             model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.channel).collect();
         let spans: Vec<usize> = model.effects().iter().filter(|e| e.is_sensor()).map(|e| e.sites).collect();
         let concerned = |o: usize| begins.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
-        let moved = |o: usize| sensors.outputs[o] != Sensor::none();
-        let any: Vec<bool> = self.channels.iter().map(|c| concerned(c.output) || moved(c.output)).collect();
+        // What is neutral may have a derivative all the same, or a fit that begins there ends there. An offset of what shows a
+        // coordinate is left to free runs as long as it is 0.
+        let moved = |c: usize, o: usize| {
+            let Sensor { gain, offset } = sensors.outputs[o];
+            let offset_moves = offset.value() != 0.0 || links.shows[c].is_none() && !offset.vanishes();
+            offset_moves || !(gain - 1.0).vanishes()
+        };
+        let outputs = self.channels.iter().map(|c| c.output).enumerate();
+        let any: Vec<bool> = outputs.map(|(c, o)| concerned(o) || moved(c, o)).collect();
         if !any.contains(&true) {
             return vec![None; self.channels.len()];
         }
