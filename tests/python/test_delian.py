@@ -29,7 +29,7 @@ connections = [
     "plant.loadAngle -> controller.loadAngle",
     "plant.loadVelocity -> controller.loadVelocity",
 ]
-record = ["plant.tipAngle", "plant.loadAngle"]
+record = ["plant.tipAngle", "plant.loadAngle", "controller.waveFrequencyUsed", "controller.adaptationActive"]
 
 [run]
 start = 0
@@ -55,17 +55,21 @@ interface = "{interface}"
 
 @pytest.fixture(scope="module", params=(pytest.param(2, marks=pytest.mark.full), 3))
 def run(request, trueup, fmus, fmu, tmp_path_factory):
-    """run(strategy, gain, wave, reference, load, ...) gives times, tip angles and load angles."""
+    """run(strategy, gain, wave, reference, load, ...) gives times, tip angles and load angles, or the columns asked for."""
     folder = tmp_path_factory.mktemp("delian")
     plant = fmus / "effects" / f"TwoMassJoint+flexible-link.fmi{request.param}.fmu"
     if not plant.is_file():
         pytest.skip(f"{plant} was not packed: run ./test")
 
-    def run(strategy, gain, wave, reference=0.0, load=0.0, stop=15.0, step=1e-3, interface="co-simulation"):
-        def start(values):
-            return "\n".join(f"{k} = {v!r}" if isinstance(v, str) else f"{k} = {float(v)!r}" for k, v in values.items())
+    shown = ("time", "plant.tipAngle", "plant.loadAngle")
 
-        control = {"strategy": strategy, "positionGain": gain, "waveFrequency": wave, "positionReference": reference}
+    def run(
+        strategy, gain, wave, reference=0.0, load=0.0, stop=15.0, step=1e-3, interface="co-simulation", columns=shown, **more
+    ):
+        def start(values):
+            return "\n".join(f"{k} = {v!r}" if isinstance(v, (str, list)) else f"{k} = {float(v)!r}" for k, v in values.items())
+
+        control = {"strategy": strategy, "positionGain": gain, "waveFrequency": wave, "positionReference": reference} | more
         text = SYSTEM.format(
             stop=stop, step=step, interface=interface, plant=plant, controller=fmu("JointController", request.param),
             plant_start=start(PLANT | {"externalTorque": load}), controller_start=start(CONTROLLER | control),
@@ -74,7 +78,7 @@ def run(request, trueup, fmus, fmu, tmp_path_factory):
         done = trueup("simulate", folder / "system.toml", "-o", folder / "r.parquet")
         assert done.returncode == 0, done.stderr
         table = pyarrow.parquet.read_table(folder / "r.parquet")
-        return [table[name].to_numpy() for name in ("time", "plant.tipAngle", "plant.loadAngle")]
+        return [table[name].to_numpy() for name in columns]
 
     return run
 
@@ -102,6 +106,28 @@ def test_waves_take_the_vibration_that_p_pi_leaves(run, gain, wave, expected, ma
         assert abs(less[name] - value) < margin, (name, less)
     if wave < 100:  # 80.6 % at other gains: it gives up little for having no static error
         assert less["VWBC"] - 2 < less["VWBC_WASHOUT"] < less["VWBC"]
+
+
+@pytest.mark.parametrize("name", ("WBC", "VWBC"))
+def test_an_adaptive_law_that_stands_still_is_the_constant_one(run, name):
+    want = run(name, 2.5, 41.648, reference=1.0, stop=5.0)
+    got = run(f"{name}_ADAPTIVE", 2.5, 41.648, reference=1.0, stop=5.0, adaptationRate=0)
+    assert all(np.array_equal(a, b) for a, b in zip(got, want, strict=True))
+
+
+def test_the_estimate_finds_the_mode(run):
+    columns = ("controller.waveFrequencyUsed", "controller.adaptationActive")
+    used, active = run("WBC_ADAPTIVE", 2.5, 41.648, reference=1.0, columns=columns, adaptation="estimate")
+    print(f"\nfrom {used[0]:.3f} to {used[-1]:.3f} rad/s")
+    assert abs(used[0] - 41.648) < 0.1 and abs(used[-1] / (2 * np.pi * FIRST_MODE) - 1) < 0.05
+    assert active.any()
+
+
+def test_the_schedule_is_followed(run):
+    schedule = {"adaptation": "schedule", "scheduleAngle": [-4, -3, -2, -1, 0, 1, 2, 3, 4]}
+    schedule |= {"scheduleFrequency": [20, 20, 20, 20, 20, 60, 60, 60, 60]}
+    (used,) = run("VWBC_ADAPTIVE", 2.5, 41.648, reference=0.5, columns=("controller.waveFrequencyUsed",), **schedule)
+    assert abs(used[-1] - 40) < 0.1  # half-way between the knots at 0 and 1 rad
 
 
 LOAD, WAVE, GAIN = -30.9, 30.0, 1.5

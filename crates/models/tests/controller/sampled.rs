@@ -236,7 +236,9 @@ fn n_joints_are_n_times_one_joint() {
             (0..n).map(|j| Run::new(JointController, &one[j], 0.0, &of(&u, j))).collect();
         for k in 0..50 {
             let t = f64::from(k) * 1e-3;
+            let due = all.output(t, &u);
             all.update(t, &u);
+            assert!(h == 0.0 || due == all.output(t, &u), "due and not committed, sample {k}");
             let mut rates = vec![0.0; CONTROLLER_STATES * n];
             all.model.rates(At { t, x: &all.x, u: &u, p: &p, modes: &all.modes }, &mut rates);
             for (j, single) in singles.iter_mut().enumerate() {
