@@ -88,11 +88,16 @@ def test_gain_and_offset_of_a_torque_sensor_are_found(full, tmp_path):
     found = json.loads(done.stdout)
     gain = found["parameters"]["transmissionTorque.gain"]
     assert abs(gain["value"] - TOO_LARGE) < 4 * gain["standard_error"] < 0.01, gain
+    for run_of in found["nuisance"].values():
+        offset = run_of["transmissionTorque.offset"]
+        assert abs(offset["value"] - TOO_MUCH) < 4 * offset["standard_error"] < 0.01 * TOO_MUCH, offset
     if full:
         done = run("diagnose", folder, "-o", tmp_path / "out", "--verdict-only", "--json")
         assert done.returncode == 0, done.stderr
         found = json.loads(done.stdout)
-        print(found["verdict"], found["parameters"], found["gap"])
+        print(found["verdict"], found["parameters"]["transmissionTorque.gain"], found["gap"]["overall"])
         assert found["verdict"] == "parameters" and not found["effects"], found["verdict"]
         gain = found["parameters"]["transmissionTorque.gain"]
         assert gain["ci95"][0] < TOO_LARGE < gain["ci95"][1] < 1.02 * TOO_LARGE, gain
+        offset = found["parameters"]["transmissionTorque.offset"]
+        assert offset["ci95"][0] < TOO_MUCH < offset["ci95"][1] < 1.02 * TOO_MUCH and offset["unit"] == "N.m", offset

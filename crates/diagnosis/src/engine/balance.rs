@@ -305,7 +305,10 @@ impl Led {
             for (c, s) in self.channels.iter().enumerate() {
                 out[c].push(match links.shows[c] {
                     // A torque or an acceleration that is measured: the reading itself.
-                    None => shown[s.output] + sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]),
+                    None => {
+                        let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);
+                        sensors.outputs[s.output].reads(shown[s.output] + more)
+                    }
                     // Nothing leads it: its readings.
                     Some((i, f, rate)) if links.leads[i].is_none() => {
                         let more = sensed[c].as_ref().map_or(T::zero(), |s| s[0][k]);

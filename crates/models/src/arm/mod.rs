@@ -11,13 +11,15 @@ pub mod chain;
 pub mod kinematics;
 pub mod layout;
 mod model;
+mod payload;
 mod replay;
 pub mod rotor;
 pub mod solve;
 mod stick;
 
 pub use layout::{BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
-pub use model::{PAYLOAD, PayloadParameter, PlanarManipulator};
+pub use model::PlanarManipulator;
+pub use payload::{PAYLOAD, PayloadParameter};
 pub use replay::Replay;
 
 use crate::effect::EffectError;

@@ -24,13 +24,14 @@ impl Led {
         let concerned = |o: usize| begins.iter().zip(&spans).any(|(b, s)| o >= *b && o < b + s);
         // What is neutral may have a derivative all the same, or a fit that begins there ends there. An offset of what shows a
         // coordinate is left to free runs as long as it is 0.
-        let moved = |c: usize, o: usize| {
+        let moved = |o: usize| {
             let Sensor { gain, offset } = sensors.outputs[o];
-            let offset_moves = offset.value() != 0.0 || links.shows[c].is_none() && !offset.vanishes();
-            offset_moves || !(gain - 1.0).vanishes()
+            offset.value() != 0.0 || !(gain - 1.0).vanishes()
         };
+        // Of what shows none the model's own figure is read as the sensor reads it.
+        let shows = |c: usize| links.shows[c].is_some();
         let outputs = self.channels.iter().map(|c| c.output).enumerate();
-        let any: Vec<bool> = outputs.map(|(c, o)| concerned(o) || moved(c, o)).collect();
+        let any: Vec<bool> = outputs.map(|(c, o)| concerned(o) || shows(c) && moved(o)).collect();
         if !any.contains(&true) {
             return vec![None; self.channels.len()];
         }
@@ -48,7 +49,8 @@ impl Led {
             model.effects().sense(&at, &mut shown);
             for (c, s) in self.channels.iter().enumerate() {
                 // Of a reading r = g y + o that is r - y.
-                let Sensor { gain, offset } = sensors.outputs[s.output];
+                let Sensor { gain, offset } =
+                    if shows(c) { sensors.outputs[s.output] } else { Sensor::none() };
                 let own = T::constant(calm[c][k]) - (T::constant(calm[c][k]) - offset) / gain;
                 added[c].push(shown[s.output] - calm[c][k] + own);
             }
