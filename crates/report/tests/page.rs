@@ -1,7 +1,7 @@
 //! What a page must hold whatever it is given.
 #![allow(clippy::unwrap_used)]
 
-use trueup_report::{Axis, Chart, Page, Style};
+use trueup_report::{Axis, Chart, Heat, Page, Style};
 
 fn page(charts: &[Chart<'_>]) -> String {
     let mut page = Page::new("<Title> & \"more\"", "lead");
@@ -76,4 +76,28 @@ fn a_picture_has_its_title_its_legend_and_all_series() {
     // Nothing of the legend lies outside.
     let places = parts(&picture, "<rect x=\"", "\"");
     assert!(places.iter().filter_map(|x| x.parse::<f64>().ok()).all(|x| x < 4600.0));
+}
+
+#[test]
+fn the_scale_of_a_map_begins_where_its_values_may() {
+    let scale = |low: f64| {
+        let cells = [vec![Some(low), Some(4.0)], vec![None, Some(3.0)]];
+        let mut page = Page::new("", "");
+        page.heat(&Heat {
+            title: "a <map>",
+            x: ["x", "m"],
+            y: ["y", ""],
+            unit: "Hz",
+            edges: [&[0.0, 1.0, 2.0], &[0.0, 1.0, 2.0]],
+            cells: &cells,
+            marks: &[(1.0, 1.0)],
+        });
+        let html = page.finish();
+        let texts = parts(&html, "text-anchor=\"start\">", "</text>");
+        texts.into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(scale(1.0), ["4 Hz", "2 Hz", "0 Hz"]);
+    assert_eq!(scale(-1.0), ["4 Hz", "0 Hz", "-4 Hz"]);
+    // Rounding is no sign.
+    assert_eq!(scale(-1e-12), ["4 Hz", "2 Hz", "0 Hz"]);
 }

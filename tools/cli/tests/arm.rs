@@ -149,7 +149,7 @@ fn a_file_with_a_link_is_an_arm() {
     let order = ["arm", "map", file.to_str().unwrap(), "--pose", "0,0"];
     let found = json(&[&order[..], &["--json"]].concat());
     // d = F L^3 / (3 E J), omega^2 = g / d, the end turned by 3 d / (2 L).
-    let d = 2.0 * 9.81 * 0.125 / (3.0 * 70e9 * 2e-8);
+    let d: f64 = 2.0 * 9.81 * 0.125 / (3.0 * 70e9 * 2e-8);
     let first = (9.81 / d).sqrt() / std::f64::consts::TAU;
     let of = |v: &Value| v.as_f64().unwrap();
     assert!((of(&found["tipDeflection"][2]) / -d - 1.0).abs() < 1e-3, "{found}");

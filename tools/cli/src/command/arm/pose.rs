@@ -74,15 +74,15 @@ fn text(asked: &Asked<'_>, pose: &Pose, beside: bool) -> String {
     pose.elements.iter().for_each(|c| {
         let _ = writeln!(out, "{}", line(asked, c, beside));
     });
-    let percent = 100.0 * INCREMENT;
+    let more = 100.0 * INCREMENT;
     let sum = 100.0 * squares(pose.elements.iter().map(|c| c.rise));
     let _ = writeln!(
         out,
-        "\nRise: of the first mode's frequency when this element alone is {percent} % stiffer; energy: its part of that of all springs in the first mode."
+        "\nRise: of the first mode's frequency when this element alone is {more} % stiffer; energy: its part of that of all springs in the first mode."
     );
     let _ = writeln!(
         out,
-        "The rises of the frequency's square add up to {sum:.1} %; a linear conservative model allows {percent} % (Rayleigh)."
+        "The rises of the frequency's square add up to {sum:.1} %; a linear conservative model allows {more} % (Rayleigh)."
     );
     if beside {
         let printed = 100.0 * squares(TABLES.iter().map(|r| r.rise));
@@ -120,8 +120,14 @@ fn line(asked: &Asked<'_>, c: &Contribution, beside: bool) -> String {
         degrees(c.deflection),
         printed(of(c.element).map(|r| format!("{:.2}", r.deflection))),
         100.0 * c.share,
-        100.0 * c.rise,
+        percent(c.rise),
         printed(of(c.element).map(|r| format!("{:.1} %", 100.0 * r.rise))),
         100.0 * c.energy,
     )
+}
+
+/// In %; what would be written as -0.00 is 0.
+fn percent(share: f64) -> f64 {
+    let percent = 100.0 * share;
+    if percent.abs() < 0.005 { 0.0 } else { percent }
 }
