@@ -1,12 +1,13 @@
-//! What DELIAN costs: `flexible_arm_speed [ROUNDS]`.
+//! What DELIAN costs: `flexible_arm_speed [ROUNDS [MOVES]]`.
 //!
-//! Rates: one evaluation with links of each number of shapes, ns, and what that is of rigid ones. Batches of all kinds take
-//! turns, so a machine that is busy for a while is so for all of them; figures are medians over the rounds.
+//! Rates: one evaluation with links of each number of shapes, ns, and what that is of rigid ones. Short batches of all kinds
+//! take turns, so a machine that is busy for a while is so for all of them; ratios are those of a round.
 //!
 //! Move: 2 s of all six joints with friction and a controller at 1 kHz, as Co-Simulation runs them, outputs of each sample
 //! included: how many times faster than the clock, and what it took.
 #![allow(clippy::print_stdout)]
 
+use std::cell::Cell;
 use std::error::Error;
 use std::hint::black_box;
 use std::time::Instant;
@@ -17,8 +18,9 @@ use trueup_models::flexible_arm::{FlexibleArm, Structure};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
 use trueup_models::space::layout::{Outputs, States};
+use trueup_numerics::Scalar;
 use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
 const JOINTS: usize = 6;
 
@@ -88,6 +90,50 @@ struct Cost {
     rejected: usize,
     events: usize,
     off: f64,
+    calls: [usize; 3],
+}
+
+/// A model that counts what is asked of it.
+struct Counted<'a> {
+    arm: &'a FlexibleArm,
+    calls: [Cell<usize>; 3],
+}
+
+/// What is counted: rates, rates over duals, indicators.
+const RATES: usize = 0;
+const DUALS: usize = 1;
+const INDICATORS: usize = 2;
+
+impl Counted<'_> {
+    fn count(&self, what: usize) {
+        self.calls[what].set(self.calls[what].get() + 1);
+    }
+}
+
+impl Hybrid for Counted<'_> {
+    fn sizes(&self) -> Sizes {
+        self.arm.sizes()
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        self.arm.start(p, x);
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        self.arm.start_modes(at, modes);
+    }
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        self.count(if size_of::<T>() == size_of::<f64>() { RATES } else { DUALS });
+        self.arm.rates(at, dx);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        self.arm.outputs(at, y);
+    }
+    fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]) {
+        self.count(INDICATORS);
+        self.arm.indicators(at, z);
+    }
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        self.arm.update(t, x, u, p, modes)
+    }
 }
 
 /// A simulation of one model, held by its owner.
@@ -109,10 +155,10 @@ impl<'a, M: Hybrid> Side<'a, M> {
         p: &'a [f64],
         u: Vec<f64>,
         nominal: &[f64],
-        solver: Solver,
+        options: Options,
     ) -> Result<Self, Box<dyn Error>> {
         let n = model.sizes();
-        let driver = Driver::new(n, nominal, Options { solver, ..Options::default() });
+        let driver = Driver::new(n, nominal, options);
         let (x, y, modes) = (vec![0.0; n.states], vec![0.0; n.outputs], vec![0; n.modes]);
         let mut side = Self { model, driver, t: 0.0, x, u, p, modes, memory: Memory::default(), y };
         let Self { driver, t, x, u, modes, memory, .. } = &mut side;
@@ -159,7 +205,7 @@ fn gains(arm: &FlexibleArm, p: &[f64]) -> Vec<f64> {
 }
 
 /// All joints go their way and hold there.
-fn travel(kind: &Kind, solver: Solver) -> Result<Cost, Box<dyn Error>> {
+fn travel(kind: &Kind, solver: Solver, tolerance: f64) -> Result<Cost, Box<dyn Error>> {
     let (arm, s) = (&kind.arm, &kind.arm.structure().robot);
     let start = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
     let from = Outputs::new(s);
@@ -167,7 +213,14 @@ fn travel(kind: &Kind, solver: Solver) -> Result<Cost, Box<dyn Error>> {
     let q = gains(arm, &kind.p);
     let law = ManipulatorController { joints: JOINTS };
     let mut cost = Cost::default();
-    let mut plant = Side::new(arm, &kind.p, vec![0.0; arm.sizes().inputs], &nominal, solver)?;
+    let counted = Counted { arm, calls: Default::default() };
+    let mut plant = Side::new(
+        &counted,
+        &kind.p,
+        vec![0.0; arm.sizes().inputs],
+        &nominal,
+        Options { solver, tolerance, ..Options::default() },
+    )?;
     let signals = |t: f64, y: &[f64], u: &mut [f64]| {
         let (share, rate) = smooth(t);
         for j in 0..JOINTS {
@@ -185,7 +238,7 @@ fn travel(kind: &Kind, solver: Solver) -> Result<Cost, Box<dyn Error>> {
     };
     let mut u = vec![0.0; law.sizes().inputs];
     signals(0.0, &plant.y, &mut u);
-    let mut control = Side::new(&law, &q, u, &[], Solver::Explicit)?;
+    let mut control = Side::new(&law, &q, u, &[], Options::default())?;
     let (steps, begin) = ((END / PERIOD).round() as usize, Instant::now());
     for k in 1..=steps {
         plant.u[..JOINTS].copy_from_slice(&control.y);
@@ -196,6 +249,7 @@ fn travel(kind: &Kind, solver: Solver) -> Result<Cost, Box<dyn Error>> {
         control.step(end, &mut Cost::default())?;
     }
     cost.seconds = begin.elapsed().as_secs_f64();
+    cost.calls = counted.calls.each_ref().map(Cell::get);
     cost.off = (0..JOINTS)
         .fold(0.0, |most: f64, j| most.max((plant.y[from.joint_angle + j] - start[j] - WAY[j]).abs()));
     Ok(cost)
@@ -207,40 +261,53 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let rounds = std::env::args().nth(1).map_or(Ok(25), |r| r.parse::<usize>())?.max(1);
+    let argument =
+        |k: usize, without: usize| std::env::args().nth(k).map_or(Ok(without), |r| r.parse::<usize>());
+    let (rounds, moves) = (argument(1, 400)?.max(1), argument(2, 3)?);
     let kinds = kinds()?;
     let mut times = vec![Vec::new(); kinds.len()];
     for _ in 0..rounds {
-        times.iter_mut().zip(&kinds).for_each(|(times, kind)| times.push(rates(kind, 5000)));
-    }
-    println!("| rates | modes | ns, median of {rounds} | times rigid links |\n|---|---|---|---|");
-    for (k, kind) in kinds.iter().enumerate() {
-        let mut ratios: Vec<f64> = times[k].iter().zip(&times[0]).map(|(a, b)| a / b).collect();
-        let modes = kind.arm.structure().robot.modes();
-        let ns = 1e9 * median(&mut times[k].clone());
-        println!("| {} | {modes} | {ns:.0} | {:.2} |", kind.name, median(&mut ratios));
+        times.iter_mut().zip(&kinds).for_each(|(times, kind)| times.push(rates(kind, 500)));
     }
     println!(
-        "\n| move of {END} s, six joints, 1 kHz | solver | times the clock | steps | rejected | events | off, mrad |"
+        "| rates | modes | ns, fastest | ns, median of {rounds} | times rigid links, median | by the fastest |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|");
+    let fastest = |times: &[f64]| 1e9 * times.iter().copied().fold(f64::INFINITY, f64::min);
+    for (own, kind) in times.iter().zip(&kinds) {
+        let mut ratios: Vec<f64> = own.iter().zip(&times[0]).map(|(a, b)| a / b).collect();
+        println!(
+            "| {} | {} | {:.0} | {:.0} | {:.2} | {:.2} |",
+            kind.name,
+            kind.arm.structure().robot.modes(),
+            fastest(own),
+            1e9 * median(&mut own.clone()),
+            median(&mut ratios),
+            fastest(own) / fastest(&times[0]),
+        );
+    }
+    if moves == 0 {
+        return Ok(());
+    }
+    println!(
+        "\n| move of {END} s, 1 kHz | solver | tolerance | times the clock | steps | rejected | rates | over duals | indicators | events | off, mrad |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|---|");
     for kind in &kinds[..3] {
         for (name, solver) in [("explicit", Solver::Explicit), ("stiff", Solver::Stiff)] {
-            let mut seconds = Vec::new();
-            let mut cost = Cost::default();
-            for _ in 0..rounds.min(5) {
-                cost = travel(kind, solver)?;
-                seconds.push(cost.seconds);
+            for tolerance in [1e-6, 1e-4] {
+                let done: Vec<Cost> =
+                    (0..moves).map(|_| travel(kind, solver, tolerance)).collect::<Result<_, _>>()?;
+                let seconds = median(&mut done.iter().map(|c| c.seconds).collect::<Vec<_>>());
+                let Cost { accepted, rejected, events, off, calls, .. } = done[0];
+                let [rates, duals, indicators] = calls;
+                println!(
+                    "| {} | {name} | {tolerance:e} | {:.1} | {accepted} | {rejected} | {rates} | {duals} | {indicators} | {events} | {:.2} |",
+                    kind.name,
+                    END / seconds,
+                    1e3 * off
+                );
             }
-            println!(
-                "| {} | {name} | {:.1} | {} | {} | {} | {:.2} |",
-                kind.name,
-                END / median(&mut seconds),
-                cost.accepted,
-                cost.rejected,
-                cost.events,
-                1e3 * cost.off
-            );
         }
     }
     Ok(())

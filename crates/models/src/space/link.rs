@@ -68,15 +68,14 @@ pub(super) fn eliminate<T: Scalar>(
     *bias = bias.plus(outer);
     let from = bending.rows.len();
     bending.first[end.number] = from;
-    for (j, column) in end.columns() {
+    for (row, (j, column)) in end.columns().enumerate() {
         let met = carried.times(column); // (LNK-3)
         let mut beside = [T::zero(); MAX_MODES_OF_LINK];
-        for (to, (k, other)) in beside.iter_mut().zip(end.columns()) {
+        // Symmetric: what is before the row's own place is not read.
+        for (to, (_, other)) in beside.iter_mut().zip(end.columns()).skip(row) {
             *to = other.power(met);
-            if k == j {
-                *to += flexing.modes[j].mass;
-            }
         }
+        beside[row] += flexing.modes[j].mass;
         bending.rows.push(Row {
             coupling: flexing.coupling[j].plus(met),
             rest: flexing.force[j] - flexing.bias[j] - column.power(outer), // (LNK-3)
@@ -85,7 +84,8 @@ pub(super) fn eliminate<T: Scalar>(
         });
     }
     let rows = &mut bending.rows[from..];
-    for k in 0..rows.len() {
+    let count = rows.len();
+    for k in 0..count {
         let (done, behind) = rows.split_at_mut(k + 1);
         let pivot = &mut done[k];
         pivot.inverse = T::one() / pivot.beside[k];
@@ -95,7 +95,9 @@ pub(super) fn eliminate<T: Scalar>(
             let share = pivot.beside[k + 1 + m] * pivot.inverse;
             row.coupling = row.coupling.minus(pivot.coupling.times(share));
             row.rest -= share * pivot.rest;
-            (k + 1..MAX_MODES_OF_LINK).for_each(|c| row.beside[c] -= share * pivot.beside[c]);
+            let there = k + 1 + m..count;
+            let own = row.beside[there.clone()].iter_mut();
+            own.zip(&pivot.beside[there]).for_each(|(own, met)| *own -= share * *met);
         }
     }
 }
