@@ -4,7 +4,9 @@
 //! * [`equilibrium`]: rest, mass and stiffness about it.
 //! * [`elements`]: joints and links one by one: their share of the deflection, what they do to the first mode.
 //! * [`map`]: the same over postures.
+//! * [`closed_loop`]: with motors free and a sampled controller on every joint: poles, damping.
 
+pub mod closed_loop;
 pub mod elements;
 pub mod equilibrium;
 pub mod map;
