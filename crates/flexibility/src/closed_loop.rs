@@ -43,7 +43,9 @@ pub enum ClosedLoopError {
     #[error("{0:?} adapts and is not linear: take its strategy with a constant wave frequency")]
     Adapts(Strategy),
     /// No eigenvalues came out, or no rest.
-    #[error("the matrix of the loop is singular or has entries that are not finite")]
+    #[error(
+        "the matrix of the loop is singular or has entries that are not finite, or no eigenvalues of it were found"
+    )]
     Singular,
 }
 
@@ -327,6 +329,9 @@ pub struct Poles(pub Vec<Pole>);
 /// Slower than this, rad/s, is taken for standing still: the split of a wave has a line of equilibria, a pole at z = 1.
 pub const STANDING: f64 = 1e-3;
 
+/// Steps of the search for eigenvalues at most.
+const SEARCH: usize = 2_000;
+
 /// Poles of the matrix of a loop, whose samples are `period` s apart.
 ///
 /// # Errors
@@ -336,7 +341,15 @@ pub fn poles(matrix: &DMatrix<f64>, period: f64) -> Result<Poles, ClosedLoopErro
     if matrix.iter().any(|v| !v.is_finite()) {
         return Err(ClosedLoopError::Singular);
     }
-    let all = nalgebra::Schur::try_new(matrix.clone(), f64::EPSILON, 10_000)
+    // Torques beside angles: balanced, the same eigenvalues come out of entries of like size.
+    let mut balanced = matrix.clone();
+    nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
+    // The poles at z = 1, as many as there are waves, may want a looser end of the search, or another way round.
+    let turned = balanced.transpose();
+    let all = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6]
+        .iter()
+        .flat_map(|loose| [(&balanced, loose), (&turned, loose)])
+        .find_map(|(m, loose)| nalgebra::Schur::try_new(m.clone(), loose * f64::EPSILON, SEARCH))
         .ok_or(ClosedLoopError::Singular)?
         .complex_eigenvalues();
     Ok(Poles(all.iter().map(|z| Pole { z: *z, s: z.ln() / h }).collect()))
