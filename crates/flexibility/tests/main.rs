@@ -2,6 +2,7 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod beams;
+mod closed_loop;
 mod delian;
 mod map;
 mod stiffening;
