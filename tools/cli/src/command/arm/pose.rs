@@ -98,7 +98,7 @@ fn text(asked: &Asked<'_>, pose: &Pose, beside: bool) -> String {
 fn head(beside: bool) -> String {
     let printed = |text: &str| if beside { format!("{text:>9}") } else { String::new() };
     format!(
-        "{:<26}{:>16}{}{:>9}{:>11}{}{:>10}",
+        "{:<26}{:>16}{}{:>9}{:>13}{}{:>10}",
         "element",
         "deflection, deg",
         printed("Table 4"),
@@ -115,7 +115,7 @@ fn line(asked: &Asked<'_>, c: &Contribution, beside: bool) -> String {
         if beside { format!("{:>9}", text.unwrap_or_else(|| "-".to_owned())) } else { String::new() }
     };
     format!(
-        "{:<26}{:>16.4}{}{:>7.2} %{:>9.2} %{}{:>8.2} %",
+        "{:<26}{:>16.4}{}{:>7.2} %{:>11.2} %{}{:>8.2} %",
         asked.named(c.element),
         degrees(c.deflection),
         printed(of(c.element).map(|r| format!("{:.2}", r.deflection))),
