@@ -86,7 +86,9 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
         if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
             return Err(Error::Usage("--set, --flexible and --structure want a model: name it".to_owned()));
         }
-        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none()).collect();
+        // A robot of which nobody says more is the flyer's: an arm on the ground has not all that a robot may have.
+        let fits = |m: &Model| misfit(*m).is_none() && (args.robot.is_none() || m.name != catalog::ARM);
+        let fitting: Vec<Model> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
             return Err(Error::Usage(
                 "no model has all of these effects and this preset: `trueup fmu list` shows which has which"
