@@ -244,7 +244,7 @@ pub(crate) struct Pack {
     /// Parameter set to start from (see `trueup fmu list`)
     #[arg(long, value_name = "NAME")]
     pub(crate) preset: Option<String>,
-    /// Robot of a SpatialFreeFlyer: a file of TOML (see docs/robots.md) or URDF
+    /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md) or URDF
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
@@ -297,9 +297,6 @@ pub(crate) struct Simulate {
     /// Relative tolerance of the coupling and of integrators
     #[arg(long, value_name = "X", allow_negative_numbers = true, value_parser = tolerance)]
     pub(crate) tolerance: Option<f64>,
-    /// Robot of a SpatialFreeFlyer: a file of TOML (see docs/robots.md) or URDF
-    #[arg(long, value_name = "FILE", conflicts_with = "preset")]
-    pub(crate) robot: Option<PathBuf>,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`); in a system with the component (`arm.linkMass[1]=4`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]

@@ -86,9 +86,12 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
         if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
             return Err(Error::Usage("--set, --flexible and --structure want a model: name it".to_owned()));
         }
-        // No structure is chosen here: a base floats.
+        // No structure is chosen here: a base floats. A robot of which nobody says more is the flyer's: an arm on the ground has
+        // not all that a robot may have.
         let floats = |m: &Model| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
-        let fitting: Vec<Model> = catalog::models().filter(|m| misfit(*m).is_none() && !floats(m)).collect();
+        let ground = |m: &Model| args.robot.is_some() && m.name == catalog::ARM;
+        let fits = |m: &Model| misfit(*m).is_none() && !floats(m) && !ground(m);
+        let fitting: Vec<Model> = catalog::models().filter(fits).collect();
         if fitting.is_empty() {
             return Err(Error::Usage(
                 "no model has all of these effects and this preset: `trueup fmu list` shows which has which"
