@@ -154,7 +154,7 @@ pub fn equilibrium(
         }
     }
     // Rounding may hold the last steps above nothing.
-    if !(largest < 1e-9) {
+    if largest.is_nan() || largest >= 1e-9 {
         return Err(EquilibriumError::Restless(largest));
     }
     let k = stiffness(arm, &rows, &x, &u, p);
