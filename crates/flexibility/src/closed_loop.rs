@@ -129,7 +129,7 @@ pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Plant,
     arm.rates(At { t: 0.0, x: &rest.state, u: &u, p: &p, modes: &modes }, free.as_mut_slice());
     let found = b.clone().svd(true, true).solve(&-&free, 0.0).map_err(|_| ClosedLoopError::Singular)?;
     let left = (&b * &found + &free).amax();
-    if !(left <= 1e-6 * free.amax().max(1.0)) {
+    if left.is_nan() || left > 1e-6 * free.amax().max(1.0) {
         return Err(ClosedLoopError::Unheld(left));
     }
     u[drive..][..n].copy_from_slice(found.as_slice());

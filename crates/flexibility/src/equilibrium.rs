@@ -186,7 +186,7 @@ pub(crate) fn settled(
         }
     }
     // Rounding may hold the last steps above nothing.
-    if !(largest < 1e-9) {
+    if largest.is_nan() || largest >= 1e-9 {
         return Err(EquilibriumError::Restless(largest));
     }
     let k = stiffness(arm, &rows, &x, &u, p);
