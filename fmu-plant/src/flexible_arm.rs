@@ -91,7 +91,7 @@ fn encoded_arm(robot: &trueup_models::space::Structure) -> Vec<(String, Vec<u32>
 /// The table of a model with those start values (in the model's order).
 pub(crate) fn table(arm: &FlexibleArm, start: &[f64]) -> ModelTable {
     let s = arm.structure();
-    let experiment = Experiment { stop_time: 2.0, tolerance: TOLERANCE, step_size: 1e-3 };
+    let experiment = Experiment { stop_time: 0.5, tolerance: TOLERANCE, step_size: 1e-3 };
     let text = "Arm on the ground with flexible joints and links, stick-slip in its motors (DELIAN, eq. 1-6)";
     let mut b = Builder::new("FlexibleArm", text, experiment);
     b.items(&COUPLING);

@@ -234,6 +234,12 @@ pub struct Bent<T> {
     pub ends: Ends<T>,
 }
 
+impl<T: Scalar> Default for Bent<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T: Scalar> Bent<T> {
     /// Memory for [`Appendages::bend`].
     #[inline]
