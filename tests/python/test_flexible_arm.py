@@ -16,7 +16,7 @@ def packed(trueup, folder, *more):
 
 
 def test_an_arm_in_a_fall_keeps_its_energy(trueup, tmp_path):
-    """Model Exchange by CVode: no friction, no dampers, motors that weigh little."""
+    """Model Exchange by CVode: no friction, no dampers, motors that weigh little; outputs are closer than 500 of its steps."""
     path = packed(
         trueup, tmp_path, "--set", "coulombFriction=0,0,0,0,0,0", "--set", "staticFriction=0,0,0,0,0,0",
         "--set", "viscousFriction=0,0,0,0,0,0", "--set", "jointDamping=0,0,0,0,0,0", "--set", "linkDampingRatio=0,0",
@@ -24,13 +24,13 @@ def test_an_arm_in_a_fall_keeps_its_energy(trueup, tmp_path):
         "--set", "initialJointAngle=0,1.4,-1.4,0.4,0,0", "--set", "initialJointVelocity=1,0,0,0,0,0",
     )
     result = simulate_fmu(
-        path, fmi_type="ModelExchange", stop_time=0.2, relative_tolerance=1e-11, output_interval=0.01,
+        path, fmi_type="ModelExchange", stop_time=0.1, relative_tolerance=1e-9, output_interval=1e-4,
         output=["kineticEnergy", "potentialEnergy", "tipDeflection"],
     )
     energy = result["kineticEnergy"] + result["potentialEnergy"]
     off, motion = np.max(np.abs(energy - energy[0])), np.max(result["kineticEnergy"])
     print(f"{motion:.1f} J of motion, energy off by {off:.1e} J")
-    assert motion > 5 and off < 1e-5
+    assert motion > 2 and off < 1e-5 * motion
 
 
 @pytest.mark.parametrize("version", (2, 3))

@@ -169,6 +169,10 @@ def test_matches_the_native_run(fmu, kind, full):
         # CVode leaves 1.2e-6 at a tip 4 m out. Its relative tolerance does that (at 1e-9: 1.4e-7): nominals of attitude and
         # rates a tenth or a four-hundredth as large leave the same.
         bounds[1] = (1e-8, 3e-6)
+    if model == "FlexibleArm" and kind == "ModelExchange":
+        # Light roll joints with dampers: CVode takes 500 steps in 0.3 ms, and what it leaves (3.7e-5 at 1e-10, 1.1e-6 at 1e-12) is
+        # the friction of joint 4, whose motor hardly moves.
+        bounds, points = [(1e-12, 3e-6)], 20
     if "+" in fmu.name and not full:
         bounds = bounds[:1]  # what a looser tolerance costs is the solver's affair, which the models without effects show
     # Momenta of bodies that are pushed are large; balls without friction leave no torque about the port's centre.
