@@ -121,7 +121,9 @@ impl Subject<'_> {
         if enumeration {
             let integers: Vec<i64> = values.iter().map(|v| *v as i64).collect();
             let narrow: Vec<i32> = values.iter().map(|v| *v as i32).collect();
-            self.wrong = wrong || integers.iter().any(|i| !(1..=4).contains(i));
+            // One bound for each element; those behind are no variable's.
+            let items = chosen.iter().flat_map(|v| vec![v.items; v.len]);
+            self.wrong = wrong || integers.iter().zip(items).any(|(i, last)| !(1..=last).contains(i));
             match &self.fmu.library {
                 Library::Two(f) => ask!(self, f.fmi2SetInteger(p, n, narrow.as_ptr())),
                 Library::Three(f) => ask!(self, f.fmi3SetInt64(p, n, integers.as_ptr(), len)),

@@ -62,6 +62,8 @@ pub struct Variable {
     pub causality: md::Causality,
     pub variability: md::Variability,
     pub start: Vec<f64>,
+    /// Of an enumeration: its last item, the first being 1.
+    pub items: i64,
 }
 
 pub struct Fmu {
@@ -100,6 +102,8 @@ impl Fmu {
             causality: v.causality,
             variability: v.variability,
             start: v.start.as_ref().and_then(md::Values::as_f64).unwrap_or_default(),
+            items: v.declared_type.as_deref().and_then(|t| d.declared_type(t)).map_or(0, |t| t.items.len())
+                as i64,
         });
         let states = d.structure.derivatives.iter();
         let states = states.map(|u| &d.variables[d.resolve(u.reference).unwrap()]);

@@ -129,13 +129,14 @@ fn packed() -> Option<(tempfile::TempDir, Vec<PathBuf>)> {
 #[test]
 fn our_fmus_give_the_same_bits() {
     let Some((folder, files)) = packed() else { return };
-    assert_eq!(files.len(), 16);
+    assert_eq!(files.len(), 18);
     for file in &files {
         for interface in ["cs", "me"] {
             let file = file.to_str().unwrap();
             let rows =
                 same(folder.path(), &[file, "--interface", interface, "--stop", "0.05", "--step", "0.001"]);
-            assert_eq!(rows, 51, "{file} {interface}");
+            // Rows at events are beside those of the steps: motors of the arm break away.
+            assert!(rows >= 51, "{file} {interface}: {rows} rows");
         }
     }
     // A plant and its controller, of both versions and interfaces.
