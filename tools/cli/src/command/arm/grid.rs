@@ -195,7 +195,10 @@ impl Found {
             let Some(ends) = self.extremes(of) else { return };
             let [low, high] = ends.map(|p| {
                 let [x, y] = self.place(p).map(number);
-                format!("{} {unit} at joint {a} = {x}, joint {b} = {y}", number(of(p)))
+                format!(
+                    "{} {unit} at joint {a} = {x}, joint {b} = {y}",
+                    number(settled(of(p), 1e-3 * ROUNDING))
+                )
             });
             let _ = writeln!(out, "{what}: from {low} to {high}");
         };
@@ -203,6 +206,14 @@ impl Found {
         told("tip deflection", "m", Pose::tip);
         out
     }
+}
+
+/// Below this much in mm, deg or % it is rounding.
+pub(super) const ROUNDING: f64 = 1e-6;
+
+/// 0 for what is rounding.
+pub(super) fn settled(value: f64, rounding: f64) -> f64 {
+    if value.abs() < rounding { 0.0 } else { value }
 }
 
 /// Of the modes, Hz.

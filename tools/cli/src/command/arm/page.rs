@@ -5,7 +5,7 @@ use trueup_flexibility::map::Pose;
 use trueup_models::space::tree::Joint;
 use trueup_report::{Heat, Page, number};
 
-use super::grid::{Found, first};
+use super::grid::{Found, ROUNDING, first, settled};
 use super::{Asked, degrees, paper};
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.
@@ -86,7 +86,7 @@ fn extremes(found: &Found, asked: &Asked<'_>) -> Vec<Vec<String>> {
     let mut rows = Vec::new();
     let mut row = |what: String, unit: &str, of: &dyn Fn(&Pose) -> f64| {
         if let Some([low, high]) = found.extremes(of) {
-            let value = |p: &Pose| format!("{} {unit}", number(of(p)));
+            let value = |p: &Pose| format!("{} {unit}", number(settled(of(p), ROUNDING)));
             rows.push(vec![what, value(low), at(low), value(high), at(high)]);
         }
     };
