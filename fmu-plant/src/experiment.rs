@@ -51,11 +51,11 @@ pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {
         "FlexibleArm" => &[
             (0.0, "motorCurrent[2]", 0.0732),
             (0.0, "motorCurrent[3]", 0.0517),
-            (0.1, "motorCurrent[1]", 0.03),
-            (0.2, "motorCurrent[2]", 0.1),
-            (0.3, "motorCurrent[1]", -0.03),
-            (0.4, "motorCurrent[1]", 0.0),
-            (0.4, "motorCurrent[2]", 0.0732),
+            (0.04, "motorCurrent[1]", 0.03),
+            (0.08, "motorCurrent[2]", 0.1),
+            (0.12, "motorCurrent[1]", -0.03),
+            (0.16, "motorCurrent[1]", 0.0),
+            (0.16, "motorCurrent[2]", 0.0732),
         ],
         // A push at the docking point and back.
         "FreeBody" => &[

@@ -7,7 +7,8 @@ use crate::structure::chosen;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, ModelTable};
 use trueup_models::flexible_arm::layout::{
-    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS_CHOICE, SHAPES_CHOICE, inputs, outputs, parameters,
+    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, FIXED, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE,
+    inputs, outputs, parameters,
 };
 use trueup_models::flexible_arm::presets::{self, delian};
 use trueup_models::flexible_arm::{FlexibleArm, Structure};
@@ -22,6 +23,14 @@ const STIFFENING: usize = 2;
 /// Whose structure is told body by body.
 const PARENT: &str = "parent";
 
+/// Size of the steps of Co-Simulation where they are fixed, s.
+pub(crate) const STEP: f64 = 1e-3;
+
+/// Whether a configuration wants steps of fixed size.
+pub(crate) fn fixed(c: &Configuration) -> bool {
+    c.structure.iter().any(|s| s.0 == SOLVER_CHOICE && s.1 == [FIXED as u32])
+}
+
 /// The model of a configuration, and start values of its parameters before those of the configuration.
 pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String> {
     if let Some(effect) = c.effects.first() {
@@ -32,7 +41,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
         let own: Vec<_> = c
             .structure
             .iter()
-            .filter(|s| ![DRIVE_CHOICE, AXIAL_CHOICE].contains(&s.0.as_str()))
+            .filter(|s| ![DRIVE_CHOICE, AXIAL_CHOICE, SOLVER_CHOICE].contains(&s.0.as_str()))
             .cloned()
             .collect();
         let mut robot = structure(&Configuration { structure: own, ..c.clone() })?;
@@ -74,7 +83,7 @@ pub fn of_arm(design: &Design) -> Result<Configuration, String> {
     Ok(Configuration {
         joint_flexible: arm.structure().robot.flexible.clone(),
         structure: encoded_arm(&arm.structure().robot),
-        start: differing(&table(&arm, &own), &own, &wanted),
+        start: differing(&table(&arm, &own, false), &own, &wanted),
         ..Configuration::of("FlexibleArm")
     })
 }
@@ -88,10 +97,10 @@ fn encoded_arm(robot: &trueup_models::space::Structure) -> Vec<(String, Vec<u32>
     all
 }
 
-/// The table of a model with those start values (in the model's order).
-pub(crate) fn table(arm: &FlexibleArm, start: &[f64]) -> ModelTable {
+/// The table of a model with those start values (in the model's order), its steps of fixed size or not.
+pub(crate) fn table(arm: &FlexibleArm, start: &[f64], fixed: bool) -> ModelTable {
     let s = arm.structure();
-    let experiment = Experiment { stop_time: 0.5, tolerance: TOLERANCE, step_size: 1e-3 };
+    let experiment = Experiment { stop_time: 0.2, tolerance: TOLERANCE, step_size: 1e-3 };
     let text = "Arm on the ground with flexible joints and links, stick-slip in its motors (DELIAN, eq. 1-6)";
     let mut b = Builder::new("FlexibleArm", text, experiment);
     b.items(&COUPLING);
@@ -107,6 +116,9 @@ pub(crate) fn table(arm: &FlexibleArm, start: &[f64]) -> ModelTable {
         &[item],
         "Whether loads along the links stiffen them (fixed when packed)",
     );
+    let kind = b.items(&SOLVER);
+    let item = if fixed { FIXED as f64 } else { 1.0 };
+    b.constant(SOLVER_CHOICE, kind, &[], &[item], "How Co-Simulation integrates (fixed when packed)");
     constants(&mut b, &s.robot);
     b.parameters(&parameters(s), start);
     b.inputs(&inputs(s));

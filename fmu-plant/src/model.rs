@@ -22,8 +22,8 @@ pub enum Plant {
     Arm(PlanarManipulator),
     /// `SpatialFreeFlyer` with the start values of its parameters.
     Space(SpatialFreeFlyer, Vec<f64>),
-    /// `FlexibleArm` with the start values of its parameters.
-    FlexibleArm(FlexibleArm, Vec<f64>),
+    /// `FlexibleArm` with the start values of its parameters, and whether its steps in Co-Simulation are of fixed size.
+    FlexibleArm(FlexibleArm, Vec<f64>, bool),
     /// `FreeBody`, `GripperContact` or `CaptureScene`.
     Contact(Contact),
 }
@@ -35,7 +35,7 @@ trueup_numerics::delegate_hybrid!(Plant {
     Plant::Joint(m, _) => m,
     Plant::Arm(m) => m,
     Plant::Space(m, _) => m,
-    Plant::FlexibleArm(m, _) => m,
+    Plant::FlexibleArm(m, ..) => m,
     Plant::Contact(m) => m
 });
 
@@ -61,7 +61,9 @@ impl FmuModel for Plant {
                     .map_err(|e| e.to_string())
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
-            "FlexibleArm" => flexible_arm::build(c).map(|(m, start)| Self::FlexibleArm(m, start)),
+            "FlexibleArm" => {
+                flexible_arm::build(c).map(|(m, start)| Self::FlexibleArm(m, start, flexible_arm::fixed(c)))
+            }
             name if contact::MODELS.contains(&name) => contact::build(c).map(Self::Contact),
             other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(", "))),
         }
@@ -71,7 +73,7 @@ impl FmuModel for Plant {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
             Self::Space(m, start) => space::table(m, start),
-            Self::FlexibleArm(m, start) => flexible_arm::table(m, start),
+            Self::FlexibleArm(m, start, fixed) => flexible_arm::table(m, start, *fixed),
             Self::Contact(m) => m.table(),
         }
     }
@@ -84,7 +86,7 @@ impl FmuModel for Plant {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
-            Self::FlexibleArm(m, _) => m.check(p),
+            Self::FlexibleArm(m, ..) => m.check(p),
             Self::Contact(m) => m.check(p),
         }
     }
@@ -107,10 +109,16 @@ impl FmuModel for Plant {
             Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
+    fn fixed_step(&self) -> Option<f64> {
+        match self {
+            Self::FlexibleArm(.., true) => Some(flexible_arm::STEP),
+            _ => None,
+        }
+    }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Space(m, _) => m.remark(p),
-            Self::FlexibleArm(m, _) => m.bodies().remark(p),
+            Self::FlexibleArm(m, ..) => m.bodies().remark(p),
             Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }

@@ -5,7 +5,7 @@ use trueup_models::arm::{BASE, BASE_CHOICE};
 use trueup_models::contact::layout::{AGAINST, CHASER, CLOSING, MOUNT};
 use trueup_models::contact::{MAX_BALLS, MAX_PORTS};
 use trueup_models::flexible_arm::layout::{
-    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE,
+    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, LINKS, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE,
 };
 use trueup_models::layout::Items;
 use trueup_models::space::ritz::MAX_LINK_SHAPES;
@@ -52,7 +52,7 @@ static OF_SCENE: [Choice; 5] = [
     Choice { name: TOUCHES, wanted: Wanted::Item(&AGAINST), text: "What the balls may touch" },
 ];
 
-static OF_FLEXIBLE_ARM: [Choice; 4] = [
+static OF_FLEXIBLE_ARM: [Choice; 5] = [
     Choice {
         name: AXIAL_CHOICE,
         wanted: Wanted::Item(&AXIAL),
@@ -65,6 +65,7 @@ static OF_FLEXIBLE_ARM: [Choice; 4] = [
         wanted: Wanted::Count(MAX_LINK_SHAPES),
         text: "Shapes of each link in each direction of bending",
     },
+    Choice { name: SOLVER_CHOICE, wanted: Wanted::Item(&SOLVER), text: "How Co-Simulation integrates" },
 ];
 
 /// What is chosen of this model's structure by name; of the others it is given by joints or by a robot.

@@ -57,6 +57,24 @@ def test_both_kinds_agree_and_the_description_is_valid(fmu, version):
     assert off < 1e-6 and moved > 1e-4
 
 
+def test_steps_of_fixed_size_stay_close(fmu, trueup, tmp_path):
+    """LNK-10: steps of 1 ms, whatever tolerance is asked for, against those that the tolerance wants; the shoulder breaks away."""
+    drive = np.array([(0.0, [0.03, 30.9 / DRIVE[1], 25.8 / DRIVE[2], 0, 0, 0])], dtype=[("time", float), ("motorCurrent", float, (6,))])
+    fixed = packed(trueup, tmp_path, "--structure", "solver=fixed")
+    tips = [
+        simulate_fmu(
+            path, fmi_type="CoSimulation", stop_time=0.1, output_interval=1e-3, input=drive, output=["tipPosition", "sticking"],
+            relative_tolerance=1e-8,
+        )
+        for path in (fmu("FlexibleArm", 3), fixed)
+    ]
+    off = np.max(np.abs(tips[0]["tipPosition"] - tips[1]["tipPosition"]))
+    moved = np.max(np.abs(tips[0]["tipPosition"] - tips[0]["tipPosition"][0]))
+    print(f"tip off by {off:.1e} m of {moved:.1e} m")
+    assert moved > 1e-3 and 0 < off < 3e-5
+    assert np.array_equal(tips[0]["sticking"], tips[1]["sticking"]) and not tips[0]["sticking"][-1].all()
+
+
 def test_what_is_packed_is_told(trueup, tmp_path):
     path = packed(trueup, tmp_path, "--structure", "drive=torque", "--structure", "links=rigid", "--structure", "axialStiffening=on")
     names = {v.name for v in read_model_description(path).modelVariables}

@@ -31,10 +31,13 @@ pub(crate) struct CoSimulation {
 }
 
 impl CoSimulation {
-    pub(crate) fn new(layout: &Layout, stiff: bool) -> Self {
+    pub(crate) fn new<M: FmuModel>(layout: &Layout, model: &M) -> Self {
         let n = layout.sizes;
-        let options =
-            Options { solver: if stiff { Solver::Stiff } else { Solver::Explicit }, ..Options::default() };
+        let adaptive = if model.stiff() { Solver::Stiff } else { Solver::Explicit };
+        let options = match model.fixed_step() {
+            Some(max_step) => Options { solver: Solver::FixedStiff, max_step, ..Options::default() },
+            None => Options { solver: adaptive, ..Options::default() },
+        };
         Self {
             driver: Driver::new(n, &layout.nominals, options),
             memory: Memory::default(),

@@ -145,7 +145,7 @@ impl<M: FmuModel> Instance<M> {
             ..Cache::default()
         };
         let integrates = settings.interface == Interface::CoSimulation;
-        let co_simulation = integrates.then(|| Box::new(CoSimulation::new(&layout, model.stiff())));
+        let co_simulation = integrates.then(|| Box::new(CoSimulation::new(&layout, &model)));
         Ok(Self {
             settings,
             model: Arc::new(model),

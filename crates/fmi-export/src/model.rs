@@ -38,6 +38,10 @@ pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
     fn stiff(&self) -> bool {
         false
     }
+    /// Size of the implicit steps that Co-Simulation takes, s; `None`: steps are as long as the tolerance allows.
+    fn fixed_step(&self) -> Option<f64> {
+        None
+    }
 }
 
 /// A model with the configuration that is packed into its library; made by [`export_fmu!`](crate::export_fmu).

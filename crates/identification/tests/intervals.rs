@@ -56,6 +56,7 @@ fn exact(model: &Model, q: &[f64], level: f64) -> Run {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn counts_know_more_than_white_noise_of_their_size() {
     let model = joint(&[]);
     let q = delian(2).unwrap();

@@ -159,12 +159,12 @@ fn lnk6_motors_stick_where_friction_holds_the_weight() {
         u[d.input.joint_torque + 2] = 25.8 / (25000.0 * 0.02);
         // Joint 5 carries 5.4 N.m, and sticks up to 5.1 by itself.
         u[d.input.joint_torque + 4] = 5.0 / (25000.0 * 0.02);
-        u[d.input.joint_torque] = if t > 0.35 { 0.02 } else { 0.0 };
+        u[d.input.joint_torque] = if t > 0.12 { 0.02 } else { 0.0 };
         u
     };
     let mut run = Run::new(&d.arm, &d.p, held);
     assert_eq!(run.modes, [STUCK; 6]);
-    run.to(0.3, 1e-3);
+    run.to(0.1, 1e-3);
     let y = run.outputs();
     assert_eq!(&y[d.output.sticking..][..6], [1.0; 6]);
     // Its springs carry the weight.
@@ -173,7 +173,7 @@ fn lnk6_motors_stick_where_friction_holds_the_weight() {
     let friction = y[d.output.friction_torque + 1];
     assert!((y[d.output.motor_torque + 1] - twist - friction).abs() < 0.05, "{twist} {friction}");
     // The shoulder's motor is driven beyond 13.3 N.m then.
-    run.to(0.45, 1e-3);
+    run.to(0.2, 1e-3);
     let y = run.outputs();
     assert_eq!(&y[d.output.sticking..][..6], [0.0, 1.0, 1.0, 1.0, 1.0, 1.0]);
     assert!(run.x[d.at.motor_velocity] > 1e-3);

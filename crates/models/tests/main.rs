@@ -13,5 +13,6 @@ mod contact;
 mod controller;
 mod effects;
 mod flexible_arm;
+mod flexible_arm_steps;
 mod joint_golden;
 mod space;

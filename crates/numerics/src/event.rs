@@ -37,6 +37,8 @@ const NODES: [f64; 6] = [1.0 / 64.0, 0.25, 0.5, 0.75, 63.0 / 64.0, 1.0];
 /// Samples ahead of them in the step after a restart, from 4^-16 on, each at 4 times the one before: an
 /// indicator that starts at 0 may be back there long before the first regular sample.
 const EARLY: usize = 13;
+/// An indicator starts at 0 if it is there less than this share of what it is at the first regular sample.
+const NEAR: f64 = 1e-3;
 /// The start, the early ones and the regular ones.
 const MOST: usize = 1 + EARLY + NODES.len();
 
@@ -93,12 +95,17 @@ impl Locator {
     ) -> Result<Option<Crossing>, usize> {
         // The samples fill the arrays from their end: the last one is always the end of the step.
         let regular = MOST - NODES.len();
-        let begin = if self.restarted { 1 } else { regular };
+        for k in regular..MOST {
+            self.t[k] = if k == MOST - 1 { t1 } else { t0 + NODES[k - regular] * (t1 - t0) };
+            indicators(self.t[k], &mut self.z[k]);
+        }
+        let mut starts = self.z[0].iter().zip(&self.z[regular]);
+        let early = self.restarted && starts.any(|(start, next)| start.abs() <= NEAR * next.abs());
+        let begin = if early { 1 } else { regular };
         self.t[begin - 1] = t0;
         self.z.swap(0, begin - 1);
-        for k in begin..MOST {
-            let s = if k < regular { 0.25f64.powi((regular - k) as i32 + 3) } else { NODES[k - regular] };
-            self.t[k] = if k == MOST - 1 { t1 } else { t0 + s * (t1 - t0) };
+        for k in begin..regular {
+            self.t[k] = t0 + 0.25f64.powi((regular - k) as i32 + 3) * (t1 - t0);
             indicators(self.t[k], &mut self.z[k]);
         }
         let bad = self.z[begin - 1..].iter().find_map(|z| z.iter().position(|z| z.is_nan()));
@@ -129,7 +136,8 @@ impl Locator {
             work[i]
         };
         let (t, work) = (self.t, &mut self.work);
-        let z: [f64; MOST] = core::array::from_fn(|k| self.z[k][i]);
+        let mut z = [0.0; MOST];
+        z[begin..].iter_mut().zip(&self.z[begin..]).for_each(|(to, z)| *to = z[i]);
         for k in begin..MOST - 1 {
             if t[k] >= limit {
                 return None;

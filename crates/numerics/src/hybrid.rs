@@ -82,6 +82,24 @@ pub trait Hybrid {
     fn next_event(&self, _p: &[f64], _modes: &[i32]) -> Option<f64> {
         None
     }
+    /// The stiff part of df/dx, where the model knows how to solve with it at little cost.
+    fn stiff_part(&self) -> Option<&dyn StiffPart> {
+        None
+    }
+}
+
+/// A part A of df/dx that holds all that is stiff in it, for methods that keep their order whatever A is (W-methods:
+/// Steihaug, Wolfbrandt 1979) and their stability as long as the rest is not stiff.
+pub trait StiffPart {
+    /// Numbers that [`Self::factor`] needs room for.
+    fn room(&self) -> usize;
+    /// Factors of 1 - g A at this instant into `room`, g in s.
+    ///
+    /// # Errors
+    /// The row of a pivot that is none.
+    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64]) -> Result<(), usize>;
+    /// Solves (1 - g A) y' = y in place, `room` as [`Self::factor`] left it.
+    fn solve(&self, room: &[f64], y: &mut [f64]);
 }
 
 /// Implements [`Hybrid`] by handing every call on: `delegate_hybrid!(Either { Either::A(m) => m, Either::B(m) => m })`.
@@ -122,6 +140,9 @@ macro_rules! delegate_hybrid {
             }
             fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
                 match self { $($variant => $model.next_event(p, modes)),+ }
+            }
+            fn stiff_part(&self) -> Option<&dyn $crate::hybrid::StiffPart> {
+                match self { $($variant => $model.stiff_part()),+ }
             }
         }
     };

@@ -3,7 +3,7 @@
 
 use crate::common::{Prothero, Robertson, VanDerPol};
 use trueup_numerics::driver::{Options, Solver, simulate};
-use trueup_numerics::integrate::{Dopri5, Euler, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
+use trueup_numerics::integrate::{Dopri5, Euler, Fault, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
 
 /// x1' = -2 t x1^2, x2' = cos(t) x2: x1 = 1/(1 + t^2), x2 = exp(sin t).
 struct Pair;
@@ -24,6 +24,44 @@ fn exact(t: f64) -> [f64; 2] {
 fn distance(x: &[f64], t: f64) -> f64 {
     x.iter().zip(exact(t)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
+
+/// A system with a stiff part that is not its Jacobian, in factors.
+struct Partly {
+    factor: f64,
+}
+
+impl Ode for Partly {
+    fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
+        Pair.rates(t, x, dx);
+    }
+    fn jacobian(&mut self, _t: f64, _x: &[f64], _dfdx: &mut [f64], _dfdt: &mut [f64]) {
+        panic!("it has a stiff part");
+    }
+    fn factor_stiff(&mut self, _t: f64, _x: &[f64], g: f64) -> Option<Result<(), Fault>> {
+        self.factor = 1.0 + 3.0 * g;
+        Some(Ok(()))
+    }
+    fn solve_stiff(&self, y: &mut [f64]) {
+        y.iter_mut().for_each(|y| *y /= self.factor);
+    }
+}
+
+#[test]
+fn ros2_keeps_its_order_whatever_the_stiff_part_is() {
+    let errors = [128, 256, 512].map(|steps| {
+        let (mut method, mut x, h) = (Ros2::new(2), exact(0.0), 2.0 / f64::from(steps));
+        for k in 0..steps {
+            method.attempt(&mut Partly { factor: 0.0 }, f64::from(k) * h, &x, h, TOL).unwrap();
+            x.copy_from_slice(method.end());
+            method.accept();
+        }
+        distance(&x, 2.0)
+    });
+    for pair in errors.windows(2) {
+        assert!((3.6..4.4).contains(&(pair[0] / pair[1])), "{errors:?}");
+    }
+}
+
 const TOL: Tolerance = Tolerance { relative: 1.0, nominal: &[1.0, 1.0] };
 
 /// Error at t = 2 after `steps` equal steps.

@@ -42,6 +42,7 @@ fn a_case_of_an_arm_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn a_case_of_a_joint_depends_on_its_numbers_alone_and_does_not_hold_its_key() {
     twice(Plant::Joint);
 }

@@ -22,6 +22,21 @@ pub const LINKS_CHOICE: &str = "links";
 /// Name of the structural choice of how many shapes each link has in each direction of bending.
 pub const SHAPES_CHOICE: &str = "linkShapes";
 
+/// Name of the structural choice [`SOLVER`].
+pub const SOLVER_CHOICE: &str = "solver";
+
+/// How Co-Simulation integrates.
+pub static SOLVER: Items = Items {
+    name: "ArmSolver",
+    text: "How Co-Simulation integrates between the arm's events",
+    items: &[
+        ("adaptive", "explicit steps, as short as the tolerance wants them"),
+        ("fixed", "implicit steps of 1 ms at most, of second order: faster than real time"),
+    ],
+};
+/// Item of [`SOLVER`]: fixed.
+pub const FIXED: usize = 2;
+
 /// Name of the structural choice [`AXIAL`].
 pub const AXIAL_CHOICE: &str = "axialStiffening";
 

@@ -4,10 +4,11 @@ use super::MAX_JOINTS;
 use super::layout::{Outputs, Parameters};
 use crate::friction::{self, Levels, STUCK};
 use crate::space::layout::{self as space, States};
+use crate::space::stiff::Brake;
 use crate::space::{Led, MAX_TIPS, SpatialFreeFlyer};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, StiffPart, Update};
 
 /// What is fixed when a model is packed.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -187,6 +188,12 @@ impl FlexibleArm {
         let own = At { u: &u[..at.u.len()], ..*at };
         let mut needed: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
         self.bodies.rates_with_torques(own, Led { base: None, joints: &[], motors: &stuck }, dx, &mut needed);
+        self.balance(at, &u, &mut needed);
+        needed
+    }
+
+    /// Of the torques that motors which stick need beside their springs': what friction balances at them; 0 of the others.
+    fn balance<T: Scalar>(&self, at: &At<T>, u: &[T], needed: &mut [T]) {
         for j in 0..self.joints() {
             needed[j] = if at.modes[j] == STUCK {
                 u[self.input.joint_torque + j] - self.bodies.transmission_torque(at, j) - needed[j]
@@ -194,7 +201,6 @@ impl FlexibleArm {
                 T::zero()
             };
         }
-        needed
     }
 }
 
@@ -223,9 +229,9 @@ impl Hybrid for FlexibleArm {
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
         let (u, stuck) = self.driven(&at);
         let own = At { u: &u[..at.u.len()], ..at };
-        self.bodies.outputs_led(own, Led { base: None, joints: &[], motors: &stuck }, y);
-        let mut dx = [T::zero(); MAX_STATES];
-        let held = self.rates_and_held(&at, &mut dx[..self.sizes.states]);
+        let mut held: PerJoint<T> = (0..self.joints()).map(|_| T::zero()).collect();
+        self.bodies.outputs_led(own, Led { base: None, joints: &[], motors: &stuck }, y, &mut held);
+        self.balance(&at, &u, &mut held);
         let to = &self.output;
         for j in 0..self.joints() {
             let sticks = at.modes[j] == STUCK;
@@ -248,6 +254,28 @@ impl Hybrid for FlexibleArm {
 
     fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
         self.update_friction(t, x, u, p, modes)
+    }
+
+    fn stiff_part(&self) -> Option<&dyn StiffPart> {
+        Some(self)
+    }
+}
+
+impl StiffPart for FlexibleArm {
+    fn room(&self) -> usize {
+        self.bodies.stiff_room()
+    }
+
+    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64]) -> Result<(), usize> {
+        let brake = |j: usize| match at.modes[j] {
+            STUCK => Brake::Stuck,
+            _ => Brake::Viscous(at.p[self.parameter.viscous_friction + j]),
+        };
+        self.bodies.factor_stiff(&at, g, brake, room)
+    }
+
+    fn solve(&self, room: &[f64], y: &mut [f64]) {
+        self.bodies.solve_stiff(room, y);
     }
 }
 

@@ -144,7 +144,7 @@ pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
         }
         g[3..6].copy_from_slice(&k);
         let reached = if bends { size } else { modal };
-        for a in 0..reached {
+        for a in (0..reached).filter(|a| !g[*a].vanishes()) {
             for b in a..reached {
                 put(a, b, drive.inertia * g[a] * g[b]);
             }

@@ -78,6 +78,27 @@ impl<T: Scalar> Instant<T> {
 
     /// Where everything is and what acts on it; of a new one.
     pub(super) fn set(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
+        self.place(model, at);
+        let (s, p, row) = (model.structure(), &model.parameter, &model.state);
+        let n = s.bodies();
+        self.applied.extend((0..=n).map(|_| Wrench::zero()));
+        (0..n).for_each(|j| self.drives.push(model.drive(at, j)));
+        self.held = s.held.then(|| {
+            // A field of gravity is a base that accelerates the other way.
+            let up = scale(T::constant(-1.0), three(at.p, p.gravity));
+            Motion { angular: zero(), linear: transposed_times(&self.placed[0].frame.rotation, up) }
+        });
+        if s.panels() > 0 || s.links() > 0 {
+            let modes = s.modes();
+            let eta = &at.x[row.modal_coordinate..][..modes];
+            let rates = &at.x[row.modal_velocity..][..modes];
+            self.appendages.bend(&self.placed, eta, rates, &mut self.bent);
+        }
+        apply(model, at, &self.placed, &mut self.applied, &mut self.bent);
+    }
+
+    /// Where all bodies and ends of links are and how they move, and nothing else; of a new one.
+    pub(super) fn place(&mut self, model: &SpatialFreeFlyer, at: &At<T>) {
         let (s, p, row) = (model.structure(), &model.parameter, &model.state);
         let n = s.bodies();
         let (frame, velocity) = base(model, at);
@@ -87,7 +108,6 @@ impl<T: Scalar> Instant<T> {
             mount: Frame { rotation: identity(), origin: zero() },
             axis: zero(),
         });
-        self.applied.extend((0..=n).map(|_| Wrench::zero()));
         for j in 0..n {
             let center = three(at.p, p.body_center + 3 * j);
             self.bodies.push(Body {
@@ -98,7 +118,6 @@ impl<T: Scalar> Instant<T> {
                 },
                 axis: unit(three(at.p, p.joint_axis + 3 * j)),
             });
-            self.drives.push(model.drive(at, j));
         }
         let (angles, rates) = (&at.x[row.joint_angle..][..n], &at.x[row.joint_velocity..][..n]);
         if s.panels() > 0 || s.links() > 0 {
@@ -106,18 +125,6 @@ impl<T: Scalar> Instant<T> {
         }
         let ends = (s.links() > 0).then_some(&self.bent.ends);
         s.tree.place_into(&self.bodies, (frame, velocity), (angles, rates), ends, &mut self.placed);
-        self.held = s.held.then(|| {
-            // A field of gravity is a base that accelerates the other way.
-            let up = scale(T::constant(-1.0), three(at.p, p.gravity));
-            Motion { angular: zero(), linear: transposed_times(&frame.rotation, up) }
-        });
-        if s.panels() > 0 || s.links() > 0 {
-            let modes = s.modes();
-            let eta = &at.x[row.modal_coordinate..][..modes];
-            let rates = &at.x[row.modal_velocity..][..modes];
-            self.appendages.bend(&self.placed, eta, rates, &mut self.bent);
-        }
-        apply(model, at, &self.placed, &mut self.applied, &mut self.bent);
     }
 
     /// What bends, and where the ends of links are.

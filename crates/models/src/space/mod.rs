@@ -22,6 +22,7 @@ pub mod ritz;
 pub mod shapes;
 pub mod snapshot;
 pub mod spatial;
+pub mod stiff;
 pub mod table;
 pub mod transmitted;
 pub mod tree;

@@ -280,7 +280,7 @@ impl SpatialFreeFlyer {
     /// Where the first tip is, inertial axes, m.
     pub fn tip_place<T: Scalar>(&self, at: &At<T>) -> Vector<T> {
         let mut now = Instant::new();
-        now.set(self, at);
+        now.place(self, at);
         let body = self.structure.tips[0];
         let frame = &now.frames(self)[body];
         add(frame.origin, times(&frame.rotation, now.displaced(body, three(at.p, self.parameter.tip_offset))))
@@ -424,7 +424,7 @@ impl Hybrid for SpatialFreeFlyer {
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
-        self.outputs_led(at, Led::none(), y);
+        self.outputs_led(at, Led::none(), y, &mut []);
     }
 
     fn indicators<T: Scalar>(&self, _at: At<T>, _z: &mut [T]) {}

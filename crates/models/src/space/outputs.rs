@@ -15,9 +15,9 @@ use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
 impl SpatialFreeFlyer {
-    /// Outputs where some accelerations are given.
+    /// Outputs where some accelerations are given; `needed` as of [`Self::rates_with_torques`].
     #[inline(never)]
-    pub fn outputs_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, y: &mut [T]) {
+    pub fn outputs_led<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, y: &mut [T], needed: &mut [T]) {
         let at = &at;
         let mut now = Instant::new();
         now.set(self, at);
@@ -32,7 +32,7 @@ impl SpatialFreeFlyer {
         self.joints(at, &mut put);
         self.tips(at, (&now, &frames), &mut put);
         self.appendages(at, base, &mut put);
-        self.reactions(at, &now, &mut put);
+        self.reactions(at, &now, &mut put, needed);
         self.totals(at, (&now, &frames), &mut put);
         if self.structure().analysis {
             self.analysis(at, &now, &mut put);
@@ -118,15 +118,25 @@ impl SpatialFreeFlyer {
         }
     }
 
-    fn reactions<T: Scalar>(&self, at: &At<T>, now: &Instant<T>, put: &mut impl FnMut(usize, &[T])) {
+    fn reactions<T: Scalar>(
+        &self,
+        at: &At<T>,
+        now: &Instant<T>,
+        put: &mut impl FnMut(usize, &[T]),
+        needed: &mut [T],
+    ) {
         let (s, to) = (self.structure(), &self.output);
         let mut joint = Joints::from_iter((0..s.bodies()).map(|_| T::zero()));
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
         // Of a rotor that is led its torque was found.
-        for (found, drive) in rotor.iter_mut().zip(&now.drives) {
+        needed.fill(T::zero());
+        for (j, (found, drive)) in rotor.iter_mut().zip(&now.drives).enumerate() {
             if let Rotor::Led(acceleration) = drive.rotor {
+                if let Some(needed) = needed.get_mut(j) {
+                    *needed = *found;
+                }
                 *found = acceleration;
             }
         }

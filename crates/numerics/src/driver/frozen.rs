@@ -3,7 +3,7 @@
 use super::{Inputs, System};
 use crate::Dual;
 use crate::hybrid::{At, Hybrid, Sizes};
-use crate::integrate::Ode;
+use crate::integrate::{Fault, Ode};
 
 /// Directions that one pass of duals carries.
 const LANES: usize = 8;
@@ -54,6 +54,8 @@ pub(super) struct Work {
     u_wide: Vec<Wide>,
     p_wide: Vec<Wide>,
     dx_wide: Vec<Wide>,
+    /// Of the stiff part, in factors.
+    stiff: Vec<f64>,
 }
 
 impl Work {
@@ -66,7 +68,13 @@ impl Work {
             u_wide: wide(n.inputs),
             p_wide: wide(n.parameters),
             dx_wide: wide(n.states),
+            stiff: Vec::new(),
         }
+    }
+
+    /// For the model's stiff part, once.
+    pub(super) fn make_room<M: Hybrid>(&mut self, model: &M) {
+        self.stiff.resize(model.stiff_part().map_or(0, |part| part.room()), 0.0);
     }
 }
 
@@ -84,6 +92,21 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
         self.signal.at(t, self.u0, &mut self.work.u);
         self.model.rates(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, dx);
+    }
+
+    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64) -> Option<Result<(), Fault>> {
+        let part = self.model.stiff_part()?;
+        // A state that another driver initialised.
+        self.work.make_room(self.model);
+        let Work { u, stiff, .. } = &mut *self.work;
+        self.signal.at(t, self.u0, u);
+        Some(part.factor(At { t, x, u, p: self.p, modes: self.modes }, g, stiff).map_err(Fault::Matrix))
+    }
+
+    fn solve_stiff(&self, y: &mut [f64]) {
+        if let Some(part) = self.model.stiff_part() {
+            part.solve(&self.work.stiff, y);
+        }
     }
 
     fn jacobian(&mut self, t: f64, x: &[f64], dfdx: &mut [f64], dfdt: &mut [f64]) {

@@ -325,6 +325,7 @@ impl Driver {
     pub fn initialise_from<M: Hybrid>(&mut self, model: &M, s: &mut State) -> Result<(), DriveError> {
         self.check(s)?;
         *s.memory = Memory::default();
+        self.work.make_room(model);
         let at = At { t: *s.t, x: s.x, u: s.u, p: s.p, modes: &self.no_modes };
         model.start_modes(at, s.modes);
         self.handle_event(model, s).map(|_| ())

@@ -1,4 +1,4 @@
-//! Methods without an error estimate, for a fixed step (real time); cubic Hermite between the ends.
+//! Methods without an error estimate, for a fixed step (real time); cubic Hermite between the ends, of [`Ros2`] a parabola.
 
 use super::rodas4::factor;
 use super::{Fault, Hermite, Method, Ode, Tolerance, checked_rates, not_finite};
@@ -32,6 +32,10 @@ impl Common {
     fn finish(&self) -> Result<f64, Fault> {
         not_finite(&self.end).map_or(Ok(0.0), |i| Err(Fault::State(i)))
     }
+    fn rates_at_end(&mut self, ode: &mut dyn Ode, t: f64, h: f64) {
+        ode.rates(t + h, &self.end, &mut self.f1);
+        self.end_fresh = true;
+    }
 }
 
 /// Where each method keeps its [`Common`] part; the rest of the trait follows from it.
@@ -59,9 +63,8 @@ macro_rules! fixed {
                 &self.common.end
             }
             fn prepare_dense(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) {
+                self.end_rates(ode, t, x, h);
                 let c = &mut self.common;
-                ode.rates(t + h, &c.end, &mut c.f1);
-                c.end_fresh = true;
                 c.hermite.set(h, x, &c.f0, &c.end, &c.f1);
             }
             fn dense(&self, theta: f64, x: &mut [f64]) {
@@ -87,6 +90,9 @@ impl Euler {
     fn with(common: Common, _n: usize) -> Self {
         Self { common }
     }
+    fn end_rates(&mut self, ode: &mut dyn Ode, t: f64, _x: &[f64], h: f64) {
+        self.common.rates_at_end(ode, t, h);
+    }
     fn step(&mut self, _ode: &mut dyn Ode, _t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let c = &mut self.common;
         for i in 0..x.len() {
@@ -108,6 +114,9 @@ impl Rk4 {
     fn with(common: Common, n: usize) -> Self {
         Self { common, k: core::array::from_fn(|_| vec![0.0; n]), stage: vec![0.0; n] }
     }
+    fn end_rates(&mut self, ode: &mut dyn Ode, t: f64, _x: &[f64], h: f64) {
+        self.common.rates_at_end(ode, t, h);
+    }
     fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let c = &mut self.common;
         for (s, part) in [0.5, 0.5, 1.0].into_iter().enumerate() {
@@ -127,49 +136,76 @@ impl Rk4 {
 }
 
 /// ROS2 with gamma = 1 - 1/sqrt(2): Verwer, Spee, Blom, Hundsdorfer (1999); order 2, L-stable.
+///
+/// Its order does not rest on the Jacobian: where the system knows a stiff part of it, that is taken.
 #[derive(Clone, Debug)]
 pub struct Ros2 {
     common: Common,
     k: [Vec<f64>; 2],
+    whole: Whole,
+}
+
+/// 1 - g df/dx in factors, and df/dt.
+#[derive(Clone, Debug)]
+struct Whole {
     dfdx: Vec<f64>,
     dfdt: Vec<f64>,
     lu: Vec<f64>,
     pivots: Vec<usize>,
 }
 
+impl Whole {
+    fn factor(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], g: f64) -> Result<(), Fault> {
+        ode.jacobian(t, x, &mut self.dfdx, &mut self.dfdt);
+        factor(&self.dfdx, 1.0 / g, x.len(), &mut self.lu, &mut self.pivots)
+    }
+    fn solve(&self, g: f64, y: &mut [f64]) {
+        y.iter_mut().for_each(|y| *y /= g);
+        lu_solve(&self.lu, y.len(), &self.pivots, y);
+    }
+}
+
 impl Ros2 {
     fn with(common: Common, n: usize) -> Self {
         let row = || vec![0.0; n];
-        Self {
-            common,
-            k: [row(), row()],
-            dfdx: vec![0.0; n * n],
-            dfdt: row(),
-            lu: vec![0.0; n * n],
-            pivots: vec![0; n],
+        let square = || vec![0.0; n * n];
+        let whole = Whole { dfdx: square(), dfdt: row(), lu: square(), pivots: vec![0; n] };
+        Self { common, k: [row(), row()], whole }
+    }
+    /// Those of the parabola through both ends with the rates at the start: of the method's order, and nothing to evaluate.
+    fn end_rates(&mut self, _ode: &mut dyn Ode, _t: f64, x: &[f64], h: f64) {
+        let c = &mut self.common;
+        for i in 0..x.len() {
+            c.f1[i] = 2.0 * (c.end[i] - x[i]) / h - c.f0[i];
         }
     }
     /// (1 - gamma h J) k1 = f(t, x) + gamma h f_t;
     /// (1 - gamma h J) k2 = f(t + h, x + h k1) - 2 k1 - gamma h f_t; x1 = x + 3/2 h k1 + 1/2 h k2.
     fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let (c, n) = (&mut self.common, x.len());
-        let gamma = 1.0 - core::f64::consts::FRAC_1_SQRT_2;
-        let g = 1.0 / (gamma * h);
-        ode.jacobian(t, x, &mut self.dfdx, &mut self.dfdt);
-        factor(&self.dfdx, g, n, &mut self.lu, &mut self.pivots)?;
+        let g = (1.0 - core::f64::consts::FRAC_1_SQRT_2) * h;
+        let known = ode.factor_stiff(t, x, g).transpose()?.is_some();
+        if known {
+            // The same order without f_t.
+            self.whole.dfdt.fill(0.0);
+        } else {
+            self.whole.factor(ode, t, x, g)?;
+        }
+        let whole = &self.whole;
+        let solve = |ode: &dyn Ode, y: &mut [f64]| if known { ode.solve_stiff(y) } else { whole.solve(g, y) };
         let [k1, k2] = &mut self.k;
         for i in 0..n {
-            k1[i] = (c.f0[i] + gamma * h * self.dfdt[i]) * g;
+            k1[i] = c.f0[i] + g * whole.dfdt[i];
         }
-        lu_solve(&self.lu, n, &self.pivots, k1);
+        solve(ode, k1);
         for i in 0..n {
             c.end[i] = x[i] + h * k1[i];
         }
         checked_rates(ode, t + h, &c.end, k2)?;
         for i in 0..n {
-            k2[i] = (k2[i] - 2.0 * k1[i] - gamma * h * self.dfdt[i]) * g;
+            k2[i] -= 2.0 * k1[i] + g * whole.dfdt[i];
         }
-        lu_solve(&self.lu, n, &self.pivots, k2);
+        solve(ode, k2);
         for i in 0..n {
             c.end[i] = x[i] + h * (1.5 * k1[i] + 0.5 * k2[i]);
         }

@@ -5,7 +5,7 @@
 //! | [`Dopri5`] | 5(4) | 4 | smooth, not stiff, any accuracy |
 //! | [`Rodas4`] | 4(3), L-stable, stiffly accurate | 3 | stiff friction, stiff transmissions |
 //! | [`Rk4`] | 4 | 3 | fixed step, not stiff |
-//! | [`Ros2`] | 2, L-stable | 3 | fixed step, stiff, real time |
+//! | [`Ros2`] | 2, L-stable | 2 | fixed step, stiff, real time |
 
 mod dopri5;
 mod fixed;
@@ -21,6 +21,12 @@ pub trait Ode {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]);
     /// df/dx (row-major, n x n) and df/dt (n).
     fn jacobian(&mut self, t: f64, x: &[f64], dfdx: &mut [f64], dfdt: &mut [f64]);
+    /// Factors of 1 - g A, A being the stiff part of df/dx, for [`Ode::solve_stiff`]; `None`: no such part is known.
+    fn factor_stiff(&mut self, _t: f64, _x: &[f64], _g: f64) -> Option<Result<(), Fault>> {
+        None
+    }
+    /// Solves (1 - g A) y' = y in place.
+    fn solve_stiff(&self, _y: &mut [f64]) {}
 }
 
 /// Which local error is allowed: of state i, `relative * (max(|x_i|) + nominal_i)`.
