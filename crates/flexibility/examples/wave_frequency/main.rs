@@ -5,9 +5,10 @@
 //! the posture where the move ends, without dry friction; the controllers are those of the FMU, sampled at 1 kHz. Vibration: root
 //! mean square of the tip's way less its mean over one period of the first mode, in 6 s; `late`: after the first second.
 //! `cargo run --release -p trueup-flexibility --example wave_frequency -- [MOVES] [ideal|sensors] [ground|orbit] [all|late]`, and behind it
-//! `schedule [vwbc|wbc|washout]`.
+//! `schedule [vwbc|wbc|washout]`. `dry`: a few of these moves by the arm itself, with stick-slip.
 #![allow(clippy::print_stdout)]
 
+mod dry;
 mod estimate;
 #[path = "../loops/mod.rs"]
 mod loops;
@@ -32,5 +33,9 @@ impl Asked {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let asked = Asked { words: std::env::args().skip(1).collect() };
-    if asked.has("schedule") { schedule::study(&asked) } else { estimate::study(&asked) }
+    match () {
+        () if asked.has("schedule") => schedule::study(&asked),
+        () if asked.has("dry") => dry::study(&asked),
+        () => estimate::study(&asked),
+    }
 }

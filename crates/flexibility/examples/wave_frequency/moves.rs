@@ -12,10 +12,10 @@ use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::space::layout::{Parameters, States};
 use trueup_numerics::hybrid::{At, Hybrid};
 
-const STEP: f64 = 1e-3;
-const TIME: f64 = 6.0;
+pub(crate) const STEP: f64 = 1e-3;
+pub(crate) const TIME: f64 = 6.0;
 /// The reference takes this long, s.
-const RAMP: f64 = 0.5;
+pub(crate) const RAMP: f64 = 0.5;
 pub(crate) const GAIN: f64 = 2.0;
 /// Of the sensors on the joint's side, rad; counts a turn of the motor.
 const LOAD_STEP: f64 = 0.001 * std::f64::consts::PI / 180.0;
@@ -46,8 +46,8 @@ pub(crate) struct Move {
     drive: [Vec<f64>; 2],
     /// Angles of the joints at the end, rad.
     pub(crate) goal: Vec<f64>,
-    /// Angles of the motors of shoulder and elbow at the start, rad.
-    pub(crate) from: [f64; 2],
+    /// Angles of the motors at the start and at the end, rad.
+    pub(crate) poses: [[f64; N]; 2],
     /// First mode at the end, motors held, rad/s.
     pub(crate) first: f64,
     /// omega_n over K_p beyond which `VWBC` runs away there, and what encoders without errors would take for it: from how twists
@@ -109,7 +109,7 @@ pub(crate) fn draw(arm: &FlexibleArm, count: usize, orbit: bool) -> Result<Vec<M
             start,
             drive,
             goal,
-            from: [from[1], from[2]],
+            poses: [from, to],
             first,
             bound,
             seen,
@@ -197,7 +197,7 @@ impl Move {
 }
 
 /// Root mean square of a way less its centred mean over a window, from this sample on.
-fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
+pub(crate) fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
     let half = window / 2;
     let at = |i: isize| way[i.clamp(0, way.len() as isize - 1) as usize];
     let mut square = 0.0;
