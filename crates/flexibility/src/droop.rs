@@ -8,6 +8,9 @@
 use super::equilibrium::{Equilibrium, EquilibriumError};
 use nalgebra::DMatrix;
 
+/// Less than this is rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// lambda, 1, of an arm at rest: the twist that is lost per angle of the joints, in the direction in which it is most; 0 where the
 /// weight brings the arm back in all of them. With one omega_n and one K_p for all joints `VWBC` runs away above omega_n = K_p / lambda (CTL-16).
 /// Sampled with the period T_s, omega_n / (1 + omega_n T_s / 2) is what counts.
@@ -22,5 +25,6 @@ pub fn droop(rest: &Equilibrium) -> Result<f64, EquilibriumError> {
     let compliance = rest.stiffness.clone().cholesky().ok_or(EquilibriumError::Unstable)?.inverse();
     let root = |j: usize| rest.springs[j].sqrt();
     let follows = DMatrix::from_fn(n, n, |i, j| root(i) * compliance[(i, j)] * root(j));
-    Ok((1.0 - 1.0 / follows.symmetric_eigenvalues().max()).max(0.0)) // (CTL-16)
+    let lost = 1.0 - 1.0 / follows.symmetric_eigenvalues().max(); // (CTL-16)
+    Ok(if lost > ROUNDING { lost } else { 0.0 })
 }

@@ -269,7 +269,7 @@ fn a_wrong_word_is_told_with_its_option_and_the_mend() {
         (&["--from", "0,2", "--to", "1,1"], 2, &["joint 3 would go from 2 to 1", "--from be below --to"]),
         (&["--steps", "0"], 2, &["--steps"]),
         (&["--steps", "1,2,3"], 2, &["--steps has 3 numbers"]),
-        (&["--schedule", "2,0.2,400,1"], 2, &["--schedule has 4 numbers", "K_p"]),
+        (&["--schedule", "2,0.15,200,1"], 2, &["--schedule has 4 numbers", "K_p"]),
         (&["--schedule", "2,1.5"], 2, &["--schedule", "a share above 0 and up to 1"]),
         (&["--payload", "-1"], 2, &["--payload", "0 or more"]),
         (&["--gravity", "9.81"], 2, &["--gravity", "three finite numbers"]),

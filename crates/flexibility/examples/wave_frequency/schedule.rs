@@ -118,6 +118,10 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
         OMEGAS[best],
         median(&best_row.error)
     );
+    for (omega, row) in OMEGAS.iter().zip(&constants) {
+        let ([least, middle, _], [_, off, most]) = (spread(&row.less), spread(&row.error));
+        println!("  {omega:6} rad/s: {middle:8.2} % {least:9.2} %; {off:.2} mm, {most:.2} at most");
+    }
     let mut oracle = Row { less: vec![], error: vec![] };
     for m in 0..count {
         let of = |k: &usize| constants[*k].less[m];

@@ -40,7 +40,7 @@ pub(crate) struct ArmMap {
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) gravity: Option<Vec<f64>>,
     /// Write arm-schedule.toml too: start values with which velocity waves follow the arm, omega_n that share of what lets it run away
-    /// with that position gain, and at most so many rad/s [share and most when not given: 0.2, 400]
+    /// with that position gain, and at most so many rad/s [share and most when not given: 0.15, 200]
     #[arg(long, value_name = "KP,SHARE,MOST", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) schedule: Option<Vec<f64>>,
     /// Machine-readable

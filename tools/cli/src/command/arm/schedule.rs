@@ -20,8 +20,8 @@ pub(super) struct Wanted {
     most: f64,
 }
 
-const SHARE: f64 = 0.2;
-const MOST: f64 = 400.0;
+const SHARE: f64 = 0.15;
+const MOST: f64 = 200.0;
 
 impl Wanted {
     pub(super) fn of(asked: &Asked<'_>) -> Result<Option<Self>, Error> {
@@ -32,7 +32,7 @@ impl Wanted {
             Some(&[gain, share, most]) => Self { gain, share, most },
             Some(list) => {
                 return Err(Error::Usage(format!(
-                    "--schedule has {} numbers: give K_p in 1/s, a share, the largest wave frequency in rad/s, as in --schedule 2,0.2,400",
+                    "--schedule has {} numbers: give K_p in 1/s, a share, the largest wave frequency in rad/s, as in --schedule 2,0.15,200",
                     list.len()
                 )));
             }
@@ -43,7 +43,7 @@ impl Wanted {
             return Ok(Some(wanted));
         }
         Err(Error::Usage(
-            "--schedule: give K_p above 0, a share above 0 and up to 1, a largest wave frequency above 0, as in --schedule 2,0.2,400"
+            "--schedule: give K_p above 0, a share above 0 and up to 1, a largest wave frequency above 0, as in --schedule 2,0.15,200"
                 .into(),
         ))
     }
@@ -58,7 +58,7 @@ impl Wanted {
         let least = |near: &dyn Fn(f64) -> bool| {
             let poses = found.poses.iter().filter(|p| near(found.place(p)[which]));
             let of = |droop: f64| if droop > 0.0 { self.share * self.gain / droop } else { self.most };
-            poses.map(|p| of(p.droop)).reduce(f64::min).map(|omega| omega.min(self.most))
+            poses.map(|p| of(p.droop)).reduce(f64::min).map(|omega| rounded(omega.min(self.most)))
         };
         let everywhere = least(&|_| true).unwrap_or(self.most);
         let frequencies =
@@ -102,4 +102,9 @@ impl Wanted {
         }
         out
     }
+}
+
+/// Down to a thousandth of a rad/s, where that is little.
+fn rounded(omega: f64) -> f64 {
+    if omega > 1.0 { (1e3 * omega).floor() / 1e3 } else { omega }
 }
