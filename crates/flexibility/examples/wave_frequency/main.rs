@@ -33,9 +33,11 @@ impl Asked {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let asked = Asked { words: std::env::args().skip(1).collect() };
-    match () {
-        () if asked.has("schedule") => schedule::study(&asked),
-        () if asked.has("dry") => dry::study(&asked),
-        () => estimate::study(&asked),
+    if asked.has("schedule") {
+        schedule::study(&asked)
+    } else if asked.has("dry") {
+        dry::study(&asked)
+    } else {
+        estimate::study(&asked)
     }
 }
