@@ -120,7 +120,7 @@ fn a_map_is_a_table_and_a_page() {
 fn a_schedule_stays_below_its_share() {
     let folder = tempfile::tempdir().unwrap();
     let to = folder.path().to_str().unwrap();
-    let order = ["arm", "map", "--payload", "5", "--steps", "8,12", "--schedule", "2,0.3,500", "-o", to];
+    let order = ["arm", "map", "--payload", "5", "--steps", "4,6", "--schedule", "2,0.3,500", "-o", to];
     assert!(done(&order).contains("arm-schedule.toml"));
     let text = std::fs::read_to_string(folder.path().join("arm-schedule.toml")).unwrap();
     let start: toml::Table = text.parse().unwrap();
