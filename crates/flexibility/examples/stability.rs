@@ -8,15 +8,15 @@
 mod loops;
 
 use loops::{N, settings, with_payload};
-use nalgebra::DMatrix;
 use std::error::Error;
 use trueup_flexibility::closed_loop::{
-    ClosedLoopError, Law, Plant, Poles, SampledPlant, closed, law, linearised, poles,
+    ClosedLoopError, Law, Poles, SampledPlant, closed, law, linearised, poles,
 };
+use trueup_flexibility::droop::droop;
+use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::controller::Strategy;
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::flexible_arm::presets::structure;
-use trueup_models::space::layout::Parameters;
 
 const STEP: f64 = 1e-3;
 const RAISED: f64 = 0.9;
@@ -91,19 +91,6 @@ impl Case<'_> {
     }
 }
 
-/// omega_n over K_p, 1, beyond which `VWBC` runs away: its error at rest, omega_n / K_p times the twist, grows with the angle as
-/// the weight makes the twist do.
-fn runaway(arm: &FlexibleArm, p: &[f64], plant: &Plant) -> Result<f64, ClosedLoopError> {
-    let stiffness = Parameters::new(&arm.structure().robot).joint_stiffness;
-    let mut twist = DMatrix::zeros(N, N);
-    for k in 0..N {
-        let torque = plant.rest(&core::array::from_fn::<f64, N, _>(|j| f64::from(u8::from(j == k))))?.1;
-        (0..N).for_each(|j| twist[(j, k)] = -torque[j] / (p[stiffness + j] * p[stiffness + k]).sqrt());
-    }
-    let most = ((&twist + twist.transpose()) * 0.5).symmetric_eigenvalues().max();
-    Ok(1.0 / most.max(0.0))
-}
-
 fn main() -> Result<(), Box<dyn Error>> {
     let orbit = std::env::args().any(|a| a == "orbit");
     let arm = FlexibleArm::new(structure(false))?;
@@ -114,7 +101,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         for payload in PAYLOADS {
             let p = with_payload(&arm, payload, orbit);
             let plant = linearised(&arm, &p, &[0.0, RAISED, elbow, 0.0, 0.0, 0.0])?;
-            let limit = GAIN * runaway(&arm, &p, &plant)?;
+            let limit =
+                GAIN / droop(&equilibrium(&arm, &p, &[0.0, RAISED, elbow, 0.0, 0.0, 0.0], [0.0; 3])?)?;
             let case = Case { arm: &arm, p, plant: plant.sampled(STEP)? };
             println!(
                 "elbow {elbow:4.1} rad, {payload:5.2} kg: P/PI {}; VWBC must run away above {limit:.0} rad/s",

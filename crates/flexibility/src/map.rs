@@ -1,5 +1,6 @@
 //! What bends of an arm at a pose, and over the angles of two of its joints.
 
+use super::droop::droop;
 use super::elements::{Contribution, contributions};
 use super::equilibrium::{EquilibriumError, equilibrium, modes, weight};
 use super::ground::Standing;
@@ -13,6 +14,8 @@ pub struct Pose {
     pub modes: Vec<f64>,
     /// The first tip against where it would be unbent, m, inertial axes; `None` without a tip.
     pub tip_deflection: Option<[f64; 3]>,
+    /// See [`droop`]: `VWBC` runs away above K_p over this.
+    pub droop: f64,
     /// Joints with a spring, then links.
     pub elements: Vec<Contribution>,
 }
@@ -42,6 +45,7 @@ impl Pose {
             motors: motors.to_vec(),
             modes: frequencies.iter().map(|f| f / std::f64::consts::TAU).collect(),
             tip_deflection: rest.tip_deflection(arm, p),
+            droop: if rest.joints.is_empty() { 0.0 } else { droop(&rest)? },
             elements: contributions(arm, p, &rest, [0.0; 3])?,
         })
     }

@@ -4,5 +4,6 @@
 mod beams;
 mod closed_loop;
 mod delian;
+mod droop;
 mod map;
 mod stiffening;

@@ -92,6 +92,7 @@ const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "trueup arm map -o out",
             "trueup arm map --pose 0,1.408749,-1.408749,0,0,0",
+            "trueup arm map --payload 5 --schedule 2 -o out",
             "trueup arm map arm.toml --joints 1,2 --from 0,-2 --to 1.5,2 --steps 15,20 --payload 1.5 -o out",
         ],
     ),

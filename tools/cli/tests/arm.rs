@@ -4,6 +4,9 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
+use trueup_models::controller::adaptation::{KNOTS, parameter as a, scheduled};
+use trueup_models::controller::{ManipulatorController, parameter};
+use trueup_numerics::hybrid::Hybrid;
 
 fn trueup(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_trueup")).args(arguments).output().unwrap()
@@ -85,8 +88,9 @@ fn a_map_is_a_table_and_a_page() {
     assert!(said.contains("6 poses") && said.contains("first mode: from "), "{said}");
     let (names, rows) = table(&to.join("arm-map.csv"));
     assert_eq!(names[..4], ["joint2_rad", "joint3_rad", "firstMode_Hz", "tipDeflection_m"]);
-    assert_eq!(names[4..8], ["joint1Deflection_rad", "joint1Share", "joint1Rise", "joint1Energy"]);
-    assert_eq!((names.len(), rows.len()), (4 + 4 * 8, 6));
+    assert_eq!(names[4], "droop");
+    assert_eq!(names[5..9], ["joint1Deflection_rad", "joint1Share", "joint1Rise", "joint1Energy"]);
+    assert_eq!((names.len(), rows.len()), (5 + 4 * 8, 6));
     // The pose of Table 4 is one of them, and as it is when asked for alone.
     let at = rows.iter().find(|r| r[0] == 1.408749 && r[1] == -1.408749).unwrap();
     let alone = json(&["arm", "map", "--pose", RAISED, "--json"]);
@@ -109,6 +113,58 @@ fn a_map_is_a_table_and_a_page() {
     let found = json(&[&order[..], &[to.to_str().unwrap(), "--pose", "0.5,0,0,0,0.3,0", "--json"]].concat());
     assert_eq!((found["joints"][0].as_u64(), found["poses"].as_array().unwrap().len()), (Some(2), 6));
     assert_eq!(found["poses"][0]["pose"][4], 0.3);
+}
+
+/// The schedule is one that the controller takes, and nowhere on the map above its share of what lets the arm run away.
+#[test]
+fn a_schedule_stays_below_its_share() {
+    let folder = tempfile::tempdir().unwrap();
+    let to = folder.path().to_str().unwrap();
+    let order = ["arm", "map", "--payload", "5", "--steps", "4,6", "--schedule", "2,0.3,500", "-o", to];
+    assert!(done(&order).contains("arm-schedule.toml"));
+    let text = std::fs::read_to_string(folder.path().join("arm-schedule.toml")).unwrap();
+    let start: toml::Table = text.parse().unwrap();
+    let n = 6;
+    let numbers = |name: &str| -> Vec<f64> {
+        let flat = |v: &toml::Value| match v {
+            toml::Value::Array(row) => row.clone(),
+            other => vec![other.clone()],
+        };
+        let all: Vec<toml::Value> = start[name].as_array().unwrap().iter().flat_map(flat).collect();
+        all.iter().map(|v| v.as_float().unwrap_or_else(|| v.as_integer().unwrap() as f64)).collect()
+    };
+    let mut p = vec![0.0; ManipulatorController { joints: n }.sizes().parameters];
+    let first = a::first(n);
+    for (at, values) in [
+        (parameter::WAVE_FREQUENCY * n, numbers("waveFrequency")),
+        (parameter::COUNT * n, vec![1e-3, 6.0]),
+        (first + a::ADAPTATION * n, vec![1.0; n]),
+        (first + a::RATE * n, numbers("adaptationRate")),
+        (first + a::MIN * n, numbers("waveFrequencyMin")),
+        (first + a::MAX * n, numbers("waveFrequencyMax")),
+        (a::schedule_angle(n), numbers("scheduleAngle")),
+        (a::schedule_frequency(n), numbers("scheduleFrequency")),
+        (a::schedule_joint(n), numbers("scheduleJoint")),
+    ] {
+        p[at..][..values.len()].copy_from_slice(&values);
+    }
+    assert_eq!(start["strategy"].as_str(), Some("VWBC_ADAPTIVE"));
+    ManipulatorController { joints: n }.check(&p).unwrap();
+    // Of the last joint: as of all.
+    let knots = |at: usize| core::array::from_fn::<f64, KNOTS, _>(|k| p[at + 5 * KNOTS + k]);
+    let (angles, frequencies) = (knots(a::schedule_angle(n)), knots(a::schedule_frequency(n)));
+    let (names, rows) = table(&folder.path().join("arm-map.csv"));
+    let over = format!("joint{}_rad", p[a::schedule_joint(n)]);
+    let [angle, droop] = [&over, "droop"].map(|name| names.iter().position(|n| n == name).unwrap());
+    let mut closest = 0.0_f64;
+    for row in &rows {
+        let bound = if row[droop] > 0.0 { 0.3 * 2.0 / row[droop] } else { f64::INFINITY };
+        let omega = scheduled(&angles, &frequencies, row[angle]);
+        assert!(omega <= bound.min(500.0) * (1.0 + 1e-12), "{row:?}: {omega} {bound}");
+        closest = closest.max(omega / bound);
+    }
+    assert!(closest > 0.999, "not more careful than asked for: {closest}");
+    assert!(frequencies.iter().any(|w| *w > 1.2 * frequencies[4]), "{frequencies:?}");
 }
 
 /// A cantilever with a mass at its end: its wrist is as good as stiff.
@@ -213,6 +269,8 @@ fn a_wrong_word_is_told_with_its_option_and_the_mend() {
         (&["--from", "0,2", "--to", "1,1"], 2, &["joint 3 would go from 2 to 1", "--from be below --to"]),
         (&["--steps", "0"], 2, &["--steps"]),
         (&["--steps", "1,2,3"], 2, &["--steps has 3 numbers"]),
+        (&["--schedule", "2,0.15,200,1"], 2, &["--schedule has 4 numbers", "K_p"]),
+        (&["--schedule", "2,1.5"], 2, &["--schedule", "a share above 0 and up to 1"]),
         (&["--payload", "-1"], 2, &["--payload", "0 or more"]),
         (&["--gravity", "9.81"], 2, &["--gravity", "three finite numbers"]),
         (&["--gravity", "0,0,0"], 2, &["change what the weight does", "--joints"]),

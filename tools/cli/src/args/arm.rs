@@ -39,6 +39,10 @@ pub(crate) struct ArmMap {
     /// Acceleration of free fall, m/s2, axes of the base when it stands upright [default: 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) gravity: Option<Vec<f64>>,
+    /// Write arm-schedule.toml too: start values with which velocity waves follow the arm, omega_n that share of what lets it run away
+    /// with that position gain, and at most so many rad/s [share and most when not given: 0.15, 200]
+    #[arg(long, value_name = "KP,SHARE,MOST", value_delimiter = ',', allow_hyphen_values = true)]
+    pub(crate) schedule: Option<Vec<f64>>,
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,

@@ -4,6 +4,7 @@ mod grid;
 mod page;
 mod paper;
 mod pose;
+mod schedule;
 
 use trueup_flexibility::elements::Element;
 use trueup_flexibility::equilibrium::EquilibriumError;
@@ -31,6 +32,7 @@ pub(crate) fn map(args: &ArmMap) -> Result<(), Error> {
     let over = args.output.is_some()
         || [&args.from, &args.to].iter().any(|o| o.is_some())
         || args.joints.is_some()
+        || args.schedule.is_some()
         || args.steps.is_some();
     if args.pose.is_empty() || over { grid::run(&asked) } else { pose::run(&asked) }
 }

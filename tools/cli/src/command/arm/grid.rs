@@ -12,7 +12,7 @@ use trueup_models::space::tree::Joint;
 use trueup_report::number;
 use trueup_signals::Table;
 
-use super::{Asked, page, pose};
+use super::{Asked, page, pose, schedule::Wanted};
 use crate::error::Error;
 use crate::output::{can_be_made, folder, say, write};
 use crate::stages::Stages;
@@ -34,7 +34,7 @@ pub(super) struct Found {
 }
 
 pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
-    let grid = grid(asked)?;
+    let (grid, wanted) = (grid(asked)?, Wanted::of(asked)?);
     let to = asked.args.output.as_deref().unwrap_or(Path::new("."));
     // Found out before the work.
     can_be_made(to)?;
@@ -43,11 +43,13 @@ pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
     let (table, html) = (to.join("arm-map.csv"), to.join("arm-map.html"));
     found.table().write(&table).map_err(|e| Error::Failed(e.to_string()))?;
     write(&html, page::html(asked, &found).as_bytes())?;
-    say(&if asked.args.json {
-        format!("{:#}\n", found.json(asked, [&table, &html]))
-    } else {
-        found.text([&table, &html])
-    })
+    let mut files = vec![table.as_path(), html.as_path()];
+    let follow = to.join("arm-schedule.toml");
+    if let Some(wanted) = wanted {
+        write(&follow, wanted.toml(asked, &found).as_bytes())?;
+        files.push(&follow);
+    }
+    say(&if asked.args.json { format!("{:#}\n", found.json(asked, &files)) } else { found.text(&files) })
 }
 
 /// The joints (from 0) that are varied, and how.
@@ -161,6 +163,7 @@ impl Found {
             (format!("joint{}_rad", b + 1), self.column(|p| p.motors[b])),
             ("firstMode_Hz".to_owned(), self.column(first)),
             ("tipDeflection_m".to_owned(), self.column(Pose::tip)),
+            ("droop".to_owned(), self.column(|p| p.droop)),
         ];
         for (k, element) in self.elements().into_iter().enumerate() {
             let name = element.to_string().replace(' ', "");
@@ -172,7 +175,8 @@ impl Found {
         Table { columns }
     }
 
-    fn json(&self, asked: &Asked<'_>, [table, page]: [&Path; 2]) -> Value {
+    fn json(&self, asked: &Asked<'_>, files: &[&Path]) -> Value {
+        let file = |k: usize| files.get(k).map(|f| f.display().to_string());
         let left = self.fallen.iter().map(|(at, why)| json!({"at": at, "why": why.to_string()}));
         json!({
             "schema": "trueup.arm-map/1",
@@ -181,15 +185,20 @@ impl Found {
             "payload": asked.args.payload,
             "joints": self.grid.joints.map(|j| j + 1),
             "angles": self.grid.at,
-            "table": table.display().to_string(),
-            "page": page.display().to_string(),
+            "table": file(0),
+            "page": file(1),
+            "schedule": file(2),
             "poses": self.poses.iter().map(pose::json).collect::<Vec<_>>(),
             "leftOut": left.collect::<Vec<_>>(),
         })
     }
 
-    fn text(&self, [table, page]: [&Path; 2]) -> String {
-        let mut out = format!("{}: {} poses\n{}\n", table.display(), self.poses.len(), page.display());
+    fn text(&self, files: &[&Path]) -> String {
+        let mut out = String::new();
+        for (k, file) in files.iter().enumerate() {
+            let poses = if k == 0 { format!(": {} poses", self.poses.len()) } else { String::new() };
+            let _ = writeln!(out, "{}{poses}", file.display());
+        }
         let [a, b] = self.grid.joints.map(|j| j + 1);
         let mut told = |what: &str, unit: &str, of: fn(&Pose) -> f64| {
             let Some(ends) = self.extremes(of) else { return };

@@ -40,6 +40,7 @@ pub(super) fn json(pose: &Pose) -> Value {
         "pose": pose.motors,
         "modes": pose.modes.iter().take(MODES).collect::<Vec<_>>(),
         "tipDeflection": pose.tip_deflection,
+        "droop": pose.droop,
         "elements": pose.elements.iter().map(element).collect::<Vec<_>>(),
         "squares": squares(pose.elements.iter().map(|c| c.rise)),
     })
@@ -69,6 +70,13 @@ fn text(asked: &Asked<'_>, pose: &Pose, beside: bool) -> String {
     let _ = writeln!(out, "modes: {} Hz", list(modes, 3));
     if let Some(d) = pose.tip_deflection {
         let _ = writeln!(out, "tip: {} m off, ({}) m", number(pose.tip()), list(&d, 5));
+    }
+    if pose.droop > 0.0 {
+        let _ = writeln!(
+            out,
+            "velocity waves (VWBC) run away above {} K_p rad/s (K_p in 1/s)",
+            number(1.0 / pose.droop)
+        );
     }
     let _ = writeln!(out, "\n{}", head(beside));
     pose.elements.iter().for_each(|c| {

@@ -1,38 +1,28 @@
-//! What wave-based control gains on DELIAN where its frequency follows the arm: the best frequency of every move against the best
-//! one for all moves, and the frequency that the controllers estimate from their encoders.
-//!
-//! Moves of the shoulder's and the elbow's pitch between random postures with payloads of 0 to 10 kg. The plant is linear about
-//! the posture where the move ends, without dry friction; the controllers are those of the FMU, sampled at 1 kHz. Vibration: root
-//! mean square of the tip's way less its mean over one period of the first mode, in 6 s; `late`: after the first second.
-//! `cargo run --release -p trueup-flexibility --example wave_frequency -- [MOVES] [ideal|sensors] [ground|orbit] [all|late]`
-#![allow(clippy::print_stdout)]
+//! Moves of DELIAN between random postures with random payloads, and how much of them vibrates.
 
-mod loops;
-
-use loops::{N, settings, with_payload};
+use super::loops::{N, settings, with_payload};
 use nalgebra::DVector;
 use std::error::Error;
 use trueup_flexibility::closed_loop::{SampledPlant, linearised, measured};
+use trueup_flexibility::droop::droop;
 use trueup_flexibility::equilibrium::equilibrium;
-use trueup_models::controller::adaptation::{KNOTS, parameter as adapt, state as adapted};
+use trueup_models::controller::adaptation::{KNOTS, parameter as adapt, scheduled, state as adapted};
 use trueup_models::controller::{ManipulatorController, Strategy, parameter, state};
 use trueup_models::flexible_arm::FlexibleArm;
-use trueup_models::flexible_arm::presets::structure;
 use trueup_models::space::layout::{Parameters, States};
 use trueup_numerics::hybrid::{At, Hybrid};
 
-const STEP: f64 = 1e-3;
-const TIME: f64 = 6.0;
+pub(crate) const STEP: f64 = 1e-3;
+pub(crate) const TIME: f64 = 6.0;
 /// The reference takes this long, s.
-const RAMP: f64 = 0.5;
-const GAIN: f64 = 2.0;
+pub(crate) const RAMP: f64 = 0.5;
+pub(crate) const GAIN: f64 = 2.0;
 /// Of the sensors on the joint's side, rad; counts a turn of the motor.
 const LOAD_STEP: f64 = 0.001 * std::f64::consts::PI / 180.0;
 const COUNTS: f64 = 16.0;
-const OMEGAS: [f64; 11] = [5.0, 10.0, 20.0, 40.0, 60.0, 100.0, 150.0, 250.0, 400.0, 600.0, 1000.0];
+pub(crate) const OMEGAS: [f64; 11] = [5.0, 10.0, 20.0, 40.0, 60.0, 100.0, 150.0, 250.0, 400.0, 600.0, 1000.0];
 /// By how much a move may vibrate more than with P/PI, %, for a constant frequency to count.
-const WORSE: f64 = 10.0;
-const RATIOS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+pub(crate) const WORSE: f64 = 10.0;
 
 /// xorshift64*.
 struct Random(u64);
@@ -47,32 +37,41 @@ impl Random {
 }
 
 /// A move: the plant about where it ends, and where it starts from.
-struct Move {
-    p: Vec<f64>,
+pub(crate) struct Move {
+    pub(crate) p: Vec<f64>,
     plant: SampledPlant,
     /// Deviation of all states at the start.
     start: DVector<f64>,
     /// Torques of the motors at the start and at the end, N.m.
     drive: [Vec<f64>; 2],
     /// Angles of the joints at the end, rad.
-    goal: Vec<f64>,
+    pub(crate) goal: Vec<f64>,
+    /// Angles of the motors at the start and at the end, rad.
+    pub(crate) poses: [[f64; N]; 2],
     /// First mode at the end, motors held, rad/s.
-    first: f64,
+    pub(crate) first: f64,
+    /// omega_n over K_p beyond which `VWBC` runs away there, and what encoders without errors would take for it: from how twists
+    /// change with angles on the way.
+    pub(crate) bound: f64,
+    pub(crate) seen: f64,
+    /// Payload, kg.
+    pub(crate) payload: f64,
 }
 
 /// Of one run.
-struct Outcome {
+pub(crate) struct Outcome {
     /// Vibration of the tip, m, and how far from its goal it is in the end.
-    vibration: f64,
-    error: f64,
+    pub(crate) vibration: f64,
+    pub(crate) error: f64,
     /// Wave frequencies in the end, rad/s.
-    used: [f64; N],
+    pub(crate) used: [f64; N],
 }
 
-fn draw(arm: &FlexibleArm, count: usize, orbit: bool) -> Result<Vec<Move>, Box<dyn Error>> {
+pub(crate) fn draw(arm: &FlexibleArm, count: usize, orbit: bool) -> Result<Vec<Move>, Box<dyn Error>> {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
-    let (at, joint) =
-        (Parameters::new(&arm.structure().robot), States::new(&arm.structure().robot).joint_angle);
+    let at = Parameters::new(&arm.structure().robot);
+    let of = States::new(&arm.structure().robot);
+    let (joint, motor) = (of.joint_angle, of.motor_angle);
     let mut all = Vec::new();
     while all.len() < count {
         let payload = random.between(0.0, 10.0);
@@ -100,14 +99,35 @@ fn draw(arm: &FlexibleArm, count: usize, orbit: bool) -> Result<Vec<Move>, Box<d
         let (start, more) = end.rest(&core::array::from_fn::<f64, N, _>(|j| from[j] - to[j]))?;
         let goal = end.state[joint..][..N].to_vec();
         let drive = [(0..N).map(|j| end.drive[j] + more[j]).collect(), end.drive.clone()];
-        let first = equilibrium(arm, &p, &to, [0.0; 3])?.frequencies()?[0];
-        all.push(Move { p, plant: end.sampled(STEP)?, start, drive, goal, first });
+        let rest = equilibrium(arm, &p, &to, [0.0; 3])?;
+        let (first, bound) = (rest.frequencies()?[0], 1.0 / droop(&rest)?);
+        let seen =
+            seen(&p[at.joint_stiffness..][..N], &start.as_slice()[joint..], &start.as_slice()[motor..]);
+        all.push(Move {
+            p,
+            plant: end.sampled(STEP)?,
+            start,
+            drive,
+            goal,
+            poses: [from, to],
+            first,
+            bound,
+            seen,
+            payload,
+        });
     }
     Ok(all)
 }
 
+/// omega_n over K_p at which `VWBC` would run away along the way gone: angles over twists, squares weighed with the springs.
+fn seen(springs: &[f64], joints: &[f64], motors: &[f64]) -> f64 {
+    let of = |f: fn(f64, f64) -> f64| (0..N).map(|j| springs[j] * f(joints[j], motors[j])).sum::<f64>();
+    let falls = of(|joint, motor| (joint - motor) * joint) / of(|joint, _| joint * joint);
+    if falls > 0.0 { 1.0 / falls } else { f64::INFINITY }
+}
+
 impl Move {
-    fn run(
+    pub(crate) fn run(
         &self,
         arm: &FlexibleArm,
         control: &[f64],
@@ -177,7 +197,7 @@ impl Move {
 }
 
 /// Root mean square of a way less its centred mean over a window, from this sample on.
-fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
+pub(crate) fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
     let half = window / 2;
     let at = |i: isize| way[i.clamp(0, way.len() as isize - 1) as usize];
     let mut square = 0.0;
@@ -194,7 +214,7 @@ fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
 }
 
 /// Controllers of all joints: omega_n of each at the start, and over the estimated mode where it adapts.
-fn control(
+pub(crate) fn control(
     arm: &FlexibleArm,
     p: &[f64],
     strategy: Strategy,
@@ -220,102 +240,24 @@ fn control(
     c
 }
 
+/// Lets omega_n of all joints follow a table over the angle of joint `over` (from 1) with the rate 2/s, from what it has at `start`, rad.
+pub(crate) fn schedule(c: &mut [f64], over: usize, table: &[[f64; KNOTS]; 2], bounds: [f64; 2], start: f64) {
+    let first = adapt::first(N);
+    for j in 0..N {
+        c[first + adapt::ADAPTATION * N + j] = 1.0;
+        c[first + adapt::RATE * N + j] = 2.0;
+        c[first + adapt::MIN * N + j] = bounds[0];
+        c[first + adapt::MAX * N + j] = bounds[1];
+        c[adapt::schedule_angle(N) + j * KNOTS..][..KNOTS].copy_from_slice(&table[0]);
+        c[adapt::schedule_frequency(N) + j * KNOTS..][..KNOTS].copy_from_slice(&table[1]);
+        c[adapt::schedule_joint(N) + j] = over as f64;
+        c[parameter::WAVE_FREQUENCY * N + j] = scheduled(&table[0], &table[1], start);
+    }
+}
+
 /// Least, median, most.
-fn spread(values: &[f64]) -> [f64; 3] {
+pub(crate) fn spread(values: &[f64]) -> [f64; 3] {
     let mut v = values.to_vec();
     v.sort_by(f64::total_cmp);
     [v[0], v[v.len() / 2], v[v.len() - 1]]
-}
-
-fn main() -> Result<(), Box<dyn Error>> {
-    let args: Vec<String> = std::env::args().skip(1).collect();
-    let has = |word: &str| args.iter().any(|a| a == word);
-    let count: usize = args.iter().find_map(|a| a.parse().ok()).unwrap_or(50).max(1);
-    let (sensors, orbit, late) = (has("sensors"), has("orbit"), has("late"));
-    let arm = FlexibleArm::new(structure(false))?;
-    let moves = draw(&arm, count, orbit)?;
-    let run = |m: &Move, strategy, omega, ratio| {
-        m.run(&arm, &control(&arm, &m.p, strategy, omega, ratio), sensors, late)
-    };
-    let base = moves.iter().map(|m| run(m, Strategy::PPi, [40.0; N], None)).collect::<Result<Vec<_>, _>>()?;
-    let millimetres = |of: fn(&Outcome) -> f64, all: &[Outcome]| {
-        spread(&all.iter().map(|o| 1e3 * of(o)).collect::<Vec<_>>())
-    };
-    let [least, median, most] = millimetres(|o| o.vibration, &base);
-    let [slow, _, fast] = spread(&moves.iter().map(|m| m.first).collect::<Vec<_>>());
-    println!(
-        "{count} moves, {} sensors, {}; first modes of {slow:.1} to {fast:.1} rad/s. P/PI: {median:.3} mm at the median ({least:.3} to {most:.3}), {:.3} mm from the goal",
-        if sensors { "quantised" } else { "ideal" },
-        if orbit { "no weight" } else { "on the ground" },
-        millimetres(|o| o.error, &base)[1],
-    );
-    let less = |all: &[Outcome]| -> Vec<f64> {
-        all.iter().zip(&base).map(|(o, b)| 100.0 * (1.0 - o.vibration / b.vibration)).collect()
-    };
-    // Half of what wave-based control launches comes back only later: P/PI with half the gain starts as slowly.
-    let halved = moves
-        .iter()
-        .map(|m| {
-            let mut c = control(&arm, &m.p, Strategy::PPi, [40.0; N], None);
-            c[parameter::POSITION_GAIN * N..][..N].fill(0.5 * GAIN);
-            m.run(&arm, &c, sensors, late)
-        })
-        .collect::<Result<Vec<_>, _>>()?;
-    let [least, median, _] = spread(&less(&halved));
-    println!("P/PI with half the gain: {median:.2} % less at the median, {least:.2} at the least");
-    for (constant, adaptive) in
-        [(Strategy::Vwbc, Strategy::VwbcAdaptive), (Strategy::Wbc, Strategy::WbcAdaptive)]
-    {
-        println!(
-            "{constant:?}: omega_n, less vibration than P/PI in % (median, least), from the goal in mm (median)"
-        );
-        let mut table = Vec::new();
-        for omega in OMEGAS {
-            let all =
-                moves.iter().map(|m| run(m, constant, [omega; N], None)).collect::<Result<Vec<_>, _>>()?;
-            let row = less(&all);
-            let [least, median, _] = spread(&row);
-            println!("  {omega:6} {median:8.2} {least:8.2} {:10.3}", millimetres(|o| o.error, &all)[1]);
-            table.push(row);
-        }
-        let median_of = |k: &usize| spread(&table[*k])[1];
-        let highest = (0..OMEGAS.len()).max_by(|a, b| median_of(a).total_cmp(&median_of(b))).unwrap_or(0);
-        // One that may be set once: it makes no move much worse than P/PI does.
-        let best = (0..OMEGAS.len())
-            .filter(|k| spread(&table[*k])[0] > -WORSE)
-            .max_by(|a, b| median_of(a).total_cmp(&median_of(b)))
-            .unwrap_or(0);
-        let over =
-            |row: &[f64]| spread(&row.iter().zip(&table[best]).map(|(a, c)| a - c).collect::<Vec<_>>());
-        let oracle: Vec<f64> =
-            (0..count).map(|m| table.iter().map(|r| r[m]).fold(f64::NEG_INFINITY, f64::max)).collect();
-        let [_, median, most] = over(&oracle);
-        println!(
-            "  highest median at {} rad/s; best constant that makes no move worse than P/PI by {WORSE} %: {} rad/s; the best one of every move gains {median:.2} points at the median, {most:.2} at most",
-            OMEGAS[highest], OMEGAS[best]
-        );
-        println!(
-            "  {adaptive:?}: ratio, then for the first run and one that starts with what it learnt: less than P/PI in %, points over the best constant (median, least), joint 2's omega_n"
-        );
-        for ratio in RATIOS {
-            let within = |w: f64| w.clamp(2.0 * ratio, 100.0 * ratio);
-            let mut starts = vec![[within(OMEGAS[best]); N]; count];
-            print!("  {ratio:6}");
-            for _ in 0..2 {
-                let all = moves
-                    .iter()
-                    .zip(&starts)
-                    .map(|(m, start)| run(m, adaptive, *start, Some(ratio)))
-                    .collect::<Result<Vec<_>, _>>()?;
-                // What it uses lies between its bounds.
-                starts = all.iter().map(|o| o.used.map(within)).collect();
-                let row = less(&all);
-                let ([least, median, _], of) = (over(&row), spread(&row)[1]);
-                let omega = spread(&starts.iter().map(|w| w[1]).collect::<Vec<_>>())[1];
-                print!(" | {of:7.2} {median:7.2} {least:8.2} {omega:6.1}");
-            }
-            println!();
-        }
-    }
-    Ok(())
 }
