@@ -6,3 +6,4 @@ mod closed_loop;
 mod delian;
 mod map;
 mod stiffening;
+mod tables;
