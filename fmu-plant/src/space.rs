@@ -20,6 +20,7 @@ const THRUSTERS: &str = "thrusters";
 const HELD: &str = "held";
 const ANALYSIS: &str = "analysis";
 const TABLE_MODES: &str = "modesOfTable";
+const LINK_TABLE_MODES: &str = "modesOfLinkTable";
 const SHAPES: [&str; 3] = ["shapesX", "shapesY", "shapesTorsion"];
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
@@ -82,6 +83,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
                 _ => Err(format!("{LINK_MODES} wants three numbers per body")),
             })
             .collect::<Result<_, _>>()?,
+        tabled_links: found(LINK_TABLE_MODES).collect(),
     })
 }
 
@@ -133,6 +135,9 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
     if !s.links.is_empty() {
         let all = s.links.iter().flat_map(|l| [l.x, l.y, l.torsion]).collect::<Vec<_>>();
         structure.push((LINK_MODES, numbers(&all)));
+    }
+    if !s.tabled_links.is_empty() {
+        structure.push((LINK_TABLE_MODES, numbers(&s.tabled_links)));
     }
     structure.into_iter().map(|(name, values)| (name.to_owned(), values)).collect()
 }
@@ -229,6 +234,10 @@ pub(crate) fn constants(b: &mut Builder, s: &Structure) {
         let numbers: Vec<f64> =
             s.links.iter().flat_map(|l| [l.x, l.y, l.torsion]).map(|n| n as f64).collect();
         b.constant(LINK_MODES, Kind::Integer, &[n, 3], &numbers, text);
+    }
+    if !s.tabled_links.is_empty() {
+        let text = "Modes of the body's link that is given by a table; 0: it is none (fixed when packed)";
+        b.constant(LINK_TABLE_MODES, Kind::Integer, &[n], &reals(&s.tabled_links), text);
     }
     if !s.tables.is_empty() {
         let text = "Modes of an appendage that is given by a table, behind the beams (fixed when packed)";

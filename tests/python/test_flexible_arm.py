@@ -75,6 +75,75 @@ def test_steps_of_fixed_size_stay_close(fmu, trueup, tmp_path):
     assert np.array_equal(tips[0]["sticking"], tips[1]["sticking"]) and not tips[0]["sticking"][-1].all()
 
 
+BODY = """
+[[body]]
+mass = {mass}
+center-of-mass = [0.0, 0.0, 0.0]
+inertia = [[2e-3, 0.0, 0.0], [0.0, 2e-3, 0.0], [0.0, 0.0, 2e-3]]
+position = {position}
+axis = [0.0, -1.0, 0.0]
+motor = {{ flexible = true, inertia = 0.05, gear-ratio = 100, stiffness = 2000.0 }}
+"""
+
+
+def robot(link):
+    """A link of 0.6 m between two joints, 2 kg on the second one."""
+    base = "[base]\nmass = 10.0\ninertia = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]\n"
+    turned = "[body.link]\norientation = [0.0, 0.7071067811865476, 0.0, 0.7071067811865476]\n"
+    bodies = [BODY.format(mass=mass, position=position) for mass, position in ((0.6, [0.0, 0.0, 0.0]), (2.0, [0.6, 0.0, 0.0]))]
+    return base + bodies[0] + turned + link + bodies[1] + "[[tip]]\noffset = [0.2, 0.0, 0.0]\n"
+
+
+def reduced(length, mass_per_length, bending, twist, polar):
+    """Of a beam of one finite element its end's coordinates: along x, about y; along y, about x; about z."""
+    mass = mass_per_length * length
+    bent = mass / 420 * np.array([[156, -22 * length], [-22 * length, 4 * length**2]])
+    stiff = bending / length**3 * np.array([[12, -6 * length], [-6 * length, 4 * length**2]])
+    other = np.diag([1.0, -1.0])
+    momentum, about = mass * np.array([0.5, -length / 12]), mass * length * np.array([0.35, -length / 20])
+    matrices = {name: np.zeros((5, 5)) for name in ("mass-matrix", "stiffness-matrix")}
+    for matrix, plane, end in zip(matrices.values(), (bent, stiff), (polar * length / 3, twist / length)):
+        matrix[:2, :2], matrix[2:4, 2:4], matrix[4, 4] = plane, other @ plane @ other, end
+    participation, shift, turn = np.zeros((5, 6)), np.zeros((5, 3)), np.zeros((5, 3))
+    participation[:2, 0], participation[:2, 4] = momentum, about
+    participation[2:4, 1], participation[2:4, 3] = other @ momentum, -other @ about
+    participation[4, 5] = polar * length / 2
+    shift[0, 0] = shift[2, 1] = turn[1, 1] = turn[3, 0] = turn[4, 2] = 1
+    across = mass * length**2 / 12
+    rows = {**matrices, "participation": participation, "end-shift": shift, "end-turn": turn}
+    return "\n".join([
+        f"mass = {mass}", f"center-of-mass = [0.0, 0.0, {length / 2}]", f"end = [0.0, 0.0, {length}]",
+        f"inertia = {np.diag([across, across, polar * length]).tolist()}",
+        "[body.link.reduced]", *(f"{name} = {rows.tolist()}" for name, rows in rows.items()),
+    ])
+
+
+def test_a_link_by_a_table_keeps_its_energy_and_is_the_beam(trueup, tmp_path):
+    """A fall by CVode: a reduced set of the beam that two shapes make is that beam, but for terms of second order in its bending."""
+    modulus, moment, polar = 70e9, 4e-9, 2e-4
+    beam = f"length = 0.6\nmass-per-length = 0.8\nyoungs-modulus = {modulus}\narea-moment = [{moment}, {moment}]\n"
+    beam += f"poisson-ratio = 0.25\ntorsion-constant = {2 * moment}\npolar-inertia-per-length = {polar}\n"
+    table = reduced(0.6, 0.8, modulus * moment, modulus / 2.5 * 2 * moment, polar)
+    results = []
+    for name, link in (("beam", beam), ("table", table)):
+        (tmp_path / f"{name}.toml").write_text(robot(link))
+        (tmp_path / name).mkdir()
+        path = packed(trueup, tmp_path / name, "--robot", tmp_path / f"{name}.toml", "--set", "gravity=0,0,-9.81")
+        assert not validate_fmu(str(path))
+        results.append(simulate_fmu(
+            path, fmi_type="ModelExchange", stop_time=0.1, relative_tolerance=1e-9, output_interval=1e-3,
+            start_values={"initialJointVelocity": [-1.0, 0.0]},
+            output=["kineticEnergy", "potentialEnergy", "tipPosition", "tipDeflection"],
+        ))
+    beam, table = results
+    energy = table["kineticEnergy"] + table["potentialEnergy"]
+    off, motion = np.max(np.abs(energy - energy[0])), np.max(table["kineticEnergy"])
+    apart, bent = (np.max(np.abs(v)) for v in (table["tipPosition"] - beam["tipPosition"], beam["tipDeflection"]))
+    print(f"{motion:.1f} J of motion, energy off by {off:.1e} J; bent by {bent:.1e} m, table and beam apart by {apart:.1e} m")
+    assert motion > 1 and off < 1e-5 * motion
+    assert bent > 5e-4 and apart < 0.01 * bent
+
+
 def test_what_is_packed_is_told(trueup, tmp_path):
     path = packed(trueup, tmp_path, "--structure", "drive=torque", "--structure", "links=rigid", "--structure", "axialStiffening=on")
     names = {v.name for v in read_model_description(path).modelVariables}

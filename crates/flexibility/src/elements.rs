@@ -9,7 +9,7 @@ use trueup_models::space::layout::{Parameters, States};
 pub enum Element {
     /// A joint's spring; the joint counts from 1.
     Joint(usize),
-    /// A link; it is that of the body that counts from 1 among those that bend.
+    /// A link; it is that of the body that counts from 1 among those that bend: beams, then tables of modes.
     Link(usize),
 }
 
@@ -70,11 +70,15 @@ pub fn contributions(
                 (index..index + 1, rest.state[at.joint_angle + j - 1] - rest.motors[j - 1])
             }
             Element::Link(l) => {
-                stiffer[parameter.youngs_modulus + l - 1] *= 1.0 + INCREMENT;
-                let count = s.bending().nth(l - 1).map_or(0, |b| b.1.modes());
+                let (body, count) = s.bending().nth(l - 1).unwrap_or_default();
+                if l <= s.beams().count() {
+                    stiffer[parameter.youngs_modulus + l - 1] *= 1.0 + INCREMENT;
+                } else {
+                    let first = parameter.link_mode_frequency + mode - (s.linked() - s.linked_tabled());
+                    stiffer[first..first + count].iter_mut().for_each(|f| *f *= (1.0 + INCREMENT).sqrt());
+                }
                 let own = rest.joints.len() + mode..rest.joints.len() + mode + count;
                 mode += count;
-                let body = s.bending().nth(l - 1).map_or(0, |b| b.0);
                 (own, arm.bodies().end_turn(&rest.state, &p[..parameter.count], body))
             }
         };

@@ -7,3 +7,4 @@ mod delian;
 mod droop;
 mod map;
 mod stiffening;
+mod tables;

@@ -8,9 +8,16 @@ use trueup_models::flexible_arm::{FlexibleArm, Structure};
 use trueup_models::friction::STUCK;
 use trueup_models::joint::output::{LOAD_ANGLE, MOTOR_ANGLE};
 use trueup_models::joint::{TwoMassJoint, parameter as joint};
+use trueup_models::space::appendage::Beam;
 use trueup_models::space::composite::BASE;
-use trueup_models::space::design::Design;
+use trueup_models::space::design::{Design, Flexure};
+use trueup_models::space::flexible::{Appendages, Bent};
 use trueup_models::space::layout::{Inputs, Outputs as BodyOutputs, Parameters as BodyParameters, States};
+use trueup_models::space::ritz;
+use trueup_models::space::spatial::{Frame, Motion};
+use trueup_models::space::table::{LinkTable, Reach, Table, TabledMode};
+use trueup_models::space::tree::Placed;
+use trueup_models::space::vector::identity;
 use trueup_numerics::hybrid::{At, Hybrid};
 
 /// DELIAN and where its values lie.
@@ -53,9 +60,75 @@ impl Delian {
         ] {
             self.p[begin..][..6].fill(0.0);
         }
-        let links = self.arm.structure().robot.links();
-        self.p[self.body.link_damping..][..links].fill(0.0);
+        let robot = &self.arm.structure().robot;
+        let (beams, tabled) = (robot.beams().count(), robot.linked_tabled());
+        self.p[self.body.link_damping..][..beams].fill(0.0);
+        self.p[self.body.link_mode_damping..][..tabled].fill(0.0);
     }
+}
+
+/// The table that a tool for structures would make of a beam by its shapes.
+fn tabled(f: &Flexure) -> LinkTable {
+    let here = Frame { rotation: identity(), origin: [0.0; 3] };
+    let shear = f.youngs_modulus / (2.0 * (1.0 + f.poisson_ratio));
+    let beam = Beam {
+        frame: here,
+        length: f.length,
+        mass_per_length: f.mass_per_length,
+        bending_stiffness: f.area_moment.map(|j| f.youngs_modulus * j),
+        torsion_stiffness: shear * f.torsion_constant,
+        polar_inertia_per_length: f.polar_inertia_per_length,
+        damping_ratio: f.damping_ratio,
+    };
+    let (mut own, mut bent) = (Appendages::<f64>::new(), Bent::new());
+    own.add_link(1, f.shapes, &beam, false).unwrap();
+    let count = f.shapes.modes();
+    own.bend(&[Placed::base(here, Motion::zero()); 2], &vec![0.0; count], &vec![0.0; count], &mut bent);
+    let (mass, across) = (f.mass_per_length * f.length, f.mass_per_length * f.length.powi(3) / 12.0);
+    let polar = f.polar_inertia_per_length * f.length;
+    let per_root = |j: usize| 1.0 / own.modes()[j].mass.sqrt();
+    let modes = own.modes().iter().zip(bent.of(&own).coupling).enumerate().map(|(j, (m, c))| {
+        let c = c.times(per_root(j));
+        TabledMode {
+            frequency: (m.stiffness / m.mass).sqrt(),
+            damping_ratio: f.damping_ratio,
+            participation: [c.force[0], c.force[1], c.force[2], c.torque[0], c.torque[1], c.torque[2]],
+        }
+    });
+    let bending = f.shapes.x + f.shapes.y;
+    let reach = |j: usize| {
+        let slope = |k: usize| ritz::bending(f.shapes.x, k).unwrap().slope / f.length;
+        let (shift, turn) = if j < f.shapes.x {
+            ([1.0, 0.0, 0.0], [0.0, slope(j), 0.0])
+        } else if j < bending {
+            ([0.0, 1.0, 0.0], [-slope(j - f.shapes.x), 0.0, 0.0])
+        } else {
+            ([0.0; 3], [0.0, 0.0, 1.0])
+        };
+        Reach { shift: shift.map(|s| s * per_root(j)), turn: turn.map(|t| t * per_root(j)) }
+    };
+    LinkTable {
+        body: f.body,
+        table: Table {
+            name: "link".into(),
+            position: f.position,
+            orientation: f.orientation,
+            mass,
+            center_of_mass: [0.0, 0.0, 0.5 * f.length],
+            inertia: [[across, 0.0, 0.0], [0.0, across, 0.0], [0.0, 0.0, polar]],
+            modes: modes.collect(),
+        },
+        end: [0.0, 0.0, f.length],
+        reach: (0..count).map(reach).collect(),
+    }
+}
+
+/// DELIAN with links by tables: both, or the second alone.
+fn by_tables(beams: usize) -> Design {
+    let mut design = delian();
+    let tables = design.flexures.split_off(beams);
+    design.link_tables = tables.iter().map(tabled).collect();
+    design
 }
 
 /// A current that breaks the joint away, turns it back, lets it rest.
@@ -118,10 +191,16 @@ fn lnk6_a_joint_of_the_arm_is_the_two_mass_joint() {
     assert!(worst[0] < 1e-9 * moved && worst[1] < 1e-9 * moved / ratio, "{worst:?}");
 }
 
-/// Checks LNK-3: falling with bending links and without friction, nothing is lost.
+/// Checks LNK-3, LNK-5: falling with bending links and without friction, nothing is lost; links of beams, of tables, of both.
 #[test]
 fn lnk3_a_falling_arm_keeps_its_energy() {
-    let mut d = of(&delian(), true);
+    falls(&delian(), 0.5, 10.0);
+    falls(&by_tables(1), 0.1, 2.0);
+}
+
+/// For this long, s; to more than this energy of motion, J.
+fn falls(design: &Design, duration: f64, least: f64) {
+    let mut d = of(design, true);
     d.smooth();
     // Motors that weigh little, so that it falls.
     d.p[d.body.motor_inertia..][..6].fill(0.05);
@@ -133,7 +212,7 @@ fn lnk3_a_falling_arm_keeps_its_energy() {
     let mut run = Run::new(&d.arm, &d.p, |_| vec![0.0; inputs]);
     let energy = |y: &[f64]| [y[d.body_output.kinetic_energy], y[d.body_output.potential_energy]];
     let before: f64 = energy(&run.outputs()).iter().sum();
-    run.to(0.5, 1e-4);
+    run.to(duration, 1e-4);
     let [kinetic, potential] = energy(&run.outputs());
     let bent = run.x[d.at.link_coordinate..][..5].iter().fold(0.0_f64, |m, e| m.max(e.abs()));
     println!(
@@ -141,7 +220,53 @@ fn lnk3_a_falling_arm_keeps_its_energy() {
         1e3 * bent,
         kinetic + potential - before
     );
-    assert!(kinetic > 10.0 && (kinetic + potential - before).abs() < 1e-7);
+    assert!(kinetic > least && (kinetic + potential - before).abs() < 1e-7);
+}
+
+/// Checks LNK-5: an arm at rest whose links are straight starts as the same, whether they are beams or the tables made of them.
+#[test]
+fn lnk5_a_table_starts_as_the_beam_that_it_was_made_of() {
+    let beams = of(&delian(), true);
+    let rates = |d: &Delian| {
+        let mut x = vec![0.0; d.arm.sizes().states];
+        d.arm.start(&d.p, &mut x);
+        for j in 0..6 {
+            x[d.at.joint_angle + j] += 0.3 * (j as f64 + 1.0).sin();
+        }
+        let mut u = vec![0.0; d.arm.sizes().inputs];
+        u.iter_mut().enumerate().for_each(|(k, u)| *u = (k as f64).cos());
+        let mut dx = vec![0.0; x.len()];
+        d.arm.rates(At { t: 0.0, x: &x, u: &u, p: &d.p, modes: &[1; 6] }, &mut dx);
+        dx
+    };
+    let wanted = rates(&beams);
+    for kept in [0, 1] {
+        let d = of(&by_tables(kept), true);
+        let mut found = rates(&d);
+        let unit: Vec<f64> = delian()
+            .flexures
+            .iter()
+            .enumerate()
+            .flat_map(|(k, f)| {
+                let (mass, polar) = (f.mass_per_length * f.length, f.polar_inertia_per_length * f.length);
+                let (shapes, tabled) = (f.shapes, k >= kept);
+                (0..5).map(move |j| {
+                    let square = if j < 4 {
+                        mass * ritz::bending(shapes.x, j % 2).unwrap().shape.square
+                    } else {
+                        polar * ritz::torsion(shapes.torsion, 0).unwrap().shape.square
+                    };
+                    if tabled { 1.0 / square.sqrt() } else { 1.0 }
+                })
+            })
+            .collect();
+        let row = d.at.link_velocity;
+        found[row..].iter_mut().zip(&unit).for_each(|(a, u)| *a *= u);
+        let largest = wanted.iter().fold(0.0_f64, |m, v| m.max(v.abs()));
+        let off = wanted.iter().zip(&found).fold(0.0_f64, |m, (a, b)| m.max((a - b).abs())) / largest;
+        println!("{kept} of 2 links a beam: off by {off:.1e} of the accelerations");
+        assert!(off < 1e-12, "{off:e}");
+    }
 }
 
 /// Checks LNK-6: currents that balance the weight hold the arm by friction; without, it falls where the weight breaks it away.
@@ -229,6 +354,14 @@ fn what_an_arm_cannot_be_is_refused() {
     assert!(with(|r| r.links[1].x = 3).contains("the same number of shapes along x and along y"));
     assert!(with(|r| r.links[1].torsion = 6).contains("at most 5"));
     assert!(with(|r| r.links.truncate(3)).contains("3 rows for 6 bodies"));
+    assert!(with(|r| r.tabled_links = vec![2]).contains("1 entries for 6 bodies"));
+    assert!(with(|r| r.tabled_links = vec![0, 2, 0, 0, 0, 0]).contains("body 2 is a beam and a table"));
+    assert!(with(|r| r.tabled_links = vec![16, 0, 0, 0, 0, 0]).contains("16 modes, at most 15"));
+    let stiffening = with(|r| {
+        r.tabled_links = vec![2, 0, 0, 0, 0, 0];
+        r.axial_stiffening = true;
+    });
+    assert!(stiffening.contains("link of body 1 is a table of modes") && stiffening.contains("leave axial"));
     let d = of(&Design { links: delian().links, ..delian() }, true);
     let mut robot = d.arm.structure().clone();
     robot.robot.flexible[2] = false;

@@ -2,11 +2,13 @@
 
 mod flexure;
 mod panel;
+mod reduced;
 mod urdf;
 
 use std::path::Path;
 
 use serde::Deserialize;
+use toml::Spanned;
 use trueup_models::space::design::{Design, Link, Motor, Thruster, Tip};
 use trueup_models::space::presets::PRESETS;
 use trueup_models::space::tree::Joint;
@@ -22,8 +24,8 @@ struct File {
     #[serde(default)]
     analysis: bool,
     /// Bending shortens links.
-    #[serde(default, rename = "axial-stiffening")]
-    axial_stiffening: bool,
+    #[serde(rename = "axial-stiffening")]
+    axial_stiffening: Option<Spanned<bool>>,
     base: Base,
     #[serde(default)]
     body: Vec<Body>,
@@ -85,7 +87,7 @@ struct Body {
     axis: [f64; 3],
     motor: Option<Drive>,
     /// What bends between its joint and what it carries.
-    link: Option<flexure::Bends>,
+    link: Option<Spanned<flexure::Bends>>,
 }
 
 #[derive(Default, Deserialize)]
@@ -106,6 +108,24 @@ struct Hand {
     offset: [f64; 3],
     /// The first joint of its arm when left out.
     mount: Option<[f64; 3]>,
+}
+
+/// What is wrong with the mend, and the byte of the file where it begins, where that is known.
+struct Wrong {
+    at: Option<usize>,
+    why: String,
+}
+
+impl Wrong {
+    fn at(byte: usize, why: String) -> Self {
+        Self { at: Some(byte), why }
+    }
+}
+
+impl From<String> for Wrong {
+    fn from(why: String) -> Self {
+        Self { at: None, why }
+    }
 }
 
 fn unturned() -> [f64; 4] {
@@ -138,19 +158,23 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Design, Error> 
     let design = if urdf || text.trim_start().starts_with('<') {
         urdf::read(path, &text)?
     } else {
+        let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
         let file: File = toml::from_str(&text).map_err(|e| {
-            let line = e.span().map_or(1, |s| text[..s.start.min(text.len())].matches('\n').count() + 1);
+            let line = e.span().map_or(1, |s| line(s.start));
             Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
         })?;
         let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        file.design(fallback).map_err(|why| Error::at(path, why))?
+        file.design(fallback).map_err(|wrong| match wrong.at {
+            Some(byte) => Error::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
+            None => Error::at(path, wrong.why),
+        })?
     };
     design.check().map_err(|why| Error::at(path, why))?;
     Ok(design)
 }
 
 impl File {
-    fn design(self, fallback: String) -> Result<Design, String> {
+    fn design(self, fallback: String) -> Result<Design, Wrong> {
         let names: Vec<String> = (self.body.iter().enumerate())
             .map(|(k, b)| b.name.clone().unwrap_or_else(|| format!("link {}", k + 1)))
             .collect();
@@ -164,9 +188,15 @@ impl File {
                 format!("`{who}`: there is no body `{name}`; {near}")
             })
         };
-        let (mut links, mut flexures) = (Vec::new(), Vec::new());
+        let (mut links, mut flexures, mut link_tables) = (Vec::new(), Vec::new(), Vec::new());
         for (k, b) in self.body.into_iter().enumerate() {
-            flexures.extend(b.link.map(|l| l.of(k + 1)));
+            if let Some(link) = b.link {
+                let begin = link.span().start;
+                match link.into_inner().of(k + 1, &names[k], begin)? {
+                    flexure::Link::Beam(beam) => flexures.push(beam),
+                    flexure::Link::Table(table) => link_tables.push(table),
+                }
+            }
             links.push(Link {
                 parent: b.parent.as_deref().map_or(Ok(k), |name| find(&names[k], name))?,
                 name: names[k].clone(),
@@ -189,6 +219,14 @@ impl File {
                 }),
             });
         }
+        let stiffening = self.axial_stiffening.filter(|s| *s.get_ref());
+        if let (Some(stiffening), Some(table)) = (&stiffening, link_tables.first()) {
+            let why = format!(
+                "axial-stiffening = true needs beams, and the link of `{}` is a table of modes, which does not tell how bending shortens it; leave axial-stiffening out, or give that link as a beam",
+                table.table.name
+            );
+            return Err(Wrong::at(stiffening.span().start, why));
+        }
         let (appendages, tables) = panel::sorted(self.appendage)?;
         let mut design = Design {
             name: self.name.unwrap_or(fallback),
@@ -202,7 +240,8 @@ impl File {
             appendages,
             tables,
             flexures,
-            axial_stiffening: self.axial_stiffening,
+            link_tables,
+            axial_stiffening: stiffening.is_some(),
             held: self.base.held,
             geared: true,
             analysis: self.analysis,

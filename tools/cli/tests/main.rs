@@ -6,6 +6,7 @@ mod arm;
 mod faults;
 mod fmu;
 mod isolated;
+mod links;
 mod robot;
 mod scale;
 mod simulate;

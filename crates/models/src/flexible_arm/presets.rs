@@ -107,6 +107,7 @@ pub fn delian() -> Design {
             tube(2, [0.05, 0.0, 0.0], 0.6, 0.8, 93.47e9, 2.123_33e-8),
             tube(4, [0.04, 0.0, 0.0], 0.5, 0.5, 87.23e9, 4.300_94e-9),
         ],
+        link_tables: Vec::new(),
         axial_stiffening: false,
         held: true,
         geared: true,

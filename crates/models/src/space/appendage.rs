@@ -7,7 +7,7 @@ use super::ritz;
 use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
 use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
 use super::vector::{Matrix, Vector, add, cross, scale, times, transposed, zero};
-use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL};
+use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::ldl_factor;
 
@@ -240,8 +240,9 @@ impl<T: Scalar> Appendages<T> {
         Ok(())
     }
 
-    /// Adds an appendage by a table of modes: `rigid` is the whole of it unbent, about its root, own axes. What the
-    /// bending changes of its inertia is not in such a table and is left out, which keeps momentum all the same.
+    /// Adds an appendage by a table of modes: `rigid` is the whole of it unbent, about its root, own axes. Its centre of mass
+    /// moves as its momentum has it; what bending changes of its inertia is not in such a table and is left out, which keeps
+    /// momentum and energy all the same.
     ///
     /// # Errors
     /// No room, or modes that move more than there is.
@@ -253,10 +254,29 @@ impl<T: Scalar> Appendages<T> {
         table: &[TableMode<T>],
     ) -> Result<(), AppendageError> {
         participation(rigid, table)?;
-        self.put_table(on, frame, rigid, table.iter().copied())
+        self.put_table(on, frame, rigid, table.iter().map(|m| (*m, Motion::zero())), None)
     }
 
-    /// As [`Self::add_table`], of modes that are known not to move more than there is.
+    /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which lies
+    /// at `end` unbent. Each mode comes with how it shifts and turns the end per unit of its coordinate (S, kg^-0.5; Theta,
+    /// kg^-0.5/m). All is in the link's axes. A body has one link.
+    ///
+    /// # Errors
+    /// No room, or modes that move more than there is.
+    pub fn add_link_table(
+        &mut self,
+        on: usize,
+        frame: &Frame<T>,
+        rigid: &Rigid<T>,
+        table: &[(TableMode<T>, Motion<T>)],
+        end: Vector<T>,
+    ) -> Result<(), AppendageError> {
+        let modes: Vec<_> = table.iter().map(|m| m.0).collect();
+        participation(rigid, &modes)?;
+        self.put_table(on, frame, rigid, table.iter().copied(), Some(end))
+    }
+
+    /// As [`Self::add_table`] or, with an end, [`Self::add_link_table`], of modes that are known not to move more than there is.
     ///
     /// # Errors
     /// No room.
@@ -265,11 +285,15 @@ impl<T: Scalar> Appendages<T> {
         on: usize,
         frame: &Frame<T>,
         rigid: &Rigid<T>,
-        table: impl ExactSizeIterator<Item = TableMode<T>>,
+        table: impl ExactSizeIterator<Item = (TableMode<T>, Motion<T>)>,
+        end: Option<Vector<T>>,
     ) -> Result<(), AppendageError> {
+        if end.is_some() && table.len() > MAX_MODES_OF_LINK {
+            return Err(AppendageError::Modes);
+        }
         self.whole(|all| {
             let mut part = all.open(on, rigid.outwards(frame), table.len())?;
-            for mode in table {
+            for (mode, moved) in table {
                 let own = Mode {
                     along: zero(),
                     fixed: frame.outwards(mode.participation),
@@ -278,9 +302,16 @@ impl<T: Scalar> Appendages<T> {
                     stiffness: mode.frequency * mode.frequency,
                     damping: mode.damping_ratio * mode.frequency * 2.0,
                 };
-                all.put(&part, own, Motion::zero())?;
+                let turned = |v: Vector<T>| times(&frame.rotation, v);
+                let reach = Motion { angular: turned(moved.angular), linear: turned(moved.linear) };
+                all.put(&part, own, reach)?;
             }
             part.modes.1 = all.modes.len();
+            if let Some(end) = end {
+                part.carries = true;
+                let place = add(frame.origin, times(&frame.rotation, end));
+                all.links.push(LinkEnd { on, place, modes: part.modes, axial: None });
+            }
             all.parts.push(part);
             Ok(())
         })

@@ -2,11 +2,12 @@
 
 use super::MAX_BODIES;
 use super::analysis::Robot;
-use super::appendage::{Beam, Shapes, rod};
+use super::appendage::{Beam, Shapes};
 use super::attitude::{Quaternion, rotation, square, unit};
 use super::flexible::Appendages;
+pub use super::flexure::Flexure;
 use super::spatial::{Frame, Rigid};
-use super::table::Table;
+use super::table::{LinkTable, Table};
 use super::tree::{Body, Joint, Tree};
 use super::vector::{Matrix, Vector, dot};
 
@@ -81,36 +82,6 @@ impl Appendage {
     }
 }
 
-/// A body's link that bends, z along it: what the body carries hangs on its end (S3 3.1). The body's own mass and inertia are
-/// what sits at its joint, without the link.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Flexure {
-    /// The body, from 1.
-    pub body: usize,
-    /// Numbers of its shapes.
-    pub shapes: Shapes,
-    /// Its root, body axes, m.
-    pub position: Vector<f64>,
-    /// Own axes to the body's: w, x, y, z.
-    pub orientation: Quaternion<f64>,
-    /// m.
-    pub length: f64,
-    /// kg/m.
-    pub mass_per_length: f64,
-    /// Pa.
-    pub youngs_modulus: f64,
-    /// Of bending along x and along y, m4.
-    pub area_moment: [f64; 2],
-    /// Of the material.
-    pub poisson_ratio: f64,
-    /// Torsion stiffness over shear modulus, m4.
-    pub torsion_constant: f64,
-    /// rho I_p, kg.m.
-    pub polar_inertia_per_length: f64,
-    /// Of every mode.
-    pub damping_ratio: f64,
-}
-
 /// A moving body and the joint that it hangs on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Link {
@@ -168,8 +139,10 @@ pub struct Design {
     pub appendages: Vec<Appendage>,
     /// What bends on the base by tables of modes.
     pub tables: Vec<Table>,
-    /// Links that bend.
+    /// Links that bend, by their beams.
     pub flexures: Vec<Flexure>,
+    /// Links that bend, by their tables of modes.
+    pub link_tables: Vec<LinkTable>,
     /// Bending shortens links that bend, so that loads along them stiffen or soften them (LNK-4).
     pub axial_stiffening: bool,
     /// The base does not move.
@@ -202,7 +175,7 @@ const ROUNDING: f64 = 1e-6;
 pub(super) const NOT_UNIT: f64 = 1e-3;
 
 /// A quaternion is not of length 1.
-fn off_unit(q: Quaternion<f64>) -> bool {
+pub(super) fn off_unit(q: Quaternion<f64>) -> bool {
     let off = (square(q).sqrt() - 1.0).abs();
     off > NOT_UNIT || off.is_nan()
 }
@@ -344,53 +317,12 @@ impl Design {
             }
         }
         for t in &self.tables {
-            if !(t.mass > 0.0 && t.mass.is_finite()) {
-                return fault(&t.name, format!("mass = {}: give it a mass above 0", t.mass));
-            }
-            if let Some(why) = inertia_fault(&t.inertia) {
-                return fault(&t.name, why);
-            }
-            if off_unit(t.orientation) || !finite(&t.position) || !finite(&t.center_of_mass) {
-                let message = "give finite position and center-of-mass, and a unit quaternion as orientation";
-                return fault(&t.name, message.into());
-            }
-            for (m, mode) in t.modes.iter().enumerate() {
-                let all = finite(&[mode.frequency, mode.damping_ratio]) && finite(&mode.participation);
-                if !all || mode.frequency <= 0.0 || mode.damping_ratio < 0.0 {
-                    let message = format!(
-                        "mode {}: give a frequency above 0, a damping ratio of 0 or above, and six finite numbers",
-                        m + 1
-                    );
-                    return fault(&t.name, message);
-                }
-            }
+            t.check().or_else(|why| fault(&t.name, why))?;
             if let Err(why) = appendages.add_table(0, &t.frame(), &t.rigid(), &t.rows()) {
                 return fault(&t.name, why.to_string());
             }
         }
-        for f in &self.flexures {
-            let Some(body) = f.body.checked_sub(1).and_then(|b| self.links.get(b)) else {
-                let message =
-                    format!("a link that bends is that of body {}; there are {}", f.body, self.links.len());
-                return fault(&self.name, message);
-            };
-            let values = [
-                f.length,
-                f.mass_per_length,
-                f.youngs_modulus,
-                f.torsion_constant,
-                f.polar_inertia_per_length,
-            ];
-            if values.iter().chain(&f.area_moment).any(|v| !(*v > 0.0 && v.is_finite())) {
-                let message = "length, mass per length, Young's modulus, area moments, torsion constant and polar inertia per length of its link must be above 0";
-                return fault(&body.name, message.into());
-            }
-            if off_unit(f.orientation) || !finite(&f.position) {
-                let message =
-                    "give its link a finite position, and a unit quaternion as orientation, w first";
-                return fault(&body.name, message.into());
-            }
-        }
+        self.check_links()?;
         for (k, t) in self.thrusters.iter().enumerate() {
             if !finite(&t.position) || !finite(&t.direction) || dot(t.direction, t.direction) == 0.0 {
                 let message = "position and direction must be finite numbers, the direction not 0";
@@ -398,24 +330,6 @@ impl Design {
             }
         }
         Ok(())
-    }
-
-    /// The same with links that do not bend: their mass is their bodies'.
-    #[must_use]
-    pub fn stiffened(mut self) -> Self {
-        for f in std::mem::take(&mut self.flexures) {
-            let Some(body) = f.body.checked_sub(1).and_then(|b| self.links.get_mut(b)) else { continue };
-            let along = rotation(f.orientation).map(|row| row[2]);
-            let (mass, polar) = (f.mass_per_length * f.length, f.polar_inertia_per_length * f.length);
-            let own = Rigid::new(body.mass, body.center_of_mass, &body.inertia);
-            let whole = own.plus(&rod(mass, f.length, polar, along).shifted(f.position));
-            let center = whole.first.map(|h| h / whole.mass);
-            // About the centre: that of a body of no inertia there is taken away.
-            let point = Rigid::new(whole.mass, center, &[[0.0; 3]; 3]);
-            body.inertia = [0, 1, 2].map(|i| [0, 1, 2].map(|j| whole.inertia[i][j] - point.inertia[i][j]));
-            (body.mass, body.center_of_mass) = (whole.mass, center);
-        }
-        self
     }
 
     /// The robot with its appendages as they are unbent, parts of the base.

@@ -175,18 +175,21 @@ impl<T: Scalar> Appendages<T> {
             axial.couple(eta, (omega, v), &mut bent.coupling, &mut bent.bias);
             axial.shorten((eta, rates), &mut now, &mut change, &mut own)
         });
-        // Functions alone, and the shortening, move the centre of mass: their momentum is how it changes.
+        for j in fixed..last {
+            let coupling = self.modes[j].fixed;
+            // The centre of mass moves as the momentum has it; what bending changes of the inertia is left out.
+            now.first = add(now.first, scale(eta[j], coupling.force));
+            own = own.plus(coupling.times(rates[j]));
+            bent.coupling[j] = coupling; // (SFF-5)
+            bent.bias[j] = dot(coupling.force, cross(omega, v)); // (SFF-5)
+        }
+        // Momentum along a line is how the first moment changes.
         let mut bias = Wrench {
             torque: add(times(&change, omega), cross(own.force, v)),
             force: cross(omega, own.force),
         };
         if let Some(wrench) = shorter {
             bias = bias.plus(wrench);
-        }
-        for j in fixed..last {
-            let coupling = self.modes[j].fixed;
-            own = own.plus(coupling.times(rates[j]));
-            bent.coupling[j] = coupling; // (SFF-5)
         }
         let momentum = now.times(velocity).plus(own);
         bent.parts.push(BentPart {

@@ -140,15 +140,25 @@ impl<T: Scalar> Instant<T> {
         let mut first = 0;
         for (k, count) in s.tables.iter().enumerate() {
             let (frame, rigid) = model.table(at.p, k);
-            if appendages.put_table(0, &frame, &rigid, model.table_modes(at.p, first, *count)).is_err() {
+            let modes = model.table_modes(at.p, first, *count).map(|m| (m, Motion::zero()));
+            if appendages.put_table(0, &frame, &rigid, modes, None).is_err() {
                 self.base.mass = T::constant(f64::NAN);
             }
             first += count;
         }
-        for (k, (body, shapes)) in s.bending().enumerate() {
+        for (k, (body, shapes)) in s.beams().enumerate() {
             if appendages.add_link(body, shapes, &model.link(at, k), s.axial_stiffening).is_err() {
                 self.base.mass = T::constant(f64::NAN);
             }
+        }
+        let mut first = 0;
+        for (k, (body, count)) in s.link_tables().enumerate() {
+            let (frame, rigid, end) = model.link_table(at.p, k);
+            let modes = model.link_table_modes(at.p, first, count);
+            if appendages.put_table(body, &frame, &rigid, modes, Some(end)).is_err() {
+                self.base.mass = T::constant(f64::NAN);
+            }
+            first += count;
         }
         if s.links() > 0 {
             let eta = &at.x[row.modal_coordinate..][..modes];
@@ -270,16 +280,21 @@ fn apply<T: Scalar>(
 }
 
 impl SpatialFreeFlyer {
-    /// Link `k` of those that bend (from 0).
+    /// Axes of link `k` of those that bend (from 0): beams, then tables.
+    pub(super) fn link_frame<T: Scalar>(&self, p: &[T], k: usize) -> Frame<T> {
+        let at = &self.parameter;
+        Frame {
+            rotation: rotation(four(p, at.link_orientation + 4 * k)),
+            origin: three(p, at.link_position + 3 * k),
+        }
+    }
+    /// Link `k` of those that are beams (from 0).
     pub(super) fn link<T: Scalar>(&self, at: &At<T>, k: usize) -> Beam<T> {
         let p = &self.parameter;
         let modulus = at.p[p.youngs_modulus + k];
         let shear = modulus / ((at.p[p.poisson_ratio + k] + 1.0) * 2.0);
         Beam {
-            frame: Frame {
-                rotation: rotation(four(at.p, p.link_orientation + 4 * k)),
-                origin: three(at.p, p.link_position + 3 * k),
-            },
+            frame: self.link_frame(at.p, k),
             length: at.p[p.link_length + k],
             mass_per_length: at.p[p.link_mass + k],
             bending_stiffness: [0, 1].map(|side| modulus * at.p[p.area_moment + 2 * k + side]),

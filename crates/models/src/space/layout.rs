@@ -66,16 +66,27 @@ layout! {
     mode_damping "modeDampingRatio" [s.tabled()], "1", tunable(NotNegative), "Of the modes of tables";
     mode_participation "modeParticipation" [s.tabled(), 6], "", tunable(Allowed::Any),
         "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
-    link_position "linkPosition" [s.links(), 3], "m", tunable(Allowed::Any), "Root of a link that bends, axes of its body (LNK-5)";
-    link_orientation "linkOrientation" [s.links(), 4], "1", tunable(Allowed::Any), "Link's axes (z along it) to those of its body, quaternion w, x, y, z";
-    link_length "linkLength" [s.links()], "m", tunable(Positive), "From root to end (LNK-5)";
-    link_mass "massPerLength" [s.links()], "kg/m", tunable(Positive), "rho A of a link that bends (LNK-5)";
-    youngs_modulus "youngsModulus" [s.links()], "Pa", tunable(Positive), "E (S3 4.3)";
-    area_moment "areaMoment" [s.links(), 2], "m4", tunable(Positive), "J of bending along the link's x and along its y (S3 eq. 9)";
-    poisson_ratio "poissonRatio" [s.links()], "1", tunable(NotNegative), "nu: the shear modulus is E / (2 (1 + nu))";
-    torsion_constant "torsionConstant" [s.links()], "m4", tunable(Positive), "Of the link's section: torsion stiffness over shear modulus";
-    link_polar "linkPolarInertiaPerLength" [s.links()], "kg.m", tunable(Positive), "rho I_p of a link that bends (LNK-5)";
-    link_damping "linkDampingRatio" [s.links()], "1", tunable(NotNegative), "Of every mode of the link";
+    link_position "linkPosition" [s.links(), 3], "m", tunable(Allowed::Any), "Root of a link that bends, axes of its body; beams first, then tables of modes (LNK-5)";
+    link_orientation "linkOrientation" [s.links(), 4], "1", tunable(Allowed::Any), "Link's axes (z along a beam) to those of its body, quaternion w, x, y, z";
+    link_length "linkLength" [s.beams().count()], "m", tunable(Positive), "From root to end (LNK-5)";
+    link_mass "massPerLength" [s.beams().count()], "kg/m", tunable(Positive), "rho A of a link that bends (LNK-5)";
+    youngs_modulus "youngsModulus" [s.beams().count()], "Pa", tunable(Positive), "E (S3 4.3)";
+    area_moment "areaMoment" [s.beams().count(), 2], "m4", tunable(Positive), "J of bending along the link's x and along its y (S3 eq. 9)";
+    poisson_ratio "poissonRatio" [s.beams().count()], "1", tunable(NotNegative), "nu: the shear modulus is E / (2 (1 + nu))";
+    torsion_constant "torsionConstant" [s.beams().count()], "m4", tunable(Positive), "Of the link's section: torsion stiffness over shear modulus";
+    link_polar "linkPolarInertiaPerLength" [s.beams().count()], "kg.m", tunable(Positive), "rho I_p of a link that bends (LNK-5)";
+    link_damping "linkDampingRatio" [s.beams().count()], "1", tunable(NotNegative), "Of every mode of the link";
+    link_table_mass "linkMass" [s.link_tables().count()], "kg", tunable(Positive), "Of a link that is given by a table of modes (LNK-5)";
+    link_table_center "linkCenterOfMass" [s.link_tables().count(), 3], "m", tunable(Allowed::Any), "Its centre of mass unbent from its root, own axes";
+    link_table_inertia "linkInertia" [s.link_tables().count(), 3, 3], "kg.m2", tunable(Allowed::Any), "Unbent, about its centre of mass, own axes";
+    link_end "linkEndPosition" [s.link_tables().count(), 3], "m", tunable(Allowed::Any), "Its end unbent from its root, own axes: what its body carries hangs there";
+    link_mode_frequency "linkModeFrequency" [s.linked_tabled()], "rad/s", tunable(Positive),
+        "Of the modes of links, clamped at the root, nothing on the end, one table after the other";
+    link_mode_damping "linkModeDampingRatio" [s.linked_tabled()], "1", tunable(NotNegative), "Of the modes of links";
+    link_mode_participation "linkModeParticipation" [s.linked_tabled(), 6], "", tunable(Allowed::Any),
+        "Momentum (kg^0.5) and angular momentum about the root (kg^0.5 m) per unit of rate of the mass-normalised mode, own axes";
+    link_mode_shift "linkModeEndShift" [s.linked_tabled(), 3], "", tunable(Allowed::Any), "Shift of the end per unit of the mass-normalised mode, own axes, S (kg^-0.5; LNK-1)";
+    link_mode_turn "linkModeEndTurn" [s.linked_tabled(), 3], "", tunable(Allowed::Any), "Turn of the end per unit of the mass-normalised mode, own axes, Theta (kg^-0.5/m; LNK-1)";
     gravity "gravity" [3] if s.held, "m/s2", tunable(Allowed::Any), "Acceleration of free fall, inertial axes; a base that is held alone has it";
     initial_base_position "initialBasePosition" [3], "m", FIXED, "r at the start; of a base that is held: always";
     initial_base_quaternion "initialBaseQuaternion" [4], "1", FIXED, "Q at the start (w, x, y, z), taken with length 1";
@@ -125,7 +136,7 @@ layout! {
         "eta: what each shape moves the appendage's tip, along x, then y, then torsion (rad), appendage by appendage; of tables (kg^0.5 m) behind them (SFF-5)";
     modal_velocity "modalVelocity" [s.modes() - s.linked()], "m/s", Shows::State("modalVelocity"), "d(eta)/dt (rad/s of torsion)";
     link_coordinate "linkModalCoordinate" [s.linked()], "m", Shows::State("linkModalCoordinate"),
-        "xi: what each shape moves the link's end, along x, then y, then torsion (rad), link by link (LNK-1)";
+        "xi: what each shape moves the link's end, along x, then y, then torsion (rad), link by link; of tables (kg^0.5 m) behind them (LNK-1)";
     link_velocity "linkModalVelocity" [s.linked()], "m/s", Shows::State("linkModalVelocity"), "d(xi)/dt (rad/s of torsion)";
     appendage_tip "appendageTipPosition" [s.appendages.len(), 3], "m", Shows::States, "Tip of the appendage, inertial axes";
     reaction_force "reactionForce" [3], "N", Shows::All, "Of all that the base carries on the base, inertial axes, F_IF (SFF-3)";

@@ -11,6 +11,7 @@ pub mod composite;
 pub mod design;
 pub mod end;
 pub mod flexible;
+mod flexure;
 mod instant;
 pub mod layout;
 mod link;

@@ -11,7 +11,9 @@ use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
 use super::tree::{Joints, Tree};
 use super::vector::{Vector, add, cross, times};
-use super::{MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_THRUSTERS, MAX_TIPS};
+use super::{
+    MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK, MAX_THRUSTERS, MAX_TIPS,
+};
 use crate::arm::rotor;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
@@ -33,6 +35,8 @@ pub struct Structure {
     pub tables: Vec<usize>,
     /// Per moving body the numbers of shapes of its link, on whose end hangs what the body carries; empty: all links are rigid.
     pub links: Vec<Shapes>,
+    /// Per moving body the number of modes of its link that is a table; 0: it is none; empty: there are none.
+    pub tabled_links: Vec<usize>,
     /// Bending shortens links, so that loads along them stiffen or soften them.
     pub axial_stiffening: bool,
     /// The base does not move.
@@ -63,12 +67,20 @@ impl Structure {
     }
     /// Modal coordinates.
     pub fn modes(&self) -> usize {
-        let links = self.links.iter().map(Shapes::modes);
-        self.appendages.iter().map(Shapes::modes).chain(self.tables.iter().copied()).chain(links).sum()
+        self.appendages.iter().map(Shapes::modes).chain(self.tables.iter().copied()).sum::<usize>()
+            + self.linked()
     }
-    /// Bodies (from 1) whose link bends, with its shapes.
-    pub fn bending(&self) -> impl Iterator<Item = (usize, Shapes)> + '_ {
+    /// Bodies (from 1) whose link is a beam that bends, with its shapes.
+    pub fn beams(&self) -> impl Iterator<Item = (usize, Shapes)> + '_ {
         self.links.iter().enumerate().filter(|(_, s)| s.modes() > 0).map(|(k, s)| (k + 1, *s))
+    }
+    /// Bodies (from 1) whose link is a table of modes, with their number.
+    pub fn link_tables(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.tabled_links.iter().enumerate().filter(|(_, m)| **m > 0).map(|(k, m)| (k + 1, *m))
+    }
+    /// Bodies (from 1) whose link bends, with the number of its modes: beams, then tables.
+    pub fn bending(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        self.beams().map(|(body, s)| (body, s.modes())).chain(self.link_tables())
     }
     /// Links that bend.
     pub fn links(&self) -> usize {
@@ -76,7 +88,11 @@ impl Structure {
     }
     /// Modal coordinates of links: the last ones.
     pub fn linked(&self) -> usize {
-        self.links.iter().map(Shapes::modes).sum()
+        self.bending().map(|b| b.1).sum()
+    }
+    /// Modes of links that are tables: the last of those.
+    pub fn linked_tabled(&self) -> usize {
+        self.tabled_links.iter().sum()
     }
 
     /// Whether there can be such a model.
@@ -110,7 +126,8 @@ impl Structure {
                 "linkModes has {rows} rows for {n} bodies; give one per body, 0, 0, 0 for a rigid link"
             ));
         }
-        for (body, s) in self.bending() {
+        self.check_link_tables()?;
+        for (body, s) in self.beams() {
             let most = s.x.max(s.y).max(s.torsion);
             if most > MAX_LINK_SHAPES {
                 return Err(format!(
@@ -141,6 +158,35 @@ impl Structure {
             }
             None => Ok(()),
         }
+    }
+}
+
+impl Structure {
+    fn check_link_tables(&self) -> Result<(), String> {
+        let (n, rows) = (self.bodies(), self.tabled_links.len());
+        if rows > 0 && rows != n {
+            return Err(format!(
+                "modesOfLinkTable has {rows} entries for {n} bodies; give one per body, 0 where its link is no table"
+            ));
+        }
+        for (body, modes) in self.link_tables() {
+            if modes > MAX_MODES_OF_LINK {
+                return Err(format!(
+                    "the link of body {body} has {modes} modes, at most {MAX_MODES_OF_LINK} can be had; leave out those of the highest frequencies"
+                ));
+            }
+            if self.beams().any(|b| b.0 == body) {
+                return Err(format!(
+                    "the link of body {body} is a beam and a table of modes; give one of both"
+                ));
+            }
+            if self.axial_stiffening {
+                return Err(format!(
+                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not tell how bending shortens it; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
+                ));
+            }
+        }
+        Ok(())
     }
 }
 

@@ -33,6 +33,7 @@ impl Design {
             appendages: self.appendages.iter().map(|a| a.shapes).collect(),
             tables: self.tables.iter().map(|t| t.modes.len()).collect(),
             links: self.link_shapes(),
+            tabled_links: self.tabled_links(),
             axial_stiffening: self.axial_stiffening,
             held: self.held,
             analysis: self.analysis,
@@ -45,6 +46,17 @@ impl Design {
         for f in &self.flexures {
             if let Some(shapes) = f.body.checked_sub(1).and_then(|b| all.get_mut(b)) {
                 *shapes = f.shapes;
+            }
+        }
+        all
+    }
+
+    /// Per body the modes of its link that is a table; none at all where no link is.
+    fn tabled_links(&self) -> Vec<usize> {
+        let mut all = vec![0; if self.link_tables.is_empty() { 0 } else { self.links.len() }];
+        for t in &self.link_tables {
+            if let Some(modes) = t.body.checked_sub(1).and_then(|b| all.get_mut(b)) {
+                *modes = t.table.modes.len();
             }
         }
         all
@@ -113,7 +125,7 @@ impl Design {
             p[at.polar_inertia + k] = a.polar_inertia_per_length;
             p[at.damping_ratio + k] = a.damping_ratio;
         }
-        for (k, (body, _)) in s.bending().enumerate() {
+        for (k, (body, _)) in s.beams().enumerate() {
             let Some(f) = self.flexures.iter().rfind(|f| f.body == body) else { continue };
             put(&mut p, at.link_position + 3 * k, &f.position);
             put(&mut p, at.link_orientation + 4 * k, &f.orientation);
@@ -142,6 +154,25 @@ impl Design {
                 p[at.mode_frequency + m] = mode.frequency;
                 p[at.mode_damping + m] = mode.damping_ratio;
                 put(&mut p, at.mode_participation + 6 * m, &mode.participation);
+                m += 1;
+            }
+        }
+        let (beams, mut m) = (s.beams().count(), 0);
+        for (k, (body, _)) in s.link_tables().enumerate() {
+            let Some(link) = self.link_tables.iter().rfind(|t| t.body == body) else { continue };
+            let t = &link.table;
+            put(&mut p, at.link_position + 3 * (beams + k), &t.position);
+            put(&mut p, at.link_orientation + 4 * (beams + k), &t.orientation);
+            p[at.link_table_mass + k] = t.mass;
+            put(&mut p, at.link_table_center + 3 * k, &t.center_of_mass);
+            put(&mut p, at.link_table_inertia + 9 * k, t.inertia.as_flattened());
+            put(&mut p, at.link_end + 3 * k, &link.end);
+            for (mode, reach) in t.modes.iter().zip(&link.reach) {
+                p[at.link_mode_frequency + m] = mode.frequency;
+                p[at.link_mode_damping + m] = mode.damping_ratio;
+                put(&mut p, at.link_mode_participation + 6 * m, &mode.participation);
+                put(&mut p, at.link_mode_shift + 3 * m, &reach.shift);
+                put(&mut p, at.link_mode_turn + 3 * m, &reach.turn);
                 m += 1;
             }
         }
@@ -183,8 +214,13 @@ fn plain(s: &Structure, at: &Parameters) -> Vec<f64> {
             p[begin + k] = 100.0;
         }
     }
-    for k in 0..s.links() {
-        p[at.link_orientation + 4 * k] = 1.0;
+    (0..s.links()).for_each(|k| p[at.link_orientation + 4 * k] = 1.0);
+    for k in 0..s.link_tables().count() {
+        p[at.link_table_mass + k] = 1.0;
+        DIAGONAL.iter().for_each(|i| p[at.link_table_inertia + 9 * k + i] = 0.1);
+    }
+    (0..s.linked_tabled()).for_each(|m| p[at.link_mode_frequency + m] = 10.0);
+    for k in 0..s.beams().count() {
         p[at.youngs_modulus + k] = ALUMINIUM.0;
         p[at.poisson_ratio + k] = ALUMINIUM.1;
         for begin in [at.link_length, at.link_mass] {
@@ -270,9 +306,20 @@ impl SpatialFreeFlyer {
                 return Err((begin, format!("appendageInertia of table {}: {why}", k + 1)));
             }
         }
-        if let Some((k, first, why)) = self.table_fault(p) {
-            let message = format!("modeParticipation of table {}, from mode {}: {why}", k + 1, first + 1);
-            return Err((at.mode_participation + 6 * first, message));
+        for k in 0..s.link_tables().count() {
+            let begin = at.link_table_inertia + 9 * k;
+            if let Some(why) = inertia_fault(&inertia(begin)) {
+                return Err((begin, format!("linkInertia of table {}: {why}", k + 1)));
+            }
+        }
+        for (name, begin, fault) in [
+            ("modeParticipation", at.mode_participation, self.table_fault(p)),
+            ("linkModeParticipation", at.link_mode_participation, self.link_table_fault(p)),
+        ] {
+            if let Some((k, first, why)) = fault {
+                let message = format!("{name} of table {}, from mode {}: {why}", k + 1, first + 1);
+                return Err((begin + 6 * first, message));
+            }
         }
         let begin = at.initial_base_quaternion;
         if p[begin..begin + 4].iter().all(|v| *v == 0.0) {

@@ -76,6 +76,7 @@ pub(super) fn arms(count: usize) -> Machine {
         tables: vec![],
         links: vec![],
         stiffening: false,
+        link_tables: Vec::new(),
     }
 }
 

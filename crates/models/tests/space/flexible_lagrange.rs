@@ -365,6 +365,7 @@ fn robot(rng: &mut StdRng, links: bool, stiffening: bool) -> (Robot, Machine) {
         tables: vec![],
         links: carrying.clone(),
         stiffening,
+        link_tables: Vec::new(),
     };
     let all = [beams, carrying].concat();
     let links = machine.links.len();

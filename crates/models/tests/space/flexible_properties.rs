@@ -1,9 +1,10 @@
 //! Random trees with random appendages: two algorithms and one answer, momentum and energy.
 
-use super::machine::Machine;
+use super::machine::{LinkModes, Machine};
 use super::properties::{inertia, turned, vector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
+use trueup_models::space::MAX_APPENDAGES;
 use trueup_models::space::appendage::{AppendageError, Beam, Shapes, TableMode};
 use trueup_models::space::articulated::{Found, Moves, Rotor, accelerations};
 use trueup_models::space::composite::{BASE, forces, mass_matrix, rotor_rows};
@@ -58,7 +59,7 @@ fn machine(rng: &mut StdRng) -> Machine {
         (rng.random_range(0.05..0.3), share, rng.random_bool(0.4))
     });
     let gears = gears.collect();
-    Machine {
+    let mut all = Machine {
         gears,
         base: Rigid::new(3.0, [0.0; 3], &inertia(rng)),
         bodies: (0..=n).map(|_| body(rng)).collect(),
@@ -88,7 +89,23 @@ fn machine(rng: &mut StdRng) -> Machine {
             .collect(),
         tree,
         stiffening: rng.random_bool(0.5),
+        link_tables: Vec::new(),
+    };
+    // As many as there is room for.
+    let room = MAX_APPENDAGES - all.beams.len() - all.tables.len() - all.links.len();
+    for _ in 0..rng.random_range(0..3).min(room).min(n) {
+        let on = rng.random_range(1..=n);
+        let taken = all.links.iter().map(|l| l.0).chain(all.link_tables.iter().map(|l| l.0));
+        if taken.into_iter().all(|other| other != on) {
+            let frame = Frame { rotation: turned(rng), origin: vector(rng) };
+            let whole = Rigid::new(1.0, vector(rng), &inertia(rng));
+            let modes = table(rng);
+            let reach = |rng: &mut StdRng| Motion { angular: vector(rng), linear: vector(rng) };
+            let modes: LinkModes = modes.into_iter().map(|m| (m, reach(rng))).collect();
+            all.link_tables.push((on, frame, whole, modes, vector(rng)));
+        }
     }
+    all
 }
 
 fn state(rng: &mut StdRng, m: &Machine) -> Vec<f64> {
@@ -100,7 +117,8 @@ fn state(rng: &mut StdRng, m: &Machine) -> Vec<f64> {
     x
 }
 
-/// Checks SFF-5, SFF-6, LNK-3: articulated bodies find what composite bodies ask for, with appendages and links on any body.
+/// Checks SFF-5, SFF-6, LNK-3, LNK-5: articulated bodies find what composite bodies ask for, with appendages and links, beams and
+/// tables, on any body.
 #[test]
 fn articulated_and_composite_bodies_agree_with_appendages() {
     let mut rng = StdRng::seed_from_u64(56);

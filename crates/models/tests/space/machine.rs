@@ -27,6 +27,20 @@ pub(super) struct Machine {
     pub(super) links: Vec<(usize, Shapes, Beam<f64>)>,
     /// Bending shortens links.
     pub(super) stiffening: bool,
+    /// The same by tables of modes; each has its end.
+    pub(super) link_tables: Vec<(usize, Frame<f64>, Rigid<f64>, LinkModes, Vector<f64>)>,
+}
+
+/// Modes of a link and how they move its end.
+pub(super) type LinkModes = Vec<(TableMode<f64>, Motion<f64>)>;
+
+fn mode<T: Scalar>(m: &TableMode<f64>) -> TableMode<T> {
+    let Wrench { torque, force } = m.participation;
+    TableMode {
+        frequency: T::constant(m.frequency),
+        damping_ratio: T::constant(m.damping_ratio),
+        participation: Wrench { torque: lift(torque), force: lift(force) },
+    }
 }
 
 fn lift<T: Scalar>(v: Vector<f64>) -> Vector<T> {
@@ -71,7 +85,8 @@ impl Layout {
 impl Machine {
     pub(super) fn layout(&self) -> Layout {
         let beams: usize = self.beams.iter().chain(&self.links).map(|b| b.1.modes()).sum();
-        Layout { n: self.tree.bodies(), modes: beams + self.tables.iter().map(|t| t.3.len()).sum::<usize>() }
+        let tables = self.tables.iter().map(|t| t.3.len()).chain(self.link_tables.iter().map(|t| t.3.len()));
+        Layout { n: self.tree.bodies(), modes: beams + tables.sum::<usize>() }
     }
 
     pub(super) fn appendages<T: Scalar>(&self) -> Appendages<T> {
@@ -88,20 +103,17 @@ impl Machine {
         };
         self.beams.iter().for_each(|(on, shapes, b)| all.add_beam(*on, *shapes, &lifted(b)).unwrap());
         for (on, place, whole, modes) in &self.tables {
-            let mode = |m: &TableMode<f64>| TableMode {
-                frequency: c(m.frequency),
-                damping_ratio: c(m.damping_ratio),
-                participation: Wrench {
-                    torque: lift(m.participation.torque),
-                    force: lift(m.participation.force),
-                },
-            };
             let modes: Vec<_> = modes.iter().map(mode).collect();
             all.add_table(*on, &frame(place), &rigid(whole), &modes).unwrap();
         }
         self.links
             .iter()
             .for_each(|(on, shapes, b)| all.add_link(*on, *shapes, &lifted(b), self.stiffening).unwrap());
+        for (on, place, whole, modes, end) in &self.link_tables {
+            let reach = |m: &Motion<f64>| Motion { angular: lift(m.angular), linear: lift(m.linear) };
+            let modes: Vec<_> = modes.iter().map(|(m, moved)| (mode(m), reach(moved))).collect();
+            all.add_link_table(*on, &frame(place), &rigid(whole), &modes, lift(*end)).unwrap();
+        }
         all
     }
 

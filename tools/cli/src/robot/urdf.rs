@@ -242,6 +242,7 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         analysis: false,
         tables: Vec::new(),
         flexures: Vec::new(),
+        link_tables: Vec::new(),
         axial_stiffening: false,
     };
     // Base axes lie in the centre of mass.

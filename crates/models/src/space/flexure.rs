@@ -1,0 +1,107 @@
+//! Links that bend in a design: beams and tables of modes, and the same robot with links that do not.
+
+use super::appendage::{Shapes, rod};
+use super::attitude::{Quaternion, rotation};
+use super::design::{Design, DesignError, off_unit};
+use super::spatial::Rigid;
+use super::vector::Vector;
+
+/// A body's link that bends, z along it: what the body carries hangs on its end (S3 3.1). The body's own mass and inertia are
+/// what sits at its joint, without the link.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Flexure {
+    /// The body, from 1.
+    pub body: usize,
+    /// Numbers of its shapes.
+    pub shapes: Shapes,
+    /// Its root, body axes, m.
+    pub position: Vector<f64>,
+    /// Own axes to the body's: w, x, y, z.
+    pub orientation: Quaternion<f64>,
+    /// m.
+    pub length: f64,
+    /// kg/m.
+    pub mass_per_length: f64,
+    /// Pa.
+    pub youngs_modulus: f64,
+    /// Of bending along x and along y, m4.
+    pub area_moment: [f64; 2],
+    /// Of the material.
+    pub poisson_ratio: f64,
+    /// Torsion stiffness over shear modulus, m4.
+    pub torsion_constant: f64,
+    /// rho I_p, kg.m.
+    pub polar_inertia_per_length: f64,
+    /// Of every mode.
+    pub damping_ratio: f64,
+}
+
+impl Flexure {
+    fn check(&self) -> Result<(), String> {
+        let values = [
+            self.length,
+            self.mass_per_length,
+            self.youngs_modulus,
+            self.torsion_constant,
+            self.polar_inertia_per_length,
+        ];
+        if values.iter().chain(&self.area_moment).any(|v| !(*v > 0.0 && v.is_finite())) {
+            let message = "length, mass per length, Young's modulus, area moments, torsion constant and polar inertia per length of its link must be above 0";
+            return Err(message.into());
+        }
+        if off_unit(self.orientation) || self.position.iter().any(|v| !v.is_finite()) {
+            let message = "give its link a finite position, and a unit quaternion as orientation, w first";
+            return Err(message.into());
+        }
+        Ok(())
+    }
+
+    /// Unbent, about its body's origin, axes of the body.
+    fn rigid(&self) -> Rigid<f64> {
+        let along = rotation(self.orientation).map(|row| row[2]);
+        let (mass, polar) = (self.mass_per_length * self.length, self.polar_inertia_per_length * self.length);
+        rod(mass, self.length, polar, along).shifted(self.position)
+    }
+}
+
+impl Design {
+    /// Whether links that bend can be, one per body.
+    pub(super) fn check_links(&self) -> Result<(), DesignError> {
+        let beams = self.flexures.iter().map(|f| (f.body, f.check()));
+        let tables =
+            self.link_tables.iter().map(|t| (t.body, t.check().map_err(|why| format!("its link: {why}"))));
+        let mut seen = Vec::new();
+        for (number, checked) in beams.chain(tables) {
+            let fault = |body: &str, message: String| Err(DesignError { body: body.into(), message });
+            let Some(body) = number.checked_sub(1).and_then(|b| self.links.get(b)) else {
+                let message =
+                    format!("a link that bends is that of body {number}; there are {}", self.links.len());
+                return fault(&self.name, message);
+            };
+            if seen.contains(&number) {
+                return fault(&body.name, "it has two links that bend; leave one of them out".into());
+            }
+            seen.push(number);
+            checked.or_else(|why| fault(&body.name, why))?;
+        }
+        Ok(())
+    }
+
+    /// The same with links that do not bend: their mass is their bodies'.
+    #[must_use]
+    pub fn stiffened(mut self) -> Self {
+        let beams = std::mem::take(&mut self.flexures).into_iter().map(|f| (f.body, f.rigid()));
+        let tables = std::mem::take(&mut self.link_tables).into_iter();
+        let tables = tables.map(|t| (t.body, t.table.rigid().outwards(&t.table.frame())));
+        for (body, link) in beams.chain(tables) {
+            let Some(body) = body.checked_sub(1).and_then(|b| self.links.get_mut(b)) else { continue };
+            let whole = Rigid::new(body.mass, body.center_of_mass, &body.inertia).plus(&link);
+            let center = whole.first.map(|h| h / whole.mass);
+            // About the centre: that of a body of no inertia there is taken away.
+            let point = Rigid::new(whole.mass, center, &[[0.0; 3]; 3]);
+            body.inertia = [0, 1, 2].map(|i| [0, 1, 2].map(|j| whole.inertia[i][j] - point.inertia[i][j]));
+            (body.mass, body.center_of_mass) = (whole.mass, center);
+        }
+        self
+    }
+}
