@@ -1,56 +1,52 @@
-//! S0's five tests, made with bristles in the spring: fitted without and with them, one at a time, together, and with one left out.
+//! S0's five tests, made with bristles in the spring: fitted without and with them, one at a time, together, and with one left out:
+//! `cargo run --release -p trueup-identification --example five_tests [SEED [DEG]]`; DEG: all five released
+//! with that offset.
 #![allow(clippy::print_stdout, clippy::unwrap_used)]
 
 #[path = "../tests/testbed/mod.rs"]
 mod testbed;
 
-use testbed::bristles::{OFFSETS, TRUTH, found, identified, record, scatter};
+use testbed::bristles::{OFFSETS, SEEN, TRUTH, found, identified, record, scatter};
+use trueup_identification::identify::Identified;
+
+/// Value and standard error; what the tests do not tell keeps the value where the search began.
+fn cell(r: &Identified, name: &str) -> String {
+    let e = &found(r, name).estimate;
+    match e.standard_error {
+        Some(s) => format!("{:.4} ± {s:.4}", e.value),
+        None => format!("{:.4}, not told", e.value),
+    }
+}
 
 fn main() {
     let seed = std::env::args().nth(1).and_then(|s| s.parse().ok()).unwrap_or(1);
     let folder = tempfile::tempdir().unwrap();
-    record(folder.path(), seed);
-    for bristles in [false, true] {
-        let names: Vec<&str> = TRUTH.iter().map(|t| t.0).take(if bristles { 5 } else { 3 }).collect();
-        let show = |label: &str, r: &trueup_identification::identify::Identified| {
-            let cells: Vec<String> = names
-                .iter()
-                .map(|n| {
-                    let e = &found(r, n).estimate;
-                    format!("{:.4} ({})", e.value, e.standard_error.map_or("-".into(), |s| format!("{s:.4}")))
-                })
-                .collect();
-            let errors: Vec<String> = r.channels.iter().map(|c| format!("{:.2}", c.above_floor)).collect();
-            println!(
-                "{bristles} {label}: {} | {} | fit {:.3e}",
-                cells.join(" "),
-                errors.join(" "),
-                r.fit[0].rms
-            );
-            names.iter().map(|n| found(r, n).estimate.value).collect::<Vec<f64>>()
+    let controlled: Option<f64> = std::env::args().nth(2).and_then(|d| d.parse().ok());
+    let offsets = OFFSETS.map(|printed| controlled.unwrap_or(printed));
+    record(folder.path(), &offsets, seed);
+    let all: Vec<usize> = (1..=offsets.len()).collect();
+    for (bristles, count) in [(false, 3), (true, 5)] {
+        let names: Vec<&str> = TRUTH.iter().map(|t| t.0).take(count).collect();
+        println!("\n| fitted on | {} | residual / noise | held out / noise |", names.join(" | "));
+        println!("|---|{}---|---|", "---|".repeat(count));
+        let row = |label: String, train: &[usize], holdout: &[usize]| {
+            let r = identified(folder.path(), train, holdout, bristles);
+            let cells: Vec<String> = names.iter().map(|n| cell(&r, n)).collect();
+            let fit: Vec<String> = r.channels.iter().map(|c| format!("{:.2}", c.above_floor)).collect();
+            let out = if r.held_out { format!("{:.2}", r.fit[0].rms / SEEN) } else { String::new() };
+            println!("| {label} | {} | {} | {out} |", cells.join(" | "), fit.join(" "));
+            names.iter().map(|n| found(&r, n).estimate.value).collect::<Vec<f64>>()
         };
-        let mut all = Vec::new();
-        for k in 1..=5 {
-            let r = identified(folder.path(), &[k], &[], bristles);
-            all.push(show(&format!("test {k} {}", OFFSETS[k - 1]), &r));
-        }
-        for (i, n) in names.iter().enumerate() {
-            println!(
-                "  scatter {n}: {:.1} %",
-                100.0 * scatter(&all.iter().map(|v| v[i]).collect::<Vec<_>>())
-            );
-        }
-        show("all", &identified(folder.path(), &[1, 2, 3, 4, 5], &[], bristles));
-        let mut all = Vec::new();
-        for k in 1..=5 {
-            let rest: Vec<usize> = (1..=5).filter(|i| *i != k).collect();
-            all.push(show(&format!("without {k}"), &identified(folder.path(), &rest, &[k], bristles)));
-        }
-        for (i, n) in names.iter().enumerate() {
-            println!(
-                "  scatter {n}: {:.1} %",
-                100.0 * scatter(&all.iter().map(|v| v[i]).collect::<Vec<_>>())
-            );
-        }
+        let spread = |label: &str, rows: &[Vec<f64>]| {
+            let of = |i: usize| scatter(&rows.iter().map(|v| v[i]).collect::<Vec<_>>());
+            let cells: Vec<String> = (0..count).map(|i| format!("{:.1} %", 100.0 * of(i))).collect();
+            println!("| {label} | {} | | |", cells.join(" | "));
+        };
+        let alone = all.iter().map(|&k| row(format!("test {k}, {}°", offsets[k - 1]), &[k], &[]));
+        spread("scatter, one at a time", &alone.collect::<Vec<_>>());
+        row("all five".into(), &all, &[]);
+        let others = |k: usize| all.iter().copied().filter(|i| *i != k).collect::<Vec<_>>();
+        let left = all.iter().map(|&k| row(format!("all but test {k}"), &others(k), &[k]));
+        spread("scatter, one left out", &left.collect::<Vec<_>>());
     }
 }
