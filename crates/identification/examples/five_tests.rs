@@ -23,7 +23,7 @@ fn main() {
     let folder = tempfile::tempdir().unwrap();
     let controlled: Option<f64> = std::env::args().nth(2).and_then(|d| d.parse().ok());
     let offsets = OFFSETS.map(|printed| controlled.unwrap_or(printed));
-    record(folder.path(), &offsets, seed);
+    record(folder.path(), &TRUTH, &offsets, seed);
     let all: Vec<usize> = (1..=offsets.len()).collect();
     for (bristles, count) in [(false, 3), (true, 5)] {
         let names: Vec<&str> = TRUTH.iter().map(|t| t.0).take(count).collect();

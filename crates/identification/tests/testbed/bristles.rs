@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use trueup_identification::flexible_joint::sight;
-use trueup_identification::identify::{Found, Identified, Method, Settings, identify};
+use trueup_identification::identify::{Design, Found, Identified, Method, Settings, identify};
 use trueup_identification::model::{Model, Structure};
 use trueup_models::arm::output;
 use trueup_numerics::driver::{Options, simulate};
@@ -31,10 +31,10 @@ pub(crate) const OFFSETS: [f64; 5] = [0.5, 2.8, -0.2, 1.5, 1.0];
 pub(crate) const SEEN: f64 = 2.7e-3;
 
 /// One recording: time, torque of joint 1, its angle as seen, encoders of joints 2 and 3.
-fn csv(model: &Model, offset: f64, noise: &mut Noise) -> String {
+fn csv(model: &Model, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> String {
     let mut p = model.defaults();
     let mut set = |name: &str, value: f64| p[model.parameter(name).unwrap()] = value;
-    TRUTH.iter().for_each(|(name, value)| set(name, *value));
+    truth.iter().for_each(|(name, value)| set(name, *value));
     for j in 0..3 {
         set(&format!("initialJointAngle[{}]", j + 1), reference(j, 0.0));
     }
@@ -68,7 +68,7 @@ fn csv(model: &Model, offset: f64, noise: &mut Noise) -> String {
 
 /// The recordings of a campaign in a folder, begun at these offsets in deg: `test-1.csv` and so on, each with what is known of its
 /// beginning.
-pub(crate) fn record(folder: &Path, offsets: &[f64], seed: u64) {
+pub(crate) fn record(folder: &Path, truth: &[(&str, f64)], offsets: &[f64], seed: u64) {
     let structure = Structure {
         model: "PlanarManipulator".into(),
         flexible: vec![true, false, false],
@@ -86,7 +86,7 @@ pub(crate) fn record(folder: &Path, offsets: &[f64], seed: u64) {
     );
     for (k, offset) in offsets.iter().enumerate() {
         let name = format!("test-{}.csv", k + 1);
-        std::fs::write(folder.join(&name), csv(&model, *offset, &mut noise)).unwrap();
+        std::fs::write(folder.join(&name), csv(&model, truth, *offset, &mut noise)).unwrap();
         std::fs::write(folder.join(format!("{name}.toml")), &known).unwrap();
     }
 }
@@ -94,6 +94,17 @@ pub(crate) fn record(folder: &Path, offsets: &[f64], seed: u64) {
 /// Identifies some tests of a campaign (from 1), compared on others, with the bristles or without; begun at what the paper has for
 /// test 1.
 pub(crate) fn identified(folder: &Path, train: &[usize], holdout: &[usize], bristles: bool) -> Identified {
+    designed(folder, train, holdout, bristles, None)
+}
+
+/// The same, and what runs begun otherwise would tell.
+pub(crate) fn designed(
+    folder: &Path,
+    train: &[usize],
+    holdout: &[usize],
+    bristles: bool,
+    design: Option<&Design>,
+) -> Identified {
     let names =
         |list: &[usize]| list.iter().map(|k| format!("\"test-{k}.csv\"")).collect::<Vec<_>>().join(", ");
     let text = format!(
@@ -112,7 +123,7 @@ pub(crate) fn identified(folder: &Path, train: &[usize], holdout: &[usize], bris
     let (mut loaded, _) =
         Case::load(&file, |c| Ok(Model::of_case(c, &effects).unwrap().variables())).unwrap();
     loaded.case.with = with.clone();
-    let settings = Settings { method: Method::OutputError, profile: false, design: None, progress: &|_| () };
+    let settings = Settings { method: Method::OutputError, profile: false, design, progress: &|_| () };
     identify(&loaded, &settings).unwrap()
 }
 
