@@ -1,6 +1,7 @@
 //! A case from its recordings to its parameters: what `trueup identify` does.
 
 mod breakaway;
+mod design;
 mod effects;
 mod kept;
 mod leverage;
@@ -30,6 +31,7 @@ use crate::unknown::{Target, Unknown};
 
 use simulation::by_simulation;
 
+pub use design::{Design, Designed};
 pub use leverage::Leverage;
 pub use starts::Start;
 
@@ -112,6 +114,32 @@ pub enum IdentifyError {
         run: String,
         /// Why.
         what: StaticError,
+    },
+    /// What is to be varied is not there.
+    #[error("--design {name}: the model has no such parameter")]
+    NoDesign {
+        /// What was asked for.
+        name: String,
+        /// What there is.
+        known: Vec<String>,
+    },
+    /// A value that is to be looked at cannot be simulated.
+    #[error("--design {name}: at {value} the model cannot be simulated: {source}; narrow the range")]
+    Refused {
+        /// What is varied.
+        name: String,
+        /// Its value.
+        value: f64,
+        /// Why.
+        source: PredictError,
+    },
+    /// Regressions simulate nothing.
+    #[error(
+        "method {method} has no sensitivities to design by; use output-error or nelder-mead, or leave out --design"
+    )]
+    DesignMethod {
+        /// Which.
+        method: Method,
     },
     /// Effects beside parameters.
     #[error("method {method} does not fit effects; use output-error or nelder-mead, or leave out --with")]
@@ -209,6 +237,8 @@ pub struct Identified {
     pub values: Vec<f64>,
     /// What was found of sensors, the same in all recordings.
     pub sensors: Vec<(Target, f64)>,
+    /// What runs begun otherwise would tell, if that was asked for.
+    pub design: Option<Designed>,
 }
 
 /// What to do.
@@ -217,6 +247,8 @@ pub struct Settings<'a> {
     pub method: Method,
     /// Intervals by profile likelihood; else from standard errors.
     pub profile: bool,
+    /// Also asks what runs begun otherwise would tell.
+    pub design: Option<&'a Design>,
     /// Told what is going on.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
@@ -229,6 +261,9 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     let searched = matches!(settings.method, Method::OutputError | Method::NelderMead);
     if !searched && !loaded.case.with.is_empty() {
         return Err(IdentifyError::Effects { method: settings.method });
+    }
+    if !searched && settings.design.is_some() {
+        return Err(IdentifyError::DesignMethod { method: settings.method });
     }
     let with: Vec<&str> = loaded.case.with.iter().map(String::as_str).collect();
     let plain = Model::of_case(&loaded.case, &with)?;
@@ -266,7 +301,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
         (settings.progress)("the same without the effects, to compare with");
         let mut plain = loaded.clone();
         plain.case.with.clear();
-        found.without = identify(&plain, &Settings { profile: false, ..*settings })?.fit;
+        found.without = identify(&plain, &Settings { profile: false, design: None, ..*settings })?.fit;
     }
     Ok(found)
 }
@@ -444,5 +479,6 @@ fn by_regression(
         notes,
         values,
         sensors: Vec::new(),
+        design: None,
     })
 }

@@ -61,6 +61,13 @@ impl<'a> OutputError<'a> {
             slack: None,
         }
     }
+    /// The same unknowns in recordings begun otherwise, weighed by the noise of the readings alone.
+    pub fn with_runs<'b>(&self, runs: &'b [Run]) -> OutputError<'b>
+    where
+        'a: 'b,
+    {
+        OutputError::new(self.model, &self.nominal, runs, self.unknowns.clone())
+    }
     /// Reads channels that count as intervals: the motion was within the count, but for an error of `slack` counts (or the
     /// channel's noise, if that is more). `None`: as normal errors again.
     pub fn read_intervals(&mut self, slack: Option<f64>) {

@@ -16,7 +16,7 @@ use trueup_signals::Case;
 fn identified(folder: &Path, method: Method) -> Identified {
     let (loaded, _) = Case::load(folder, |c| Ok(Model::of_case(c, &[]).unwrap().variables()))
         .unwrap_or_else(|e| panic!("{e}"));
-    let settings = Settings { method, profile: false, progress: &|_| () };
+    let settings = Settings { method, profile: false, design: None, progress: &|_| () };
     identify(&loaded, &settings).unwrap()
 }
 
@@ -384,7 +384,8 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         let with = ["gravity-torque"];
         let of = |c: &Case| Ok(Model::of_case(c, &with).unwrap().variables());
         let (loaded, _) = Case::load(folder.path(), of).unwrap();
-        let settings = Settings { method: Method::OutputError, profile: false, progress: &|_| () };
+        let settings =
+            Settings { method: Method::OutputError, profile: false, design: None, progress: &|_| () };
         identify(&loaded, &settings).unwrap()
     };
     for r in [&known, &asked] {

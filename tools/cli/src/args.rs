@@ -1,6 +1,7 @@
 //! The command line.
 
 mod arm;
+mod identify;
 mod scale;
 mod sweep;
 
@@ -8,9 +9,9 @@ use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
 use trueup_cosim::system::{Algorithm, Interface};
-use trueup_identification::identify::Method;
 
 pub(crate) use arm::{Arm, ArmMap};
+pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::Scale;
 pub(crate) use sweep::{After, Map, Merge, Sweep};
 
@@ -64,52 +65,6 @@ pub(crate) enum Fmu {
     Info(Info),
     /// Check anybody's FMU and say what is wrong with it
     Validate(Validate),
-}
-
-#[derive(Debug, Default, clap::Args)]
-pub(crate) struct Identify {
-    /// A folder of recordings with a case.toml, or that file
-    pub(crate) case: PathBuf,
-    /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
-    #[arg(long, value_name = "NAME", default_value = "output-error")]
-    pub(crate) method: Method,
-    /// Fit these effects beside the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids
-    #[arg(long, value_name = "ID,..", value_delimiter = ',', conflicts_with = "fmu")]
-    pub(crate) with: Vec<String>,
-    /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; one that this program has not packed gets
-    /// processes of its own where there are any (Linux); it is native code all the same: trust it first
-    #[arg(long, value_name = "FILE.fmu")]
-    pub(crate) fmu: Option<PathBuf>,
-    /// Give the FMU processes of its own also if this program has packed it
-    #[arg(long, requires = "fmu")]
-    pub(crate) isolate: bool,
-    /// Load the FMU into this process, whoever made it: faster, and what ends the FMU ends all
-    #[arg(long, requires = "fmu", conflicts_with_all = ["isolate", "deadline"])]
-    pub(crate) in_process: bool,
-    /// How long a single call of the FMU may take, s; else as long as it likes
-    #[arg(long, value_name = "S", requires = "fmu", value_parser = deadline)]
-    pub(crate) deadline: Option<f64>,
-    /// Machine-readable
-    #[arg(long)]
-    pub(crate) json: bool,
-    /// Also draw fit and residuals: one HTML file that opens offline
-    #[arg(long, value_name = "FILE.html")]
-    pub(crate) plot: Option<PathBuf>,
-    /// Intervals from standard errors alone, without profiles: faster
-    #[arg(long)]
-    pub(crate) fast: bool,
-}
-
-#[derive(Debug, clap::Args)]
-pub(crate) struct Statics {
-    /// A case.toml of an arm, or a TOML file with [[deflection]] tables
-    pub(crate) file: PathBuf,
-    /// By how much each spring alone is stiffened, as a share of it
-    #[arg(long, value_name = "SHARE", default_value_t = 0.2, allow_negative_numbers = true)]
-    pub(crate) stiffen: f64,
-    /// Machine-readable
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Debug, clap::Args)]

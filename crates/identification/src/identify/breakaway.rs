@@ -95,5 +95,6 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
         ],
         values,
         sensors: Vec::new(),
+        design: None,
     })
 }

@@ -15,6 +15,9 @@ use crate::unknown::{Scale, Target, Unknown};
 const SHAPELESS: f64 = 2.0;
 /// Multiples of its size that a shape is tried at.
 const SHAPES: &[f64] = &[0.1, 0.3, 1.0, 4.0];
+/// Multiples of its usual size that an effect as a whole is tried at: sizes follow the torque of the motor, and a spring that is
+/// released holds more.
+const LARGER: [f64; 2] = [5.0, 25.0];
 
 /// What is fitted of them.
 pub(super) struct Effects {
@@ -22,6 +25,8 @@ pub(super) struct Effects {
     pub(super) fitted: Vec<Fitted>,
     /// Parameter and value of each further start, with what it is.
     looks: Vec<(String, usize, f64)>,
+    /// Parameters that grow with the effect's size, and from where.
+    sized: Vec<(usize, f64)>,
 }
 
 /// The effects that a case names to be fitted, in a model that has them; units of measure go into `nominal`.
@@ -31,7 +36,7 @@ pub(super) fn of(
     nominal: &mut [f64],
     runs: &[Run],
 ) -> Result<Effects, IdentifyError> {
-    let mut all = Effects { fitted: Vec::new(), looks: Vec::new() };
+    let mut all = Effects { fitted: Vec::new(), looks: Vec::new(), sized: Vec::new() };
     let list: Vec<&Run> = runs.iter().collect();
     let plain = nominal.to_vec();
     let rig =
@@ -128,6 +133,11 @@ impl Effects {
                 )
             }
         };
+        match s.role {
+            Role::Amplitude if s.neutral.is_finite() && given.is_none() => self.sized.push((at, s.neutral)),
+            Role::Shape if s.log && given.is_none() => self.sized.push((at, 0.0)),
+            _ => {}
+        }
         let size = if angle { 1.0 } else { size };
         for f in factors.iter().filter(|_| given.is_none()) {
             let value =
@@ -175,14 +185,22 @@ impl Effects {
             .collect()
     }
 
-    /// The case's own start with one of their parameters elsewhere.
+    /// The case's own start with one of their parameters elsewhere, or all of them larger.
     pub(super) fn starts(&self, first: &Start) -> Vec<Start> {
-        let moved = |(what, at, value): &(String, usize, f64)| Start {
-            from: what.clone(),
-            values: first.values.iter().map(|v| if v.0 == *at { (v.0, *value) } else { *v }).collect(),
+        let start = |from: String, move_to: &dyn Fn(usize, f64) -> f64| Start {
+            from,
+            values: first.values.iter().map(|v| (v.0, move_to(v.0, v.1))).collect(),
             cost: None,
             chosen: false,
         };
-        self.looks.iter().map(moved).collect()
+        let moved = |(what, at, value): &(String, usize, f64)| {
+            start(what.clone(), &|i, v| if i == *at { *value } else { v })
+        };
+        let grown = |i: usize, v: f64, by: f64| {
+            self.sized.iter().find(|s| s.0 == i).map_or(v, |(_, from)| from + by * (v - from))
+        };
+        let larger = LARGER.iter().filter(|_| !self.sized.is_empty());
+        let larger = larger.map(|by| start(format!("effects {by} times as large"), &|i, v| grown(i, v, *by)));
+        self.looks.iter().map(moved).chain(larger).collect()
     }
 }

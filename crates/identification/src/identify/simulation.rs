@@ -5,7 +5,7 @@ use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
 use super::{
-    Found, Identified, IdentifyError, Method, Settings, Start, found, kept, leverage, minima, starts,
+    Found, Identified, IdentifyError, Method, Settings, Start, design, found, kept, leverage, minima, starts,
     unknowns,
 };
 use crate::estimate::{Settings as EstimateSettings, assess};
@@ -110,6 +110,9 @@ pub(super) fn by_simulation(
     let loss = Loss::Huber(4.0);
     let free = undeclared(loaded, &train);
     let shared: Vec<Unknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
+    // Before anything is fitted: what is asked for may not be there.
+    let varied =
+        settings.design.map(|d| design::Varied::of(model, d, &shared).map(|v| (d, v))).transpose()?;
     let with_nuisance = |train: &[Run]| {
         let mut all = shared.clone();
         all.extend(nuisance(model, nominal, train));
@@ -254,6 +257,11 @@ pub(super) fn by_simulation(
         f.doubt = fitted.doubt;
     }
     let own = all.split_off(shared.len());
+    let designed = varied.map(|(d, v)| {
+        (settings.progress)("what runs begun otherwise would tell");
+        v.designed(model, d, &problem, &fit.theta, &all)
+    });
+    let designed = designed.transpose()?;
     let (parameters, uncertain): (Vec<_>, Vec<_>) =
         all.into_iter().zip(&fitted).partition(|(_, f)| f.asked_for);
     let nuisance = (train.iter().enumerate())
@@ -302,6 +310,7 @@ pub(super) fn by_simulation(
             .filter(|(u, _)| u.run.is_none() && !matches!(u.target, Target::Parameter(_)))
             .map(|(u, value)| (u.target, value))
             .collect(),
+        design: designed,
     })
 }
 

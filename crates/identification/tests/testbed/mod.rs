@@ -1,6 +1,8 @@
 //! Runs of the test-bed (S0, section 3) made with known parameters.
 #![allow(clippy::unwrap_used, dead_code)]
 
+pub(crate) mod bristles;
+
 use trueup_identification::flexible_joint::{FlexibleJoint, Motor, Run, sight};
 use trueup_models::arm::{PlanarManipulator, Replay, input, output, parameter};
 use trueup_models::presets;

@@ -1,5 +1,6 @@
 //! `trueup identify`
 
+mod design;
 mod json;
 mod page;
 pub(crate) mod statics;
@@ -7,16 +8,18 @@ mod table;
 
 use trueup_fmi_import::{Fmu, Folder, Interface};
 use trueup_identification::fmu::FmuModel;
-use trueup_identification::identify::{Method, Settings, identify, identify_fmu};
+use trueup_identification::identify::{IdentifyError, Method, Settings, identify, identify_fmu};
 
 use crate::args::Identify;
 use crate::case::{Purpose, load, load_for};
 use crate::error::Error;
+use crate::near::suggestion;
 use crate::output::say;
 
 pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     let progress = |what: &str| eprintln!("{what} ...");
-    let settings = Settings { method: args.method, profile: !args.fast, progress: &progress };
+    let design = args.design.as_ref().map(|d| &d.0);
+    let settings = Settings { method: args.method, profile: !args.fast, design, progress: &progress };
     let (loaded, found) = match &args.fmu {
         Some(file) => {
             let model = FmuModel::open(file).map_err(|e| Error::Failed(e.to_string()))?;
@@ -44,7 +47,15 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
             (loaded, found)
         }
     };
-    let found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    let found = found.map_err(|e| match &e {
+        IdentifyError::NoDesign { name, known } => {
+            let otherwise =
+                "name where a run begins, as initialSpringOffset, or a parameter that is not fitted";
+            let mend = suggestion(name, known.iter().map(String::as_str), otherwise);
+            Error::Usage(format!("{e}; {mend}"))
+        }
+        _ => Error::at(&loaded.case.file, e),
+    })?;
     if let Some(file) = &args.plot {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }

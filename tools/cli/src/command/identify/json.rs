@@ -69,7 +69,7 @@ pub(super) fn json(r: &Identified) -> Value {
         .map(|s| json!({"from": s.from, "cost": s.cost.map_or(Value::Null, number), "chosen": s.chosen}))
         .collect();
     let without = if r.without.is_empty() { Value::Null } else { figures(&r.without) };
-    json!({
+    let mut all = json!({
         "schema": "trueup.identification/1",
         "model": r.model,
         "fmu": r.fmu,
@@ -89,5 +89,9 @@ pub(super) fn json(r: &Identified) -> Value {
         "stop": r.stop,
         "iterations": r.iterations,
         "notes": r.notes,
-    })
+    });
+    if let Some(d) = &r.design {
+        all["design"] = super::design::json(d);
+    }
+    all
 }

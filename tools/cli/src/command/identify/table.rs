@@ -110,6 +110,9 @@ pub(super) fn text(r: &Identified) -> String {
             let _ = writeln!(out, "{} {:<46}{cost}", if s.chosen { " *" } else { "  " }, s.from);
         }
     }
+    if let Some(d) = &r.design {
+        out += &super::design::text(d);
+    }
     for note in &r.notes {
         let _ = writeln!(out, "\nnote: {note}");
     }
