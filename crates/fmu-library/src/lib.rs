@@ -62,6 +62,12 @@ impl FmuModel for Model {
             Self::Controller(m) => m.singular(at),
         }
     }
+    fn fixed_step(&self) -> Option<f64> {
+        match self {
+            Self::Plant(m) => m.fixed_step(),
+            Self::Controller(m) => m.fixed_step(),
+        }
+    }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Plant(m) => m.remark(p),
