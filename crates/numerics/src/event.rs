@@ -34,6 +34,8 @@ pub struct Crossing {
 
 /// Where the indicators are sampled in a step, beside its start. The outer two tell the slope at the ends.
 const NODES: [f64; 6] = [1.0 / 64.0, 0.25, 0.5, 0.75, 63.0 / 64.0, 1.0];
+/// The same where the states are parabolas in time.
+const FEW: [f64; 2] = [0.5, 1.0];
 /// Samples ahead of them in the step after a restart, from 4^-16 on, each at 4 times the one before: an
 /// indicator that starts at 0 may be back there long before the first regular sample.
 const EARLY: usize = 13;
@@ -48,6 +50,7 @@ pub struct Locator {
     t: [f64; MOST],
     z: [Vec<f64>; MOST],
     work: Vec<f64>,
+    nodes: &'static [f64],
     restarted: bool,
 }
 
@@ -55,12 +58,13 @@ pub struct Locator {
 pub type Indicators<'a> = &'a mut dyn FnMut(f64, &mut [f64]);
 
 impl Locator {
-    /// Work space for `count` indicators.
-    pub fn new(count: usize) -> Self {
+    /// Work space for `count` indicators of states that are parabolas in time within a step, or of any.
+    pub fn new(count: usize, parabolas: bool) -> Self {
         Self {
             t: [0.0; MOST],
             z: core::array::from_fn(|_| vec![0.0; count]),
             work: vec![0.0; count],
+            nodes: if parabolas { &FEW } else { &NODES },
             restarted: true,
         }
     }
@@ -94,13 +98,12 @@ impl Locator {
         indicators: Indicators,
     ) -> Result<Option<Crossing>, usize> {
         // The samples fill the arrays from their end: the last one is always the end of the step.
-        let regular = MOST - NODES.len();
-        for k in regular..MOST {
-            self.t[k] = if k == MOST - 1 { t1 } else { t0 + NODES[k - regular] * (t1 - t0) };
-            indicators(self.t[k], &mut self.z[k]);
-        }
+        let mut regular = self.sample(self.nodes, (t0, t1), indicators);
         let mut starts = self.z[0].iter().zip(&self.z[regular]);
         let early = self.restarted && starts.any(|(start, next)| start.abs() <= NEAR * next.abs());
+        if early && self.nodes.len() < NODES.len() {
+            regular = self.sample(&NODES, (t0, t1), indicators);
+        }
         let begin = if early { 1 } else { regular };
         self.t[begin - 1] = t0;
         self.z.swap(0, begin - 1);
@@ -120,6 +123,16 @@ impl Locator {
         // A step that is tried again starts where this one did.
         self.z.swap(0, begin - 1);
         bad.map_or(Ok(first), Err)
+    }
+
+    /// Regular samples at these shares of the step; gives the place of the first.
+    fn sample(&mut self, nodes: &[f64], (t0, t1): (f64, f64), indicators: Indicators) -> usize {
+        let first = MOST - nodes.len();
+        for (k, node) in (first..).zip(nodes) {
+            self.t[k] = if k == MOST - 1 { t1 } else { t0 + node * (t1 - t0) };
+            indicators(self.t[k], &mut self.z[k]);
+        }
+        first
     }
 
     /// The first event of one indicator, as long as it may lie before `limit`.
@@ -147,7 +160,14 @@ impl Locator {
             }
             if k + 2 < MOST {
                 let [a, m, b] = [k, k + 1, k + 2].map(|j| (t[j], z[j]));
-                if let Some(dip) = dip(a, m, b, |t| at(work, t)) {
+                let found = match near_an_end(a, m, b) {
+                    Some(t) if self.nodes.len() < NODES.len() => {
+                        let m = (t, at(work, t));
+                        if (m.1 > 0.0) == (a.1 > 0.0) { dip(a, m, b, |t| at(work, t)) } else { Some(m) }
+                    }
+                    _ => dip(a, m, b, |t| at(work, t)),
+                };
+                if let Some(dip) = found {
                     let ends = if way.counts(a.1, dip.1) { (a, dip) } else { (dip, b) };
                     return Some(cross(ends.0, ends.1, |t| at(work, t)));
                 }
@@ -158,6 +178,21 @@ impl Locator {
 }
 
 type Point = (f64, f64);
+
+/// Between samples of one domain that are of a parabola: where |z| is least, if the middle one does not show it and it comes near 0.
+fn near_an_end(a: Point, m: Point, b: Point) -> Option<f64> {
+    let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
+    if [m.1, b.1].iter().any(|z| (*z > 0.0) != (a.1 > 0.0)) || zm <= za.min(zb) {
+        return None;
+    }
+    let (l, r) = (a.0 - m.0, b.0 - m.0);
+    let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
+    let curvature = (dr - dl) / (r - l);
+    let slope = dl - curvature * l;
+    let vertex = -0.5 * slope / curvature;
+    let least = zm + 0.5 * slope * vertex;
+    (curvature > 0.0 && vertex > l && vertex < r && least < 0.25 * za.min(zb)).then_some(m.0 + vertex)
+}
 
 /// Between samples of one domain: a point of the other domain, where |z| has a minimum that may reach 0.
 ///

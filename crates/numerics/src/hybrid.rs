@@ -93,11 +93,11 @@ pub trait Hybrid {
 pub trait StiffPart {
     /// Numbers that [`Self::factor`] needs room for.
     fn room(&self) -> usize;
-    /// Factors of 1 - g A at this instant into `room`, g in s.
+    /// Factors of 1 - g A at this instant into `room`, g in s, and the rates there into `dx`, of which much is the same.
     ///
     /// # Errors
     /// The row of a pivot that is none.
-    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64]) -> Result<(), usize>;
+    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64], dx: &mut [f64]) -> Result<(), usize>;
     /// Solves (1 - g A) y' = y in place, `room` as [`Self::factor`] left it.
     fn solve(&self, room: &[f64], y: &mut [f64]);
 }

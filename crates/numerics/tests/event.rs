@@ -12,7 +12,15 @@ fn find(
     way: Direction,
     z: impl Fn(f64, &mut [f64]),
 ) -> (Option<Crossing>, usize) {
-    let mut locator = Locator::new(count);
+    find_by(Locator::new(count, false), (t0, t1), way, z)
+}
+
+fn find_by(
+    mut locator: Locator,
+    (t0, t1): (f64, f64),
+    way: Direction,
+    z: impl Fn(f64, &mut [f64]),
+) -> (Option<Crossing>, usize) {
     z(t0, locator.start());
     let mut calls = 0;
     let found = locator.find(t0, t1, &|_| way, &mut |t, out| {
@@ -71,7 +79,7 @@ fn touching_from_afar_costs_little() {
 
 #[test]
 fn not_a_number_is_reported() {
-    let mut locator = Locator::new(2);
+    let mut locator = Locator::new(2, false);
     locator.start().fill(1.0);
     let bad = locator.find(0.0, 1.0, &|_| Direction::Both, &mut |t, z| {
         z.copy_from_slice(&[1.0, (0.6 - t).sqrt()]);
@@ -90,6 +98,22 @@ proptest! {
         prop_assert!(f(t) > 0.0 || (2 * p + 1 > 1 && t >= tc));
         prop_assert!(t - tc <= 8.0 * f64::EPSILON * (t0.abs() + h), "{} late", t - tc);
         prop_assert!(calls < if p == 0 { 45 } else { 220 }, "{calls}");
+    }
+
+    /// Of a parabola two samples tell every crossing, wherever in the step and however near each other.
+    #[test]
+    fn crossings_of_parabolas_are_found(
+        centre in -0.2..1.2f64, width in -6.0..0.0f64, up in any::<bool>()
+    ) {
+        let (half, sign): (f64, f64) = (10f64.powf(width), if up { 1.0 } else { -1.0 });
+        let f = |t: f64| sign * (f64::powi(t - centre, 2) - half * half);
+        let (found, calls) = find_by(Locator::new(1, true), (0.0, 1.0), Direction::Both, |t, z| z[0] = f(t));
+        let first = [centre - half, centre + half].into_iter().find(|t| *t > 0.0 && *t <= 1.0);
+        match (found, first) {
+            (None, None) => prop_assert!(calls < 25, "{calls}"),
+            (Some(c), Some(t)) => prop_assert!((c.t - t).abs() < 1e-9, "{} instead of {t}", c.t),
+            other => prop_assert!(false, "{other:?}"),
+        }
     }
 
     /// An indicator that dips below zero and returns within one step is found, however shallow.

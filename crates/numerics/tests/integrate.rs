@@ -37,7 +37,8 @@ impl Ode for Partly {
     fn jacobian(&mut self, _t: f64, _x: &[f64], _dfdx: &mut [f64], _dfdt: &mut [f64]) {
         panic!("it has a stiff part");
     }
-    fn factor_stiff(&mut self, _t: f64, _x: &[f64], g: f64) -> Option<Result<(), Fault>> {
+    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), Fault>> {
+        self.rates(t, x, dx);
         self.factor = 1.0 + 3.0 * g;
         Some(Ok(()))
     }

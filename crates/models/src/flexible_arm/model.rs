@@ -266,12 +266,15 @@ impl StiffPart for FlexibleArm {
         self.bodies.stiff_room()
     }
 
-    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64]) -> Result<(), usize> {
+    fn factor(&self, at: At<f64>, g: f64, room: &mut [f64], dx: &mut [f64]) -> Result<(), usize> {
+        let (u, stuck) = self.driven(&at);
+        let own = At { u: &u[..at.u.len()], ..at };
         let brake = |j: usize| match at.modes[j] {
             STUCK => Brake::Stuck,
             _ => Brake::Viscous(at.p[self.parameter.viscous_friction + j]),
         };
-        self.bodies.factor_stiff(&at, g, brake, room)
+        let led = Led { base: None, joints: &[], motors: &stuck };
+        self.bodies.factor_stiff(&own, led, (g, brake), room, dx)
     }
 
     fn solve(&self, room: &[f64], y: &mut [f64]) {
@@ -285,11 +288,8 @@ pub(super) const MAX_STATES: usize = 2 * (2 * MAX_JOINTS + crate::space::MAX_MOD
 impl FlexibleArm {
     /// Where the first tip would be if joints stood where their motors do and links were straight, inertial axes (LNK-7).
     fn rigid_tip<T: Scalar>(&self, at: &At<T>) -> [T; 3] {
-        let (row, n) = (&self.state, self.joints());
-        let mut x = [T::zero(); MAX_STATES];
-        for j in 0..n {
-            x[row.joint_angle + j] = at.x[self.bodies.motor_row(j).unwrap_or(row.joint_angle + j)];
-        }
-        self.bodies.tip_place(&At { x: &x[..self.sizes.states], ..*at })
+        let own = |j: usize| self.bodies.motor_row(j).unwrap_or(self.state.joint_angle + j);
+        let q: PerJoint<T> = (0..self.joints()).map(|j| at.x[own(j)]).collect();
+        self.bodies.straight_tip(at.p, &q)
     }
 }

@@ -2,15 +2,15 @@
 
 use super::appendage::Shapes;
 use super::articulated::{Drive, Found, Moves, Rotor};
-use super::attitude;
+use super::attitude::{self, about, rotation, unit};
 use super::composite::{forces, mass_matrix, rotor_rows};
 use super::instant::{Instant, four, three};
 use super::layout::{Inputs, Outputs, Parameters, States};
 use super::ritz::MAX_LINK_SHAPES;
 use super::shapes::MAX_SHAPES;
 use super::spatial::Motion;
-use super::tree::{Joints, Tree};
-use super::vector::{Vector, add, cross, times};
+use super::tree::{Joint, Joints, Tree};
+use super::vector::{Vector, add, cross, scale, times};
 use super::{
     MAX_APPENDAGES, MAX_BODIES, MAX_DOFS, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK, MAX_THRUSTERS, MAX_TIPS,
 };
@@ -323,13 +323,21 @@ impl SpatialFreeFlyer {
         self.spring[joint].map_or(T::zero(), |k| self.spring_torque(at, joint, k))
     }
 
-    /// Where the first tip is, inertial axes, m.
-    pub fn tip_place<T: Scalar>(&self, at: &At<T>) -> Vector<T> {
-        let mut now = Instant::new();
-        now.place(self, at);
-        let body = self.structure.tips[0];
-        let frame = &now.frames(self)[body];
-        add(frame.origin, times(&frame.rotation, now.displaced(body, three(at.p, self.parameter.tip_offset))))
+    /// Where the first tip of a robot whose base is held would be at these coordinates of its joints, links straight, inertial
+    /// axes, m.
+    pub fn straight_tip<T: Scalar>(&self, p: &[T], q: &[T]) -> Vector<T> {
+        let (s, at) = (&self.structure, &self.parameter);
+        let mut point = three(p, at.tip_offset);
+        for j in s.tree.arm(s.tips.first().copied().unwrap_or(0)).map(|body| body - 1) {
+            let axis = unit(three(p, at.joint_axis + 3 * j));
+            let moved = match s.tree.joint[j] {
+                Joint::Revolute => times(&about(axis, q[j]), point),
+                Joint::Prismatic => add(point, scale(q[j], axis)),
+            };
+            let mount = rotation(four(p, at.joint_orientation + 4 * j));
+            point = add(three(p, at.joint_position + 3 * j), times(&mount, moved));
+        }
+        add(three(p, at.initial_base_position), times(&rotation(four(p, at.initial_base_quaternion)), point))
     }
 
     /// Stiffness of all modes, N/m (N.m/rad), in the order of the coordinates.
@@ -389,7 +397,19 @@ impl SpatialFreeFlyer {
         let mut now = Instant::new();
         now.set(self, &at);
         now.lead(self, &led);
-        let rotor = self.accelerate(&now, &at, dx);
+        self.accelerate_led(&now, &at, &led, dx, needed);
+    }
+
+    /// The same at an instant that leads those.
+    pub(super) fn accelerate_led<T: Scalar>(
+        &self,
+        now: &Instant<T>,
+        at: &At<T>,
+        led: &Led<'_, T>,
+        dx: &mut [T],
+        needed: &mut [T],
+    ) {
+        let rotor = self.accelerate(now, at, dx);
         needed.fill(T::zero());
         for (j, acceleration) in led.motors {
             let Some(k) = self.spring[*j] else { continue };

@@ -5,7 +5,7 @@
 
 use super::composite::{BASE, mass_matrix};
 use super::instant::Instant;
-use super::model::SpatialFreeFlyer;
+use super::model::{Led, SpatialFreeFlyer};
 use trueup_numerics::hybrid::At;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
@@ -55,22 +55,25 @@ impl SpatialFreeFlyer {
         Some((matrix, Rows { both, spring, free, cross_both, cross_spring, g }))
     }
 
-    /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] says; `brake` tells of each joint (from 0)
-    /// what acts on its motor. The base must be held.
+    /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] says, and the rates into `dx`; `brake`
+    /// tells of each joint (from 0) what acts on its motor, `led` which motors have given accelerations. The base must be held.
     ///
     /// # Errors
     /// The row of a pivot that is not positive.
     pub fn factor_stiff(
         &self,
         at: &At<f64>,
-        g: f64,
-        brake: impl Fn(usize) -> Brake,
+        led: Led<'_, f64>,
+        (g, brake): (f64, impl Fn(usize) -> Brake),
         room: &mut [f64],
+        dx: &mut [f64],
     ) -> Result<(), usize> {
         let (n, joints) = (self.velocities(), self.structure().bodies());
         let Some((matrix, rows)) = self.rows(room) else { return Err(0) };
         let mut now = Instant::new();
         now.set(self, at);
+        now.lead(self, &led);
+        self.accelerate_led(&now, at, &led, dx, &mut []);
         mass_matrix(&now.snapshot(self), matrix);
         let whole = BASE + n;
         for i in 0..n {

@@ -94,13 +94,13 @@ impl<M: Hybrid> Ode for Frozen<'_, M> {
         self.model.rates(At { t, x, u: &self.work.u, p: self.p, modes: self.modes }, dx);
     }
 
-    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64) -> Option<Result<(), Fault>> {
+    fn factor_stiff(&mut self, t: f64, x: &[f64], g: f64, dx: &mut [f64]) -> Option<Result<(), Fault>> {
         let part = self.model.stiff_part()?;
         // A state that another driver initialised.
         self.work.make_room(self.model);
         let Work { u, stiff, .. } = &mut *self.work;
         self.signal.at(t, self.u0, u);
-        Some(part.factor(At { t, x, u, p: self.p, modes: self.modes }, g, stiff).map_err(Fault::Matrix))
+        Some(part.factor(At { t, x, u, p: self.p, modes: self.modes }, g, stiff, dx).map_err(Fault::Matrix))
     }
 
     fn solve_stiff(&self, y: &mut [f64]) {

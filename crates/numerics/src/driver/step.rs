@@ -47,7 +47,8 @@ impl Stepper {
             Solver::FixedStiff => Box::new(Ros2::new(n)),
         };
         let row = || vec![0.0; n];
-        Self { nominal, method, locator: Locator::new(indicators), x1: row(), f0: row(), f1: row() }
+        let locator = Locator::new(indicators, method.dense_is_parabola());
+        Self { nominal, method, locator, x1: row(), f0: row(), f1: row() }
     }
 
     /// Typical magnitudes of the states.

@@ -1,7 +1,7 @@
 //! Methods without an error estimate, for a fixed step (real time); cubic Hermite between the ends, of [`Ros2`] a parabola.
 
 use super::rodas4::factor;
-use super::{Fault, Hermite, Method, Ode, Tolerance, checked_rates, not_finite};
+use super::{Fault, Hermite, Method, Ode, Tolerance, checked, checked_rates, not_finite};
 use crate::linear::lu_solve;
 
 /// What the three methods share.
@@ -55,7 +55,6 @@ macro_rules! fixed {
                 self.common.fresh = false;
             }
             fn attempt(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64, _: Tolerance) -> Result<f64, Fault> {
-                self.common.begin(ode, t, x)?;
                 self.step(ode, t, x, h)?;
                 self.common.finish()
             }
@@ -69,6 +68,9 @@ macro_rules! fixed {
             }
             fn dense(&self, theta: f64, x: &mut [f64]) {
                 self.common.hermite.at(theta, x);
+            }
+            fn dense_is_parabola(&self) -> bool {
+                Self::PARABOLA
             }
             fn accept(&mut self) {
                 let c = &mut self.common;
@@ -87,14 +89,16 @@ pub struct Euler {
 }
 
 impl Euler {
+    const PARABOLA: bool = false;
     fn with(common: Common, _n: usize) -> Self {
         Self { common }
     }
     fn end_rates(&mut self, ode: &mut dyn Ode, t: f64, _x: &[f64], h: f64) {
         self.common.rates_at_end(ode, t, h);
     }
-    fn step(&mut self, _ode: &mut dyn Ode, _t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
+    fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let c = &mut self.common;
+        c.begin(ode, t, x)?;
         for i in 0..x.len() {
             c.end[i] = x[i] + h * c.f0[i];
         }
@@ -111,6 +115,7 @@ pub struct Rk4 {
 }
 
 impl Rk4 {
+    const PARABOLA: bool = false;
     fn with(common: Common, n: usize) -> Self {
         Self { common, k: core::array::from_fn(|_| vec![0.0; n]), stage: vec![0.0; n] }
     }
@@ -119,6 +124,7 @@ impl Rk4 {
     }
     fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let c = &mut self.common;
+        c.begin(ode, t, x)?;
         for (s, part) in [0.5, 0.5, 1.0].into_iter().enumerate() {
             let (done, rest) = self.k.split_at_mut(s);
             let k = done.last().unwrap_or(&c.f0);
@@ -166,6 +172,7 @@ impl Whole {
 }
 
 impl Ros2 {
+    const PARABOLA: bool = true;
     fn with(common: Common, n: usize) -> Self {
         let row = || vec![0.0; n];
         let square = || vec![0.0; n * n];
@@ -184,13 +191,18 @@ impl Ros2 {
     fn step(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64) -> Result<(), Fault> {
         let (c, n) = (&mut self.common, x.len());
         let g = (1.0 - core::f64::consts::FRAC_1_SQRT_2) * h;
-        let known = ode.factor_stiff(t, x, g).transpose()?.is_some();
-        if known {
+        c.end_fresh = false;
+        let known = if let Some(factored) = ode.factor_stiff(t, x, g, &mut c.f0) {
+            factored?;
+            checked(x, &c.f0)?;
             // The same order without f_t.
             self.whole.dfdt.fill(0.0);
+            true
         } else {
+            c.begin(ode, t, x)?;
             self.whole.factor(ode, t, x, g)?;
-        }
+            false
+        };
         let whole = &self.whole;
         let solve = |ode: &dyn Ode, y: &mut [f64]| if known { ode.solve_stiff(y) } else { whole.solve(g, y) };
         let [k1, k2] = &mut self.k;

@@ -21,8 +21,9 @@ pub trait Ode {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]);
     /// df/dx (row-major, n x n) and df/dt (n).
     fn jacobian(&mut self, t: f64, x: &[f64], dfdx: &mut [f64], dfdt: &mut [f64]);
-    /// Factors of 1 - g A, A being the stiff part of df/dx, for [`Ode::solve_stiff`]; `None`: no such part is known.
-    fn factor_stiff(&mut self, _t: f64, _x: &[f64], _g: f64) -> Option<Result<(), Fault>> {
+    /// Factors of 1 - g A, A being the stiff part of df/dx, for [`Ode::solve_stiff`], and f(t, x) into `dx`; `None`: no such
+    /// part is known, and nothing was done.
+    fn factor_stiff(&mut self, _t: f64, _x: &[f64], _g: f64, _dx: &mut [f64]) -> Option<Result<(), Fault>> {
         None
     }
     /// Solves (1 - g A) y' = y in place.
@@ -86,6 +87,10 @@ pub trait Method: Send {
     fn prepare_dense(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64);
     /// The states at `theta` in [0, 1] of the last attempt.
     fn dense(&self, theta: f64, x: &mut [f64]);
+    /// Whether they are parabolas, of which a point between the ends tells everything.
+    fn dense_is_parabola(&self) -> bool {
+        false
+    }
     /// The last attempt is accepted: the next one starts at its end.
     fn accept(&mut self);
 }
@@ -98,6 +103,11 @@ pub(crate) fn not_finite(values: &[f64]) -> Option<usize> {
 /// f(t, x), checked.
 fn checked_rates(ode: &mut dyn Ode, t: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Fault> {
     ode.rates(t, x, dx);
+    checked(x, dx)
+}
+
+/// Rates that are finite.
+fn checked(x: &[f64], dx: &[f64]) -> Result<(), Fault> {
     // A sum is finite only if all its terms are: one test in the usual case.
     if dx.iter().sum::<f64>().is_finite() {
         return Ok(());
