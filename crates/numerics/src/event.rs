@@ -144,24 +144,24 @@ impl Locator {
         limit: f64,
         indicators: Indicators,
     ) -> Option<f64> {
+        let Self { t, z, work, nodes, .. } = self;
         let mut at = |work: &mut [f64], t: f64| {
             indicators(t, work);
             work[i]
         };
-        let (t, work) = (self.t, &mut self.work);
-        let mut z = [0.0; MOST];
-        z[begin..].iter_mut().zip(&self.z[begin..]).for_each(|(to, z)| *to = z[i]);
+        let sample = |k: usize| (t[k], z[k][i]);
         for k in begin..MOST - 1 {
-            if t[k] >= limit {
+            let (a, m) = (sample(k), sample(k + 1));
+            if a.0 >= limit {
                 return None;
             }
-            if way.counts(z[k], z[k + 1]) {
-                return Some(cross((t[k], z[k]), (t[k + 1], z[k + 1]), |t| at(work, t)));
+            if way.counts(a.1, m.1) {
+                return Some(cross(a, m, |t| at(work, t)));
             }
             if k + 2 < MOST {
-                let [a, m, b] = [k, k + 1, k + 2].map(|j| (t[j], z[j]));
+                let b = sample(k + 2);
                 let found = match near_an_end(a, m, b) {
-                    Some(t) if self.nodes.len() < NODES.len() => {
+                    Some(t) if nodes.len() < NODES.len() => {
                         let m = (t, at(work, t));
                         if (m.1 > 0.0) == (a.1 > 0.0) { dip(a, m, b, |t| at(work, t)) } else { Some(m) }
                     }

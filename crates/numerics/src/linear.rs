@@ -59,12 +59,13 @@ pub fn lu_solve<T: Scalar>(lu: &[T], n: usize, pivots: &[usize], b: &mut [T]) {
     }
 }
 
-/// A = L D L^T of a symmetric positive definite matrix, in place; reads and writes the lower triangle,
-/// D on the diagonal.
+/// A = L D L^T of a symmetric positive definite matrix, in place: reads the lower triangle and the diagonal, writes L below the
+/// diagonal, D on it, D L^T above it. What the inner loops run over lies in one piece.
 ///
 /// # Errors
 /// A pivot that is not positive beyond rounding, relative to the diagonal element it came from.
 pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
+    let a = &mut a[..n * n];
     for j in 0..n {
         let diagonal = a[j * n + j].value();
         for k in 0..j {
@@ -76,11 +77,13 @@ pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
         if !(d.value() > n as f64 * f64::EPSILON * diagonal && d.value().is_finite()) {
             return Err(Singular { index: j, pivot: d.value() });
         }
-        for i in j + 1..n {
-            for k in 0..j {
-                a[i * n + j] -= a[i * n + k] * a[j * n + k] * a[k * n + k];
-            }
-            a[i * n + j] /= d;
+        let (above, below) = a.split_at_mut((j + 1) * n);
+        let row = &mut above[j * n..][j + 1..];
+        for (i, lower) in below.chunks_exact_mut(n).enumerate() {
+            row[i] = lower[j];
+            lower[j] /= d;
+            let l = lower[j];
+            lower[j + 1..].iter_mut().zip(&row[..i]).for_each(|(to, u)| *to -= l * *u);
         }
     }
     Ok(())
@@ -88,17 +91,14 @@ pub fn ldl_factor<T: Scalar>(a: &mut [T], n: usize) -> Result<(), Singular> {
 
 /// Solves A x = b with the factors of [`ldl_factor`]; `b` becomes x.
 pub fn ldl_solve<T: Scalar>(ldl: &[T], n: usize, b: &mut [T]) {
-    for i in 1..n {
-        for j in 0..i {
-            b[i] -= ldl[i * n + j] * b[j];
-        }
+    for j in 0..n {
+        let row = &ldl[j * n..][..n];
+        b[j] /= row[j];
+        let y = b[j];
+        b[j + 1..n].iter_mut().zip(&row[j + 1..]).for_each(|(b, u)| *b -= *u * y);
     }
-    for i in 0..n {
-        b[i] /= ldl[i * n + i];
-    }
-    for i in (0..n).rev() {
-        for j in i + 1..n {
-            b[i] -= ldl[j * n + i] * b[j];
-        }
+    for j in (1..n).rev() {
+        let x = b[j];
+        b[..j].iter_mut().zip(&ldl[j * n..][..j]).for_each(|(b, l)| *b -= *l * x);
     }
 }
