@@ -26,9 +26,17 @@ const PARENT: &str = "parent";
 /// Size of the steps of Co-Simulation where they are fixed, s.
 pub(crate) const STEP: f64 = 1e-3;
 
+/// What is chosen beside a structure that is told body by body.
+const BESIDE: [&str; 3] = [DRIVE_CHOICE, AXIAL_CHOICE, SOLVER_CHOICE];
+
+/// The item that is chosen of one of [`BESIDE`].
+fn item(c: &Configuration, choice: &str) -> Option<usize> {
+    c.structure.iter().find(|s| s.0 == choice).and_then(|s| s.1.first()).map(|item| *item as usize)
+}
+
 /// Whether a configuration wants steps of fixed size.
 pub(crate) fn fixed(c: &Configuration) -> bool {
-    c.structure.iter().any(|s| s.0 == SOLVER_CHOICE && s.1 == [FIXED as u32])
+    item(c, SOLVER_CHOICE) == Some(FIXED)
 }
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
@@ -37,16 +45,10 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
         return Err(format!("no effect acts in FlexibleArm yet, `{effect}` neither"));
     }
     if c.structure.iter().any(|s| s.0 == PARENT) {
-        let by_current = !c.structure.iter().any(|s| s.0 == DRIVE_CHOICE && s.1 == [BY_TORQUE as u32]);
-        let own: Vec<_> = c
-            .structure
-            .iter()
-            .filter(|s| ![DRIVE_CHOICE, AXIAL_CHOICE, SOLVER_CHOICE].contains(&s.0.as_str()))
-            .cloned()
-            .collect();
+        let by_current = item(c, DRIVE_CHOICE) != Some(BY_TORQUE);
+        let own: Vec<_> = c.structure.iter().filter(|s| !BESIDE.contains(&s.0.as_str())).cloned().collect();
         let mut robot = structure(&Configuration { structure: own, ..c.clone() })?;
-        robot.axial_stiffening =
-            c.structure.iter().any(|s| s.0 == AXIAL_CHOICE && s.1 == [STIFFENING as u32]);
+        robot.axial_stiffening = item(c, AXIAL_CHOICE) == Some(STIFFENING);
         let arm = FlexibleArm::new(Structure { robot, by_current })?;
         let start = arm.defaults();
         return Ok((arm, start));

@@ -22,8 +22,15 @@ pub enum Plant {
     Arm(PlanarManipulator),
     /// `SpatialFreeFlyer` with the start values of its parameters.
     Space(SpatialFreeFlyer, Vec<f64>),
-    /// `FlexibleArm` with the start values of its parameters, and whether its steps in Co-Simulation are of fixed size.
-    FlexibleArm(FlexibleArm, Vec<f64>, bool),
+    /// `FlexibleArm` with the start values of its parameters.
+    FlexibleArm {
+        /// The model.
+        arm: FlexibleArm,
+        /// Start values of its parameters.
+        start: Vec<f64>,
+        /// Size of the steps of Co-Simulation where they are fixed, s.
+        step: Option<f64>,
+    },
     /// `FreeBody`, `GripperContact` or `CaptureScene`.
     Contact(Contact),
 }
@@ -35,7 +42,7 @@ trueup_numerics::delegate_hybrid!(Plant {
     Plant::Joint(m, _) => m,
     Plant::Arm(m) => m,
     Plant::Space(m, _) => m,
-    Plant::FlexibleArm(m, ..) => m,
+    Plant::FlexibleArm { arm, .. } => arm,
     Plant::Contact(m) => m
 });
 
@@ -62,7 +69,8 @@ impl FmuModel for Plant {
             }
             "SpatialFreeFlyer" => space::build(c).map(|(m, start)| Self::Space(m, start)),
             "FlexibleArm" => {
-                flexible_arm::build(c).map(|(m, start)| Self::FlexibleArm(m, start, flexible_arm::fixed(c)))
+                let step = flexible_arm::fixed(c).then_some(flexible_arm::STEP);
+                flexible_arm::build(c).map(|(arm, start)| Self::FlexibleArm { arm, start, step })
             }
             name if contact::MODELS.contains(&name) => contact::build(c).map(Self::Contact),
             other => Err(format!("this library has no model {other:?}; it has {}", crate::MODELS.join(", "))),
@@ -73,7 +81,7 @@ impl FmuModel for Plant {
             Self::Joint(m, gear_ratio) => joint::table(m, *gear_ratio),
             Self::Arm(m) => arm::table(m, &m.defaults()),
             Self::Space(m, start) => space::table(m, start),
-            Self::FlexibleArm(m, start, fixed) => flexible_arm::table(m, start, *fixed),
+            Self::FlexibleArm { arm, start, step } => flexible_arm::table(arm, start, step.is_some()),
             Self::Contact(m) => m.table(),
         }
     }
@@ -86,7 +94,7 @@ impl FmuModel for Plant {
             Self::Joint(..) => Ok(()),
             Self::Arm(m) => m.check(p),
             Self::Space(m, _) => m.check(p),
-            Self::FlexibleArm(m, ..) => m.check(p),
+            Self::FlexibleArm { arm, .. } => arm.check(p),
             Self::Contact(m) => m.check(p),
         }
     }
@@ -94,31 +102,31 @@ impl FmuModel for Plant {
         match self {
             Self::Space(m, _) if said == 0 => m.too_fast(&at).map(|text| (1, text)),
             Self::Contact(m) => m.watch(&at, said),
-            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn long_step(&self, h: f64, p: &[f64]) -> Option<String> {
         match self {
             Self::Contact(m) => m.long_step(h, p),
-            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn singular(&self, at: At<'_, f64>) -> Option<String> {
         match self {
             Self::Contact(m) => m.singular(&at),
-            Self::Space(..) | Self::FlexibleArm(..) | Self::Joint(..) | Self::Arm(_) => None,
+            Self::Space(..) | Self::FlexibleArm { .. } | Self::Joint(..) | Self::Arm(_) => None,
         }
     }
     fn fixed_step(&self) -> Option<f64> {
         match self {
-            Self::FlexibleArm(.., true) => Some(flexible_arm::STEP),
-            _ => None,
+            Self::FlexibleArm { step, .. } => *step,
+            Self::Space(..) | Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }
     fn remark(&self, p: &[f64]) -> Option<String> {
         match self {
             Self::Space(m, _) => m.remark(p),
-            Self::FlexibleArm(m, ..) => m.bodies().remark(p),
+            Self::FlexibleArm { arm, .. } => arm.bodies().remark(p),
             Self::Joint(..) | Self::Arm(_) | Self::Contact(_) => None,
         }
     }

@@ -33,10 +33,9 @@ pub(crate) struct CoSimulation {
 impl CoSimulation {
     pub(crate) fn new<M: FmuModel>(layout: &Layout, model: &M) -> Self {
         let n = layout.sizes;
-        let adaptive = if model.stiff() { Solver::Stiff } else { Solver::Explicit };
         let options = match model.fixed_step() {
             Some(max_step) => Options { solver: Solver::FixedStiff, max_step, ..Options::default() },
-            None => Options { solver: adaptive, ..Options::default() },
+            None => Options { solver: Solver::Explicit, ..Options::default() },
         };
         Self {
             driver: Driver::new(n, &layout.nominals, options),

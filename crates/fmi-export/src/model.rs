@@ -34,10 +34,6 @@ pub trait FmuModel: Hybrid + Sized + Send + Sync + 'static {
     fn singular(&self, _at: At<'_, f64>) -> Option<String> {
         None
     }
-    /// Whether Co-Simulation needs a method for stiff equations.
-    fn stiff(&self) -> bool {
-        false
-    }
     /// Size of the implicit steps that Co-Simulation takes, s; `None`: steps are as long as the tolerance allows.
     fn fixed_step(&self) -> Option<f64> {
         None

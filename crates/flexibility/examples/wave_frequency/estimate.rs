@@ -13,13 +13,11 @@ const RATIOS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 const ARRIVED: f64 = 1e-3;
 
 pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
-    let count = asked.moves();
-    let (sensors, orbit, late) = (asked.has("sensors"), asked.has("orbit"), asked.has("late"));
+    let (count, how) = (asked.moves(), asked.how());
     let arm = FlexibleArm::new(structure(false))?;
-    let moves = draw(&arm, count, orbit)?;
-    let run = |m: &Move, strategy, omega, ratio| {
-        m.run(&arm, &control(&arm, &m.p, strategy, omega, ratio), sensors, late)
-    };
+    let moves = draw(&arm, count, how.orbit)?;
+    let run =
+        |m: &Move, strategy, omega, ratio| m.run(&arm, &control(&arm, &m.p, strategy, omega, ratio), how);
     let base = moves.iter().map(|m| run(m, Strategy::PPi, [40.0; N], None)).collect::<Result<Vec<_>, _>>()?;
     let millimetres = |of: fn(&Outcome) -> f64, all: &[Outcome]| {
         spread(&all.iter().map(|o| 1e3 * of(o)).collect::<Vec<_>>())
@@ -27,9 +25,10 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
     let [least, median, most] = millimetres(|o| o.vibration, &base);
     let [slow, _, fast] = spread(&moves.iter().map(|m| m.first).collect::<Vec<_>>());
     println!(
-        "{count} moves, {} sensors, {}; first modes of {slow:.1} to {fast:.1} rad/s. P/PI: {median:.3} mm at the median ({least:.3} to {most:.3}), {:.3} mm from the goal",
-        if sensors { "quantised" } else { "ideal" },
-        if orbit { "no weight" } else { "on the ground" },
+        "{count} moves, {} sensors, {}, {}; first modes of {slow:.1} to {fast:.1} rad/s. P/PI: {median:.3} mm at the median ({least:.3} to {most:.3}), {:.3} mm from the goal",
+        if how.sensors { "quantised" } else { "ideal" },
+        if how.orbit { "no weight" } else { "on the ground" },
+        if how.dry { "stick-slip" } else { "linear" },
         millimetres(|o| o.error, &base)[1],
     );
     let less = |all: &[Outcome]| -> Vec<f64> {
@@ -41,7 +40,7 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
         .map(|m| {
             let mut c = control(&arm, &m.p, Strategy::PPi, [40.0; N], None);
             c[parameter::POSITION_GAIN * N..][..N].fill(0.5 * GAIN);
-            m.run(&arm, &c, sensors, late)
+            m.run(&arm, &c, how)
         })
         .collect::<Result<Vec<_>, _>>()?;
     let [least, median, _] = spread(&less(&halved));

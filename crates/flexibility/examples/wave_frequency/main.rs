@@ -2,10 +2,11 @@
 //! one for all moves, and the frequency that the controllers estimate from their encoders, or take from a schedule.
 //!
 //! Moves of the shoulder's and the elbow's pitch between random postures with payloads of 0 to 10 kg. The plant is linear about
-//! the posture where the move ends, without dry friction; the controllers are those of the FMU, sampled at 1 kHz. Vibration: root
-//! mean square of the tip's way less its mean over one period of the first mode, in 6 s; `late`: after the first second.
-//! `cargo run --release -p trueup-flexibility --example wave_frequency -- [MOVES] [ideal|sensors] [ground|orbit] [all|late]`, and behind it
-//! `schedule [vwbc|wbc|washout]`. `dry`: a few of these moves by the arm itself, with stick-slip.
+//! the posture where the move ends, without dry friction, or (`dry`) the arm itself with stick-slip in its motors; the controllers are
+//! those of the FMU, sampled at 1 kHz. Vibration: root mean square of the tip's way less its mean over one period of the first
+//! mode, in 6 s; `late`: after the first second.
+//! `cargo run --release -p trueup-flexibility --example wave_frequency -- [MOVES] [ideal|sensors] [ground|orbit] [all|late] [linear|dry]`,
+//! and behind it `schedule [vwbc|wbc|washout]`.
 #![allow(clippy::print_stdout)]
 
 mod dry;
@@ -26,6 +27,10 @@ impl Asked {
     fn has(&self, word: &str) -> bool {
         self.words.iter().any(|w| w == word)
     }
+    fn how(&self) -> moves::How {
+        let has = |word| self.has(word);
+        moves::How { sensors: has("sensors"), orbit: has("orbit"), late: has("late"), dry: has("dry") }
+    }
     fn moves(&self) -> usize {
         self.words.iter().find_map(|w| w.parse().ok()).unwrap_or(50).max(1)
     }
@@ -33,11 +38,5 @@ impl Asked {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let asked = Asked { words: std::env::args().skip(1).collect() };
-    if asked.has("schedule") {
-        schedule::study(&asked)
-    } else if asked.has("dry") {
-        dry::study(&asked)
-    } else {
-        estimate::study(&asked)
-    }
+    if asked.has("schedule") { schedule::study(&asked) } else { estimate::study(&asked) }
 }

@@ -24,6 +24,47 @@ pub(crate) const OMEGAS: [f64; 11] = [5.0, 10.0, 20.0, 40.0, 60.0, 100.0, 150.0,
 /// By how much a move may vibrate more than with P/PI, %, for a constant frequency to count.
 pub(crate) const WORSE: f64 = 10.0;
 
+/// How moves are run.
+#[derive(Clone, Copy)]
+pub(crate) struct How {
+    /// By quantised encoders.
+    pub(crate) sensors: bool,
+    /// Without weight.
+    pub(crate) orbit: bool,
+    /// Vibration counts after the first second.
+    pub(crate) late: bool,
+    /// By the arm itself, with stick-slip.
+    pub(crate) dry: bool,
+}
+
+/// What a controller sees of one joint: angles and rates of motor and joint, as encoders have them.
+pub(crate) struct Encoders {
+    quantised: bool,
+    before: [Option<[f64; 2]>; N],
+}
+
+impl Encoders {
+    pub(crate) fn new(how: How) -> Self {
+        Self { quantised: how.sensors, before: [None; N] }
+    }
+    /// Motor's angle and rate, joint's angle and rate (rad, joint side), `ratio` being the gear's.
+    pub(crate) fn read(
+        &mut self,
+        j: usize,
+        [motor, load]: [f64; 2],
+        rates: [f64; 2],
+        ratio: f64,
+    ) -> [f64; 4] {
+        if !self.quantised {
+            return [motor, rates[0], load, rates[1]];
+        }
+        let step = std::f64::consts::TAU / COUNTS / ratio;
+        let seen = [(motor / step).floor() * step, (load / LOAD_STEP).floor() * LOAD_STEP];
+        let before = self.before[j].replace(seen).unwrap_or(seen);
+        [seen[0], (seen[0] - before[0]) / STEP, seen[1], (seen[1] - before[1]) / STEP]
+    }
+}
+
 /// xorshift64*.
 struct Random(u64);
 impl Random {
@@ -131,9 +172,12 @@ impl Move {
         &self,
         arm: &FlexibleArm,
         control: &[f64],
-        sensors: bool,
-        late: bool,
+        how: How,
     ) -> Result<Outcome, Box<dyn Error>> {
+        if how.dry { self.run_dry(arm, control, how) } else { self.run_linear(arm, control, how) }
+    }
+
+    fn run_linear(&self, arm: &FlexibleArm, control: &[f64], how: How) -> Result<Outcome, Box<dyn Error>> {
         let controller = ManipulatorController { joints: N };
         controller.check(control).map_err(|e| e.1)?;
         let own = controller.sizes();
@@ -144,7 +188,7 @@ impl Move {
         let ratio = Parameters::new(&arm.structure().robot).gear_ratio;
         let (mut next, mut drive) = (x.clone(), DVector::zeros(N));
         let mut sensed = vec![0.0; own.inputs];
-        let mut before = [[0.0; N]; 2];
+        let mut encoders = Encoders::new(how);
         let mut way = Vec::new();
         for k in 0..(TIME / STEP) as usize {
             let now = k as f64 * STEP;
@@ -157,19 +201,9 @@ impl Move {
                 let motor = self.goal[j] + y[measured::MOTOR_ANGLE * N + j] + from[j]
                     - self.start[States::new(&arm.structure().robot).motor_angle + j];
                 let load = self.goal[j] + y[measured::JOINT_ANGLE * N + j];
-                let (mut seen, mut rates) = (
-                    [motor, load],
-                    [y[measured::MOTOR_VELOCITY * N + j], y[measured::JOINT_VELOCITY * N + j]],
-                );
-                if sensors {
-                    let step = std::f64::consts::TAU / COUNTS / self.p[ratio + j];
-                    seen = [(motor / step).floor() * step, (load / LOAD_STEP).floor() * LOAD_STEP];
-                    rates = [0, 1].map(|i| if k > 0 { (seen[i] - before[i][j]) / STEP } else { 0.0 });
-                }
-                (before[0][j], before[1][j]) = (seen[0], seen[1]);
-                for (i, value) in [seen[0], rates[0], seen[1], rates[1]].into_iter().enumerate() {
-                    sensed[(2 + i) * N + j] = value;
-                }
+                let rates = [y[measured::MOTOR_VELOCITY * N + j], y[measured::JOINT_VELOCITY * N + j]];
+                let seen = encoders.read(j, [motor, load], rates, self.p[ratio + j]);
+                seen.into_iter().enumerate().for_each(|(i, value)| sensed[(2 + i) * N + j] = value);
             }
             if k == 0 {
                 // States from the inputs, the first sample later; the integral holds the weight already.
@@ -184,20 +218,22 @@ impl Move {
             next.gemv(1.0, &self.plant.b, &drive, 1.0);
             std::mem::swap(&mut x, &mut next);
         }
+        Ok(self.outcome(&way, &cx, control, how))
+    }
+
+    /// Of the tip's way from its goal, and the controllers' states in the end.
+    pub(crate) fn outcome(&self, way: &[[f64; 3]], cx: &[f64], control: &[f64], how: How) -> Outcome {
         let window = (std::f64::consts::TAU / self.first / STEP) as usize | 1;
         let error = way.last().map_or(0.0, |tip| tip.iter().map(|v| v * v).sum::<f64>().sqrt());
         let offset = adapted::first(N) + adapted::OFFSET * N;
         let used = core::array::from_fn(|j| cx[offset + j] + control[parameter::WAVE_FREQUENCY * N + j]);
-        Ok(Outcome {
-            vibration: vibration(&way, window, if late { (1.0 / STEP) as usize } else { 0 }),
-            error,
-            used,
-        })
+        let from = if how.late { (1.0 / STEP) as usize } else { 0 };
+        Outcome { vibration: vibration(way, window, from), error, used }
     }
 }
 
 /// Root mean square of a way less its centred mean over a window, from this sample on.
-pub(crate) fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
+fn vibration(way: &[[f64; 3]], window: usize, from: usize) -> f64 {
     let half = window / 2;
     let at = |i: isize| way[i.clamp(0, way.len() as isize - 1) as usize];
     let mut square = 0.0;

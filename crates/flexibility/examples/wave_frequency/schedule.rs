@@ -5,7 +5,7 @@
 
 use super::Asked;
 use super::loops::{N, with_payload};
-use super::moves::{GAIN, Move, OMEGAS, Outcome, WORSE, control, draw, schedule, spread};
+use super::moves::{GAIN, How, Move, OMEGAS, Outcome, WORSE, control, draw, schedule, spread};
 use std::error::Error;
 use trueup_flexibility::droop::droop;
 use trueup_flexibility::equilibrium::equilibrium;
@@ -20,15 +20,16 @@ const MOST: [f64; 3] = [200.0, 400.0, 1000.0];
 /// Where the arm may be: shoulder and elbow, rad; heaviest payload, kg.
 const RANGE: [[f64; 2]; 2] = [[-0.2, 2.0], [-2.7, 0.3]];
 const HEAVIEST: f64 = 10.0;
-/// Angles of the other joint that are looked at.
+/// Joint, from 0.
+const ELBOW: usize = 2;
+/// Angles of the shoulder that are looked at.
 const OTHERS: usize = 9;
 
 struct Study<'a> {
     arm: &'a FlexibleArm,
     moves: Vec<Move>,
     base: Vec<Outcome>,
-    sensors: bool,
-    late: bool,
+    how: How,
 }
 
 /// Less vibration than with P/PI in %, and how far from the goal in mm, move by move.
@@ -41,7 +42,7 @@ impl Study<'_> {
     fn row(&self, law: impl Fn(&Move) -> Vec<f64>) -> Result<Row, Box<dyn Error>> {
         let mut row = Row { less: vec![], error: vec![] };
         for (m, base) in self.moves.iter().zip(&self.base) {
-            let done = m.run(self.arm, &law(m), self.sensors, self.late)?;
+            let done = m.run(self.arm, &law(m), self.how)?;
             row.less.push(100.0 * (1.0 - done.vibration / base.vibration));
             row.error.push(1e3 * done.error);
         }
@@ -58,12 +59,11 @@ pub(crate) fn within(share: f64, bound: f64, most: f64) -> f64 {
     (share * GAIN * bound).min(most).max(LEAST)
 }
 
-/// Knots over joint 2 (`which` 0) or 3 (1): angles, and the least bound over the other's angle.
+/// Knots over the elbow: angles, and the least bound over the shoulder's angle.
 pub(crate) fn table(
     arm: &FlexibleArm,
     payload: f64,
     orbit: bool,
-    which: usize,
 ) -> Result<[[f64; KNOTS]; 2], Box<dyn Error>> {
     let p = with_payload(arm, payload, orbit);
     let at = |of: usize, k: usize, count: usize| {
@@ -71,11 +71,10 @@ pub(crate) fn table(
     };
     let mut found = [[0.0; KNOTS], [f64::INFINITY; KNOTS]];
     for k in 0..KNOTS {
-        found[0][k] = at(which, k, KNOTS);
-        for other in 0..OTHERS {
+        found[0][k] = at(1, k, KNOTS);
+        for shoulder in 0..OTHERS {
             let mut pose = [0.0; N];
-            pose[1 + which] = found[0][k];
-            pose[2 - which] = at(1 - which, other, OTHERS);
+            (pose[1], pose[ELBOW]) = (at(0, shoulder, OTHERS), found[0][k]);
             found[1][k] = found[1][k].min(1.0 / droop(&equilibrium(arm, &p, &pose, [0.0; 3])?)?);
         }
     }
@@ -83,8 +82,7 @@ pub(crate) fn table(
 }
 
 pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
-    let count = asked.moves();
-    let (sensors, orbit, late) = (asked.has("sensors"), asked.has("orbit"), asked.has("late"));
+    let (count, how) = (asked.moves(), asked.how());
     let strategy = if asked.has("wbc") {
         Strategy::Wbc
     } else if asked.has("washout") {
@@ -93,10 +91,9 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
         Strategy::Vwbc
     };
     let arm = FlexibleArm::new(structure(false))?;
-    let mut study = Study { arm: &arm, moves: draw(&arm, count, orbit)?, base: vec![], sensors, late };
+    let mut study = Study { arm: &arm, moves: draw(&arm, count, how.orbit)?, base: vec![], how };
     let still = |m: &Move| control(&arm, &m.p, Strategy::PPi, [40.0; N], None);
-    study.base =
-        study.moves.iter().map(|m| m.run(&arm, &still(m), sensors, late)).collect::<Result<_, _>>()?;
+    study.base = study.moves.iter().map(|m| m.run(&arm, &still(m), how)).collect::<Result<_, _>>()?;
 
     let constants = OMEGAS.iter().map(|w| study.constant(strategy, |_| *w)).collect::<Result<Vec<_>, _>>()?;
     let median = |values: &[f64]| spread(values)[1];
@@ -153,10 +150,9 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
         // Has no adaptive form.
         _ => return Ok(()),
     };
-    let elbow = 1;
-    let unknown = table(&arm, HEAVIEST, orbit, elbow)?;
+    let unknown = table(&arm, HEAVIEST, how.orbit)?;
     let tables =
-        study.moves.iter().map(|m| table(&arm, m.payload, orbit, elbow)).collect::<Result<Vec<_>, _>>()?;
+        study.moves.iter().map(|m| table(&arm, m.payload, how.orbit)).collect::<Result<Vec<_>, _>>()?;
     for (name, known) in [("elbow, payload known", true), ("elbow, payload unknown", false)] {
         for most in MOST {
             for share in SHARES {
@@ -165,8 +161,8 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
                     let own = if known { own } else { &unknown };
                     let follow = [own[0], own[1].map(|bound| within(share, bound, most))];
                     let mut c = control(&arm, &m.p, adaptive, [LEAST; N], None);
-                    schedule(&mut c, elbow + 2, &follow, [LEAST, most], m.poses[0][elbow + 1]);
-                    let done = m.run(&arm, &c, sensors, late)?;
+                    schedule(&mut c, ELBOW + 1, &follow, [LEAST, most], m.poses[0][ELBOW]);
+                    let done = m.run(&arm, &c, how)?;
                     row.less.push(100.0 * (1.0 - done.vibration / base.vibration));
                     row.error.push(1e3 * done.error);
                 }

@@ -41,11 +41,17 @@ pub(crate) struct ArmMap {
     pub(crate) gravity: Option<Vec<f64>>,
     /// Write arm-schedule.toml too: start values with which velocity waves follow the arm, omega_n that share of what lets it run away
     /// with that position gain, and at most so many rad/s [share and most when not given: 0.15, 200]
-    #[arg(long, value_name = "KP,SHARE,MOST", value_delimiter = ',', allow_hyphen_values = true)]
+    #[arg(long, value_name = "KP,SHARE,MOST", value_delimiter = ',', allow_hyphen_values = true, value_parser = of_schedule)]
     pub(crate) schedule: Option<Vec<f64>>,
     /// Machine-readable
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+fn of_schedule(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| {
+        "give numbers: K_p in 1/s, a share, the largest wave frequency in rad/s, as in 2,0.15,200".to_owned()
+    })
 }
 
 fn mass(text: &str) -> Result<f64, String> {
