@@ -42,8 +42,11 @@ fn lnk10_the_stiff_part_of_an_arm_at_rest_is_its_jacobian() {
             (0..n).for_each(|i| dfdx[i * n + k] = rates[i].eps[0]);
         }
         for g in [1e-6, 3e-4, 0.1] {
-            let mut room = vec![f64::NAN; arm.room()];
-            arm.factor(At { t: 0.0, x: &x, u: &u, p: &p, modes: &modes }, g, &mut room).unwrap();
+            let (mut room, mut here, mut alone) = (vec![f64::NAN; arm.room()], vec![0.0; n], vec![0.0; n]);
+            let at = At { t: 0.0, x: &x[..], u: &u[..], p: &p[..], modes: &modes[..] };
+            arm.factor(at, g, &mut room, &mut here).unwrap();
+            arm.rates(at, &mut alone);
+            assert_eq!(here, alone, "the rates that come with the factors");
             let mut whole: Vec<f64> = dfdx.iter().map(|j| -g * j).collect();
             (0..n).for_each(|i| whole[i * n + i] += 1.0);
             let mut pivots = vec![0; n];
