@@ -8,7 +8,7 @@ use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::controller::{ManipulatorController, input, state};
 use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::space::layout::{Outputs, Parameters, States};
-use trueup_numerics::driver::{Driver, Flow, Inputs, Memory, Options, Solver, State};
+use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, Solver, State};
 use trueup_numerics::hybrid::{At, Hybrid};
 
 impl Move {
@@ -66,7 +66,12 @@ impl Move {
             }
             controller.update(time + STEP, &mut cx, &sensed, control, &mut sampled);
             now.u[..N].copy_from_slice(&cx[state::HELD_OUTPUT * N..][..N]);
-            driver.advance_to(arm, &mut now, time + STEP, Inputs::Hold, &mut |_| Flow::Continue)?;
+            match driver.advance_to(arm, &mut now, time + STEP, Inputs::Hold, &mut |_| Flow::Continue) {
+                Ok(_) => {}
+                // It has run away, far beyond what an arm can.
+                Err(DriveError::NotFinite { .. }) => return Ok(Outcome::lost()),
+                Err(other) => return Err(other.into()),
+            }
         }
         Ok(self.outcome(&way, &cx, control, how))
     }

@@ -108,6 +108,13 @@ pub(crate) struct Outcome {
     pub(crate) used: [f64; N],
 }
 
+impl Outcome {
+    /// Of an arm that is lost.
+    pub(crate) fn lost() -> Self {
+        Self { vibration: f64::INFINITY, error: f64::INFINITY, used: [0.0; N] }
+    }
+}
+
 pub(crate) fn draw(arm: &FlexibleArm, count: usize, orbit: bool) -> Result<Vec<Move>, Box<dyn Error>> {
     let mut random = Random(0x9E37_79B9_7F4A_7C15);
     let at = Parameters::new(&arm.structure().robot);
