@@ -10,7 +10,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 MODELS = (
-    "TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FreeBody", "GripperContact", "CaptureScene",
+    "TwoMassJoint", "PlanarManipulator", "SpatialFreeFlyer", "FlexibleArm", "FreeBody", "GripperContact", "CaptureScene",
     "JointController", "ManipulatorController",
 )
 

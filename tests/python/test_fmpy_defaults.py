@@ -21,6 +21,8 @@ def columns(model, amplitude, w):
         return {"jointTorque": [wave(0.3), wave(-0.2, 2), wave(0.1, 3)]}
     if model == "SpatialFreeFlyer":
         return {"jointTorque": [wave(a, k + 1) for k, a in enumerate((2, 3, -1.5, 0.02, 0.02, 0.004))]}
+    if model == "FlexibleArm":
+        return {"motorCurrent": [wave(a, k + 1) for k, a in enumerate((0.1, 0.3, -0.2, 0.02, 0.02, 0.02))]}
     if model == "FreeBody":
         return {"portTorque": [wave(50)]}
     if model == "GripperContact":  # the target's port comes and goes between the balls
@@ -60,9 +62,12 @@ def table(model, version, amplitude, w):
 
 
 @pytest.mark.parametrize("model, version", BY_VERSION)
-def test_sampled_sines(fmu, model, version):
+def test_sampled_sines(full, fmu, model, version):
+    if model == "FlexibleArm" and not full:
+        pytest.skip("50 s of an arm with flexible links take minutes: --full")
     shown = {
         "TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "SpatialFreeFlyer": "jointAngle",
+        "FlexibleArm": "jointAngle",
         "FreeBody": "rate", "GripperContact": "hostForce", "CaptureScene": "chaserVelocity", "JointController": "motorCurrent",
     }
     array = version == 2 and model not in ("TwoMassJoint", "FreeBody", "JointController")

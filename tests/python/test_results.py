@@ -23,7 +23,7 @@ def columns(file):
     return np.array([tuple(map(float, row)) for row in rows], dtype=[(name, float) for name in names])
 
 
-@pytest.mark.parametrize("model, version", [*BY_VERSION, ("FlexibleArm", 3)])
+@pytest.mark.parametrize("model, version", BY_VERSION)
 def test_csv_and_parquet_hold_the_same_bits(trueup, fmu, tmp_path, model, version):
     for name in ("r.csv", "r.parquet"):
         done = trueup("simulate", fmu(model, version), "--stop", 0.5, "--step", 0.001, "-o", tmp_path / name)

@@ -262,7 +262,7 @@ impl<'a> Setting<'a> {
         for u in stated.unknowns.iter_mut().filter(|u| u.run.is_none() && u.lower < u.upper) {
             let known = f.stated.unknowns.iter().position(|o| o.name == u.name && o.run.is_none());
             if let Some(k) = known.filter(|k| sd[*k] > 0.0) {
-                u.prior = Some((f.theta[k], sd[k]));
+                (u.prior, u.heavy) = (Some((f.theta[k], sd[k])), false);
             }
         }
         let start = new.begin_with(&stated, f);

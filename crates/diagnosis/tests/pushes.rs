@@ -38,6 +38,7 @@ fn pushed() -> Loaded {
 
 /// Where balances see nothing, free runs have to: their answer to a push lasts.
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn a_free_run_asks_for_two_pushes_where_they_are() {
     let loaded = pushed();
     let case = Prepared::new(&loaded).unwrap();

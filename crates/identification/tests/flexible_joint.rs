@@ -7,6 +7,7 @@ use trueup_identification::flexible_joint::{Method, fit};
 const TRUTH: [f64; 4] = [5.6, 5.47, 0.5, 0.048_869]; // 2.8 deg
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn without_noise_the_truth_comes_back_by_both_methods() {
     comes_back(true);
 }
@@ -15,6 +16,14 @@ fn without_noise_the_truth_comes_back_by_both_methods() {
 #[ignore = "long: ./test --full runs it"]
 fn without_noise_the_truth_comes_back_from_the_motion() {
     comes_back(false);
+}
+
+#[test]
+fn without_noise_the_truth_comes_back_by_the_gradient() {
+    let found = fit(&run(TRUTH, true, 0.0, 1), Method::Gradient).unwrap();
+    for (e, truth) in found.estimates.iter().zip(TRUTH) {
+        assert!((e.value / truth - 1.0).abs() < 2e-3, "{found:?}");
+    }
 }
 
 fn comes_back(by_torque: bool) {

@@ -247,6 +247,7 @@ fn arm(torque: bool) -> Identified {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn an_arm_by_its_torques() {
     let r = arm(true);
     right(&r, "jointStiffness[1]", 5.47, 0.02);

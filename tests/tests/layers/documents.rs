@@ -56,24 +56,26 @@ fn parts(file: &File) -> (&str, &str) {
     file.text.split_at(file.text.find("#[cfg(test)]").unwrap_or(file.text.len()))
 }
 
-fn loose_equations(chapter: &File, sources: &[File]) -> Complaints {
+fn loose_equations(chapters: &[File], sources: &[File]) -> Complaints {
     let mut complaints = Vec::new();
     let in_code: BTreeSet<String> =
         sources.iter().filter(|f| f.path.ends_with(".rs")).flat_map(|f| ids(parts(f).0)).collect();
     let tests: Vec<&str> = sources.iter().map(|f| parts(f).1).collect();
     let in_tests: BTreeSet<String> = tests.iter().flat_map(|text| ids(text)).collect();
-    for id in ids(&chapter.text) {
-        if !in_code.contains(&id) {
-            complaints.push(format!(
-                "{}: {id} stands at no line of code; end that line with `// ({id})`",
-                chapter.path
-            ));
-        }
-        if !in_tests.contains(&id) && !tests.iter().any(|text| names_a_function(text, &id)) {
-            let mend = format!(
-                "write `Checks {id}.` into the doc comment of the test that would fail if it were wrong"
-            );
-            complaints.push(format!("{}: {id} stands at no test; {mend}", chapter.path));
+    for chapter in chapters {
+        for id in ids(&chapter.text) {
+            if !in_code.contains(&id) {
+                complaints.push(format!(
+                    "{}: {id} stands at no line of code; end that line with `// ({id})`",
+                    chapter.path
+                ));
+            }
+            if !in_tests.contains(&id) && !tests.iter().any(|text| names_a_function(text, &id)) {
+                let mend = format!(
+                    "write `Checks {id}.` into the doc comment of the test that would fail if it were wrong"
+                );
+                complaints.push(format!("{}: {id} stands at no test; {mend}", chapter.path));
+            }
         }
     }
     complaints
@@ -140,7 +142,7 @@ fn every_equation_leads_to_code_and_to_a_test() {
     sources.retain(|f| f.path != "tests/tests/effects_document.rs");
     let mut chapters = files(&[".md"]);
     chapters.retain(|f| f.path.starts_with("docs/equations/") || f.path == "docs/effects.md");
-    none(chapters.iter().flat_map(|chapter| loose_equations(chapter, &sources)).collect());
+    none(loose_equations(&chapters, &sources));
     none(unknown_equations(&chapters, &sources));
 }
 
@@ -160,7 +162,7 @@ fn loose_ends_are_found() {
         ["EF-12", "TMJ-1"]
     );
 
-    let chapter = file("docs/equations/joint.md", "(TMJ-1)");
+    let chapter = [file("docs/equations/joint.md", "(TMJ-1)")];
     let code = || file("crates/models/src/joint.rs", "let a = b; // (TMJ-1)\n");
     let test = || file("crates/models/tests/joint.rs", "/// Checks TMJ-1.\n");
     let other = || file("crates/models/tests/joint.rs", "/// Checks TMJ-11.\nfn tmj_10_holds() {}");
@@ -172,5 +174,5 @@ fn loose_ends_are_found() {
     assert!(loose_equations(&chapter, &[named]).is_empty());
 
     let stray = file("crates/models/src/joint.rs", "// (TMJ-9), and (ARM-1) has no chapter yet");
-    says(&unknown_equations(&[chapter], &[stray]), &["joint.rs", "TMJ-9", "docs/equations"]);
+    says(&unknown_equations(&chapter, &[stray]), &["joint.rs", "TMJ-9", "docs/equations"]);
 }

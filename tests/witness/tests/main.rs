@@ -36,6 +36,8 @@ const EXPERIMENTS: &[(&str, Values)] = &[
         "SpatialFreeFlyer",
         &[("jointTorque", &[2.0, -3.0, 1.5, 0.02, -0.02, 0.004]), ("baseForce", &[5.0, 0.0, -2.0])],
     ),
+    // Two motors break loose, the others stick.
+    ("FlexibleArm", &[("motorCurrent", &[0.3, -0.3, 0.0, 0.0, 0.0, 0.0])]),
     ("FreeBody", &[("portForce", &[100.0, -40.0]), ("portTorque", &[20.0])]),
     // The target's port falls onto P1, jaws moving; the chaser meets it at once.
     ("GripperContact", &[("portPosition", &[0.095, 0.01]), ("portVelocity", &[-0.004, 0.0])]),

@@ -112,18 +112,32 @@ fn ours_is_what_has_our_configuration_with_its_token() {
     assert!(!ours(&copy));
 }
 
-/// Our FMUs, packed here; `None`, said aloud: the library that they are made of is not there.
+/// Our FMUs, those under test (TRUEUP_FMUS) or packed here; `None`, said aloud: the library that they are made of is not there.
+/// Beside them a folder to work in.
 fn packed() -> Option<(tempfile::TempDir, Vec<PathBuf>)> {
     let folder = tempfile::tempdir().unwrap();
-    let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
-    let out = program.args(["fmu", "pack", "-o"]).arg(folder.path()).output().unwrap();
-    if !out.status.success() {
-        eprintln!("SKIPPED: {}", String::from_utf8_lossy(&out.stderr));
-        return None;
+    let there = std::env::var_os("TRUEUP_FMUS").map(PathBuf::from).filter(|there| there.is_dir());
+    if let Some(there) = there {
+        for file in fmus(&there) {
+            std::fs::copy(&file, folder.path().join(file.file_name().unwrap())).unwrap();
+        }
+    } else {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_trueup"));
+        let out = program.args(["fmu", "pack", "-o"]).arg(folder.path()).output().unwrap();
+        if !out.status.success() {
+            eprintln!("SKIPPED: {}", String::from_utf8_lossy(&out.stderr));
+            return None;
+        }
     }
-    let mut files: Vec<_> = std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().path()).collect();
-    files.sort();
+    let files = fmus(folder.path());
     Some((folder, files))
+}
+
+fn fmus(folder: &Path) -> Vec<PathBuf> {
+    let all = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = all.filter(|file| file.extension().is_some_and(|e| e == "fmu")).collect();
+    files.sort();
+    files
 }
 
 #[test]

@@ -259,6 +259,7 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
         lower,
         upper,
         prior: Some(prior),
+        heavy: false,
     }
 }
 

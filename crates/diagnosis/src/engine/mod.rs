@@ -20,3 +20,4 @@ pub mod screen;
 pub mod search;
 pub mod select;
 pub mod subject;
+pub mod unknown;

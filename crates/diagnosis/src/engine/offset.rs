@@ -39,5 +39,6 @@ pub(super) fn offset(
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,
         prior: Some((value / size, 1.0)),
+        heavy: false,
     }
 }

@@ -3,57 +3,22 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-pub use trueup_estimation::unknown::Target;
 use trueup_identification::lanes::LANES;
 use trueup_identification::lsq::{Evaluation, Problem};
 use trueup_identification::parallel;
 use trueup_identification::predict::{Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
 use trueup_identification::sensors::Sensors;
-use trueup_identification::unknown::Scale;
 use trueup_numerics::hybrid::Hybrid;
 use trueup_numerics::{Dual, Scalar};
 use trueup_signals::Guess;
 
 use super::balance::{Led, Links};
 use super::subject::Model;
+pub use super::unknown::{Target, Unknown};
 
 /// A model that needs more steps than this between two readings is too stiff to be looked at.
 const MOST_STEPS: f64 = 60.0;
-
-/// One unknown.
-#[derive(Clone, Debug)]
-pub struct Unknown {
-    /// FMU variable, or what it is.
-    pub name: String,
-    /// Its unit.
-    pub unit: String,
-    /// What it sets.
-    pub target: Target,
-    /// In this recording only; `None`: in all.
-    pub run: Option<usize>,
-    /// Value to start from.
-    pub start: f64,
-    /// How it is searched.
-    pub scale: Scale,
-    /// Smallest value.
-    pub lower: f64,
-    /// Largest value.
-    pub upper: f64,
-    /// Believed value and standard deviation, as coordinates of `scale`.
-    pub prior: Option<(f64, f64)>,
-}
-
-impl Unknown {
-    /// Its name without the joint or element.
-    pub fn stem(&self) -> &str {
-        self.name.split('[').next().unwrap_or(&self.name)
-    }
-    /// The coordinate of its start.
-    pub fn coordinate(&self) -> f64 {
-        self.scale.coordinate(self.start)
-    }
-}
 
 /// A recording ready to be compared.
 #[derive(Clone, Debug)]
@@ -487,10 +452,10 @@ impl Problem for Comparison<'_> {
             residuals.as_mut_slice()[..readings].copy_from_slice(&self.residuals(theta)?);
         }
         for (row, &k) in believed.iter().enumerate() {
-            if let Some((mean, sd)) = self.unknowns[k].prior {
-                residuals[readings + row] = (theta[k] - mean) / sd;
+            if let Some((residual, slope)) = self.unknowns[k].believed(theta[k]) {
+                residuals[readings + row] = residual;
                 if let Some(j) = &mut columns {
-                    j[(readings + row, k)] = 1.0 / sd;
+                    j[(readings + row, k)] = slope;
                 }
             }
         }

@@ -258,6 +258,7 @@ fn sensors(model: &trueup_identification::model::Model, train: &[Compared]) -> V
             lower,
             upper,
             prior: Some((value / s.size, if share { doubt.unwrap_or(WRONG) } else { 1.0 })),
+            heavy: false,
         })
     };
     sought(train.iter().map(|c| &c.run)).iter().filter_map(one).collect()

@@ -194,6 +194,7 @@ impl Search<'_> {
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
                     prior: Some((value / doubt, 3.0)),
+                    heavy: false,
                 });
             }
         }

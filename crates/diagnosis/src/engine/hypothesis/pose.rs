@@ -176,7 +176,7 @@ impl Hypothesis {
     fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
         let edge = 4.0 * finest(p).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Edge) {
-            (u.start, u.lower, u.prior) = (edge, edge, Some((0.0, GENTLE)));
+            (u.start, u.lower, u.prior, u.heavy) = (edge, edge, Some((0.0, GENTLE)), false);
             u.upper = if self.times == Times::EachRun { edge } else { u.upper };
         }
         for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Duration) {
@@ -243,7 +243,7 @@ impl Hypothesis {
                 let angles = s.unit == "rad";
                 let size = if angles { 1.0 } else { size };
                 let mut u = amplitude(name, unit, target, size, (s.min, s.max));
-                u.prior = Some((0.0, 2.0));
+                (u.prior, u.heavy) = (Some((0.0, 2.0)), false);
                 const ANGLES: &[f64] = &[
                     -core::f64::consts::FRAC_PI_2,
                     0.0,
@@ -329,6 +329,7 @@ fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f6
         lower: bounds.0,
         upper: bounds.1,
         prior: Some((0.0, 1.0)),
+        heavy: true,
     }
 }
 fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) -> Unknown {
@@ -342,5 +343,6 @@ fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) ->
         lower: size * 1e-4,
         upper: size * 1e4,
         prior: Some((size.ln(), doubt)),
+        heavy: false,
     }
 }
