@@ -23,8 +23,9 @@ impl Failure {
     pub(crate) fn of(message: impl Into<String>) -> Self {
         let message = message.into();
         let first = message.lines().next().unwrap_or_default();
-        let variable = first.split('`').nth(1).map(str::to_owned);
-        let mend = first.rsplit_once("; ").map(|(_, mend)| mend.to_owned());
+        let (what, mend) =
+            first.rsplit_once("; ").map_or((first, None), |(what, mend)| (what, Some(mend.to_owned())));
+        let variable = what.split('`').nth(1).map(str::to_owned);
         Self { variable, mend, file: None, message }
     }
 
@@ -33,8 +34,9 @@ impl Failure {
         self
     }
 
-    pub(crate) fn has_file(&self) -> bool {
-        self.file.is_some()
+    /// About this file, if no other one is named.
+    pub(crate) fn or_file(self, file: &Path) -> Self {
+        if self.file.is_some() { self } else { self.file(file) }
     }
 
     /// Of an error that says its own place and mend.

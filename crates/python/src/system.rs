@@ -6,10 +6,10 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use trueup_cosim::system::{InputFile, Place, Record, System as Described};
+use trueup_cosim::system::{InputFile, Interface as Chosen, Place, Record, System as Described};
 use trueup_cosim::{Files, Inputs, Kind, Master, Memory, check_with, names};
 use trueup_fmi_description::description::Values;
-use trueup_fmi_import::Fmu;
+use trueup_fmi_import::{Fmu, Interface};
 
 use crate::error::Failure;
 use crate::interrupt::Watched;
@@ -107,31 +107,52 @@ impl System {
             let columns = system.inputs.take().map(|i| i.columns).unwrap_or_default();
             system.inputs = Some(InputFile { file, columns, place: Place::default() });
         }
-        let (memory, notes) = py.detach(|| simulated(&system, &mut files))?;
+        let (memory, notes) = py.detach(|| {
+            simulated(&system, &mut files).map_err(|e| match e {
+                Stopped::Failed(failure) => failure.or_file(&self.described.file).into(),
+                Stopped::Raised(raised) => raised,
+            })
+        })?;
         let heads = memory.columns().iter().map(|c| (c.name.clone(), kind(c.kind), c.unit.clone()));
         let series = memory.series().iter().map(|s| PyArray1::from_slice(py, s));
         Ok((heads.collect(), PyArray1::from_slice(py, memory.time()), series.collect(), notes))
     }
 }
 
-fn simulated(system: &Described, files: &mut Files) -> PyResult<(Memory, Vec<String>)> {
+/// Why a run did not end well.
+enum Stopped {
+    Failed(Failure),
+    /// Python was asked to stop.
+    Raised(PyErr),
+}
+
+impl From<Failure> for Stopped {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+fn simulated(system: &Described, files: &mut Files) -> Result<(Memory, Vec<String>), Stopped> {
     let plan = check_with(system, files).map_err(Failure::from)?;
     let mut master = Master::new(plan).map_err(Failure::from)?;
     let mut sink = Watched::new(Memory::default());
     match master.run(&mut sink) {
         Ok(log) => Ok((sink.sink, log.notes)),
-        Err(e) => Err(sink.raised.unwrap_or_else(|| Failure::from(e).into())),
+        Err(e) => Err(sink.raised.map_or_else(|| Failure::from(e).into(), Stopped::Raised)),
     }
 }
 
 impl System {
     fn read(file: &Path) -> Result<Self, Failure> {
-        let of_file = |e: trueup_cosim::Error| {
-            let failure = Failure::from(e);
-            if failure.has_file() { failure } else { failure.file(file) }
-        };
+        let of_file = |e: trueup_cosim::Error| Failure::from(e).or_file(file);
         let described = Described::read(file).map_err(of_file)?;
         let plan = check_with(&described, &mut Files::default()).map_err(of_file)?;
+        for planned in &plan.components {
+            planned.fmu.keep_loaded(match planned.interface {
+                Chosen::CoSimulation => Interface::CoSimulation,
+                Chosen::ModelExchange => Interface::ModelExchange,
+            });
+        }
         let fmus = described.components.iter().zip(&plan.components);
         let fmus = fmus.map(|(c, planned)| (c.fmu.clone(), Arc::clone(&planned.fmu))).collect();
         Ok(Self { described, fmus, notes: plan.notes })

@@ -107,10 +107,12 @@ def simulate_fmu(
         events=None if record_events else False,
     )
     known = fmu.by_column
-    wanted = sorted({known[name].name: known[name] for name in result}.values(), key=_place)
-    table = np.empty(len(result), dtype=[("time", np.float64), *map(_field, wanted)])
+    recorded = {known[name].name: known[name] for name in result}.values()
+    typed = [(*_ORDER[_type(v, fmu.fmi_version)], v) for v in recorded]
+    typed.sort(key=lambda one: one[0])
+    table = np.empty(len(result), dtype=[("time", np.float64), *(_field(v, dtype) for _, dtype, v in typed)])
     table["time"] = result.time
-    for v in wanted:
+    for _, _, v in typed:
         if not v.shape:
             table[v.name] = result[v.columns[0]]
             continue
@@ -119,12 +121,13 @@ def simulate_fmu(
     return table
 
 
-def _place(v: Variable) -> int:
-    return _ORDER.get(v.type, _INTEGER)[0]
+def _type(v: Variable, fmi_version: str) -> str:
+    if v.type == "Enumeration":
+        return "Integer" if fmi_version.startswith("2") else "Int64"
+    return v.type
 
 
-def _field(v: Variable) -> tuple[str, Any] | tuple[str, Any, tuple[int, ...]]:
-    dtype = _ORDER.get(v.type, _INTEGER)[1] if v.type != "Enumeration" or "[" in v.name else _INTEGER[1]
+def _field(v: Variable, dtype: Any) -> tuple[str, Any] | tuple[str, Any, tuple[int, ...]]:
     return (v.name, dtype, v.shape) if v.shape else (v.name, dtype)
 
 
