@@ -38,6 +38,7 @@ impl Sweep {
     #[new]
     fn new(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
         let runner = py.detach(|| Runner::open(&file)).map_err(Failure::from)?;
+        crate::system::keep_loaded(runner.plan());
         let sweep = runner.sweep();
         Ok(Self {
             runs: runner.design().runs(),

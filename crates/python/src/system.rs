@@ -6,6 +6,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trueup_cosim::plan::Plan;
 use trueup_cosim::system::{InputFile, Interface as Chosen, Place, Record, System as Described};
 use trueup_cosim::{Files, Inputs, Kind, Master, Memory, check_with, names};
 use trueup_fmi_description::description::Values;
@@ -147,12 +148,7 @@ impl System {
         let of_file = |e: trueup_cosim::Error| Failure::from(e).or_file(file);
         let described = Described::read(file).map_err(of_file)?;
         let plan = check_with(&described, &mut Files::default()).map_err(of_file)?;
-        for planned in &plan.components {
-            planned.fmu.keep_loaded(match planned.interface {
-                Chosen::CoSimulation => Interface::CoSimulation,
-                Chosen::ModelExchange => Interface::ModelExchange,
-            });
-        }
+        keep_loaded(&plan);
         let fmus = described.components.iter().zip(&plan.components);
         let fmus = fmus.map(|(c, planned)| (c.fmu.clone(), Arc::clone(&planned.fmu))).collect();
         Ok(Self { described, fmus, notes: plan.notes })
@@ -193,6 +189,16 @@ impl System {
         });
         about.set_item("variables", variables.collect::<PyResult<Vec<_>>>()?)?;
         Ok(about)
+    }
+}
+
+/// Lets libraries stay between runs: to load one takes longer than a short run.
+pub(crate) fn keep_loaded(plan: &Plan) {
+    for planned in &plan.components {
+        planned.fmu.keep_loaded(match planned.interface {
+            Chosen::CoSimulation => Interface::CoSimulation,
+            Chosen::ModelExchange => Interface::ModelExchange,
+        });
     }
 }
 
