@@ -51,8 +51,8 @@ def test_a_fit_shows_itself(fit):
 def test_diagnose_is_the_programs_but_for_files(diagnosis, program, backlash, tmp_path):
     said = json.loads(program("diagnose", backlash, "--json", "-o", tmp_path / "out").stdout)
     # The program wrote them.
-    assert said.pop("augmented") and diagnosis.json.pop("augmented") is None
-    assert diagnosis.json == said
+    assert said["augmented"] and diagnosis.json["augmented"] is None
+    assert {**diagnosis.json, "augmented": said["augmented"]} == said
 
 
 def test_diagnose_from_arrays_is_the_same(diagnosis, in_memory):
@@ -93,11 +93,10 @@ def test_the_jacobian_is_that_of_differences(in_memory):
     np.testing.assert_array_equal(found, problem.predict(theta))
     for k, x in enumerate(theta):
         step = np.zeros(len(theta))
-        step[k] = 1e-6 * abs(x)
+        step[k] = 1e-4 * abs(x)
         differences = (problem.predict(theta + step) - problem.predict(theta - step)) / (2 * step[k])
-        # Rounding: 1e-16 over a step of 1e-6, and large angles; truncation is below that.
         off = np.linalg.norm(differences - jacobian[:, k]) / np.linalg.norm(jacobian[:, k])
-        assert off < 2e-5, (problem.names[k], off)
+        assert off < 1e-6, (problem.names[k], off)
 
 
 def test_scipy_finds_what_made_the_recordings():
@@ -106,7 +105,8 @@ def test_scipy_finds_what_made_the_recordings():
     current = 0.025 * np.sin(4 * t) + 0.01 * np.sin(17 * t)
     truth = {"stiffness": 3.5e-5, "damping": 4e-7}
     joint = tu.Model("TwoMassJoint")
-    run = joint.simulate(t, {"motorCurrent": current}, truth)
+    # In Model Exchange inputs follow their lines to the last digit.
+    run = joint.simulate(t, {"motorCurrent": current}, truth, interface="model-exchange")
     recording = {"time": t, "motorCurrent": current, **{n: run[n] for n in ("motorAngle", "loadAngle")}}
     sensors = {"motorAngle": {"noise": 1e-3}, "loadAngle": {"noise": 1e-6}}
     believed = {name: 1.3 * value for name, value in truth.items()}
@@ -120,7 +120,7 @@ def test_scipy_finds_what_made_the_recordings():
     "wrong, said, variable, file",
     [
         (lambda c, r: tu.Case(), "has no `model`", "model", None),
-        (lambda c, r: tu.Case("nothing").problem([]), "a case is a folder", None, "nothing/case.toml"),
+        (lambda c, r: tu.Case("nothing").problem([]), "a case is a folder", None, "nothing"),
         (lambda c, r: tu.identify(c, method="magic"), "no method `magic`", "magic", None),
         (lambda c, r: c.problem(["stifness"]), "did you mean `stiffness`", "stifness", None),
         (lambda c, r: c.problem(["stiffness"]).predict([np.nan]), "give a finite value", "stiffness", None),

@@ -48,9 +48,8 @@ def test_simulate_fmu_is_fmpys(fmus, model, version, interface):
 
 def test_simulate_fmu_takes_fmpys_inputs_and_start_values(fmus):
     file = str(fmus / "PlanarManipulator.fmi2.fmu")
-    # A line: FMPy's integrator does not come over a bend with this tolerance.
-    signals = np.array([(0, 0.0), (1, 0.02)], dtype=[("time", float), ("jointTorque[1]", float)])
-    # In Co-Simulation FMPy holds an input over a step; here it follows its line.
+    # Constant: what varies FMPy holds over each step, and here it follows its line.
+    signals = np.array([(0, 0.02), (1, 0.02)], dtype=[("time", float), ("jointTorque[1]", float)])
     arguments = dict(start_time=0, stop_time=1, output_interval=0.01, input=signals, record_events=False,
                      fmi_type="ModelExchange", relative_tolerance=1e-9,
                      start_values={"initialJointAngle[2]": 0.5, "baseMass": 14.0}, output=["jointAngle[1]", "baseAttitude"])

@@ -107,8 +107,8 @@ def simulate_fmu(
         events=None if record_events else False,
     )
     known = fmu.by_column
-    recorded = {known[name].name: known[name] for name in result}.values()
-    typed = [(*_ORDER[_type(v, fmu.fmi_version)], v) for v in recorded]
+    names = {known[name].name for name in result}
+    typed = [(*_ORDER[_type(v, fmu.fmi_version)], v) for name, v in fmu.variables.items() if name in names]
     typed.sort(key=lambda one: one[0])
     table = np.empty(len(result), dtype=[("time", np.float64), *(_field(v, dtype) for _, dtype, v in typed)])
     table["time"] = result.time

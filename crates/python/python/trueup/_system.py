@@ -187,7 +187,7 @@ class System:
         """What was chosen while reading."""
         return self._native.notes
 
-    @property
+    @cached_property
     def variables(self) -> Variables:
         """Variables of all components, `component.variable`."""
         found = Variables()
