@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import threading
+import weakref
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -43,8 +45,6 @@ def opened(filename: Path | Fmu) -> Fmu:
     """The FMU, read once as long as its file does not change."""
     if isinstance(filename, Fmu):
         return filename
-    import os
-
     name = os.path.abspath(filename)
     try:
         found = os.stat(name)
@@ -106,19 +106,33 @@ def simulate_fmu(
         interface=_INTERFACES[fmi_type],
         events=None if record_events else False,
     )
-    known = fmu.by_column
-    names = {known[name].name for name in result}
-    typed = [(*_ORDER[_type(v, fmu.fmi_version)], v) for name, v in fmu.variables.items() if name in names]
-    typed.sort(key=lambda one: one[0])
-    table = np.empty(len(result), dtype=[("time", np.float64), *(_field(v, dtype) for _, dtype, v in typed)])
+    dtype, fields = _layout(fmu, tuple(result))
+    table = np.empty(len(result), dtype=dtype)
     table["time"] = result.time
-    for _, _, v in typed:
-        if not v.shape:
-            table[v.name] = result[v.columns[0]]
+    for name, columns, shape in fields:
+        if not shape:
+            table[name] = result[columns[0]]
             continue
-        elements = np.stack([result[column] for column in v.columns], axis=1)
-        table[v.name] = elements.reshape(len(result), *v.shape)
+        elements = np.stack([result[column] for column in columns], axis=1)
+        table[name] = elements.reshape(len(result), *shape)
     return table
+
+
+_Layout = tuple[np.dtype[Any], list[tuple[str, tuple[str, ...], tuple[int, ...]]]]
+#: Of results that have these columns: making one takes as long as a short run.
+_layouts: weakref.WeakKeyDictionary[Fmu, dict[tuple[str, ...], _Layout]] = weakref.WeakKeyDictionary()
+
+
+def _layout(fmu: Fmu, columns: tuple[str, ...]) -> _Layout:
+    """Type of a structured array, and of each field its name, columns and shape."""
+    known = _layouts.setdefault(fmu, {})
+    if columns not in known:
+        names = {fmu.by_column[column].name for column in columns}
+        typed = [(*_ORDER[_type(v, fmu.fmi_version)], v) for name, v in fmu.variables.items() if name in names]
+        typed.sort(key=lambda one: one[0])
+        dtype = np.dtype([("time", np.float64), *(_field(v, of) for _, of, v in typed)])
+        known[columns] = dtype, [(v.name, v.columns, v.shape) for _, _, v in typed]
+    return known[columns]
 
 
 def _type(v: Variable, fmi_version: str) -> str:

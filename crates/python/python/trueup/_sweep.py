@@ -47,6 +47,37 @@ def batch(file: str, fingerprint: str | None, first: int, count: int) -> pd.Data
     return pd.DataFrame({**frame, "reason": pd.Series(reasons, dtype="object")})
 
 
+def timed(file: str, fingerprint: str | None, first: int, count: int) -> tuple[pd.DataFrame, float]:
+    """A batch, and how long it took in s."""
+    begun = time.perf_counter()
+    return batch(file, fingerprint, first, count), time.perf_counter() - begun
+
+
+class _Shares:
+    """Cuts runs into batches that take about a second, and smaller ones towards the end, so that all workers end together."""
+
+    def __init__(self, runs: int, workers: int, size: int | None) -> None:
+        self.runs, self.workers, self.fixed = runs, workers, size
+        self.next, self.size = 1, float(size or 1)
+
+    def learn(self, count: int, spent: float) -> None:
+        """A batch of so many took so long."""
+        if self.fixed is None:
+            self.size = min(count * BATCH / max(spent, 1e-6), 4.0 * max(self.size, count))
+
+    def take(self) -> tuple[int, int] | None:
+        """The next batch: its first run and its number of runs."""
+        left = self.runs - self.next + 1
+        if left <= 0:
+            return None
+        count = self.size
+        if self.fixed is None:
+            count = min(count, max(left / (2 * self.workers), count / 8))
+        first, count = self.next, min(left, max(1, round(count)))
+        self.next += int(count)
+        return first, int(count)
+
+
 def sweep(
     file: Path,
     client: Any = None,
@@ -69,38 +100,48 @@ def sweep(
     path = os.path.abspath(file)
     whole = _native.Sweep(path)
     last = whole.runs if runs is None else min(runs, whole.runs)
-    # How long a run takes is found out, and what was done for that is kept.
-    done: list[pd.DataFrame] = []
-    at, count = 1, 1
-    begun = time.perf_counter()
-    while batch_runs is None and at <= last:
-        count = min(count, last - at + 1)
-        began = time.perf_counter()
-        done.append(batch(path, whole.fingerprint, at, count))
-        spent = time.perf_counter() - began
-        at += count
-        if spent >= 0.1 * BATCH:
-            batch_runs = max(1, round(count * BATCH / spent))
-        count *= 4
-    size = batch_runs or 1
-    shares = [(first, min(size, last - first + 1)) for first in range(at, last + 1, size)]
+    threads = sum(client.nthreads().values()) if client is not None else 1
+    shares = _Shares(last, max(threads, 1), batch_runs)
+    done: dict[int, pd.DataFrame] = {}
+    begun, finished = time.perf_counter(), 0
 
-    def tell(n: int) -> None:
+    def took(first: int, found: tuple[pd.DataFrame, float]) -> None:
+        nonlocal finished
+        done[first], spent = found
+        count = len(done[first])
+        finished += count
+        shares.learn(count, spent)
         if progress is not None:
-            progress(n / max(last, 1), f"{n} of {last} runs, {time.perf_counter() - begun:.0f} s")
+            progress(finished / max(last, 1), f"{finished} of {last} runs, {time.perf_counter() - begun:.0f} s")
 
     if client is None:
-        for first, count in shares:
-            done.append(batch(path, whole.fingerprint, first, count))
-            tell(first + count - 1)
-    elif shares:
-        distributed: Any = importlib.import_module("distributed")
-        futures = [client.submit(batch, path, whole.fingerprint, *share, pure=False) for share in shares]
-        try:
-            for n, _ in enumerate(distributed.as_completed(futures), 1):
-                tell(at - 1 + min(n * size, last - at + 1))
-            done.extend(client.gather(futures))
-        except BaseException:
-            client.cancel(futures)
-            raise
-    return pd.concat(done, ignore_index=True) if done else batch(path, whole.fingerprint, 1, 0)
+        while (share := shares.take()) is not None:
+            took(share[0], timed(path, whole.fingerprint, *share))
+    else:
+        _on_workers(client, path, whole.fingerprint, shares, took)
+    frames = [done[first] for first in sorted(done)]
+    return pd.concat(frames, ignore_index=True) if frames else batch(path, whole.fingerprint, 1, 0)
+
+
+def _on_workers(client: Any, path: str, fingerprint: str, shares: _Shares, took: Callable[..., None]) -> None:
+    """Two batches for each worker's thread at a time: one that runs, one that waits."""
+    distributed: Any = importlib.import_module("distributed")
+    first_of: dict[Any, int] = {}
+    waiting = distributed.as_completed(with_results=True)
+
+    def hand_out() -> None:
+        share = shares.take()
+        if share is not None:
+            future = client.submit(timed, path, fingerprint, *share, pure=False)
+            first_of[future] = share[0]
+            waiting.add(future)
+
+    try:
+        for _ in range(2 * shares.workers):
+            hand_out()
+        for future, found in waiting:
+            took(first_of.pop(future), found)
+            hand_out()
+    except BaseException:
+        client.cancel(list(first_of))
+        raise
