@@ -62,6 +62,45 @@ impl Inputs {
         }
     }
 
+    /// Columns from memory: `file` is what messages call them, times in s and strictly increasing, `nan` is missing.
+    ///
+    /// # Errors
+    /// [`Error::Inputs`] with column and row, from 0.
+    pub fn of(file: &Path, columns: Vec<(String, Vec<f64>, Vec<f64>)>) -> Result<Self, Error> {
+        let fail = |reason: String| Err(Error::Inputs { file: file.into(), reason });
+        let mut kept = Vec::with_capacity(columns.len());
+        let mut end = f64::NEG_INFINITY;
+        for (name, times, values) in columns {
+            if times.len() != values.len() {
+                let (t, x) = (times.len(), values.len());
+                return fail(format!("`{name}` has {x} values at {t} times; give one value for each time"));
+            }
+            if let Some(row) = times.iter().position(|t| !t.is_finite()) {
+                return fail(format!("`{name}`, row {row}: time is {}; leave that row out", times[row]));
+            }
+            if let Some(row) = times.windows(2).position(|w| w[1] <= w[0]) {
+                let (before, t) = (times[row], times[row + 1]);
+                let row = row + 1;
+                return fail(format!(
+                    "`{name}`, row {row}: time {t:?} does not increase after {before:?}; sort the rows"
+                ));
+            }
+            if let Some(row) = values.iter().position(|x| x.is_infinite()) {
+                return fail(format!(
+                    "`{name}`, row {row}: a value is infinite; use nan for what is missing"
+                ));
+            }
+            let there = times.into_iter().zip(values).filter(|(_, x)| !x.is_nan());
+            let (times, values): (Vec<f64>, Vec<f64>) = there.unzip();
+            let Some(last) = times.last() else {
+                return fail(format!("`{name}` has no value; fill it or leave it out"));
+            };
+            end = end.max(*last);
+            kept.push((name, times, values));
+        }
+        Ok(Self { file: file.into(), columns: kept, end })
+    }
+
     /// Value of a column at `time`: on the line between samples, or held from the one before; the first and
     /// the last value go on beyond the ends.
     pub fn at(&self, column: usize, time: f64, linear: bool) -> f64 {
@@ -121,6 +160,22 @@ mod tests {
         let u = |t| inputs.at(0, t, true);
         assert_eq!([u(-1.0), u(0.5), u(1.0), u(2.0), u(9.0)], [1.0, 2.0, 3.0, 5.0, 5.0]);
         assert_eq!([inputs.at(1, 1.9, false), inputs.at(1, 2.0, false)], [1.0, 0.0]);
+    }
+
+    #[test]
+    fn columns_from_memory_are_as_those_of_a_file() {
+        let from_file = read("time,u\n0,1\n1,\n2,5\n").unwrap();
+        let column = ("u".to_owned(), vec![0.0, 1.0, 2.0], vec![1.0, f64::NAN, 5.0]);
+        assert_eq!(Inputs::of(&from_file.file, vec![column]).unwrap(), from_file);
+        let of = |times: &[f64], values: &[f64]| {
+            let column = ("u".to_owned(), times.to_vec(), values.to_vec());
+            Inputs::of("inputs".as_ref(), vec![column]).unwrap_err().to_string()
+        };
+        assert!(of(&[0.0, 1.0], &[1.0]).contains("`u` has 1 values at 2 times"));
+        assert!(of(&[0.0, 0.0], &[1.0, 1.0]).contains("row 1: time 0.0 does not increase"));
+        assert!(of(&[0.0, f64::NAN], &[1.0, 1.0]).contains("row 1: time is NaN"));
+        assert!(of(&[0.0], &[f64::INFINITY]).contains("row 0: a value is infinite"));
+        assert!(of(&[0.0], &[f64::NAN]).contains("has no value"));
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 pub mod began;
 mod claim;
+mod complete;
 mod contest;
 mod drift;
 mod field;

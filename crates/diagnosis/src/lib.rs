@@ -3,6 +3,7 @@
 //! - [`engine`]: which effect;
 //! - [`experiment`]: what to record next where causes were not told apart;
 //! - [`floor`]: what noise alone leaves, and the gap as a figure;
+//! - [`inputs`]: what a case was read from;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
 //! - [`picture`]: all that a case shows before any effect is named;
 //! - [`thinned`]: large recordings on a coarser grid;
@@ -13,6 +14,7 @@ pub mod engine;
 pub mod experiment;
 pub mod finite;
 pub mod floor;
+pub mod inputs;
 mod json;
 pub mod locate;
 pub mod outcome;

@@ -33,6 +33,8 @@ pub struct Fmu {
     directory: PathBuf,
     description: Description,
     isolation: OnceLock<Isolation>,
+    /// Before the directory, which goes last.
+    kept: OnceLock<Library>,
     _unpacked: Option<TempDir>,
 }
 
@@ -65,7 +67,8 @@ impl Fmu {
         let directory = unpacked.as_ref().map_or(file, TempDir::path);
         let directory = directory.canonicalize().map_err(|e| fail(e.to_string()))?;
         let isolation = OnceLock::new();
-        Ok(Arc::new(Self { file: name.into(), directory, description, isolation, _unpacked: unpacked }))
+        let kept = OnceLock::new();
+        Ok(Arc::new(Self { file: name.into(), directory, description, isolation, kept, _unpacked: unpacked }))
     }
 
     /// Where it came from.
@@ -86,6 +89,20 @@ impl Fmu {
     /// Whether its instances have processes of their own.
     pub fn is_isolated(&self) -> bool {
         self.isolation().is_some()
+    }
+
+    /// Keeps the library of an interface loaded from now on, so that an instance costs a fraction of the loading. What the library
+    /// has in variables of its own then outlives its instances, as in most tools. One that cannot be loaded says so when it is
+    /// instantiated; one in a process of its own is not kept.
+    pub fn keep_loaded(&self, interface: Interface) {
+        if self.is_isolated() || self.kept.get().is_some() {
+            return;
+        }
+        let library =
+            self.library(self.description.version, interface).ok().and_then(|path| load(&path).ok());
+        if let Some(library) = library {
+            let _ = self.kept.set(library); // another thread was faster
+        }
     }
 
     pub(crate) fn isolation(&self) -> Option<&Isolation> {

@@ -3,6 +3,7 @@
 mod breakaway;
 mod design;
 mod effects;
+mod json;
 mod kept;
 mod leverage;
 mod minima;
@@ -32,6 +33,7 @@ use crate::unknown::{Target, Unknown};
 use simulation::by_simulation;
 
 pub use design::{Design, Designed};
+pub use json::json;
 pub use leverage::Leverage;
 pub use starts::Start;
 

@@ -7,6 +7,7 @@ pub mod fit;
 pub mod flexible_joint;
 pub mod fmu;
 pub mod identify;
+pub mod intake;
 mod interval;
 pub mod lanes;
 mod law;

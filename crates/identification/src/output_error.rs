@@ -252,13 +252,35 @@ impl<'a> OutputError<'a> {
         }
     }
 
-    /// Residuals of a run and, column by column, their derivatives by the unknowns that act in it.
-    fn derivatives(
+    /// Readings of one run at `theta` and, column by column, their exact derivatives by each unknown, which must be none that
+    /// shifts readings.
+    ///
+    /// # Errors
+    /// See [`PredictError`].
+    pub fn predict_along(
         &self,
         run: usize,
         theta: &[f64],
-        acting: &[usize],
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
+        let acting = self.acting(run);
+        let (mut readings, mut columns) = (Vec::new(), Vec::new());
+        for piece in acting.chunks(LANES) {
+            let found = self.along(run, theta, piece)?;
+            let column = |lane: usize| found.iter().map(|y| y.eps[lane]).collect::<Vec<f64>>();
+            columns.extend((0..piece.len()).map(column));
+            readings = found.iter().map(|y| y.value()).collect();
+        }
+        if acting.is_empty() {
+            readings = self.predict(run, theta)?;
+        }
+        let none = || vec![0.0; readings.len()];
+        let mut all: Vec<Vec<f64>> = self.unknowns.iter().map(|_| none()).collect();
+        acting.into_iter().zip(columns).for_each(|(k, column)| all[k] = column);
+        Ok((readings, all))
+    }
+
+    /// Readings of a run with a lane for each of these unknowns.
+    fn along(&self, run: usize, theta: &[f64], acting: &[usize]) -> Result<Vec<Lanes>, PredictError> {
         let (p, map, sensors) = self.arguments(run, theta, |k, value, slope| {
             let mut v = Lanes::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
@@ -269,6 +291,17 @@ impl<'a> OutputError<'a> {
         let plan = self.plan(run, theta);
         let mut found = self.model.readings_along(&plan, &p, &map, self.runs[run].at_rest)?;
         self.read(run, &mut found, &sensors);
+        Ok(found)
+    }
+
+    /// Residuals of a run and, column by column, their derivatives by the unknowns that act in it.
+    fn derivatives(
+        &self,
+        run: usize,
+        theta: &[f64],
+        acting: &[usize],
+    ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
+        let found = self.along(run, theta, acting)?;
         let mut columns = vec![vec![0.0; found.len()]; acting.len()];
         let residuals = self.weighted(run, &found, |at, y, slope| {
             columns.iter_mut().zip(y.eps).for_each(|(c, e)| c[at] = e * slope);

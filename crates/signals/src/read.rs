@@ -5,6 +5,7 @@ mod clock;
 mod csv;
 mod guard;
 mod mat;
+mod memory;
 mod parameters;
 mod parquet;
 mod sidecar;

@@ -110,6 +110,20 @@ const RULES: &[Rule] = &[
         ],
         never: &[],
     },
+    // Binds libraries to Python, and decides nothing.
+    Rule {
+        name: "trueup-python",
+        ours: &[
+            "trueup-fmi-description",
+            "trueup-fmi-import",
+            "trueup-cosim",
+            "trueup-signals",
+            "trueup-sweep",
+            "trueup-identification",
+            "trueup-diagnosis",
+        ],
+        never: ARCHIVES,
+    },
     // Makes FMUs for tests; sees nothing of ours, so that it is a stranger to all.
     Rule { name: "trueup-testkit", ours: &[], never: &["libloading", "clap"] },
     // Evidence: only dev-dependencies.

@@ -19,6 +19,16 @@ pub struct Files {
 }
 
 impl Files {
+    /// An FMU that is open already stands for this file.
+    pub fn hold(&mut self, file: &Path, fmu: &Arc<Fmu>) {
+        self.fmus.insert(file.to_owned(), Ok(Arc::clone(fmu)));
+    }
+
+    /// Inputs from memory stand for the file that they name; a column that drives nothing is a mistake, as in a file.
+    pub fn hold_inputs(&mut self, inputs: Inputs) {
+        self.inputs.insert(inputs.file.clone(), Ok(inputs));
+    }
+
     pub(super) fn fmu(&mut self, file: &Path) -> Result<Arc<Fmu>, String> {
         if let Some(known) = self.fmus.get(file) {
             return known.clone();

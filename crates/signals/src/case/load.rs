@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Case;
 use crate::error::Error;
-use crate::finding::{Finding, verdict};
+use crate::finding::{Finding, Kind, verdict};
 use crate::outlier;
 use crate::recording::Recording;
 use crate::variable::Variable;
@@ -55,23 +55,55 @@ impl Case {
         path: &Path,
         variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
     ) -> Result<(Loaded, Vec<Finding>), Error> {
-        // The model's variables depend on its structure, which the case itself declares.
-        let (first, _) = Self::read(path, &[])?;
-        let known = variables(&first)?;
-        let (case, mut findings) = Self::read(path, &known)?;
-        let mut recordings = BTreeMap::new();
-        for name in case.recordings() {
-            match Recording::read(&case.folder.join(name), &known, &case.channels) {
-                Ok((mut recording, more)) => {
-                    recording.name = name.into();
-                    findings.extend(more);
-                    outlier::leave_out(&mut recording, &known, &mut findings);
-                    recordings.insert(name.to_owned(), recording);
-                }
-                Err(Error::Wrong(more)) => findings.extend(more),
-                Err(other) => return Err(other),
-            }
-        }
-        verdict(Loaded { case, recordings }, findings)
+        let read = |case: &Case, name: &str, known: &[Variable]| {
+            Recording::read(&case.folder.join(name), known, &case.channels)
+        };
+        gather(|known| Self::read(path, known), variables, read)
     }
+
+    /// The same from memory: `text` is what its `case.toml` says, `tables` are the recordings that it names, each as columns
+    /// (see [`Recording::of_columns`]).
+    ///
+    /// # Errors
+    /// As [`Case::load`].
+    pub fn of_tables(
+        text: &str,
+        tables: &BTreeMap<String, Vec<(String, Vec<f64>)>>,
+        variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
+    ) -> Result<(Loaded, Vec<Finding>), Error> {
+        let read = |case: &Case, name: &str, known: &[Variable]| match tables.get(name) {
+            Some(columns) => Recording::of_columns(name, columns, known, &case.channels),
+            None => {
+                let what = "there is no recording of this name";
+                let mend = "give it, or take its name out of the case";
+                Err(Error::Wrong(vec![Finding::error(Kind::MissingFile, Path::new(name), what, mend)]))
+            }
+        };
+        gather(|known| Self::parse(Path::new("case.toml"), text, known), variables, read)
+    }
+}
+
+fn gather(
+    case: impl Fn(&[Variable]) -> Result<(Case, Vec<Finding>), Error>,
+    variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
+    recording: impl Fn(&Case, &str, &[Variable]) -> Result<(Recording, Vec<Finding>), Error>,
+) -> Result<(Loaded, Vec<Finding>), Error> {
+    // The model's variables depend on its structure, which the case itself declares.
+    let (first, _) = case(&[])?;
+    let known = variables(&first)?;
+    let (case, mut findings) = case(&known)?;
+    let mut recordings = BTreeMap::new();
+    for name in case.recordings() {
+        match recording(&case, name, &known) {
+            Ok((mut recording, more)) => {
+                recording.name = name.into();
+                findings.extend(more);
+                outlier::leave_out(&mut recording, &known, &mut findings);
+                recordings.insert(name.to_owned(), recording);
+            }
+            Err(Error::Wrong(more)) => findings.extend(more),
+            Err(other) => return Err(other),
+        }
+    }
+    verdict(Loaded { case, recordings }, findings)
 }

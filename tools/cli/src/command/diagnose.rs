@@ -1,6 +1,5 @@
 //! `trueup diagnose`
 
-mod inputs;
 mod page;
 
 use std::path::Path;
@@ -9,18 +8,19 @@ use std::time::Instant;
 use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
-use trueup_diagnosis::finite;
-use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Noticed, Severity, Verdict};
+use trueup_diagnosis::inputs;
+use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
 use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
+use trueup_identification::intake::Purpose;
 use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
 use crate::args::Diagnose;
-use crate::case::{Purpose, load};
+use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
 use crate::error::Error;
@@ -70,11 +70,9 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     // Those of the case were told when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
     grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));
-    found.diagnosis.inputs = Some(inputs::read(&loaded.case)?);
-    let noticed = Noticed::of(&findings, &loaded.case.folder);
-    found.diagnosis.findings.splice(0..0, noticed);
-    found.diagnosis.findings.sort_by_key(|f| std::cmp::Reverse(f.severity));
-    finite::check(&found.diagnosis)
+    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
+    found
+        .complete(&findings, &loaded.case.folder, Some(inputs))
         .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();

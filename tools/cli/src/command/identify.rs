@@ -1,17 +1,17 @@
 //! `trueup identify`
 
 mod design;
-mod json;
 mod page;
 pub(crate) mod statics;
 mod table;
 
 use trueup_fmi_import::{Fmu, Folder, Interface};
 use trueup_identification::fmu::FmuModel;
-use trueup_identification::identify::{IdentifyError, Method, Settings, identify, identify_fmu};
+use trueup_identification::identify::{IdentifyError, Method, Settings, identify, identify_fmu, json};
+use trueup_identification::intake::Purpose;
 
 use crate::args::Identify;
-use crate::case::{Purpose, load, load_for};
+use crate::case::{load, load_for};
 use crate::error::Error;
 use crate::near::suggestion;
 use crate::output::say;
@@ -59,7 +59,14 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
     if let Some(file) = &args.plot {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }
-    say(&if args.json { format!("{:#}\n", json::json(&found)) } else { table::text(&found) })
+    if !args.json {
+        return say(&table::text(&found));
+    }
+    let mut all = json(&found);
+    if let Some(d) = &found.design {
+        all["design"] = design::json(d);
+    }
+    say(&format!("{all:#}\n"))
 }
 
 /// An FMU that is not ours gets processes of its own, where there are any.

@@ -241,7 +241,7 @@ pub(crate) fn pack(
 const LIBRARY: &str = "fmu_library";
 
 /// The template library: in the folder named, or beside the program, or where cargo puts the library of a
-/// dependency; the newest.
+/// dependency, or where it is installed (`lib/trueup` beside the program's `bin`); the newest.
 pub(crate) fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
     let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);
     let folders = match named {
@@ -249,7 +249,7 @@ pub(crate) fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
         None => {
             let program = std::env::current_exe().map_err(|e| Error::Failed(e.to_string()))?;
             let beside = program.parent().unwrap_or(Path::new(".")).to_owned();
-            vec![beside.join("deps"), beside]
+            vec![beside.join("deps"), beside.join("../lib/trueup"), beside]
         }
     };
     let modified = |path: &PathBuf| path.metadata().and_then(|m| m.modified()).ok();

@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 
 use trueup_diagnosis::diagnose::Diagnosed;
 use trueup_diagnosis::picture::Picture;
+use trueup_identification::intake::left_out;
 use trueup_identification::model::Model;
 use trueup_report::{Evidence, Intake, Map, Recorded, Trace, diagnosis_page, number};
 use trueup_signals::{Case, Interpolation, Loaded, Recording, Role, base_name};
-
-use crate::case::preset::left_out;
 
 /// `beside`: files that are written with it.
 pub(super) fn html(

@@ -2,12 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use trueup_identification::intake::Purpose;
 use trueup_identification::model::Model;
 use trueup_scaling::{Law, case, recording};
 
 use super::{another, failed, text, word};
 use crate::args::Scale;
-use crate::case::Purpose;
 use crate::error::Error;
 use crate::output::{folder, write};
 

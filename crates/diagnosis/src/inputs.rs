@@ -5,13 +5,25 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
-use trueup_diagnosis::outcome::Inputs;
 use trueup_signals::Case;
 
-use crate::error::Error;
+use crate::outcome::Inputs;
+
+/// A file that was there and cannot be read any more.
+#[derive(Debug, thiserror::Error)]
+#[error("{}: {source}", .file.display())]
+pub struct Unread {
+    /// The file.
+    pub file: PathBuf,
+    /// Why.
+    pub source: std::io::Error,
+}
 
 /// Hashes of `case.toml`, of all recordings that it names and of what stands beside these.
-pub(super) fn read(case: &Case) -> Result<Inputs, Error> {
+///
+/// # Errors
+/// [`Unread`]
+pub fn read(case: &Case) -> Result<Inputs, Unread> {
     let file = case.file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let mut files = BTreeMap::from([(file, hash(&case.file)?)]);
     for name in case.recordings() {
@@ -35,8 +47,8 @@ pub(super) fn read(case: &Case) -> Result<Inputs, Error> {
     Ok(Inputs { sha256: hex(&Sha256::digest(list.as_bytes())), files })
 }
 
-fn hash(file: &Path) -> Result<String, Error> {
-    let bytes = std::fs::read(file).map_err(|e| Error::at(file, e))?;
+fn hash(file: &Path) -> Result<String, Unread> {
+    let bytes = std::fs::read(file).map_err(|source| Unread { file: file.into(), source })?;
     Ok(hex(&Sha256::digest(&bytes)))
 }
 
@@ -65,7 +77,7 @@ mod tests {
         assert_eq!(first.1, ["a.csv", "case.toml"]);
         // sha256 of `x`.
         let known = "2d711642b726b04401627ca9fbac32f5c8530fb1903cc4db02258717921a4881";
-        assert_eq!(read(&case).map(|i| i.files["case.toml"].clone()), Ok(known.into()));
+        assert_eq!(read(&case).map(|i| i.files["case.toml"].clone()).ok(), Some(known.into()));
         assert!(write("a.toml", "") && of().1 == ["a.csv", "a.toml", "case.toml"]);
         assert!(write("a.csv", "time,b\n0,2\n") && of().0 != first.0);
     }

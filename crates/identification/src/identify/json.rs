@@ -1,7 +1,7 @@
 //! The machine-readable result.
 
+use super::{Figure, Found, Identified};
 use serde_json::{Map, Value, json};
-use trueup_identification::identify::{Figure, Found, Identified};
 
 /// A finite number, or null.
 fn number(x: f64) -> Value {
@@ -41,7 +41,8 @@ fn figures(list: &[Figure]) -> Value {
     Value::Object(list.iter().map(one).collect())
 }
 
-pub(super) fn json(r: &Identified) -> Value {
+/// All of it but the [design](super::Designed), which is for who asked for it.
+pub fn json(r: &Identified) -> Value {
     let names: Vec<&str> =
         r.parameters.iter().chain(&r.uncertain).map(|f| f.estimate.name.as_str()).collect();
     let nuisance: Map<String, Value> =
@@ -69,7 +70,7 @@ pub(super) fn json(r: &Identified) -> Value {
         .map(|s| json!({"from": s.from, "cost": s.cost.map_or(Value::Null, number), "chosen": s.chosen}))
         .collect();
     let without = if r.without.is_empty() { Value::Null } else { figures(&r.without) };
-    let mut all = json!({
+    json!({
         "schema": "trueup.identification/1",
         "model": r.model,
         "fmu": r.fmu,
@@ -89,9 +90,5 @@ pub(super) fn json(r: &Identified) -> Value {
         "stop": r.stop,
         "iterations": r.iterations,
         "notes": r.notes,
-    });
-    if let Some(d) = &r.design {
-        all["design"] = super::design::json(d);
-    }
-    all
+    })
 }

@@ -1,0 +1,28 @@
+//! A diagnosis with what was noticed before it began.
+
+use std::cmp::Reverse;
+use std::path::Path;
+
+use trueup_signals::Finding;
+
+use super::Diagnosed;
+use crate::finite::{self, NotFinite};
+use crate::outcome::{Inputs, Noticed};
+
+impl Diagnosed {
+    /// Adds what the intake noticed in a case of this folder, and what was read (`None`: it came from memory).
+    ///
+    /// # Errors
+    /// A figure that is not finite: the diagnosis must not be handed on.
+    pub fn complete(
+        &mut self,
+        intake: &[Finding],
+        folder: &Path,
+        inputs: Option<Inputs>,
+    ) -> Result<(), NotFinite> {
+        self.diagnosis.inputs = inputs;
+        self.diagnosis.findings.splice(0..0, Noticed::of(intake, folder));
+        self.diagnosis.findings.sort_by_key(|f| Reverse(f.severity));
+        finite::check(&self.diagnosis)
+    }
+}

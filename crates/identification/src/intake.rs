@@ -1,0 +1,156 @@
+//! A case on its way to a fit or a diagnosis: read, looked at with its model, and with what it leaves to the preset.
+
+use std::path::{Path, PathBuf};
+
+use trueup_signals::check::{self, Relation};
+use trueup_signals::{Case, Finding, Kind, Loaded, Variable, base_name};
+
+use crate::model::{Model, ModelError};
+use crate::recorded::led;
+
+/// What a case is taken in for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Purpose {
+    /// Motors without a recorded torque are led along their measured motion.
+    Identify,
+    /// Static friction alone, from ramps: one that never moves the joint is told by the method.
+    BreakAway,
+    /// Every drive has to be recorded: what one does would be taken for an effect.
+    Diagnose,
+}
+
+/// A case that was read. It may be used unless one of its findings is an error.
+#[derive(Clone, Debug)]
+pub struct Intake {
+    /// The case with its recordings.
+    pub loaded: Loaded,
+    /// What was noticed.
+    pub findings: Vec<Finding>,
+    /// Says which parameters the case leaves to the preset; `None`: none.
+    pub preset: Option<String>,
+}
+
+/// A case that cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum IntakeError {
+    /// What is wrong in its files.
+    #[error(transparent)]
+    Files(#[from] trueup_signals::Error),
+    /// It has no model.
+    #[error("{}: {source}", .file.display())]
+    Model {
+        /// The `case.toml`.
+        file: PathBuf,
+        /// Why.
+        source: ModelError,
+    },
+}
+
+impl Intake {
+    /// Reads a case. `with` are effects that are fitted beside those that it names.
+    ///
+    /// # Errors
+    /// [`IntakeError`]; what is wrong with recordings as such stands in [`Self::findings`].
+    pub fn read(path: &Path, purpose: Purpose, with: &[String]) -> Result<Self, IntakeError> {
+        let (loaded, findings) = Case::load(path, |case| variables(case, with))?;
+        Self::of(loaded, findings, purpose, with)
+    }
+
+    /// Takes in a case whose files, if it has any, are read already; `findings` are what was noticed there.
+    ///
+    /// # Errors
+    /// [`IntakeError::Model`]
+    pub fn of(
+        mut loaded: Loaded,
+        mut findings: Vec<Finding>,
+        purpose: Purpose,
+        with: &[String],
+    ) -> Result<Self, IntakeError> {
+        for id in with {
+            if !loaded.case.with.contains(id) {
+                loaded.case.with.push(id.clone());
+            }
+        }
+        let model = Model::of_case(&loaded.case, &[]);
+        let model = model.map_err(|source| IntakeError::Model { file: loaded.case.file.clone(), source })?;
+        findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
+        // An arm whose motors are led along their measured motion needs no torque.
+        let all = [loaded.train(), loaded.holdout()].concat();
+        if !led(&model, &all).is_empty() {
+            let needless = |f: &Finding| match purpose {
+                Purpose::Identify => matches!(f.kind, Kind::NoInput | Kind::MissingInput),
+                Purpose::BreakAway | Purpose::Diagnose => f.kind == Kind::NoInput,
+            };
+            findings.retain(|f| !needless(f));
+        }
+        if purpose == Purpose::BreakAway {
+            findings.retain(|f| f.kind != Kind::LittleExcitation);
+        }
+        let preset = line(&model, &loaded.case);
+        Ok(Self { loaded, findings, preset })
+    }
+}
+
+/// What is known of the model that a case names, with the effects that are fitted.
+///
+/// # Errors
+/// The case names no such model.
+pub fn variables(case: &Case, with: &[String]) -> Result<Vec<Variable>, trueup_signals::Error> {
+    let wrong = |e: ModelError| {
+        trueup_signals::Error::Wrong(vec![Finding::error(Kind::UnknownModel, &case.file, e.to_string(), "")])
+    };
+    fitted(case, with).map(|m| m.variables()).map_err(wrong)
+}
+
+/// The model of a case with the effects that are fitted.
+fn fitted(case: &Case, with: &[String]) -> Result<Model, ModelError> {
+    let all: Vec<&str> = case.with.iter().chain(with).map(String::as_str).collect();
+    Model::of_case(case, &all)
+}
+
+/// Which channels go with each other.
+fn relations(model: &Model, case: &Case) -> Vec<Relation> {
+    let rate = |rate: &str, of: &str| Relation::Rate { rate: rate.into(), of: of.into() };
+    if model.joint().is_some() {
+        let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
+        let (left, right) = ("motorAngle".into(), "loadAngle".into());
+        return vec![
+            Relation::Proportional { left, right, factor: n },
+            rate("motorVelocity", "motorAngle"),
+            rate("loadVelocity", "loadAngle"),
+        ];
+    }
+    let joints = 1..=model.structure().flexible.len();
+    joints
+        .flat_map(|j| {
+            [("jointVelocity", "jointAngle"), ("motorVelocity", "motorAngle")]
+                .map(|(r, a)| rate(&format!("{r}[{j}]"), &format!("{a}[{j}]")))
+        })
+        .chain([rate("baseRate", "baseAttitude")])
+        .collect()
+}
+
+/// Names of the parameters that the case leaves out, of arrays that lack as a whole theirs. First states are found anyway.
+pub fn left_out<'a>(model: &'a Model, case: &Case) -> Vec<&'a str> {
+    let all: Vec<&str> = model.parameters().iter().map(|q| q.name.as_str()).collect();
+    let missing = |name: &&str| !name.starts_with("initial") && !case.parameters.contains_key(*name);
+    let whole = |base: &str| all.iter().filter(|n| base_name(n) == base).all(&missing);
+    let mut names: Vec<&str> = Vec::new();
+    for name in all.iter().filter(|n| missing(n)) {
+        let base = base_name(name);
+        let shown = if whole(base) { base } else { name };
+        if !names.contains(&shown) {
+            names.push(shown);
+        }
+    }
+    names
+}
+
+/// `case.toml: left out, so of the preset (..): damping, linkMass[2]`; `None` if the case has all of them.
+fn line(model: &Model, case: &Case) -> Option<String> {
+    let names = left_out(model, case);
+    let preset = if model.joint().is_some() { "joint 1 of DELIAN" } else { "the CBK PAN test-bed" };
+    (!names.is_empty()).then(|| {
+        format!("{}: left out, so of the preset ({preset}): {}", case.file.display(), names.join(", "))
+    })
+}

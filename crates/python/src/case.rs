@@ -1,0 +1,159 @@
+//! Cases: recordings with what their owner believes.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use trueup_diagnosis::diagnose::{Options, diagnose};
+use trueup_diagnosis::inputs;
+use trueup_identification::identify::{METHODS, Method, Settings, identify, json};
+use trueup_identification::intake::{Intake, Purpose, variables};
+use trueup_signals::{Case as Described, Finding};
+
+use crate::error::Failure;
+use crate::interrupt::watched;
+use crate::problem::Problem;
+
+/// A recording: its name and its columns.
+type Recorded<'py> = (String, Vec<(String, PyReadonlyArray1<'py, f64>)>);
+
+#[derive(Clone)]
+enum Source {
+    /// A folder with a `case.toml`, or that file.
+    Path(PathBuf),
+    /// What a `case.toml` would say, and its recordings by name.
+    Memory { text: String, tables: BTreeMap<String, Vec<(String, Vec<f64>)>> },
+}
+
+/// Recordings with a model, read anew for each use, as the program does.
+#[pyclass(frozen, module = "trueup._native")]
+pub(crate) struct Case {
+    source: Source,
+}
+
+/// What was noticed, as text.
+type Notes = Vec<String>;
+
+#[pymethods]
+impl Case {
+    /// Of a folder.
+    #[staticmethod]
+    fn read(path: PathBuf) -> Self {
+        Self { source: Source::Path(path) }
+    }
+
+    /// From memory: `said` is `case.toml` as JSON.
+    #[staticmethod]
+    fn of(said: &str, recordings: Vec<Recorded<'_>>) -> PyResult<Self> {
+        let said: serde_json::Value = serde_json::from_str(said).map_err(|e| Failure::of(e.to_string()))?;
+        let text = toml::to_string(&said).map_err(|e| Failure::of(e.to_string()))?;
+        let column = |(name, values): (String, PyReadonlyArray1<'_, f64>)| (name, values.as_array().to_vec());
+        let table = |(name, columns): Recorded<'_>| (name, columns.into_iter().map(column).collect());
+        Ok(Self { source: Source::Memory { text, tables: recordings.into_iter().map(table).collect() } })
+    }
+
+    /// What its `case.toml` says; none of a folder.
+    #[getter]
+    fn text(&self) -> Option<&str> {
+        match &self.source {
+            Source::Path(_) => None,
+            Source::Memory { text, .. } => Some(text),
+        }
+    }
+
+    /// What `trueup identify --json` prints.
+    #[pyo3(signature = (method, with_effects, profile, progress))]
+    fn identify(
+        &self,
+        py: Python<'_>,
+        method: &str,
+        with_effects: Vec<String>,
+        profile: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, Notes)> {
+        let method = self::method(method)?;
+        let purpose = if method == Method::BreakAway { Purpose::BreakAway } else { Purpose::Identify };
+        let source = self.source.clone();
+        let found = watched(py, progress.as_ref(), move |tell| {
+            let (intake, notes) = source.taken_in(purpose, &with_effects)?;
+            let progress = |what: &str| tell(f64::NAN, what);
+            let settings = Settings { method, profile, design: None, progress: &progress };
+            let found = identify(&intake.loaded, &settings);
+            let found = found.map_err(|e| Failure::of(e.to_string()).file(&intake.loaded.case.file))?;
+            Ok::<_, Failure>((format!("{:#}\n", json(&found)), notes))
+        });
+        Ok(found??)
+    }
+
+    /// What `trueup diagnose --json` prints, without the files that it writes.
+    #[pyo3(signature = (seed, force, watch, all_readings, verdict_only, progress))]
+    fn diagnose(
+        &self,
+        py: Python<'_>,
+        seed: u64,
+        force: bool,
+        watch: bool,
+        all_readings: bool,
+        verdict_only: bool,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<(String, Notes)> {
+        let source = self.source.clone();
+        let found = watched(py, progress.as_ref(), move |tell| {
+            let (Intake { loaded, findings, .. }, notes) = source.taken_in(Purpose::Diagnose, &[])?;
+            let capped = !force && findings.iter().any(Finding::is_grave);
+            let options =
+                Options { seed, capped, force, watch, all_readings, verdict_only, ..Options::default() };
+            let file = &loaded.case.file;
+            let of_case = |e: String| Failure::of(e).file(file);
+            let found = diagnose(&loaded, &options, &mut |part, what| tell(part, what));
+            let mut found = found.map_err(|e| of_case(e.to_string()))?;
+            let read = match &source {
+                Source::Path(_) => Some(inputs::read(&loaded.case).map_err(|e| of_case(e.to_string()))?),
+                Source::Memory { .. } => None,
+            };
+            let complete = found.complete(&findings, &loaded.case.folder, read);
+            complete.map_err(|e| of_case(format!("{e}; look at the sizes of readings and parameters")))?;
+            let text = serde_json::to_string_pretty(&found.diagnosis);
+            Ok::<_, Failure>((text.map_err(|e| of_case(e.to_string()))?, notes))
+        });
+        Ok(found??)
+    }
+
+    /// The model along the recordings as a function of these parameters.
+    fn problem(&self, py: Python<'_>, parameters: Vec<String>) -> PyResult<Problem> {
+        let source = &self.source;
+        let built = py.detach(|| {
+            let (intake, _) = source.taken_in(Purpose::Identify, &[])?;
+            Problem::of(&intake.loaded, &parameters)
+        });
+        Ok(built?)
+    }
+}
+
+impl Source {
+    /// The case, fit for use, and what was noticed on the way.
+    fn taken_in(&self, purpose: Purpose, with: &[String]) -> Result<(Intake, Notes), Failure> {
+        let intake = match self {
+            Self::Path(path) => Intake::read(path, purpose, with),
+            Self::Memory { text, tables } => {
+                let (loaded, findings) = Described::of_tables(text, tables, |case| variables(case, with))?;
+                Intake::of(loaded, findings, purpose, with)
+            }
+        }?;
+        if intake.findings.iter().any(Finding::is_error) {
+            return Err(trueup_signals::Error::Wrong(intake.findings).into());
+        }
+        let findings = intake.findings.iter().map(|f| format!("{}: {f}", f.severity.id()));
+        let notes = intake.preset.iter().cloned().chain(findings).collect();
+        Ok((intake, notes))
+    }
+}
+
+fn method(name: &str) -> Result<Method, Failure> {
+    let known = METHODS.iter().find(|(known, _)| *known == name).map(|(_, method)| *method);
+    known.ok_or_else(|| {
+        let names = METHODS.iter().map(|(name, _)| *name);
+        Failure::of(format!("there is no method `{name}`{}", trueup_cosim::suggestion(name, names)))
+    })
+}

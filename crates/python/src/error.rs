@@ -1,0 +1,109 @@
+//! Failures as `trueup.Error`: the message, and what of it a program can use.
+
+use std::path::Path;
+
+use pyo3::prelude::*;
+use pyo3::sync::PyOnceLock;
+use pyo3::types::PyType;
+use trueup_cosim::Mistake;
+use trueup_signals::Finding;
+
+/// A message with its variable, file and mend, as far as they are known.
+#[derive(Debug, Default)]
+pub(crate) struct Failure {
+    message: String,
+    variable: Option<String>,
+    file: Option<String>,
+    mend: Option<String>,
+}
+
+impl Failure {
+    /// Of a message in the form that all of ours have: the first name in backticks is what it is about, what follows the last
+    /// semicolon is the mend.
+    pub(crate) fn of(message: impl Into<String>) -> Self {
+        let message = message.into();
+        let first = message.lines().next().unwrap_or_default();
+        let (what, mend) =
+            first.rsplit_once("; ").map_or((first, None), |(what, mend)| (what, Some(mend.to_owned())));
+        let variable = what.split('`').nth(1).map(str::to_owned);
+        Self { variable, mend, file: None, message }
+    }
+
+    pub(crate) fn file(mut self, file: &Path) -> Self {
+        self.file = Some(file.display().to_string()).filter(|f| !f.is_empty());
+        self
+    }
+
+    /// About this file, if no other one is named.
+    pub(crate) fn or_file(self, file: &Path) -> Self {
+        if self.file.is_some() { self } else { self.file(file) }
+    }
+
+    /// Of an error that says its own place and mend.
+    fn of_findings(message: String, findings: &[Finding]) -> Self {
+        let Some(first) = findings.iter().find(|f| f.is_error()) else { return Self::of(message) };
+        let said = Self::of(first.what.clone()).variable;
+        let mend = Some(first.mend.clone()).filter(|m| !m.is_empty());
+        Self { variable: first.channel.clone().or(said), mend, ..Self::of(message) }.file(&first.file)
+    }
+}
+
+impl From<trueup_cosim::Error> for Failure {
+    fn from(e: trueup_cosim::Error) -> Self {
+        use trueup_cosim::Error;
+        let whole = Self::of(e.to_string());
+        match &e {
+            Error::System(list) => {
+                let Some(Mistake { place, message }) = list.first() else { return whole };
+                Self { message: whole.message, ..Self::of(message.clone()) }.file(&place.file)
+            }
+            Error::NotFinite { variable, .. } => Self { variable: Some(variable.clone()), ..whole },
+            Error::Inputs { file, .. } | Error::Results { file, .. } => whole.file(file),
+            _ => whole,
+        }
+    }
+}
+
+impl From<trueup_signals::Error> for Failure {
+    fn from(e: trueup_signals::Error) -> Self {
+        Self::of_findings(e.to_string(), e.findings())
+    }
+}
+
+impl From<trueup_identification::intake::IntakeError> for Failure {
+    fn from(e: trueup_identification::intake::IntakeError) -> Self {
+        use trueup_identification::intake::IntakeError;
+        match e {
+            IntakeError::Files(e) => e.into(),
+            IntakeError::Model { file, source } => Self::of(source.to_string()).file(&file),
+        }
+    }
+}
+
+impl From<trueup_sweep::Error> for Failure {
+    fn from(e: trueup_sweep::Error) -> Self {
+        use trueup_sweep::Error;
+        match e {
+            Error::Mistakes(list) => trueup_cosim::Error::System(list).into(),
+            Error::System(e) => e.into(),
+            Error::File { file, why } => Self::of(format!("{}: {why}", file.display())).file(&file),
+            Error::NoRun { .. } => Self::of(e.to_string()),
+        }
+    }
+}
+
+impl From<Failure> for PyErr {
+    fn from(f: Failure) -> Self {
+        static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+        Python::attach(|py| {
+            let class = match CLASS.import(py, "trueup._errors", "Error") {
+                Ok(class) => class,
+                Err(e) => return e,
+            };
+            match class.call1((f.message, f.variable, f.file, f.mend)) {
+                Ok(error) => Self::from_value(error),
+                Err(e) => e,
+            }
+        })
+    }
+}

@@ -1,0 +1,94 @@
+//! Ctrl-C while Python's lock is released.
+
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::time::{Duration, Instant};
+
+use pyo3::exceptions::PyRuntimeError;
+use pyo3::prelude::*;
+use trueup_cosim::{Column, Error, Row, Sink};
+
+/// Between two looks: well below the 0.2 s after which a run that was interrupted has ended.
+pub(crate) const LOOK: Duration = Duration::from_millis(50);
+
+/// Hands rows on, and ends the run at the first one after Python was asked to stop.
+pub(crate) struct Watched<S> {
+    /// What takes the rows.
+    pub(crate) sink: S,
+    looked: Instant,
+    /// What Python's handler raised.
+    pub(crate) raised: Option<PyErr>,
+}
+
+impl<S> Watched<S> {
+    pub(crate) fn new(sink: S) -> Self {
+        Self { sink, looked: Instant::now(), raised: None }
+    }
+}
+
+impl<S: Sink> Sink for Watched<S> {
+    fn begin(&mut self, columns: &[Column]) -> Result<(), Error> {
+        self.sink.begin(columns)
+    }
+
+    fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
+        if self.looked.elapsed() >= LOOK {
+            self.looked = Instant::now();
+            if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                self.raised = Some(raised);
+                return Err(Error::Interrupted { time: row.time });
+            }
+        }
+        self.sink.row(row)
+    }
+}
+
+/// What long work says to who waits for it.
+enum Said<R> {
+    /// How far it is (0 to 1; `nan`: not known), and what is being done.
+    Reached(f64, String),
+    Done(R),
+}
+
+/// Tells how far long work is, and ends it where nobody waits any more.
+pub(crate) type Tell<'a> = &'a (dyn Fn(f64, &str) + Sync);
+
+/// The stack of the thread that works, bytes: as much as a program's main thread has.
+const STACK: usize = 8 << 20;
+
+/// Long work in a thread of its own, so that the caller's can follow Ctrl-C meanwhile. Where the caller leaves, the work ends
+/// at the next word on how far it is. `progress` is called with that word.
+pub(crate) fn watched<R: Send + 'static>(
+    py: Python<'_>,
+    progress: Option<&Py<PyAny>>,
+    work: impl FnOnce(Tell<'_>) -> R + Send + 'static,
+) -> PyResult<R> {
+    let (say, mut heard) = mpsc::channel();
+    let works = move || {
+        let tell = |part: f64, what: &str| {
+            if say.send(Said::Reached(part, what.to_owned())).is_err() {
+                // The one way out of the middle of it; nobody is told, for nobody is there.
+                std::panic::resume_unwind(Box::new("nobody waits"));
+            }
+        };
+        let done = work(&tell);
+        let _ = say.send(Said::Done(done)); // nobody may wait any more
+    };
+    std::thread::Builder::new().stack_size(STACK).spawn(works)?;
+    loop {
+        let listening = &mut heard;
+        match py.detach(move || listening.recv_timeout(LOOK)) {
+            Ok(Said::Done(done)) => return Ok(done),
+            Ok(Said::Reached(part, what)) => {
+                if let Some(progress) = progress {
+                    progress.call1(py, (part, what))?;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => {
+                let what = "the work ended without a result, which is a mistake of this package; what it wrote above says where";
+                return Err(PyRuntimeError::new_err(what));
+            }
+        }
+        py.check_signals()?;
+    }
+}

@@ -1,0 +1,220 @@
+//! FMUs and systems of them: read once, run often.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use numpy::{PyArray1, PyReadonlyArray1};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use trueup_cosim::plan::Plan;
+use trueup_cosim::system::{InputFile, Interface as Chosen, Place, Record, System as Described};
+use trueup_cosim::{Files, Inputs, Kind, Master, Memory, check_with, names};
+use trueup_fmi_description::description::Values;
+use trueup_fmi_import::{Fmu, Interface};
+
+use crate::error::Failure;
+use crate::interrupt::Watched;
+
+/// What messages call inputs that are arrays.
+const INPUTS: &str = "inputs";
+
+/// Name, kind and unit of a column.
+type Head = (String, &'static str, String);
+
+/// An input: its name, times in s, values.
+type Signal<'py> = (String, PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>);
+
+/// A system of FMUs, or one FMU alone, whose files stay open. Runs share nothing else: threads may run it at once.
+#[pyclass(frozen, module = "trueup._native")]
+pub(crate) struct System {
+    described: Described,
+    fmus: Vec<(PathBuf, Arc<Fmu>)>,
+    notes: Vec<String>,
+}
+
+/// What a run gave: columns, times in s, values of each column, notes.
+type Ran<'py> = (Vec<Head>, Bound<'py, PyArray1<f64>>, Vec<Bound<'py, PyArray1<f64>>>, Vec<String>);
+
+#[pymethods]
+impl System {
+    /// Reads a system (TOML, SSP) or an FMU, and checks all of it.
+    #[new]
+    fn new(py: Python<'_>, file: PathBuf) -> PyResult<Self> {
+        Ok(py.detach(|| Self::read(&file))?)
+    }
+
+    /// What was chosen while reading.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
+    }
+
+    /// Per component its name, its file, its FMI version, its model and its variables as dictionaries.
+    fn components<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyDict>>> {
+        self.described.components.iter().map(|c| self.component(py, &c.name, &c.fmu)).collect()
+    }
+
+    /// Runs it once. Start values are text, as on the command line of the program.
+    #[pyo3(signature = (start, stop, step, tolerance, algorithm, interface, values, inputs, outputs, events))]
+    fn run<'py>(
+        &self,
+        py: Python<'py>,
+        start: Option<f64>,
+        stop: Option<f64>,
+        step: Option<f64>,
+        tolerance: Option<f64>,
+        algorithm: Option<&str>,
+        interface: Option<&str>,
+        values: Vec<(String, String)>,
+        inputs: Option<Vec<Signal<'py>>>,
+        outputs: Vec<String>,
+        events: Option<bool>,
+    ) -> PyResult<Ran<'py>> {
+        let mut system = self.described.clone();
+        let run = &mut system.run;
+        for (asked, slot) in [
+            (start, &mut run.start),
+            (stop, &mut run.stop),
+            (step, &mut run.step),
+            (tolerance, &mut run.tolerance),
+        ] {
+            *slot = asked.or(*slot);
+        }
+        run.event_rows = events.or(run.event_rows);
+        if let Some(name) = algorithm {
+            run.algorithm = Some(name.parse().map_err(Failure::of)?);
+        }
+        if let Some(name) = interface {
+            let interface = Some(name.parse().map_err(Failure::of)?);
+            system.components.iter_mut().for_each(|c| c.interface = interface);
+        }
+        for (name, value) in &values {
+            let set = system.set(name, value, &Place::default());
+            set.map_err(|mistake| Failure::from(trueup_cosim::Error::System(vec![mistake])))?;
+        }
+        if !outputs.is_empty() {
+            let record = |name| Record { name, ..Record::default() };
+            system.record = outputs.into_iter().map(record).collect();
+        }
+        let mut files = self.files();
+        if let Some(signals) = inputs {
+            let file = PathBuf::from(INPUTS);
+            let columns = signals
+                .into_iter()
+                .map(|(name, t, x)| Ok((name, t.as_array().to_vec(), x.as_array().to_vec())));
+            let columns = columns.collect::<PyResult<Vec<_>>>()?;
+            files.hold_inputs(Inputs::of(&file, columns).map_err(Failure::from)?);
+            // Columns that the system gives a meaning keep it.
+            let columns = system.inputs.take().map(|i| i.columns).unwrap_or_default();
+            system.inputs = Some(InputFile { file, columns, place: Place::default() });
+        }
+        let (memory, notes) = py.detach(|| {
+            simulated(&system, &mut files).map_err(|e| match e {
+                Stopped::Failed(failure) => failure.or_file(&self.described.file).into(),
+                Stopped::Raised(raised) => raised,
+            })
+        })?;
+        let heads = memory.columns().iter().map(|c| (c.name.clone(), kind(c.kind), c.unit.clone()));
+        let series = memory.series().iter().map(|s| PyArray1::from_slice(py, s));
+        Ok((heads.collect(), PyArray1::from_slice(py, memory.time()), series.collect(), notes))
+    }
+}
+
+/// Why a run did not end well.
+enum Stopped {
+    Failed(Failure),
+    /// Python was asked to stop.
+    Raised(PyErr),
+}
+
+impl From<Failure> for Stopped {
+    fn from(failure: Failure) -> Self {
+        Self::Failed(failure)
+    }
+}
+
+fn simulated(system: &Described, files: &mut Files) -> Result<(Memory, Vec<String>), Stopped> {
+    let plan = check_with(system, files).map_err(Failure::from)?;
+    let mut master = Master::new(plan).map_err(Failure::from)?;
+    let mut sink = Watched::new(Memory::default());
+    match master.run(&mut sink) {
+        Ok(log) => Ok((sink.sink, log.notes)),
+        Err(e) => Err(sink.raised.map_or_else(|| Failure::from(e).into(), Stopped::Raised)),
+    }
+}
+
+impl System {
+    fn read(file: &Path) -> Result<Self, Failure> {
+        let of_file = |e: trueup_cosim::Error| Failure::from(e).or_file(file);
+        let described = Described::read(file).map_err(of_file)?;
+        let plan = check_with(&described, &mut Files::default()).map_err(of_file)?;
+        keep_loaded(&plan);
+        let fmus = described.components.iter().zip(&plan.components);
+        let fmus = fmus.map(|(c, planned)| (c.fmu.clone(), Arc::clone(&planned.fmu))).collect();
+        Ok(Self { described, fmus, notes: plan.notes })
+    }
+
+    /// The FMUs, which are open already.
+    fn files(&self) -> Files {
+        let mut files = Files::default();
+        self.fmus.iter().for_each(|(file, fmu)| files.hold(file, fmu));
+        files
+    }
+
+    fn component<'py>(&self, py: Python<'py>, name: &str, file: &Path) -> PyResult<Bound<'py, PyDict>> {
+        let about = PyDict::new(py);
+        about.set_item("name", name)?;
+        about.set_item("file", file)?;
+        let Some((_, fmu)) = self.fmus.iter().find(|(f, _)| f == file) else { return Ok(about) };
+        let d = fmu.description();
+        about.set_item("model", &d.model_name)?;
+        about.set_item("fmi_version", &d.fmi_version)?;
+        about.set_item("description", &d.description)?;
+        let variables = d.variables.iter().map(|v| {
+            let about = PyDict::new(py);
+            let attributes = d.attributes(v);
+            about.set_item("name", &v.name)?;
+            about.set_item("causality", lower(&format!("{:?}", v.causality)))?;
+            about.set_item("variability", lower(&format!("{:?}", v.variability)))?;
+            about.set_item("type", v.kind.name(d.version))?;
+            about.set_item("unit", attributes.unit)?;
+            let found = names::find(d, &v.name).ok();
+            let element = |&(variable, element): &(usize, usize)| names::element(d, variable, element);
+            let columns = found.as_ref().map(|f| f.elements.iter().map(element).collect::<Vec<_>>());
+            about.set_item("shape", found.as_ref().map(|f| f.shape.clone()))?;
+            about.set_item("columns", columns)?;
+            about.set_item("start", v.start.as_ref().and_then(Values::as_f64))?;
+            about.set_item("description", &v.description)?;
+            Ok(about)
+        });
+        about.set_item("variables", variables.collect::<PyResult<Vec<_>>>()?)?;
+        Ok(about)
+    }
+}
+
+/// Lets libraries stay between runs: to load one takes longer than a short run.
+pub(crate) fn keep_loaded(plan: &Plan) {
+    for planned in &plan.components {
+        planned.fmu.keep_loaded(match planned.interface {
+            Chosen::CoSimulation => Interface::CoSimulation,
+            Chosen::ModelExchange => Interface::ModelExchange,
+        });
+    }
+}
+
+/// As the standard writes it: `StructuralParameter` is `structuralParameter`.
+fn lower(name: &str) -> String {
+    let mut letters = name.chars();
+    letters.next().map(|first| first.to_lowercase().chain(letters).collect()).unwrap_or_default()
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Real => "float64",
+        Kind::Single => "float32",
+        Kind::Integer => "int64",
+        Kind::Unsigned => "uint64",
+        Kind::Boolean => "bool",
+        Kind::Text => "str",
+    }
+}
