@@ -1,0 +1,150 @@
+"""The Modelica package against the FMUs: names, units and defaults; and run by a compiler of others, states and events."""
+
+import os
+from pathlib import Path
+
+import modelica
+import numpy as np
+import pytest
+from fmpy import read_model_description
+from hybrid_run import Signal, run
+
+FMUS = Path(os.environ.get("TRUEUP_FMUS", "target/test-fmus"))
+SETS = 20
+# States and outputs relative to their largest magnitude, and times of events in s.
+STATES, EVENTS = 1e-7, 1e-8
+
+
+@pytest.fixture(scope="module")
+def tree():
+    pytest.importorskip("pymoca", reason="not installed: see tools/python/requirements-full.txt")
+    return modelica.parsed()
+
+
+@pytest.fixture(scope="module")
+def rumoca():
+    return pytest.importorskip("rumoca", reason="not installed: see tools/python/requirements-full.txt")
+
+
+def described(fmu):
+    """Parameters, inputs and outputs of an FMU by name."""
+    file = FMUS / ("effects" if "+" in fmu else "") / f"{fmu}.fmi3.fmu"
+    assert file.is_file(), f"{file} is missing: run ./test, which packs it"
+    variables = read_model_description(file).modelVariables
+    return {v.name: v for v in variables if v.causality in ("parameter", "input", "output")}
+
+
+def own(symbols):
+    """Parameters, inputs and outputs of a flattened class by name; not those of its components."""
+    kinds = ("parameter", "input", "output")
+    return {
+        s.name: (kind, s)
+        for s in symbols.values()
+        for kind in kinds
+        if kind in s.prefixes and "." not in s.name and "protected" not in str(s.visibility).lower()
+    }
+
+
+def complaints(have, want):
+    """What differs of (kind, symbol) by name from the variables of an FMU."""
+    for name, (kind, symbol) in have.items():
+        v = want.get(name)
+        if v is None:
+            yield f"{name}: the FMU has no such variable"
+            continue
+        if v.causality != kind:
+            yield f"{name}: {kind}, in the FMU {v.causality}"
+        if (modelica.literal(symbol.unit) or None) != (v.unit or None):
+            yield f"{name}: unit {modelica.literal(symbol.unit)}, in the FMU {v.unit}"
+        if kind == "parameter":
+            start = np.array([float(s) for s in v.start.split()])
+            value = np.array(modelica.literal(symbol.value), dtype=float).ravel()
+            if not np.array_equal(start, value):
+                yield f"{name}: default {value}, in the FMU {start}"
+    for name in want.keys() - have.keys():
+        yield f"{name}: not in the Modelica class"
+
+
+def test_every_class_parses_and_flattens(tree):
+    """By pymoca, and package.order names what there is."""
+    for file in modelica.files():
+        if file.name == "package.mo":
+            listed = (file.parent / "package.order").read_text().split()
+            there = {f.stem for f in file.parent.iterdir() if f.suffix == ".mo" or f.is_dir()} - {"package"}
+            assert sorted(listed) == sorted(there), file.parent
+        else:
+            assert modelica.flattened(tree, modelica.class_of(file)).equations is not None
+
+
+@pytest.mark.parametrize("model", ["TwoMassJoint"])
+def test_names_units_and_defaults_are_those_of_the_fmu(tree, model):
+    flat = modelica.flattened(tree, f"Trueup.{model}")
+    assert list(complaints(own(flat.symbols), described(model))) == []
+
+
+def test_a_wrong_name_unit_or_default_is_found(tree):
+    """The check itself: three mistakes, three complaints."""
+    have = own(modelica.flattened(tree, "Trueup.TwoMassJoint").symbols)
+    want = described("TwoMassJoint")
+    want["damping"].start, want["stiffness"].unit = "8.08e-8", "N.m"
+    want["motorTorque2"] = want.pop("motorTorque")
+    found = sorted(c.split(":")[0] for c in complaints(have, want))
+    assert found == ["damping", "motorTorque", "motorTorque2", "stiffness"]
+
+
+def varied(parameters, seed, more=()):
+    """Values about the defaults; of those that are 0 only `more`: (name, size)."""
+    random = np.random.default_rng(seed)
+    values = {n: float(v) * random.uniform(0.75, 1.35) for n, v in parameters.items() if float(v) != 0.0}
+    return values | {name: size * random.uniform(-1.0, 1.0) for name, size in more}
+
+
+def compare(model, values, inputs, grid, names, watch=(), fmu=None, text=None, tolerance=1e-12):
+    """Runs both and compares; `names` are outputs of the FMU, or (name in Modelica, name in the FMU)."""
+    pairs = [n if isinstance(n, tuple) else (n, n) for n in names]
+    given = {name for name, v in described(fmu or model).items() if v.causality == "input"}
+    equations = "".join(
+        f"  it.{name} = {inputs[name].modelica() if name in inputs else '0.0'};\n" for name in sorted(given)
+    )
+    text = text or ", ".join(f"{name} = {value!r}" for name, value in values.items())
+    source = f"model T\n  Trueup.{model} it({text});\nequation\n{equations}end T;\n"
+    file = FMUS / ("effects" if fmu and "+" in fmu else "") / f"{fmu or model}.fmi3.fmu"
+    want, events = run(file, values, inputs, grid, [n for _, n in pairs], watch)
+    have, found = modelica.run(source, grid, [f"it.{n}" for n, _ in pairs], [f"it.{n}" for n in watch], tolerance=tolerance)
+    scale = np.abs(want).max(axis=0)
+    error = np.abs(have - want).max(axis=0) / np.where(scale > 0, scale, 1.0)
+    worst = dict(zip((n for n, _ in pairs), error, strict=True))
+    assert max(error) < STATES, worst
+    assert len(found) == len(events), (found, events)
+    if len(events):
+        assert np.abs(found - events).max() < EVENTS, (found, events)
+    return max(error), np.abs(found - events).max() if len(events) else None, len(events)
+
+
+JOINT = ["motorAngle", "motorVelocity", "loadAngle", "loadVelocity", ("twist", "state.twist"),
+         "motorAcceleration", "loadAcceleration", "motorTorque", "transmissionTorque", "frictionTorque"]  # fmt: skip
+JOINT_STARTS = [("initialMotorVelocity", 30.0), ("initialLoadVelocity", 1e-3)]
+GRID = np.round(np.arange(0.0, 2.0 + 1e-9, 0.02), 12)
+
+
+def joint_inputs(seed):
+    """Current that breaks the joint away and lets it rest, both ways, and a push on the load."""
+    a = np.random.default_rng(seed).uniform(0.8, 1.2, 4)
+    current = Signal((0, 0), (0.31, 0.022 * a[0]), (0.61, -0.02 * a[1]), (1.01, 0.018 * a[2]), (1.41, 0), (2, 0))
+    return {"motorCurrent": current, "externalTorque": Signal((0, 0), (0.55, 0), (0.77, 4 * a[3]), (1.3, -2), (1.5, 0))}
+
+
+def own_parameters(model):
+    return {n: v.start for n, v in described(model).items() if v.causality == "parameter"}
+
+
+full = pytest.mark.full
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+def test_joint_runs_like_the_fmu(rumoca, seed):
+    """Checks TMJ-1, TMJ-2, TMJ-3, TMJ-4 as Modelica."""
+    values = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS)
+    found = compare("TwoMassJoint", values, joint_inputs(seed), GRID, JOINT, ["sticking"])
+    assert found[2] > 0
