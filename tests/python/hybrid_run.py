@@ -77,11 +77,12 @@ class Exchange:
         return [root(i) for i in range(len(self.indicators))]
 
 
-def run(path, start, inputs, grid, names, watch=(), rtol=1e-11):
+def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-11):
     """Values of `names` at the times of `grid`, the last of which ends the run, and the times at which an output of `watch`
-    (Booleans) changed. `inputs` has a Signal for each input that is not 0, `start` values of parameters."""
+    (Booleans) changed. `inputs` has a Signal for each input that is not 0, `start` values of parameters; at `times` there are
+    events that no indicator tells."""
     with Opened(path, "ME") as opened:
-        opened.initialize(start)
+        opened.initialize(start | {name: signal(0.0) for name, signal in inputs.items()})
         fmu = Exchange(opened, inputs)
         references = [opened.variables[name].valueReference for name in watch]
         look = lambda: tuple(map(bool, fmu.fmu.getBoolean(references))) if references else ()  # noqa: E731
@@ -89,7 +90,7 @@ def run(path, start, inputs, grid, names, watch=(), rtol=1e-11):
         seen = look()
         left = list(grid)
         knots = {float(k) for s in inputs.values() for k in s.times if 0 < k < grid[-1]}
-        for end in sorted(knots | {float(grid[-1])}):
+        for end in sorted(knots | {float(t) for t in times if 0 < t < grid[-1]} | {float(grid[-1])}):
             while t < end:
                 step = solve_ivp(fmu.rates, (t, end), states, "DOP853", events=fmu.roots(), dense_output=True,
                                  rtol=rtol, atol=1e-3 * rtol)  # fmt: skip

@@ -42,11 +42,13 @@ def flattened(tree, name):
 
 
 def literal(value):
-    """The number, Boolean or array of numbers that an expression of pymoca is; None for any other."""
+    """The number, Boolean, array of numbers or name of an item that an expression of pymoca is; None for any other."""
     from pymoca import ast
 
     if isinstance(value, ast.Primary):
         return value.value
+    if isinstance(value, ast.ComponentRef):
+        return str(value).split(".")[-1]
     if isinstance(value, ast.Array):
         return [literal(v) for v in value.values]
     if isinstance(value, ast.Expression) and value.operator == "-" and len(value.operands) == 1:
