@@ -26,23 +26,30 @@ def rumoca():
     return pytest.importorskip("rumoca", reason="not installed: see tools/python/requirements-full.txt")
 
 
-def described(fmu):
-    """Parameters, inputs and outputs of an FMU by name."""
-    file = FMUS / ("effects" if "+" in fmu else "") / f"{fmu}.fmi3.fmu"
+def packed(fmu, version=3):
+    file = FMUS / ("effects" if "+" in fmu else "") / f"{fmu}.fmi{version}.fmu"
     assert file.is_file(), f"{file} is missing: run ./test, which packs it"
-    variables = read_model_description(file).modelVariables
-    return {v.name: v for v in variables if v.causality in ("parameter", "input", "output")}
+    return file
+
+
+def described(fmu):
+    """Parameters, inputs and outputs of an FMU by name, and what was fixed when it was packed."""
+    variables = read_model_description(packed(fmu)).modelVariables
+    return {v.name: v for v in variables if v.causality in ("parameter", "input", "output") or v.variability == "constant"}
 
 
 def own(symbols):
-    """Parameters, inputs and outputs of a flattened class by name; not those of its components."""
-    kinds = ("parameter", "input", "output")
-    return {
-        s.name: (kind, s)
-        for s in symbols.values()
-        for kind in kinds
-        if kind in s.prefixes and "." not in s.name and "protected" not in str(s.visibility).lower()
-    }
+    """Constants, parameters, inputs and outputs of a flattened class by name; not those of its components."""
+    kinds = ("constant", "parameter", "input", "output")
+    return {s.name: (kind, s) for s in symbols.values() for kind in kinds if kind in s.prefixes and "." not in s.name}
+
+
+def default(name, have):
+    """What a parameter begins with: numbers, or the name of an item; another parameter's where it is bound to that."""
+    value = modelica.literal(have[name][1].value)
+    if isinstance(value, str):
+        return default(value, have) if value in have else value
+    return np.array(value, dtype=float).ravel().tolist()
 
 
 def complaints(have, want):
@@ -52,18 +59,18 @@ def complaints(have, want):
         if v is None:
             yield f"{name}: the FMU has no such variable"
             continue
-        if v.causality != kind:
+        # What is fixed when packed may be a parameter in Modelica.
+        if v.variability != "constant" and v.causality != kind:
             yield f"{name}: {kind}, in the FMU {v.causality}"
         if (modelica.literal(symbol.unit) or None) != (v.unit or None):
             yield f"{name}: unit {modelica.literal(symbol.unit)}, in the FMU {v.unit}"
-        if v.declaredType and v.declaredType.items:
-            if v.declaredType.items[int(v.start) - 1].name != modelica.literal(symbol.value):
-                yield f"{name}: default {modelica.literal(symbol.value)}, in the FMU item {v.start}"
-        elif kind == "parameter":
-            start = np.array([float(s) for s in v.start.split()])
-            value = np.array(modelica.literal(symbol.value), dtype=float).ravel()
-            if not np.array_equal(start, value):
-                yield f"{name}: default {value}, in the FMU {start}"
+        if kind in ("constant", "parameter"):
+            if v.declaredType and v.declaredType.items:
+                start = v.declaredType.items[int(v.start) - 1].name
+            else:
+                start = [float({"true": 1, "false": 0}.get(s, s)) for s in v.start.split()]
+            if default(name, have) != start:
+                yield f"{name}: default {default(name, have)}, in the FMU {start}"
     for name in want.keys() - have.keys():
         yield f"{name}: not in the Modelica class"
 
@@ -84,12 +91,12 @@ ADAPTIVE = ("adaptation", "adaptationRate", "waveFrequencyMin", "waveFrequencyMa
 NO_ADAPTATION = [f"{name}: not in the Modelica class" for name in ADAPTIVE]
 # What differs from the FMU, and has to.
 KNOWN = {
-    "JointController": ["samplePeriod: not in the Modelica class", *NO_ADAPTATION],
-    "JointControllerSampled": ["samplePeriod: default [0.001], in the FMU [0.]", *NO_ADAPTATION],
+    "JointController": ["samplePeriod: constant, in the FMU parameter", *NO_ADAPTATION],
+    "JointControllerSampled": ["samplePeriod: default [0.001], in the FMU [0.0]", *NO_ADAPTATION],
 }
 
 
-@pytest.mark.parametrize("model", ["TwoMassJoint", "JointController", "JointControllerSampled"])
+@pytest.mark.parametrize("model", ["TwoMassJoint", "PlanarManipulator", "JointController", "JointControllerSampled"])
 def test_names_units_and_defaults_are_those_of_the_fmu(tree, model):
     flat = modelica.flattened(tree, f"Trueup.{model}")
     fmu = model.removesuffix("Sampled")
@@ -113,25 +120,38 @@ def varied(parameters, seed, more=()):
     return values | {name: size * random.uniform(-1.0, 1.0) for name, size in more}
 
 
-def compare(model, values, inputs, grid, names, watch=(), fmu=None, text=None, times=(), tolerance=1e-12):
-    """Runs both and compares; `names` are outputs of the FMU, or (name in Modelica, name in the FMU)."""
+def modifiers(values):
+    """Values of parameters as Modelica: elements `a[1]`, `a[2,1]` as arrays."""
+    arrays = {}
+    for name, value in values.items():
+        base, _, index = name.rstrip("]").partition("[")
+        arrays.setdefault(base, {})[tuple(map(int, index.split(","))) if index else ()] = value
+
+    def text(elements):
+        if () in elements:
+            return str(elements[()])
+        rest = lambda i: {k[1:]: v for k, v in elements.items() if k[0] == i}  # noqa: E731
+        return "{" + ", ".join(text(rest(i)) for i in sorted({k[0] for k in elements})) + "}"
+
+    return [f"{name} = {text(elements)}" for name, elements in arrays.items()]
+
+
+def compare(model, fmu, values, inputs, grid, names, watch=(), more=(), codes=None, times=()):
+    """Runs the class and the FMU (a file) and compares; the FMU's values and times of events.
+
+    `names` are outputs, or (name in Modelica, name in the FMU); `values` go to both, `more` are modifiers of the class alone,
+    `codes` values of the FMU alone."""
     pairs = [n if isinstance(n, tuple) else (n, n) for n in names]
-    given = {name for name, v in described(fmu or model).items() if v.causality == "input"}
-    equations = "".join(
-        f"  it.{name} = {inputs[name].modelica() if name in inputs else '0.0'};\n" for name in sorted(given)
-    )
-    text = text or ", ".join(f"{name} = {value!r}" for name, value in values.items())
-    source = f"model T\n  Trueup.{model} it({text});\nequation\n{equations}end T;\n"
-    file = FMUS / ("effects" if fmu and "+" in fmu else "") / f"{fmu or model}.fmi3.fmu"
-    want, events = run(file, values, inputs, grid, [n for _, n in pairs], watch, times)
-    have, found = modelica.run(source, grid, [f"it.{n}" for n, _ in pairs], [f"it.{n}" for n in watch], tolerance=tolerance)
+    given = sorted(v.name for v in read_model_description(fmu).modelVariables if v.causality == "input")
+    equations = "".join(f"  it.{n} = {inputs[n].modelica() if n in inputs else '0.0'};\n" for n in given)
+    source = f"model T\n  Trueup.{model} it({', '.join([*modifiers(values), *more])});\nequation\n{equations}end T;\n"
+    want, events = run(fmu, values | (codes or {}), inputs, grid, [n for _, n in pairs], watch, times)
+    have, found = modelica.run(source, grid, [f"it.{n}" for n, _ in pairs], [f"it.{n}" for n in watch])
     scale = np.abs(want).max(axis=0)
     error = np.abs(have - want).max(axis=0) / np.where(scale > 0, scale, 1.0)
-    worst = dict(zip((n for n, _ in pairs), error, strict=True))
-    assert max(error) < STATES, worst
+    assert max(error) < STATES, dict(zip((n for n, _ in pairs), error, strict=True))
     assert len(found) == len(events), (found, events)
-    if len(events):
-        assert np.abs(found - events).max() < EVENTS, (found, events)
+    assert not len(events) or np.abs(found - events).max() < EVENTS, (found, events)
     return want, events
 
 
@@ -173,7 +193,7 @@ full = pytest.mark.full
 def test_joint_runs_like_the_fmu(rumoca, seed):
     """Checks TMJ-1, TMJ-2, TMJ-3, TMJ-4 as Modelica."""
     values = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS)
-    _, events = compare("TwoMassJoint", values, joint_inputs(seed), GRID, JOINT, ["sticking"])
+    _, events = compare("TwoMassJoint", packed("TwoMassJoint"), values, joint_inputs(seed), GRID, JOINT, ["sticking"])
     assert len(events)
 
 
@@ -190,19 +210,83 @@ def test_controller_runs_like_the_fmu(rumoca, seed, sampled):
     number = seed % len(STRATEGIES)
     values = varied({n: starts[n] for n in TUNED}, seed) | {"velocityGain": 300.0 + 20 * seed}
     grid = np.round(np.linspace(0.0, 0.1 if sampled else 1.0, 101), 12)
-    if sampled:
-        values["samplePeriod"] = 1e-3
-    text = ", ".join(f"{n} = {v!r}" for n, v in values.items())
     current, _ = compare(
         "JointControllerSampled" if sampled else "JointController",
-        values | {"strategy": number + 1},
+        packed("JointController"),
+        values,
         controller_inputs(seed),
         grid,
         ["motorCurrent"],
-        fmu="JointController",
-        text=f"{text}, strategy = Trueup.Control.Strategy.{STRATEGIES[number]}",
+        more=[f"strategy = Trueup.Control.Strategy.{STRATEGIES[number]}"] + ["samplePeriod = 1e-3"] * sampled,
+        codes={"strategy": number + 1, "samplePeriod": 1e-3 if sampled else 0.0},
         times=grid if sampled else (),
     )
     limited = np.abs(current) >= values["currentLimit"] * (1 - 1e-12)
     assert not limited.all()
     assert sampled or limited.any()
+
+
+ARM_GRID = np.round(np.arange(0.0, 3.0 + 1e-9, 0.05), 12)
+
+
+def arm_inputs(seed, links):
+    random = np.random.default_rng(200 + seed)
+    names = [f"jointTorque[{j + 1}]" for j in range(links)] + ["baseForce[1]", "baseTorque", "tipForce[2]", "tipTorque"]
+    sizes = [0.3, 0.1, 0.05][:links] + [0.5, 0.05, 0.1, 0.02]
+    return {
+        name: Signal((0, 0), (0.7, s * random.uniform(0.5, 1.5)), (1.9, -s * random.uniform(0.5, 1.5)), (2.6, 0), (3, 0))
+        for name, s in zip(names, sizes, strict=True)
+    }
+
+
+def arm_outputs(file):
+    """All continuous outputs, by element."""
+    return [v.name for v in read_model_description(file).modelVariables if v.causality == "output"]
+
+
+# Which joints are flexible, what becomes of the base, how rotors are coupled.
+ARMS = [
+    ((True, False, False), "free", "paper"),
+    ((True, True, True), "free", "geared"),
+    ((False, False), "free", "paper"),
+    ((False, True), "fixed", "geared"),
+]
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+def test_arm_runs_like_the_fmu(rumoca, trueup, tmp_path, seed):
+    """Checks ARM-1 to ARM-7, ARM-10, ARM-12, ARM-13, ARM-15, wrenches and gravity of ARM-8 as Modelica."""
+    flexible, base, coupling = ARMS[seed % len(ARMS)]
+    n = len(flexible)
+    words = [str(f).lower() for f in flexible]
+    options = ["--fmi", 2, "--flexible", ",".join(words), *(["--structure", "base=fixed"] if base == "fixed" else [])]
+    done = trueup("fmu", "pack", "PlanarManipulator", "-o", tmp_path, *options)
+    assert done.returncode == 0, done.stderr
+    file = tmp_path / "PlanarManipulator.fmi2.fmu"
+    starts = {
+        v.name: v.start
+        for v in read_model_description(file).modelVariables
+        if v.causality == "parameter" and v.name != "motorCoupling"
+    }
+    values = {name: 0.0 for name in starts} | varied(starts, seed)
+    random = np.random.default_rng(seed)
+    for j in range(n):
+        values[f"motorInertia[{j + 1}]"] = random.uniform(0.2, 3.0)
+        values[f"initialJointAngle[{j + 1}]"] = random.uniform(-1.0, 1.0)
+        values[f"initialJointVelocity[{j + 1}]"] = random.uniform(-0.1, 0.1)
+        values[f"initialMotorAngle[{j + 1}]"] = values[f"initialJointAngle[{j + 1}]"] + random.uniform(-0.05, 0.05)
+        values[f"initialMotorVelocity[{j + 1}]"] = random.uniform(-0.1, 0.1)
+    for name in starts:
+        if name.startswith("initialBase"):
+            values[name] = random.uniform(-0.1, 0.1)
+        if name.startswith("gravity") and base == "fixed":
+            values[name] = random.uniform(-3.0, 3.0)
+    more = [
+        f"numberOfLinks = {n}",
+        f"jointFlexible = {{{', '.join(words)}}}",
+        f"base = Trueup.Arm.Base.{base}",
+        f"motorCoupling = Trueup.Arm.MotorCoupling.{coupling}",
+    ]
+    codes = {"motorCoupling": 1 + (coupling == "geared")}
+    compare("PlanarManipulator", file, values, arm_inputs(seed, n), ARM_GRID, arm_outputs(file), more=more, codes=codes)
