@@ -41,7 +41,12 @@ def described(fmu):
 def own(symbols):
     """Constants, parameters, inputs and outputs of a flattened class by name; not those of its components."""
     kinds = ("constant", "parameter", "input", "output")
-    return {s.name: (kind, s) for s in symbols.values() for kind in kinds if kind in s.prefixes and "." not in s.name}
+    return {
+        s.name: (kind, s)
+        for s in symbols.values()
+        for kind in kinds
+        if kind in s.prefixes and "." not in s.name and s.visibility.name != "PROTECTED"
+    }
 
 
 def default(name, have):
@@ -195,6 +200,79 @@ def test_joint_runs_like_the_fmu(rumoca, seed):
     values = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS)
     _, events = compare("TwoMassJoint", packed("TwoMassJoint"), values, joint_inputs(seed), GRID, JOINT, ["sticking"])
     assert len(events)
+
+
+# Effects of the joint: id, place, block, the effect's states in both, what is set beside the defaults.
+EFFECTS = {
+    "current-saturation": ("actuator", "Saturation", [], {}),
+    "actuator-lag": ("actuator", "Lag", ["laggedTorque"], {"actuatorDelay": 0.008}),
+    "torque-ripple": ("actuator", "Ripple", [], {"rippleOrder": 0.5, "rippleCosine": 1e-5, "rippleSine2": 1e-5}),
+    "kinematic-error": ("gear", "KinematicError", [], {"kinematicErrorOrder": 0.05, "kinematicErrorCosine2": 0.2}),
+    "backlash": ("spring", "Backlash", [], {}),
+    "nonlinear-stiffness": ("spring", "NonlinearStiffness", [], {"kneeStiffness": 1e-5, "kneeDeflection": 2.0}),
+    "transmission-hysteresis": ("spring", "Hysteresis", ["hysteresis"], {}),
+    "nonlinear-damping": ("spring", "NonlinearDamping", [], {}),
+    "stribeck-friction": ("friction", "Stribeck", [], {}),
+    "asymmetric-friction": ("friction", "Asymmetric", [], {"viscousAsymmetry": 2e-8}),
+    "load-dependent-friction": ("friction", "LoadDependent", [], {}),
+    "nonlinear-viscous-friction": ("friction", "NonlinearViscous", [], {}),
+    "friction-drift": ("friction", "Drift", [], {}),
+    "presliding-friction": ("friction", "Presliding", ["bristle"], {"preslidingShare": 0.4}),
+    "gravity-torque": ("load", "Gravity", [], {}),
+    "cable-stiffness": ("load", "Cable", [], {"cableAngle": 0.05}),
+    "load-friction": ("load", "BearingFriction", ["loadBristle"], {"loadViscousFriction": 3.0}),
+    "flexible-link": ("load", "FlexibleLink", ["tipAngle", "tipVelocity"], {}),
+    "external-force": ("load", "Push", [], {"loadPushSecondTorque": -3.0, "loadPushSecondStart": 0.83}),
+}
+FOLDERS = {"friction": "MotorFriction"}
+
+
+def block(effect):
+    """Whole name of an effect's block."""
+    place, name, _, _ = EFFECTS[effect]
+    return f"Trueup.Effects.{FOLDERS.get(place, place.capitalize())}.{name}"
+
+
+def own_of_effect(effect):
+    """Start values of the parameters that the FMU has with the effect and not without."""
+    plain = own_parameters("TwoMassJoint")
+    return {n: v for n, v in own_parameters(f"TwoMassJoint+{effect}").items() if n not in plain}
+
+
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_parameters_of_effects_are_those_of_the_fmu(tree, effect):
+    have = {n: s for n, s in own(modelica.flattened(tree, block(effect)).symbols).items() if s[0] == "parameter"}
+    all_of_it = described(f"TwoMassJoint+{effect}")
+    assert list(complaints(have, {n: all_of_it[n] for n in own_of_effect(effect)})) == []
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+@pytest.mark.parametrize("effect", EFFECTS)
+def test_effects_run_like_the_fmu(rumoca, effect, seed):
+    """Checks EF-2 to EF-7, EF-10 to EF-19, EF-21, EF-22 and EF-25 on the joint as Modelica."""
+    place, _, states, more = EFFECTS[effect]
+    of_joint = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS)
+    of_effect = varied({n: float(v) for n, v in own_of_effect(effect).items()} | more, 50 + seed)
+    modifiers_of_effect = ", ".join(modifiers(of_effect))
+    times = []
+    for push in ("", "Second"):
+        if f"loadPush{push}Start" in of_effect:
+            begin, duration, edge = (of_effect[f"loadPush{push}{n}"] for n in ("Start", "Duration", "Edge"))
+            times += [begin, begin + edge, begin + duration, begin + duration + edge]
+    outputs = {v for v in described(f"TwoMassJoint+{effect}") if v in states}
+    compare(
+        "TwoMassJoint",
+        packed(f"TwoMassJoint+{effect}"),
+        of_joint,
+        joint_inputs(seed),
+        GRID[:51],
+        [*JOINT, *((f"{place}.{s}", s if s in outputs else f"state.{s}") for s in states)],
+        ["sticking"],
+        more=[f"redeclare {block(effect)} {place}({modifiers_of_effect})"],
+        codes=of_effect,
+        times=times,
+    )
 
 
 STRATEGIES = ["P_PI", "WBC", "VWBC", "VWBC_WASHOUT"]
