@@ -6,6 +6,8 @@ import numpy as np
 from low_level import Opened
 from scipy.integrate import solve_ivp
 
+# Longest step, s: an indicator that changes its sign twice within one would not be seen to do so.
+LONGEST = 0.01
 # So far beyond a root that was located the event is handled, s: at the root itself it may not be due, by rounding.
 BEYOND = 1e-12
 
@@ -93,7 +95,7 @@ def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-11):
         for end in sorted(knots | {float(t) for t in times if 0 < t < grid[-1]} | {float(grid[-1])}):
             while t < end:
                 step = solve_ivp(fmu.rates, (t, end), states, "DOP853", events=fmu.roots(), dense_output=True,
-                                 rtol=rtol, atol=1e-3 * rtol)  # fmt: skip
+                                 rtol=rtol, atol=1e-3 * rtol, max_step=LONGEST if watch else np.inf)  # fmt: skip
                 assert step.success, step.message
                 t, states = step.t[-1], step.y[:, -1]
                 while left and left[0] < t or left and left[0] == grid[-1] == t:

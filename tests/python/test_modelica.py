@@ -1,6 +1,7 @@
 """The Modelica package against the FMUs: names, units and defaults; and run by a compiler of others, states and events."""
 
 import os
+import subprocess
 from pathlib import Path
 
 import modelica
@@ -33,8 +34,8 @@ def packed(fmu, version=3):
 
 
 def described(fmu):
-    """Parameters, inputs and outputs of an FMU by name, and what was fixed when it was packed."""
-    variables = read_model_description(packed(fmu)).modelVariables
+    """Parameters, inputs and outputs of an FMU (its name, or a file) by name, and what was fixed when it was packed."""
+    variables = read_model_description(fmu if isinstance(fmu, Path) else packed(fmu)).modelVariables
     return {v.name: v for v in variables if v.causality in ("parameter", "input", "output") or v.variability == "constant"}
 
 
@@ -141,17 +142,19 @@ def modifiers(values):
     return [f"{name} = {text(elements)}" for name, elements in arrays.items()]
 
 
-def compare(model, fmu, values, inputs, grid, names, watch=(), more=(), codes=None, times=()):
+def compare(model, fmu, values, inputs, grid, names, watch=(), more=(), codes=None, times=(), beside=("", "")):
     """Runs the class and the FMU (a file) and compares; the FMU's values and times of events.
 
     `names` are outputs, or (name in Modelica, name in the FMU); `values` go to both, `more` are modifiers of the class alone,
-    `codes` values of the FMU alone."""
+    `codes` values of the FMU alone, `beside` declarations and equations around the class, which is `it` there."""
     pairs = [n if isinstance(n, tuple) else (n, n) for n in names]
     given = sorted(v.name for v in read_model_description(fmu).modelVariables if v.causality == "input")
     equations = "".join(f"  it.{n} = {inputs[n].modelica() if n in inputs else '0.0'};\n" for n in given)
-    source = f"model T\n  Trueup.{model} it({', '.join([*modifiers(values), *more])});\nequation\n{equations}end T;\n"
+    it = f"Trueup.{model} it({', '.join([*modifiers(values), *more])});"
+    source = f"model T\n  {it}\n{beside[0]}\nequation\n{equations}{beside[1]}\nend T;\n"
+    whole = [n.removeprefix("beside.") if n.startswith("beside.") else f"it.{n}" for n, _ in pairs]
     want, events = run(fmu, values | (codes or {}), inputs, grid, [n for _, n in pairs], watch, times)
-    have, found = modelica.run(source, grid, [f"it.{n}" for n, _ in pairs], [f"it.{n}" for n in watch])
+    have, found = modelica.run(source, grid, whole, [f"it.{n}" for n in watch])
     scale = np.abs(want).max(axis=0)
     error = np.abs(have - want).max(axis=0) / np.where(scale > 0, scale, 1.0)
     assert max(error) < STATES, dict(zip((n for n, _ in pairs), error, strict=True))
@@ -190,6 +193,15 @@ def own_parameters(model):
     return {n: v.start for n, v in described(model).items() if v.causality == "parameter"}
 
 
+@pytest.fixture(scope="module")
+def rigid(tmp_path_factory):
+    """The joint packed without its spring."""
+    folder = tmp_path_factory.mktemp("rigid")
+    command = [os.environ["TRUEUP_BIN"], "fmu", "pack", "TwoMassJoint", "--fmi", "3", "--flexible", "false", "-o", folder]
+    subprocess.run(command, check=True, capture_output=True)
+    return folder / "TwoMassJoint.fmi3.fmu"
+
+
 full = pytest.mark.full
 
 
@@ -200,6 +212,79 @@ def test_joint_runs_like_the_fmu(rumoca, seed):
     values = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS)
     _, events = compare("TwoMassJoint", packed("TwoMassJoint"), values, joint_inputs(seed), GRID, JOINT, ["sticking"])
     assert len(events)
+
+
+def test_rigid_joint_has_the_names_of_the_fmu(tree, rigid):
+    flat = modelica.flattened(tree, "Trueup.TwoMassJointRigid")
+    assert list(complaints(own(flat.symbols), described(rigid))) == []
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+def test_rigid_joint_runs_like_the_fmu(rumoca, rigid, seed):
+    """Checks TMJ-4, TMJ-5 as Modelica."""
+    values = varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS[:1])
+    names = [n for n in JOINT if isinstance(n, str)]
+    _, events = compare("TwoMassJointRigid", rigid, values, joint_inputs(seed), GRID, names, ["sticking"])
+    assert len(events)
+
+
+@full
+def test_gearbox_is_two_springs_with_dampers_in_series(rumoca):
+    """Checks GB-1 as Modelica: compliances add, and so does the slope of the complex ones at frequency 0."""
+    stages = {"planetary": (3.0, 0.02, 5.0, 0.5), "harmonicDrive": (40.0, 0.7, 100.0, 0.25)}
+    parts = ("Stiffness", "Damping", "Ratio", "Inertia")
+    given = {f"{s}{part}": v for s, values in stages.items() for part, v in zip(parts, values, strict=True)}
+    text = ", ".join(modifiers(given | {"ownMotorInertia": 1.0, "ownLoadInertia": 2.0}))
+    names = ["gearRatio", "stiffness", "damping", "motorInertia", "loadInertia"]
+    equation = f"y = {{{', '.join(f'g.{n}' for n in names)}}};"
+    source = f"model T\n  parameter Trueup.Joint.Gearbox g({text});\n  Real y[5];\nequation\n  {equation}\nend T;\n"
+    values, _ = modelica.run(source, np.array([0.0, 0.1]), [f"y[{i + 1}]" for i in range(5)])
+    series = lambda w: 1 / (1 / (3.0 + 0.02j * w) + 25.0 / (40.0 + 0.7j * w))  # noqa: E731
+    want = [500.0, series(0.0).real, series(1e-6).imag / 1e-6, 1.5, 2.0 + 0.25 * 1e4]
+    assert np.allclose(values[-1], want, rtol=1e-9)
+
+
+SENSORS = {
+    "sensor-eccentricity": ("Eccentricity", {"motorAngleEccentricityCosine": 0.02}),
+    "sensor-drift": ("Drift", {"motorAngleDriftStart": 0.4, "motorAngleDriftTime": 0.5}),
+    "sensor-delay": ("Delay", {}),
+}
+
+
+def of_sensor(name):
+    """A parameter's name in the block: without that of the channel."""
+    short = name.removeprefix("motorAngle")
+    return short[0].lower() + short[1:]
+
+
+@pytest.mark.parametrize("effect", SENSORS)
+def test_parameters_of_sensors_are_those_of_the_fmu(tree, effect):
+    flat = modelica.flattened(tree, f"Trueup.Effects.Sensor.{SENSORS[effect][0]}")
+    have = {n: s for n, s in own(flat.symbols).items() if s[0] == "parameter"}
+    all_of_it = described(f"TwoMassJoint+{effect}")
+    assert list(complaints(have, {of_sensor(n): all_of_it[n] for n in own_of_effect(effect)})) == []
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+@pytest.mark.parametrize("effect", SENSORS)
+def test_sensors_read_like_the_fmu(rumoca, effect, seed):
+    """Checks EF-30, EF-31, EF-32 as Modelica."""
+    name, more = SENSORS[effect]
+    of_effect = varied({n: float(v) for n, v in own_of_effect(effect).items()} | more, 50 + seed)
+    text = ", ".join(modifiers({of_sensor(n): v for n, v in of_effect.items()}))
+    compare(
+        "TwoMassJoint",
+        packed(f"TwoMassJoint+{effect}"),
+        varied(own_parameters("TwoMassJoint"), seed, JOINT_STARTS),
+        joint_inputs(seed),
+        GRID[:51],
+        [("beside.s.reading", "motorAngle")],
+        ["sticking"],
+        codes=of_effect,
+        beside=(f"  Trueup.Effects.Sensor.{name} s({text});", "  s.actual = it.motorAngle;"),
+    )
 
 
 # Effects of the joint: id, place, block, the effect's states in both, what is set beside the defaults.
