@@ -54,7 +54,14 @@ model PlanarManipulator "Planar free-floating manipulator with flexible joints (
   output Real kineticEnergy(unit = "J") "T (eq. 4-6), rotors included";
   output Real potentialEnergy(unit = "J") "V (eq. 7)";
   output Real tipRate(unit = "rad/s") "Of the last link";
+  // What effects may change; each place has one block, without effect the neutral one.
+  replaceable Effects.Base.Free onBase constrainedby Effects.Base.Interface;
+  replaceable Effects.Tip.Free onTip constrainedby Effects.Tip.Interface;
 protected
+  Real fieldX(unit = "m/s2") "Gravity, and what effects make of the ground (ARM-13)";
+  Real fieldY(unit = "m/s2");
+  Real tipX(unit = "N") "All of the force on the tip";
+  Real tipY(unit = "N");
   // Bodies k = 0 .. n stand at index k + 1; vectors as their x and y.
   Real beyond[numberOfLinks + 1](each unit = "kg") "Mass of all bodies after k, mu_k";
   Real gammaX[numberOfLinks + 1](each unit = "kg.m") "gamma_k in the body's axes (ARM-1)";
@@ -119,6 +126,17 @@ equation
   inertia[1] = baseInertia + beyond[1] * (mountPosition[1] ^ 2 + mountPosition[2] ^ 2);
   armX[1] = cos(angle[1]) * mountPosition[1] - sin(angle[1]) * mountPosition[2];
   armY[1] = sin(angle[1]) * mountPosition[1] + cos(angle[1]) * mountPosition[2];
+  // Effects.
+  onBase.positionX = basePosition[1];
+  onBase.positionY = basePosition[2];
+  onBase.attitude = baseAttitude;
+  onBase.velocityX = baseVelocity[1];
+  onBase.velocityY = baseVelocity[2];
+  onBase.rate = baseRate;
+  fieldX = gravity[1] + onBase.fieldX;
+  fieldY = gravity[2] + onBase.fieldY;
+  tipX = tipForce[1] + onTip.forceX;
+  tipY = tipForce[2] + onTip.forceY;
   // Positions and velocities, from the base outwards (ARM-10).
   angle[1] = baseAttitude;
   rate[1] = baseRate;
@@ -145,8 +163,8 @@ equation
   der(baseVelocity[2]) = baseAcceleration[2];
   der(baseAttitude) = baseRate;
   der(baseRate) = angular[1];
-  innerX[1] = baseAcceleration[1] - gravity[1]; // gravity acts as in ARM-8
-  innerY[1] = baseAcceleration[2] - gravity[2];
+  innerX[1] = baseAcceleration[1] - fieldX; // (ARM-8)
+  innerY[1] = baseAcceleration[2] - fieldY;
   for j in 1:numberOfLinks loop
     der(jointAngle[j]) = jointVelocity[j];
     der(jointVelocity[j]) = jointAcceleration[j];
@@ -177,17 +195,17 @@ equation
   carried[numberOfLinks + 1] = 0.0;
   // Balances in x_0, y_0 and the phi_k: M of ARM-2 and C of ARM-4, summed along the chain; forces of ARM-8.
   0.0 = if base == Arm.Base.fixed then baseAcceleration[1] // (ARM-15)
-    else (baseMass + beyond[1]) * innerX[1] + outerX[1] - baseForce[1] - tipForce[1];
+    else (baseMass + beyond[1]) * innerX[1] + outerX[1] - baseForce[1] - onBase.forceX - tipX;
   0.0 = if base == Arm.Base.fixed then baseAcceleration[2]
-    else (baseMass + beyond[1]) * innerY[1] + outerY[1] - baseForce[2] - tipForce[2];
+    else (baseMass + beyond[1]) * innerY[1] + outerY[1] - baseForce[2] - onBase.forceY - tipY;
   0.0 = if base == Arm.Base.fixed then angular[1]
     else inertia[1] * angular[1] - leverY[1] * innerX[1] + leverX[1] * innerY[1]
-      - armY[1] * (outerX[2] - tipForce[1]) + armX[1] * (outerY[2] - tipForce[2])
-      - baseTorque - drive[1] + drive[2] + carried[1];
+      - armY[1] * (outerX[2] - tipX) + armX[1] * (outerY[2] - tipY)
+      - baseTorque - onBase.torque - drive[1] + drive[2] + carried[1];
   for k in 2:numberOfLinks + 1 loop
     0.0 = inertia[k] * angular[k] - leverY[k] * innerX[k] + leverX[k] * innerY[k]
-      - armY[k] * (outerX[k + 1] - tipForce[1]) + armX[k] * (outerY[k + 1] - tipForce[2])
-      - drive[k] + drive[k + 1] + carried[k] - (if k == numberOfLinks + 1 then tipTorque else 0.0);
+      - armY[k] * (outerX[k + 1] - tipX) + armX[k] * (outerY[k + 1] - tipY)
+      - drive[k] + drive[k + 1] + carried[k] - (if k == numberOfLinks + 1 then tipTorque + onTip.torque else 0.0);
   end for;
   // The tip.
   tipPosition[1] = positionX[numberOfLinks + 2];
@@ -205,7 +223,7 @@ equation
   for k in 1:numberOfLinks + 1 loop
     flowX[k] = flowX[k + 1] - leverY[k] * rate[k];
     flowY[k] = flowY[k + 1] + leverX[k] * rate[k];
-    stored[k] = stored[k + 1] - gravity[1] * leverX[k] - gravity[2] * leverY[k]
+    stored[k] = stored[k + 1] - fieldX * leverX[k] - fieldY * leverY[k]
       + (if k <= numberOfLinks and jointFlexible[min(k, numberOfLinks)] then
         jointStiffness[min(k, numberOfLinks)] * (motorAngle[min(k, numberOfLinks)] - jointAngle[min(k, numberOfLinks)]) ^ 2 / 2 else 0.0);
   end for;
@@ -220,7 +238,7 @@ equation
   energy[numberOfLinks + 1] = angularFlow[numberOfLinks + 1] * rate[numberOfLinks + 1];
   linearMomentum[1] = (baseMass + beyond[1]) * baseVelocity[1] + flowX[1];
   linearMomentum[2] = (baseMass + beyond[1]) * baseVelocity[2] + flowY[1];
-  angularMomentum = basePosition[1] * linearMomentum[2] - basePosition[2] * linearMomentum[1] + angularFlow[1];
-  kineticEnergy = (linearMomentum[1] * baseVelocity[1] + linearMomentum[2] * baseVelocity[2] + energy[1]) / 2;
-  potentialEnergy = stored[1] - (baseMass + beyond[1]) * (gravity[1] * basePosition[1] + gravity[2] * basePosition[2]);
+  angularMomentum = basePosition[1] * linearMomentum[2] - basePosition[2] * linearMomentum[1] + angularFlow[1] + onBase.angularMomentum;
+  kineticEnergy = (linearMomentum[1] * baseVelocity[1] + linearMomentum[2] * baseVelocity[2] + energy[1]) / 2 + onBase.kineticEnergy;
+  potentialEnergy = stored[1] - (baseMass + beyond[1]) * (fieldX * basePosition[1] + fieldY * basePosition[2]) + onBase.potentialEnergy;
 end PlanarManipulator;

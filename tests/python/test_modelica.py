@@ -453,3 +453,73 @@ def test_arm_runs_like_the_fmu(rumoca, trueup, tmp_path, seed):
     ]
     codes = {"motorCoupling": 1 + (coupling == "geared")}
     compare("PlanarManipulator", file, values, arm_inputs(seed, n), ARM_GRID, arm_outputs(file), more=more, codes=codes)
+
+
+# Effects of the arm that stand once: id with its place, place in Modelica, block, states.
+ARM_EFFECTS = {
+    "base-drag": ("onBase", "Base.Drag", []),
+    "base-thrust": ("onBase", "Base.Thrust", []),
+    "cable-stiffness": ("onBase", "Base.Cable", []),
+    "table-tilt": ("onBase", "Base.TableTilt", []),
+    "appendage-mode": ("onBase", "Base.Appendage", ["appendageAngle", "appendageRate"]),
+    "external-force:base": ("onBase", "Base.Push", []),
+    "external-force:tip": ("onTip", "Tip.Push", []),
+}
+
+
+@pytest.fixture(scope="module")
+def arm_with(tmp_path_factory):
+    """arm_with(effect) is the arm's FMU of version 2 with that effect, and the start values of what the effect brings."""
+    plain = {v.name for v in read_model_description(packed("PlanarManipulator", 2)).modelVariables}
+
+    def pack(effect):
+        folder = tmp_path_factory.mktemp("arm")
+        command = [os.environ["TRUEUP_BIN"], "fmu", "pack", "PlanarManipulator", "--effect", effect, "-o", folder]
+        subprocess.run(command, check=True, capture_output=True)
+        (file,) = folder.glob("*.fmi2.fmu")
+        (third,) = folder.glob("*.fmi3.fmu")
+        return file, {n: v for n, v in described(third).items() if v.causality == "parameter" and n not in plain_arrays}
+
+    plain_arrays = {name.partition("[")[0] for name in plain}
+    return pack
+
+
+@pytest.mark.parametrize("effect", ARM_EFFECTS)
+def test_parameters_of_arm_effects_are_those_of_the_fmu(tree, arm_with, effect):
+    symbols = own(modelica.flattened(tree, f"Trueup.Effects.{ARM_EFFECTS[effect][1]}").symbols)
+    assert list(complaints({n: s for n, s in symbols.items() if s[0] == "parameter"}, arm_with(effect)[1])) == []
+
+
+@full
+@pytest.mark.parametrize("seed", range(SETS))
+@pytest.mark.parametrize("effect", ARM_EFFECTS)
+def test_arm_effects_run_like_the_fmu(rumoca, arm_with, effect, seed):
+    """Checks EF-8, EF-9, EF-22 to EF-25 on the arm as Modelica."""
+    place, name, states = ARM_EFFECTS[effect]
+    file, brought = arm_with(effect)
+    random = np.random.default_rng(seed)
+    # None of them at 0, so that each counts.
+    of_effect = {n: (float(v.start) or 0.3) * random.uniform(0.6, 1.4) for n, v in brought.items()}
+    starts = {v.name: v.start for v in read_model_description(file).modelVariables if v.causality == "parameter"}
+    own_values = varied({n: s for n, s in starts.items() if n not in of_effect and n != "motorCoupling"}, seed)
+    for j in range(3):
+        own_values[f"motorInertia[{j + 1}]"] = random.uniform(0.2, 3.0)
+        own_values[f"initialJointAngle[{j + 1}]"] = random.uniform(-1.0, 1.0)
+    for i in range(2):
+        own_values[f"initialBaseVelocity[{i + 1}]"] = random.uniform(-0.1, 0.1)
+    times = []
+    for begin in [n for n in of_effect if n.endswith("Start")]:
+        at, lasts, edge = (of_effect[begin.removesuffix("Start") + n] for n in ("Start", "Duration", "Edge"))
+        times += [at, at + edge, at + lasts, at + lasts + edge]
+    modifiers_of_effect = ", ".join(modifiers(of_effect))
+    compare(
+        "PlanarManipulator",
+        file,
+        own_values,
+        arm_inputs(seed, 3),
+        ARM_GRID,
+        [*arm_outputs(file), *((f"{place}.{s}", f"state.{s}") for s in states)],
+        more=[f"redeclare Trueup.Effects.{name} {place}({modifiers_of_effect})"],
+        codes=of_effect,
+        times=times,
+    )
