@@ -1,0 +1,3 @@
+within Trueup;
+package Arm "What may be chosen of an arm"
+end Arm;

@@ -1,0 +1,6 @@
+within Trueup.Effects.Actuator;
+block Ideal "Without effect"
+  extends Interface;
+equation
+  torque = command;
+end Ideal;

@@ -1,0 +1,30 @@
+within Trueup.Effects.Base;
+block Push "external-force:base: up to three pushes on the base (EF-25)"
+  extends Wrench;
+  parameter Real basePushForceX(unit = "N") = 0.5 "Size of the push (EF-25)";
+  parameter Real basePushForceY(unit = "N") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushTorque(unit = "N.m") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushStart(unit = "s") = 1.0 "When the push begins, t_0 (EF-25)";
+  parameter Real basePushDuration(unit = "s", min = 0) = 1.0 "From the begin of the first edge to that of the second, d (EF-25)";
+  parameter Real basePushEdge(unit = "s", min = 0) = 0.05 "Length of an edge, r (EF-25); 0: sharp";
+  parameter Real basePushSecondForceX(unit = "N") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushSecondForceY(unit = "N") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushSecondTorque(unit = "N.m") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushSecondStart(unit = "s") = 1.0 "When the push begins, t_0 (EF-25)";
+  parameter Real basePushSecondDuration(unit = "s", min = 0) = 1.0 "From the begin of the first edge to that of the second, d (EF-25)";
+  parameter Real basePushSecondEdge(unit = "s", min = 0) = 0.05 "Length of an edge, r (EF-25); 0: sharp";
+  parameter Real basePushThirdForceX(unit = "N") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushThirdForceY(unit = "N") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushThirdTorque(unit = "N.m") = 0.0 "Size of the push (EF-25)";
+  parameter Real basePushThirdStart(unit = "s") = 1.0 "When the push begins, t_0 (EF-25)";
+  parameter Real basePushThirdDuration(unit = "s", min = 0) = 1.0 "From the begin of the first edge to that of the second, d (EF-25)";
+  parameter Real basePushThirdEdge(unit = "s", min = 0) = 0.05 "Length of an edge, r (EF-25); 0: sharp";
+  Parts.Pulse first(begin = basePushStart, duration = basePushDuration, edge = basePushEdge);
+  Parts.Pulse second(begin = basePushSecondStart, duration = basePushSecondDuration, edge = basePushSecondEdge);
+  Parts.Pulse third(begin = basePushThirdStart, duration = basePushThirdDuration, edge = basePushThirdEdge);
+equation
+  forceX = basePushForceX * first.level + basePushSecondForceX * second.level + basePushThirdForceX * third.level;
+  forceY = basePushForceY * first.level + basePushSecondForceY * second.level + basePushThirdForceY * third.level;
+  torque = basePushTorque * first.level + basePushSecondTorque * second.level + basePushThirdTorque * third.level;
+  potentialEnergy = 0.0;
+end Push;

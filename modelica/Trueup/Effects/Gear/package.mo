@@ -1,0 +1,3 @@
+within Trueup.Effects;
+package Gear "Errors of the gear's transmission"
+end Gear;

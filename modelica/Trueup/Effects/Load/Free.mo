@@ -1,0 +1,6 @@
+within Trueup.Effects.Load;
+block Free "Without effect"
+  extends Interface;
+equation
+  torque = 0.0;
+end Free;

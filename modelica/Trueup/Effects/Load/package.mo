@@ -1,0 +1,3 @@
+within Trueup.Effects;
+package Load "Torque on the load from outside the drive train"
+end Load;

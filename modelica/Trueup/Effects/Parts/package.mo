@@ -1,0 +1,3 @@
+within Trueup.Effects;
+package Parts "What several effects are made of"
+end Parts;

@@ -1,0 +1,3 @@
+within Trueup.Effects;
+package Tip "What acts on an arm's tip"
+end Tip;

@@ -1,0 +1,3 @@
+within Trueup;
+package Joint "What the joint is made of"
+end Joint;
