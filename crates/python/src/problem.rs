@@ -26,6 +26,9 @@ pub(crate) struct Problem {
 type Channel<'py> =
     (String, String, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>);
 
+/// Predictions, and their derivatives.
+type Along<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>);
+
 #[pymethods]
 impl Problem {
     /// Names of the parameters.
@@ -85,7 +88,7 @@ impl Problem {
         &self,
         py: Python<'py>,
         theta: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray2<f64>>)> {
+    ) -> PyResult<Along<'py>> {
         let theta = self.theta(&theta)?;
         let n = self.unknowns.len();
         let (readings, rows) = py.detach(|| {
