@@ -59,6 +59,13 @@ static void demand(int status, const char *what) {
         exit(1);
     }
 }
+/* From a line; not by scanf, which reads no hexadecimal digits under old versions of wine. */
+static int read_number(double *value) {
+    char line[64], *end;
+    if (!fgets(line, sizeof line, stdin)) return 0;
+    *value = strtod(line, &end);
+    return end != line;
+}
 static void print(int sticking, const double *values, int n) {
     printf("%d", sticking);
     for (int i = 0; i < n; i++) printf(" %a", values[i]);
@@ -73,7 +80,7 @@ static void run2(const char *token, double step, fmi2ValueReference input, fmi2V
     demand(F(fmi2EnterInitializationMode)(c), "fmi2EnterInitializationMode");
     demand(F(fmi2ExitInitializationMode)(c), "fmi2ExitInitializationMode");
     double u, y[OUTPUTS];
-    for (long k = 0; scanf("%la", &u) == 1; k++) {
+    for (long k = 0; read_number(&u); k++) {
         fmi2Boolean sticking;
         demand(F(fmi2SetReal)(c, &input, 1, &u), "fmi2SetReal");
         demand(F(fmi2DoStep)(c, k * step, step, fmi2True), "fmi2DoStep");
@@ -91,7 +98,7 @@ static void run3(const char *token, double step, fmi3ValueReference input, fmi3V
     demand(F(fmi3EnterInitializationMode)(c, fmi3False, 0, 0, fmi3False, 0), "fmi3EnterInitializationMode");
     demand(F(fmi3ExitInitializationMode)(c), "fmi3ExitInitializationMode");
     double u, y[OUTPUTS];
-    for (long k = 0; scanf("%la", &u) == 1; k++) {
+    for (long k = 0; read_number(&u); k++) {
         fmi3Boolean sticking, events, terminate, early;
         double reached;
         demand(F(fmi3SetFloat64)(c, &input, 1, &u, 1), "fmi3SetFloat64");

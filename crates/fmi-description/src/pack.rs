@@ -11,7 +11,7 @@ use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
 use crate::template::{Template, TemplateError};
-use crate::write::{self, WriteError, terminals};
+use crate::write::{self, WriteError, related, terminals};
 use crate::{Version, documentation, macho};
 
 /// What goes into an FMU.
@@ -91,6 +91,11 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
     }
     for (kind, text) in parts.reference.iter().flat_map(|r| [("ref", r.outputs), ("in", r.inputs)]) {
         files.push((format!("documentation/{}_{kind}.csv", table.name), text.as_bytes().to_vec()));
+    }
+    if parts.reference.is_some() {
+        let related = related::files(table)?
+            .map(|(name, text)| (format!("{}/{name}", related::FOLDER), text.into_bytes()));
+        files.extend(related);
     }
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();
     let entry = format!(
