@@ -233,7 +233,11 @@ fn unit_definitions(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
 
 /// In which unit people read it.
 fn display_unit(unit: &str) -> Option<&'static str> {
-    (unit == "rad").then_some("deg")
+    match unit {
+        "rad" => Some("deg"),
+        "rad/s" => Some("deg/s"),
+        _ => None,
+    }
 }
 
 /// What a unit measures, by Modelica's names. A unit that several quantities share here has none: `rad/s` is of velocities and of
@@ -262,11 +266,11 @@ fn quantity(unit: &str) -> Option<&'static str> {
     })
 }
 
-/// Quantity, unit and the unit for display of a real variable.
+/// Quantity, unit and the unit for display of a real variable: a frequency in `rad/s` is not to be shown in `deg/s`.
 fn measure(v: &Variable) -> Vec<(&'static str, String)> {
     let quantity = quantity(v.unit).map(|q| ("quantity", q));
     let unit = (!v.unit.is_empty()).then_some(("unit", v.unit));
-    let display = display_unit(v.unit).map(|u| ("displayUnit", u));
+    let display = quantity.and(display_unit(v.unit)).map(|u| ("displayUnit", u));
     [quantity, unit, display].into_iter().flatten().map(|(name, text)| (name, text.to_owned())).collect()
 }
 
