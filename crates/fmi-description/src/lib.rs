@@ -6,10 +6,15 @@ pub mod archive;
 pub mod check;
 pub mod description;
 pub mod documentation;
+mod macho;
 pub mod pack;
+pub mod platform;
 pub mod read;
+pub mod template;
 pub mod whole;
 pub mod write;
+
+use platform::Platform;
 
 /// Version of the standard.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -37,26 +42,8 @@ impl Version {
             Self::V3 => "3.0",
         }
     }
-    /// Name of this machine's folder under `binaries/`.
+    /// Name of this machine's folder under `binaries/`; on a machine for which FMUs are not packed, one that no FMU has.
     pub fn platform(self) -> &'static str {
-        let os = if cfg!(target_os = "windows") {
-            ["win", "windows"]
-        } else if cfg!(target_os = "macos") {
-            ["darwin", "darwin"]
-        } else {
-            ["linux", "linux"]
-        };
-        match (self, os, cfg!(target_arch = "aarch64")) {
-            (Self::V2, ["linux", _], false) => "linux64",
-            (Self::V2, ["darwin", _], false) => "darwin64",
-            (Self::V2, ["win", _], false) => "win64",
-            (_, [_, "linux"], false) => "x86_64-linux",
-            (_, [_, "darwin"], false) => "x86_64-darwin",
-            (_, _, false) => "x86_64-windows",
-            // FMI 2.0 has no names of its own for these; tools use the platform tuple of 3.0.
-            (_, [_, "linux"], true) => "aarch64-linux",
-            (_, [_, "darwin"], true) => "aarch64-darwin",
-            (_, _, true) => "aarch64-windows",
-        }
+        Platform::host().map_or("no-platform", |p| p.folder(self))
     }
 }

@@ -1,16 +1,18 @@
-//! Packs an FMU: a copy of a template library with the configuration written into it, the description, the
+//! Packs an FMU: copies of template libraries with the configuration written into them, the description, the
 //! documentation. The same input gives the same bytes.
 
+use std::collections::BTreeMap;
 use std::io::{Cursor, Write};
 use std::path::Path;
 
-use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, ConfigurationError, MARKER};
+use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use zip::CompressionMethod;
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-use crate::write::{self, WriteError, terminals};
-use crate::{Version, documentation};
+use crate::template::{Template, TemplateError};
+use crate::write::{self, WriteError, related, terminals};
+use crate::{Version, documentation, macho};
 
 /// What goes into an FMU.
 #[derive(Clone, Copy, Debug)]
@@ -21,8 +23,10 @@ pub struct Parts<'a> {
     pub configuration: &'a Configuration,
     /// For this version of the standard.
     pub version: Version,
-    /// The template library.
-    pub library: &'a [u8],
+    /// A template library for each platform.
+    pub templates: &'a [Template],
+    /// The stamp that they must have: from which sources the packing program is built.
+    pub stamp: &'a str,
     /// HTML fragment: the equations, of the effects packed in too.
     pub equations: &'a str,
     /// SVG: the mechanism or block diagram.
@@ -52,14 +56,9 @@ pub enum PackError {
     /// The variable table is not consistent.
     #[error(transparent)]
     Write(#[from] WriteError),
-    /// The configuration does not fit into its block.
+    /// A template that cannot become this FMU.
     #[error(transparent)]
-    Configuration(#[from] ConfigurationError),
-    /// Not exactly one configuration block.
-    #[error(
-        "the template library has {0} configuration blocks instead of one: build it anew with `cargo build --release`"
-    )]
-    Blocks(usize),
+    Template(#[from] TemplateError),
     /// The archive or file cannot be written.
     #[error("{path}: {source}")]
     Io {
@@ -78,19 +77,25 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
     let Parts { table, version, .. } = *parts;
     let (xml, token) = write::with_token(table, parts.configuration, version)?;
     let configuration = Configuration { token, ..parts.configuration.clone() };
-    let library = configure(parts.library, &configuration)?;
 
     let mut files: Vec<(String, Vec<u8>)> = vec![
         ("modelDescription.xml".to_owned(), xml.into_bytes()),
-        (format!("binaries/{}/{}{}", version.platform(), table.name, std::env::consts::DLL_SUFFIX), library),
         (
             "documentation/index.html".to_owned(),
             documentation::html(table, parts.equations, parts.picture).into_bytes(),
         ),
         ("resources/configuration.txt".to_owned(), configuration.to_text().into_bytes()),
     ];
+    for (folder, suffix, library) in binaries(parts, &configuration)? {
+        files.push((format!("binaries/{folder}/{}{suffix}", table.name), library));
+    }
     for (kind, text) in parts.reference.iter().flat_map(|r| [("ref", r.outputs), ("in", r.inputs)]) {
         files.push((format!("documentation/{}_{kind}.csv", table.name), text.as_bytes().to_vec()));
+    }
+    if parts.reference.is_some() {
+        let related = related::files(table)?
+            .map(|(name, text)| (format!("{}/{name}", related::FOLDER), text.into_bytes()));
+        files.extend(related);
     }
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();
     let entry = format!(
@@ -126,25 +131,25 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), PackError> {
         .map_err(|source| PackError::Io { path: path.display().to_string(), source })
 }
 
-/// The library with the configuration in its block.
-fn configure(library: &[u8], configuration: &Configuration) -> Result<Vec<u8>, PackError> {
-    let block = configuration.to_block()?;
-    // The marker alone is also a constant of the program; a block is the marker followed by zeros.
-    let is_block = |at: &usize| {
-        let bytes = library.get(at + MARKER.len()..at + BLOCK_SIZE);
-        bytes.is_some_and(|b| b.iter().all(|b| *b == 0))
+/// Folder, suffix and bytes of each library.
+type Binary = (&'static str, &'static str, Vec<u8>);
+
+/// The libraries with their configuration. Those that share a folder (both kinds of Mac in FMI 2.0) become one file.
+fn binaries(parts: &Parts, configuration: &Configuration) -> Result<Vec<Binary>, PackError> {
+    let mut folders: BTreeMap<&str, Vec<&Template>> = BTreeMap::new();
+    for (i, template) in parts.templates.iter().enumerate() {
+        if parts.templates[..i].iter().any(|t| t.platform == template.platform) {
+            return Err(TemplateError::Twice(template.platform).into());
+        }
+        folders.entry(template.platform.folder(parts.version)).or_default().push(template);
+    }
+    let one = |(folder, templates): (&'static str, Vec<&Template>)| {
+        let suffix = templates[0].platform.suffix();
+        let configured: Result<Vec<_>, _> =
+            templates.iter().map(|t| t.configured(configuration, parts.stamp)).collect();
+        Ok((folder, suffix, macho::universal(configured?)))
     };
-    let starts: Vec<usize> = library
-        .windows(MARKER.len())
-        .enumerate()
-        .filter(|(_, window)| *window == MARKER)
-        .map(|(at, _)| at)
-        .filter(is_block)
-        .collect();
-    let [start] = starts[..] else { return Err(PackError::Blocks(starts.len())) };
-    let mut out = library.to_vec();
-    out[start..start + BLOCK_SIZE].copy_from_slice(&block);
-    Ok(out)
+    folders.into_iter().map(one).collect()
 }
 
 fn compress(files: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {
@@ -165,37 +170,6 @@ fn compress(files: &[(String, Vec<u8>)]) -> std::io::Result<Vec<u8>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn template() -> Vec<u8> {
-        let mut library = b"\x7fELF head ".to_vec();
-        library.extend_from_slice(MARKER);
-        library.extend_from_slice(b"a constant that happens to be there");
-        library.extend_from_slice(MARKER);
-        library.resize(library.len() + BLOCK_SIZE - MARKER.len(), 0);
-        library.extend_from_slice(b" tail");
-        library
-    }
-
-    #[test]
-    fn the_configuration_goes_into_the_one_block_and_nowhere_else() {
-        let template = template();
-        let mut c = Configuration::of("TwoMassJoint");
-        c.token = "t".to_owned();
-        let packed = configure(&template, &c).unwrap();
-        assert_eq!(packed.len(), template.len());
-        let start = template.len() - 5 - BLOCK_SIZE;
-        assert_eq!(packed[..start], template[..start]);
-        assert_eq!(packed[start + BLOCK_SIZE..], *b" tail");
-        assert_eq!(Configuration::from_block(&packed[start..start + BLOCK_SIZE]), Ok(c));
-    }
-
-    #[test]
-    fn a_library_without_block_or_already_packed_is_refused() {
-        let c = Configuration::of("TwoMassJoint");
-        assert!(matches!(configure(b"no block here", &c), Err(PackError::Blocks(0))));
-        let packed = configure(&template(), &c).unwrap();
-        assert!(matches!(configure(&packed, &c), Err(PackError::Blocks(0))));
-    }
 
     #[test]
     fn a_file_that_cannot_be_written_leaves_nothing_behind() {

@@ -5,6 +5,7 @@
 
 mod fmi2;
 mod fmi3;
+pub mod related;
 mod structure;
 pub mod terminals;
 mod xml;
@@ -221,17 +222,56 @@ fn unit_definitions(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         let exponents: Vec<_> =
             exponents.iter().filter(|e| e.1 != 0).map(|e| (e.0, e.1.to_string())).collect();
         x.element("BaseUnit", &exponents)?;
-        if let Some(degrees) = match u.name {
-            "rad" => Some("deg"),
-            "rad/s" => Some("deg/s"),
-            _ => None,
-        } {
+        if let Some(degrees) = display_unit(u.name) {
             let factor = format!("{:?}", 180.0 / std::f64::consts::PI);
             x.element("DisplayUnit", &[("name", degrees.to_owned()), ("factor", factor)])?;
         }
         x.close()?;
     }
     x.close()
+}
+
+/// In which unit people read it.
+fn display_unit(unit: &str) -> Option<&'static str> {
+    match unit {
+        "rad" => Some("deg"),
+        "rad/s" => Some("deg/s"),
+        _ => None,
+    }
+}
+
+/// What a unit measures, by Modelica's names. A unit that several quantities share here has none: `rad/s` is of velocities and of
+/// frequencies, `Pa` of moduli.
+fn quantity(unit: &str) -> Option<&'static str> {
+    Some(match unit {
+        "s" => "Time",
+        "m" => "Length",
+        "m/s" => "Velocity",
+        "m/s2" => "Acceleration",
+        "rad" => "Angle",
+        "rad/s2" => "AngularAcceleration",
+        "kg" => "Mass",
+        "kg.m2" => "MomentOfInertia",
+        "kg.m/s" => "Momentum",
+        "kg.m2/s" => "AngularMomentum",
+        "N" => "Force",
+        "N.m" => "Torque",
+        "N.m/rad" => "RotationalSpringConstant",
+        "N.m.s/rad" => "RotationalDampingConstant",
+        "N/m" => "TranslationalSpringConstant",
+        "N.s/m" => "TranslationalDampingConstant",
+        "J" => "Energy",
+        "A" => "ElectricCurrent",
+        _ => return None,
+    })
+}
+
+/// Quantity, unit and the unit for display of a real variable: a frequency in `rad/s` is not to be shown in `deg/s`.
+fn measure(v: &Variable) -> Vec<(&'static str, String)> {
+    let quantity = quantity(v.unit).map(|q| ("quantity", q));
+    let unit = (!v.unit.is_empty()).then_some(("unit", v.unit));
+    let display = quantity.and(display_unit(v.unit)).map(|u| ("displayUnit", u));
+    [quantity, unit, display].into_iter().flatten().map(|(name, text)| (name, text.to_owned())).collect()
 }
 
 fn log_categories(x: &mut Xml) -> Result<(), WriteError> {

@@ -5,20 +5,25 @@ use crate::common;
 use std::io::Write;
 use std::path::Path;
 
-use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, MARKER};
+use trueup_fmi::configuration::{self, Configuration};
 use trueup_fmi_description::Version;
 use trueup_fmi_description::archive::{Archive, ArchiveError};
-use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
+use trueup_fmi_description::pack::{PackError, Parts, Reference, archive, write_file};
+use trueup_fmi_description::platform::Platform;
+use trueup_fmi_description::template::{Template, TemplateError};
 use zip::write::{SimpleFileOptions, ZipWriter};
 
-fn packed(version: Version) -> Vec<u8> {
-    let mut library = MARKER.to_vec();
-    library.resize(BLOCK_SIZE, 0);
+fn packed(version: Version, platforms: &[Platform]) -> Result<Vec<u8>, PackError> {
+    let template = |platform: &Platform| Template {
+        platform: *platform,
+        bytes: configuration::template("", "s").to_vec(),
+    };
     archive(&Parts {
         table: &common::table(),
         configuration: &Configuration::of("Sample"),
         version,
-        library: &library,
+        templates: &platforms.iter().map(template).collect::<Vec<_>>(),
+        stamp: "s",
         equations: "<p>x</p>",
         picture: "<?xml version=\"1.0\"?><svg/>",
         icon_svg: "<svg/>",
@@ -26,7 +31,6 @@ fn packed(version: Version) -> Vec<u8> {
         licences: &[("LICENSE-MIT.txt", "text")],
         reference: Some(Reference { inputs: "time,u\n0,1\n", outputs: "time,y\n0,1\n" }),
     })
-    .unwrap()
 }
 
 #[test]
@@ -34,17 +38,23 @@ fn an_fmu_has_its_files_and_its_token() {
     let dir = tempfile::tempdir().unwrap();
     for version in Version::ALL {
         let path = dir.path().join("Sample.fmu");
-        write_file(&path, &packed(version)).unwrap();
+        let platforms = [Platform::X86Windows, Platform::X86Linux];
+        write_file(&path, &packed(version, &platforms).unwrap()).unwrap();
         let mut fmu = Archive::open(&path).unwrap();
-        let library = format!("binaries/{}/Sample{}", version.platform(), std::env::consts::DLL_SUFFIX);
+        let library = format!("binaries/{}/Sample.so", Platform::X86Linux.folder(version));
+        let windows = format!("binaries/{}/Sample.dll", Platform::X86Windows.folder(version));
         let icon =
             if version == Version::V2 { "model.png" } else { "terminalsAndIcons/terminalsAndIcons.xml" };
         for name in [
             "modelDescription.xml",
             &library,
+            &windows,
             icon,
             "documentation/index.html",
             "documentation/Sample_ref.csv",
+            "documentation/Sample_in.csv",
+            "extra/org.fmi-standard.fmi-ls-ref/fmi-ls-manifest.xml",
+            "extra/org.fmi-standard.fmi-ls-ref/default.exp",
             "documentation/licenses/license.txt",
             "documentation/licenses/LICENSE-MIT.txt",
             "resources/configuration.txt",
@@ -66,8 +76,16 @@ fn an_fmu_has_its_files_and_its_token() {
 #[test]
 fn packing_twice_gives_the_same_bytes() {
     for version in Version::ALL {
-        assert!(packed(version) == packed(version));
+        let once = || packed(version, &[Platform::X86Linux]).unwrap();
+        assert!(once() == once());
     }
+}
+
+#[test]
+fn two_templates_of_one_platform_are_refused() {
+    let error =
+        packed(Version::V3, &[Platform::ArmLinux, Platform::X86Linux, Platform::ArmLinux]).unwrap_err();
+    assert!(matches!(error, PackError::Template(TemplateError::Twice(Platform::ArmLinux))), "{error}");
 }
 
 fn zip(path: &Path, entries: &[(&str, &[u8])]) {
@@ -122,7 +140,7 @@ fn what_is_no_archive_is_said() {
     assert!(matches!(Archive::open(&path), Err(ArchiveError::Zip { .. })));
     assert!(matches!(Archive::open(&dir.path().join("none.fmu")), Err(ArchiveError::Nothing { .. })));
     // Cut off anywhere, or with one byte turned: an error or a reading, never a panic.
-    let whole = packed(Version::V3);
+    let whole = packed(Version::V3, &[Platform::X86Linux]).unwrap();
     for cut in (0..whole.len()).step_by(97) {
         std::fs::write(&path, &whole[..cut]).unwrap();
         assert!(Archive::open(&path).is_err());

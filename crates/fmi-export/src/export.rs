@@ -5,14 +5,16 @@
 /// Makes a shared library an FMU template: all functions of FMI 2.0 and 3.0 for one
 /// [`FmuModel`](crate::FmuModel), and the block into which the packer writes the configuration.
 ///
-/// `export_fmu!(Model)`; in tests `export_fmu!(Model, "model Name\ntoken ...\n")` is packed from the start.
+/// `export_fmu!(Model, stamp)`, the stamp saying from which sources it is built; in tests
+/// `export_fmu!(Model, stamp, "model Name\ntoken ...\n")` is packed from the start.
 #[macro_export]
 macro_rules! export_fmu {
-    ($model:ty) => {
-        $crate::export_fmu!($model, "");
+    ($model:ty, $stamp:expr) => {
+        $crate::export_fmu!($model, $stamp, "");
     };
-    ($model:ty, $configuration:expr) => {
+    ($model:ty, $stamp:expr, $configuration:expr) => {
         type __ExportedModel = $model;
+        const __STAMP: &str = $stamp;
         const __CONFIGURATION: &str = $configuration;
 
         /// The functions of FMI 2.0 and 3.0, as the standards declare them.
@@ -26,13 +28,15 @@ macro_rules! export_fmu {
         pub mod fmi {
             use $crate::trueup_fmi::abi::fmi2::*;
             use $crate::trueup_fmi::abi::fmi3::*;
-            use $crate::trueup_fmi::configuration::{BLOCK_SIZE, Configuration, ConfigurationError};
+            use $crate::trueup_fmi::configuration::{
+                BLOCK_SIZE, Configuration, ConfigurationError, template,
+            };
 
             /// Filled by the packer.
             #[used]
             #[unsafe(no_mangle)]
             pub static TRUEUP_FMU_CONFIGURATION: [u8; BLOCK_SIZE] =
-                $crate::abi::block(super::__CONFIGURATION);
+                template(super::__CONFIGURATION, super::__STAMP);
 
             #[derive(Debug)]
             pub struct Fmu;

@@ -194,6 +194,8 @@ fn platforms(version: Version) -> Vec<String> {
     let (short, bits) = (if os == "windows" { "win" } else { os }, usize::BITS);
     match (version, ARCH) {
         (Version::V2, "x86" | "x86_64") => vec![format!("{short}{bits}"), tuple],
+        // One file may serve both kinds of Mac.
+        (Version::V2, _) if OS == "macos" => vec![tuple, format!("{short}{bits}")],
         _ => vec![tuple],
     }
 }

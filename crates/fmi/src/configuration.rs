@@ -3,14 +3,38 @@
 //! The library carries a block of [`BLOCK_SIZE`] bytes that begins with [`MARKER`]; the packer finds it and
 //! writes the configuration behind the marker. So an FMU knows its model, structure, effects and start
 //! values without its resources folder, which importers may leave out (FMI 3.0 allows a NULL path).
-//! Decision 0003 says why.
+//! The last [`STAMP_SIZE`] bytes say from which sources the library was built. Decision 0003 says why.
 
 use std::fmt::Write as _;
 
 /// Size of the block in bytes, marker included.
 pub const BLOCK_SIZE: usize = 64 * 1024;
+/// Bytes at the end of the block for the [`stamp`].
+pub const STAMP_SIZE: usize = 64;
 /// First bytes of the block.
 pub const MARKER: &[u8; 32] = b"TRUEUP-FMU-CONFIGURATION-BLOCK:\n";
+
+/// The block of a library that was not packed: marker, text (in tests), stamp.
+pub const fn template(text: &str, stamp: &str) -> [u8; BLOCK_SIZE] {
+    const fn put(block: &mut [u8; BLOCK_SIZE], at: usize, bytes: &[u8]) {
+        let mut i = 0;
+        while i < bytes.len() {
+            block[at + i] = bytes[i];
+            i += 1;
+        }
+    }
+    let mut block = [0; BLOCK_SIZE];
+    put(&mut block, 0, MARKER);
+    put(&mut block, MARKER.len(), text.as_bytes());
+    put(&mut block, BLOCK_SIZE - STAMP_SIZE, stamp.as_bytes());
+    block
+}
+
+/// From which sources a library was built, as its block says.
+pub fn stamp(block: &[u8; BLOCK_SIZE]) -> String {
+    let stamp = &block[BLOCK_SIZE - STAMP_SIZE..];
+    String::from_utf8_lossy(stamp).trim_end_matches('\0').to_owned()
+}
 
 /// A packed model: what is fixed when packed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -124,14 +148,16 @@ impl Configuration {
         let text = core::str::from_utf8(&text[..end]).map_err(|e| ConfigurationError::Line(e.to_string()))?;
         Self::from_text(text)
     }
-    /// The block to be written into a library.
-    pub fn to_block(&self) -> Result<Vec<u8>, ConfigurationError> {
-        let mut block = MARKER.to_vec();
-        block.extend_from_slice(self.to_text().as_bytes());
-        if block.len() >= BLOCK_SIZE {
-            return Err(ConfigurationError::TooLarge(block.len() + 1 - BLOCK_SIZE));
+    /// Writes it into a library's block, whose stamp stays.
+    pub fn write(&self, block: &mut [u8; BLOCK_SIZE]) -> Result<(), ConfigurationError> {
+        let text = self.to_text();
+        // A zero ends the text.
+        let room = BLOCK_SIZE - STAMP_SIZE - MARKER.len() - 1;
+        if text.len() > room {
+            return Err(ConfigurationError::TooLarge(text.len() - room));
         }
-        block.resize(BLOCK_SIZE, 0);
-        Ok(block)
+        block[MARKER.len()..BLOCK_SIZE - STAMP_SIZE].fill(0);
+        block[MARKER.len()..][..text.len()].copy_from_slice(text.as_bytes());
+        Ok(())
     }
 }

@@ -76,7 +76,10 @@ impl FmuModel for Model {
     }
 }
 
-trueup_fmi_export::export_fmu!(Model);
+/// From which sources this library is built: version, hash. A program packs libraries of its own stamp only.
+pub const STAMP: &str = env!("TRUEUP_STAMP");
+
+trueup_fmi_export::export_fmu!(Model, STAMP);
 
 /// The variable table of a configuration, its start values applied.
 ///

@@ -215,6 +215,37 @@ fn crates_depend_only_on_what_the_rules_allow() {
     none(edges().iter().filter_map(edge_complaint).collect());
 }
 
+/// A template is refused when a source of it changed: the fingerprint must know them all.
+#[test]
+fn the_fingerprint_of_the_library_names_every_crate_in_it() {
+    let edges = edges();
+    let mut inside = vec!["fmu-library".to_owned()];
+    let mut next = 0;
+    while let Some(from) = inside.get(next).cloned() {
+        next += 1;
+        for e in edges.iter().filter(|e| e.own && !e.dev && e.from == from) {
+            if !inside.contains(&e.to) {
+                inside.push(e.to.clone());
+            }
+        }
+    }
+    let script = std::fs::read_to_string(root().join("crates/fmu-library/build.rs")).expect("a build script");
+    let (_, list) = script.split_once("CRATES: &[&str] = &[").expect("a list of crates");
+    let list = list.split_once("];").expect("an end of the list").0;
+    let mut named: Vec<&str> = list.split('"').skip(1).step_by(2).collect();
+    let mut needed: Vec<String> = inside
+        .iter()
+        .map(|name| match name.strip_prefix("trueup-") {
+            Some(folder) => format!("crates/{folder}"),
+            None if name == "fmu-library" => "crates/fmu-library".to_owned(),
+            None => name.clone(),
+        })
+        .collect();
+    named.sort_unstable();
+    needed.sort();
+    assert_eq!(named, needed);
+}
+
 #[test]
 fn forbidden_edges_are_found() {
     let edge = |from: &str, to: &str, own, dev| {

@@ -212,7 +212,11 @@ pub(crate) struct Pack {
     /// Structure of a contact model: how many balls or ports, what moves the jaws (see `trueup fmu list`); may be repeated
     #[arg(long, value_name = "NAME=VALUE")]
     pub(crate) structure: Vec<String>,
-    /// Folder with the template libraries; found beside the program when not given
+    /// Platforms in each FMU: `all`, or some of x86_64-linux, aarch64-linux, x86_64-windows, aarch64-darwin, x86_64-darwin;
+    /// this machine's when not given
+    #[arg(long, value_name = "all|LIST", value_delimiter = ',')]
+    pub(crate) platform: Vec<String>,
+    /// Folder with the template library and, in templates/PLATFORM, those of `tools/release`; the program's own when not given
     #[arg(long, value_name = "DIR")]
     pub(crate) library: Option<PathBuf>,
 }

@@ -16,6 +16,7 @@ mod plot;
 mod progress;
 mod robot;
 mod stages;
+mod templates;
 mod voice;
 
 use std::process::ExitCode;

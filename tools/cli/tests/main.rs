@@ -7,6 +7,7 @@ mod faults;
 mod fmu;
 mod isolated;
 mod links;
+mod platforms;
 mod robot;
 mod scale;
 mod simulate;

@@ -65,9 +65,7 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         if let Kind::Enumeration(i) = v.kind {
             attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
         }
-        if !v.unit.is_empty() {
-            attributes.push(("unit", v.unit.to_owned()));
-        }
+        attributes.extend(super::measure(v));
         attributes.extend(super::bounds(v));
         attributes.extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
         if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == at) {

@@ -24,7 +24,7 @@ use std::any::Any;
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Mutex;
-use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, ConfigurationError, MARKER};
+use trueup_fmi::configuration::{BLOCK_SIZE, Configuration, ConfigurationError};
 use trueup_numerics::driver::{Moment, View};
 
 /// Marks of a handle: ready for a call, inside a call, freed.
@@ -307,23 +307,6 @@ pub(crate) unsafe fn write<T>(name: &str, p: *mut T, value: T) -> Outcome {
 pub(crate) unsafe fn text(p: *const c_char) -> Option<String> {
     // SAFETY: not NULL; the rest is the caller's promise.
     (!p.is_null()).then(|| unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned())
-}
-
-/// A configuration block as a library carries it: the marker and, in tests, a text behind it.
-pub const fn block(text: &str) -> [u8; BLOCK_SIZE] {
-    let mut block = [0; BLOCK_SIZE];
-    let mut i = 0;
-    while i < MARKER.len() {
-        block[i] = MARKER[i];
-        i += 1;
-    }
-    let text = text.as_bytes();
-    let mut k = 0;
-    while k < text.len() {
-        block[i + k] = text[k];
-        k += 1;
-    }
-    block
 }
 
 /// The configuration in a library's block, as the packer left it: read byte by byte from memory, because the

@@ -16,7 +16,7 @@ use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 #[derive(Clone, Copy, Debug)]
 pub struct Probe;
 
-trueup_fmi_export::export_fmu!(Probe, "model Probe\ntoken probe-1\nstart restitution 0.7\n");
+trueup_fmi_export::export_fmu!(Probe, "", "model Probe\ntoken probe-1\nstart restitution 0.7\n");
 pub use fmi::*;
 
 /// Value references (FMI 2.0 counts elements, so they are the same in both versions).

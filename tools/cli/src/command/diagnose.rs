@@ -14,6 +14,7 @@ use trueup_diagnosis::picture::isolability;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
+use trueup_fmi_description::template::Template;
 use trueup_identification::intake::Purpose;
 use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
@@ -26,6 +27,7 @@ use crate::command::pack;
 use crate::error::Error;
 use crate::output::{can_be_made, folder, say};
 use crate::stages::Stages;
+use crate::templates;
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     let (found, written) = found(args)?;
@@ -49,7 +51,8 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
     let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
     // What would be in the way of writing is said before the work, not after it.
-    let library = (!args.verdict_only).then(|| pack::library(args.library.as_deref())).transpose()?;
+    let library = args.library.as_deref();
+    let templates = (!args.verdict_only).then(|| templates::read(&[], library)).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = Options {
@@ -76,8 +79,8 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
-    if let (Some(augmented), Some(library)) = (&found.augmented, &library) {
-        let ready = fmus(library, &loaded, augmented)?;
+    if let (Some(augmented), Some(templates)) = (&found.augmented, &templates) {
+        let ready = fmus(templates, &loaded, augmented)?;
         found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
         files = ready;
     }
@@ -161,12 +164,15 @@ fn sensors(loaded: &Loaded) {
 }
 
 /// The model with what was claimed, for both versions of FMI.
-fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(String, Vec<u8>)>, Error> {
+fn fmus(
+    templates: &[Template],
+    loaded: &Loaded,
+    augmented: &Augmented,
+) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let name = loaded.case.model.as_str();
     let model = catalog::models()
         .find(|m| m.name == name)
         .ok_or_else(|| Error::Failed(format!("there is no model `{name}`")))?;
-    let library = std::fs::read(library).map_err(|e| Error::at(library, e))?;
     let flexible = augmented.flexible.clone();
     let effects = catalog::in_order(name, &augmented.effects).ok_or_else(|| {
         Error::Failed(format!("{name} cannot be packed with {}", augmented.effects.join(", ")))
@@ -188,7 +194,7 @@ fn fmus(library: &Path, loaded: &Loaded, augmented: &Augmented) -> Result<Vec<(S
         title: format!("{name}.augmented"),
         description: format!("with {with} and fitted values, as the diagnosis of the case {case} found them"),
     };
-    pack::pack(model, &configuration, Some(&titled), &Version::ALL, &library)
+    pack::pack(model, &configuration, Some(&titled), &Version::ALL, templates)
 }
 
 /// The verdict for people.

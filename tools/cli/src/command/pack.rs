@@ -2,11 +2,12 @@
 
 mod start;
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
+use trueup_fmi_description::template::Template;
 use trueup_models::space::design::Design;
 
 use crate::args::Pack;
@@ -15,6 +16,7 @@ use crate::catalog::{self, Model};
 use crate::error::Error;
 use crate::near::suggestion;
 use crate::output::{folder, say};
+use crate::templates;
 
 /// Where names are to be found.
 const LIST: &str = "`trueup fmu list` shows them";
@@ -33,16 +35,16 @@ pub(crate) fn run(args: &Pack) -> Result<(), Error> {
         let names = catalog::models().flat_map(|m| catalog::preset_names(m.name)).map(|p| p.0);
         return Err(Error::Usage(format!("there is no preset `{p}`; {}", suggestion(p, names, LIST))));
     }
+    let platforms = templates::platforms(&args.platform)?;
     let models = models(args)?;
-    let path = library(args.library.as_deref())?;
-    let library = std::fs::read(&path).map_err(|e| Error::at(&path, e))?;
+    let templates = templates::read(&platforms, args.library.as_deref())?;
     // All or nothing: files are written when every FMU is ready.
     let mut ready = Vec::new();
     for model in models {
         let configuration = configuration(model, args)?;
         let wanted = |v: &Version| args.fmi.is_none_or(|wanted| wanted == v.major());
         let versions: Vec<Version> = Version::ALL.into_iter().filter(wanted).collect();
-        ready.extend(pack(model, &configuration, None, &versions, &library)?);
+        ready.extend(pack(model, &configuration, None, &versions, &templates)?);
     }
     folder(&args.output)?;
     for (name, bytes) in ready {
@@ -194,7 +196,7 @@ pub(crate) fn pack(
     configuration: &Configuration,
     titled: Option<&Titled>,
     versions: &[Version],
-    library: &[u8],
+    templates: &[Template],
 ) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let failed = |why: String| Error::Failed(format!("{}: {why}", model.name));
     let mut table = fmu_library::table(configuration).map_err(failed)?;
@@ -221,7 +223,8 @@ pub(crate) fn pack(
             table: &table,
             configuration,
             version: *version,
-            library,
+            templates,
+            stamp: fmu_library::STAMP,
             equations: &equations,
             picture: assets.picture,
             icon_svg: assets.icon_svg,
@@ -235,31 +238,4 @@ pub(crate) fn pack(
         ))
     };
     versions.iter().map(one).collect()
-}
-
-/// Name of the crate whose shared library every FMU carries.
-const LIBRARY: &str = "fmu_library";
-
-/// The template library: in the folder named, or beside the program, or where cargo puts the library of a
-/// dependency, or where it is installed (`lib/trueup` beside the program's `bin`); the newest.
-pub(crate) fn library(named: Option<&Path>) -> Result<PathBuf, Error> {
-    let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);
-    let folders = match named {
-        Some(folder) => vec![folder.to_owned()],
-        None => {
-            let program = std::env::current_exe().map_err(|e| Error::Failed(e.to_string()))?;
-            let beside = program.parent().unwrap_or(Path::new(".")).to_owned();
-            vec![beside.join("deps"), beside.join("../lib/trueup"), beside]
-        }
-    };
-    let modified = |path: &PathBuf| path.metadata().and_then(|m| m.modified()).ok();
-    let found = folders.iter().map(|f| f.join(&file)).filter(|p| modified(p).is_some()).max_by_key(modified);
-    found.ok_or_else(|| {
-        let places: Vec<_> = folders.iter().map(|f| f.display().to_string()).collect();
-        Error::Failed(format!(
-            "{file}, the template of every FMU, is not in {}: build it with `cargo build --release`, \
-             or name its folder with --library",
-            places.join(" nor in ")
-        ))
-    })
 }
