@@ -87,7 +87,10 @@ def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-11):
         opened.initialize(start | {name: signal(0.0) for name, signal in inputs.items()})
         fmu = Exchange(opened, inputs)
         references = [opened.variables[name].valueReference for name in watch]
-        look = lambda: tuple(map(bool, fmu.fmu.getBoolean(references))) if references else ()  # noqa: E731
+
+        def look():
+            return tuple(map(bool, fmu.fmu.getBoolean(references))) if references else ()
+
         t, states, changes, rows = 0.0, fmu.event(0.0), [], []
         seen = look()
         left = list(grid)
