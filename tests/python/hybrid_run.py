@@ -49,10 +49,9 @@ class Exchange:
         self.references = [opened.variables[name].valueReference for name in inputs]
         self.set_inputs = self.fmu.setFloat64 if third else self.fmu.setReal
         # Made once: what a call costs here is Python.
-        self.pointers = {id(a): a.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for a in self.arrays()}
-
-    def arrays(self):
-        return self.states, self.filled, self.indicators
+        self.pointers = {
+            id(a): a.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for a in (self.states, self.filled, self.indicators)
+        }
 
     def _call(self, call, array):
         call(self.pointers[id(array)], len(array))

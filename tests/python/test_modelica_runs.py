@@ -5,7 +5,19 @@ import numpy as np
 import pytest
 from fmpy import read_model_description
 from hybrid_run import Signal, run
-from modelica_cases import ARM_EFFECTS, EFFECTS, SENSORS, arm_with, block, described, of_sensor, own_of_effect, own_parameters, pack, packed
+from modelica_cases import (
+    ARM_EFFECTS,
+    EFFECTS,
+    SENSORS,
+    arm_with,
+    block,
+    described,
+    of_sensor,
+    own_of_effect,
+    own_parameters,
+    pack,
+    packed,
+)
 
 pytestmark = pytest.mark.full
 rumoca = pytest.importorskip("rumoca", reason="not installed: see tools/python/requirements-full.txt")
@@ -70,7 +82,9 @@ GRID = np.round(np.arange(0.0, 2.0 + 1e-9, 0.02), 12)
 def joint_inputs(seed):
     """Current that breaks the joint away and lets it rest, both ways, and a push on the load; of some at once."""
     a = np.random.default_rng(seed).uniform(0.8, 1.2, 4)
-    current = Signal((0, 0.021 if seed % 4 == 3 else 0), (0.31, 0.022 * a[0]), (0.61, -0.02 * a[1]), (1.01, 0.018 * a[2]), (1.41, 0), (2, 0))
+    current = Signal(
+        (0, 0.021 if seed % 4 == 3 else 0), (0.31, 0.022 * a[0]), (0.61, -0.02 * a[1]), (1.01, 0.018 * a[2]), (1.41, 0), (2, 0)
+    )
     return {"motorCurrent": current, "externalTorque": Signal((0, 0), (0.55, 0), (0.77, 4 * a[3]), (1.3, -2), (1.5, 0))}
 
 
@@ -310,6 +324,8 @@ def test_arm_effects_run_like_the_fmu(arms, effect, seed):
 def test_the_example_of_the_readme_runs():
     """A joint with play under its sampled controller comes to its reference."""
     text = (modelica.PACKAGE.parent / "README.md").read_text()
-    source = text.partition("```modelica\n")[2].partition("```")[0].replace("model Drive", "model T").replace("end Drive", "end T")
+    source = (
+        text.partition("```modelica\n")[2].partition("```")[0].replace("model Drive", "model T").replace("end Drive", "end T")
+    )
     angle, _ = modelica.run(source, np.linspace(0.0, 2.0, 21), ["joint.loadAngle"], tolerance=1e-9)
     assert abs(angle[-1, 0] - 0.1) < 1e-3
