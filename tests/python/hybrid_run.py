@@ -1,5 +1,6 @@
 """A run of an FMU for Model Exchange by SciPy's DOP853 from event to event, about as exact as doubles allow."""
 
+import bisect
 import ctypes
 
 import numpy as np
@@ -16,14 +17,18 @@ class Signal:
     """Straight between knots (time, value), constant after the last one."""
 
     def __init__(self, *knots):
-        self.times, self.values = (np.array(column, dtype=float) for column in zip(*knots, strict=True))
+        self.times, self.values = ([float(v) for v in column] for column in zip(*knots, strict=True))
 
     def __call__(self, t):
-        return float(np.interp(t, self.times, self.values))
+        i = bisect.bisect(self.times, t)
+        if i in (0, len(self.times)):
+            return self.values[max(i - 1, 0)]
+        (t0, t1), (a, b) = self.times[i - 1 : i + 1], self.values[i - 1 : i + 1]
+        return a + (b - a) / (t1 - t0) * (t - t0)
 
     def modelica(self):
         """The same as an expression of Modelica."""
-        t, y = self.times.tolist(), self.values.tolist()
+        t, y = self.times, self.values
         pieces = zip(t, y, t[1:], y[1:], strict=False)
         text = (f"if time < {t1!r} then {a!r} + ({(b - a) / (t1 - t0)!r}) * (time - {t0!r}) else " for t0, a, t1, b in pieces)
         return "".join(text) + repr(y[-1])
@@ -40,30 +45,36 @@ class Exchange:
         states = sum(opened._size(v) for v in description.modelVariables if v.derivative is not None)
         self.states = np.zeros(states)
         self.indicators = np.zeros(len(description.eventIndicators) if third else description.numberOfEventIndicators)
+        self.filled = np.zeros(states)
+        self.references = [opened.variables[name].valueReference for name in inputs]
+        self.set_inputs = self.fmu.setFloat64 if third else self.fmu.setReal
+        # Made once: what a call costs here is Python.
+        self.pointers = {
+            id(a): a.ctypes.data_as(ctypes.POINTER(ctypes.c_double)) for a in (self.states, self.filled, self.indicators)
+        }
 
-    def _filled(self, call, size):
-        values = np.zeros(size)
-        call(values.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), size)
-        return values
+    def _call(self, call, array):
+        call(self.pointers[id(array)], len(array))
+        return array
 
     def put(self, t, states=None):
         """Sets the time, the inputs of that time, and the states."""
         self.fmu.setTime(t)
         if states is not None:
             self.states[:] = states
-            self.fmu.setContinuousStates(self.states.ctypes.data_as(ctypes.POINTER(ctypes.c_double)), len(self.states))
-        for name, signal in self.inputs.items():
-            self.opened.set(name, signal(t))
+            self._call(self.fmu.setContinuousStates, self.states)
+        if self.references:
+            self.set_inputs(self.references, [signal(t) for signal in self.inputs.values()])
 
     def rates(self, t, states):
         self.put(t, states)
-        return self._filled(self.rates_of, len(self.states))
+        return self._call(self.rates_of, self.filled).copy()
 
     def event(self, t, states=None):
         """Handles what is due at `t`; the states from there on."""
         self.put(t, states)
         self.opened.event()
-        return self._filled(self.fmu.getContinuousStates, len(self.states))
+        return self._call(self.fmu.getContinuousStates, self.filled).copy()
 
     def roots(self):
         """The indicators as functions of time and states that end a step of SciPy's."""
@@ -71,7 +82,7 @@ class Exchange:
         def root(i):
             def value(t, states):
                 self.put(t, states)
-                return self._filled(self.fmu.getEventIndicators, len(self.indicators))[i]
+                return self._call(self.fmu.getEventIndicators, self.indicators)[i]
 
             value.terminal = True
             return value
@@ -79,7 +90,7 @@ class Exchange:
         return [root(i) for i in range(len(self.indicators))]
 
 
-def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-11):
+def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-10):
     """Values of `names` at the times of `grid`, the last of which ends the run, and the times at which an output of `watch`
     (Booleans) changed. `inputs` has a Signal for each input that is not 0, `start` values of parameters; at `times` there are
     events that no indicator tells."""
@@ -87,7 +98,10 @@ def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-11):
         opened.initialize(start | {name: signal(0.0) for name, signal in inputs.items()})
         fmu = Exchange(opened, inputs)
         references = [opened.variables[name].valueReference for name in watch]
-        look = lambda: tuple(map(bool, fmu.fmu.getBoolean(references))) if references else ()  # noqa: E731
+
+        def look():
+            return tuple(map(bool, fmu.fmu.getBoolean(references))) if references else ()
+
         t, states, changes, rows = 0.0, fmu.event(0.0), [], []
         seen = look()
         left = list(grid)

@@ -18,14 +18,14 @@ def class_of(file):
     return ".".join(parts[:-1] if parts[-1] == "package" else parts)
 
 
-def parsed():
-    """The package as pymoca's tree."""
+def parsed(text=None):
+    """The package, or this text, as pymoca's tree."""
     from pymoca import parser
 
     tree = None
-    for file in files():
-        part = parser.parse(file.read_text())
-        assert part is not None, f"pymoca cannot parse {file}"
+    for source in [text] if text else (file.read_text() for file in files()):
+        part = parser.parse(source)
+        assert part is not None, f"pymoca cannot parse {source[:80]} .."
         if tree is None:
             tree = part
         else:

@@ -31,6 +31,8 @@ pub struct Parts<'a> {
     pub equations: &'a str,
     /// SVG: the mechanism or block diagram.
     pub picture: &'a str,
+    /// The equations as Modelica, where they are written.
+    pub modelica: Option<&'a str>,
     /// Icon.
     pub icon_svg: &'a str,
     /// The same, rendered.
@@ -97,6 +99,7 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
             .map(|(name, text)| (format!("{}/{name}", related::FOLDER), text.into_bytes()));
         files.extend(related);
     }
+    files.extend(parts.modelica.map(|text| ("documentation/Trueup.mo".to_owned(), text.as_bytes().to_vec())));
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();
     let entry = format!(
         "{}\nThe full texts lie beside this file: {}.\n",

@@ -12,17 +12,18 @@ block Modes "Which way a motor slides, or that it sticks (TMJ-4)"
   discrete output Integer mode "1, -1: slides that way; 0: sticks; 2: no dry friction, no events";
   discrete output Integer stops "How often the motor has turned; at each its velocity is to be set to 0";
 initial equation
-  pre(mode) = if dry <= 0 then 2 elseif velocity > turned then 1 elseif velocity < -turned then -1
-    elseif applied >= breakawayForward then 1 elseif -applied >= breakawayBackward then -1 else 0;
+  pre(mode) = if dry <= 0 then 2 elseif velocity > turned then 1 elseif velocity < -turned then -1 else 0;
   pre(stops) = 0;
 equation
   // Sliding it brakes, sticking it balances (TMJ-4).
   torque = if mode == 0 then applied
     elseif mode == 1 or mode == 2 and noEvent(velocity >= 0) then brakingForward else -brakingBackward;
-  // No event looks at the mode of its own instant: what is applied does not depend on it.
-  when {pre(mode) == 0 and applied > breakawayForward, pre(mode) == 0 and -applied > breakawayBackward,
+  // No event looks at the mode of its own instant: what is applied does not depend on it. The first mode of a motor at rest is
+  // found here, not in an initial equation: what is applied may come from something sampled.
+  when {initial(), pre(mode) == 0 and applied > breakawayForward, pre(mode) == 0 and -applied > breakawayBackward,
       pre(mode) == 1 and velocity < -turned, pre(mode) == -1 and velocity > turned} then
-    mode = if applied >= breakawayForward then 1 elseif -applied >= breakawayBackward then -1 else 0;
-    stops = if pre(mode) == 0 then pre(stops) else pre(stops) + 1;
+    mode = if initial() and pre(mode) <> 0 then pre(mode)
+      elseif applied >= breakawayForward then 1 elseif -applied >= breakawayBackward then -1 else 0;
+    stops = if initial() or pre(mode) == 0 then pre(stops) else pre(stops) + 1;
   end when;
 end Modes;

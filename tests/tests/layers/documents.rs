@@ -137,7 +137,7 @@ fn every_effect_file_is_documented() {
 
 #[test]
 fn every_equation_leads_to_code_and_to_a_test() {
-    let mut sources = files(&[".rs", ".py"]);
+    let mut sources = files(&[".rs", ".py", ".mo"]);
     sources.retain(|f| !f.path.starts_with("tests/tests/layers/"));
     sources.retain(|f| f.path != "tests/tests/effects_document.rs");
     let mut chapters = files(&[".md"]);
@@ -175,4 +175,12 @@ fn loose_ends_are_found() {
 
     let stray = file("crates/models/src/joint.rs", "// (TMJ-9), and (ARM-1) has no chapter yet");
     says(&unknown_equations(&chapter, &[stray]), &["joint.rs", "TMJ-9", "docs/equations"]);
+    let modelica = file("modelica/Trueup/TwoMassJoint.mo", "a = b; // (TMJ-8)");
+    says(&unknown_equations(&chapter, &[modelica]), &["TwoMassJoint.mo", "TMJ-8", "docs/equations"]);
+    // Modelica alone is no code of ours.
+    let only = file("modelica/Trueup/TwoMassJoint.mo", "a = b; // (TMJ-1)");
+    says(
+        &loose_equations(&chapter, &[only, test()]),
+        &["joint.md", "TMJ-1", "no line of code", "// (TMJ-1)"],
+    );
 }

@@ -10,6 +10,7 @@ mod command;
 mod error;
 mod help;
 mod isolate;
+mod modelica;
 mod near;
 mod output;
 mod plot;

@@ -218,6 +218,7 @@ pub(crate) fn pack(
         equations += "<h2>Effects packed in</h2>\n";
         equations.extend(configuration.effects.iter().filter_map(|id| assets::effect(id)));
     }
+    let modelica = crate::modelica::of(model.name);
     let one = |version: &Version| {
         let bytes = archive(&Parts {
             table: &table,
@@ -227,6 +228,7 @@ pub(crate) fn pack(
             stamp: fmu_library::STAMP,
             equations: &equations,
             picture: assets.picture,
+            modelica: modelica.as_deref(),
             icon_svg: assets.icon_svg,
             icon_png: assets.icon_png,
             licences: assets::LICENCES,
