@@ -13,7 +13,6 @@ import fmpy
 import numpy as np
 import trueup as tu
 
-ARGUMENTS = dict(stop_time=0.05, output_interval=0.01, start_values={"motorCurrent": 0.02})
 SWEEP = """
 system = "TwoMassJoint.fmi3.fmu"
 design = "latin-hypercube"
@@ -39,12 +38,16 @@ def processor(work, runs):
     return (time.process_time() - begun) / runs
 
 
-def short_runs(file, runs):
-    print(f"{runs} runs of 5 steps, processor time of one in ms; of FMPy the mean of fewer")
+def side_by_side(file, runs, steps, step):
+    """The same runs by FMPy in three ways and by trueup in two."""
+    print(f"{runs} runs of {steps} steps, processor time of one in ms; of FMPy the mean of fewer")
+    stop = steps * step
+    start_values = {"motorCurrent": 0.02}
+    arguments = dict(stop_time=stop, output_interval=step, start_values=start_values)
     folder = fmpy.extract(file)
     description = fmpy.read_model_description(folder)
     instance = fmpy.instantiate_fmu(folder, description, "CoSimulation")
-    kept = dict(filename=folder, model_description=description, validate=False, **ARGUMENTS)
+    kept = dict(filename=folder, model_description=description, validate=False, **arguments)
 
     def reused():
         instance.reset()
@@ -52,11 +55,11 @@ def short_runs(file, runs):
 
     fmu = tu.Fmu(file)
     ways = [
-        ("FMPy, simulate_fmu(file)", lambda: fmpy.simulate_fmu(file, **ARGUMENTS), runs // 200),
-        ("FMPy, unpacked, description read", lambda: fmpy.simulate_fmu(**kept), runs // 50),
-        ("FMPy, one instance, reset", reused, runs // 10),
-        ("trueup, simulate_fmu(file)", lambda: tu.simulate_fmu(file, **ARGUMENTS), runs),
-        ("trueup, Fmu.simulate", lambda: fmu.simulate(stop=0.05, step=0.01, parameters={"motorCurrent": 0.02}), runs),
+        ("FMPy, simulate_fmu(file)", lambda: fmpy.simulate_fmu(file, **arguments), max(runs // 200, 5)),
+        ("FMPy, unpacked, description read", lambda: fmpy.simulate_fmu(**kept), max(runs // 50, 5)),
+        ("FMPy, one instance, reset", reused, max(runs // 10, 5)),
+        ("trueup, simulate_fmu(file)", lambda: tu.simulate_fmu(file, **arguments), runs),
+        ("trueup, Fmu.simulate", lambda: fmu.simulate(stop=stop, step=step, parameters=start_values), runs),
     ]
     found = {name: 1e3 * processor(work, n) for name, work, n in ways}
     own = found["trueup, simulate_fmu(file)"]
@@ -117,7 +120,8 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([tu.program(), "fmu", "pack", "TwoMassJoint", "--fmi=3", "-o", folder], check=True, stdout=subprocess.DEVNULL)
         file = os.path.join(folder, "TwoMassJoint.fmi3.fmu")
-        short_runs(file, runs)
+        side_by_side(file, runs, 5, 0.01)
+        side_by_side(file, runs // 100, 1000, 0.001)
         threads(file)
         workers(Path(folder), swept)
 
