@@ -89,14 +89,17 @@ def joint_inputs(seed):
 
 
 def controller_inputs(seed):
-    """Motions of motor and load that ask for torques within and beyond the limit."""
+    """Motions of motor and load that ask for torques within and beyond the limit; the load swings behind its spring."""
     a = np.random.default_rng(100 + seed).uniform(0.7, 1.3, 6)
+    t = np.linspace(0.0, 1.0, 41)
+    load = 0.1 * a[4] * t + 2e-3 * np.sin(30 * t)
+    motor = 0.1 * a[4] * t + 3e-3 * np.sin(30 * t + 0.1 * a[2])
     return {
         "positionReference": Signal((0, 0), (0.1, 0.3 * a[0]), (1, 0.3)),
         "velocityFeedforward": Signal((0, 0), (1, 0.01 * a[1])),
-        "motorAngle": Signal((0, 300 * a[2]), (0.4, 4000), (1, 9000)),
+        "motorAngle": Signal(*zip(t, 44340.0 * motor, strict=True)),
         "motorVelocity": Signal((0, 100), (0.3, 9000 * a[3]), (1, -3000)),
-        "loadAngle": Signal((0, 0.01), (0.5, 0.15 * a[4]), (1, 0.25)),
+        "loadAngle": Signal(*zip(t, load, strict=True)),
         "loadVelocity": Signal((0, 0), (0.25, 0.3 * a[5]), (1, -0.2)),
     }
 
@@ -190,32 +193,49 @@ def test_effects_run_like_the_fmu(effect, seed):
     )
 
 
-STRATEGIES = ["P_PI", "WBC", "VWBC", "VWBC_WASHOUT"]
+STRATEGIES = ["P_PI", "WBC", "VWBC", "VWBC_WASHOUT", "WBC_ADAPTIVE", "VWBC_ADAPTIVE"]
 TUNED = ["positionGain", "velocityIntegralTime", "currentLimit", "waveFrequency", "washoutFrequency", "torqueConstant"]
 
 
 @pytest.mark.parametrize("sampled", [False, True], ids=["continuous", "sampled"])
 @pytest.mark.parametrize("seed", range(SETS))
 def test_controller_runs_like_the_fmu(seed, sampled):
-    """Checks CTL-1 to CTL-8 as Modelica."""
+    """Checks CTL-1 to CTL-15 as Modelica."""
     starts = own_parameters("JointController")
     number = seed % len(STRATEGIES)
-    values = varied({n: starts[n] for n in TUNED}, seed) | {"velocityGain": 300.0 + 20 * seed}
+    by_estimate = seed // len(STRATEGIES) % 2 == 0
+    values = varied({n: starts[n] for n in TUNED}, seed)
+    values |= {"velocityGain": 300.0 + 20 * seed, "adaptationRate": 3.0 + 0.2 * seed, "excitationThreshold": 2e-4}
+    frequencies = [(20.0 + 7 * k) * (1 + 0.01 * seed) for k in range(9)]
     grid = np.round(np.linspace(0.0, 0.1 if sampled else 1.0, 101), 12)
-    current, _ = compare(
+    outputs, events = compare(
         "JointControllerSampled" if sampled else "JointController",
         packed("JointController"),
         values,
         controller_inputs(seed),
         grid,
-        ["motorCurrent"],
-        more=[f"strategy = Trueup.Control.Strategy.{STRATEGIES[number]}"] + ["samplePeriod = 1e-3"] * sampled,
-        codes={"strategy": number + 1, "samplePeriod": 1e-3 if sampled else 0.0},
+        ["motorCurrent", "waveFrequencyUsed"],
+        ["adaptationActive"],
+        more=[
+            f"strategy = Trueup.Control.Strategy.{STRATEGIES[number]}",
+            f"adaptation = Trueup.Control.Adaptation.{'estimate' if by_estimate else 'schedule'}",
+            f"scheduleFrequency = {{{', '.join(map(str, frequencies))}}}",
+        ]
+        + ["samplePeriod = 1e-3"] * sampled,
+        codes={
+            "strategy": number + 1,
+            "adaptation": 2 if by_estimate else 1,
+            "scheduleFrequency": frequencies,
+            "samplePeriod": 1e-3 if sampled else 0.0,
+        },
         times=grid if sampled else (),
     )
-    limited = np.abs(current) >= values["currentLimit"] * (1 - 1e-12)
+    adapts = STRATEGIES[number].endswith("ADAPTIVE")
+    limited = np.abs(outputs[:, 0]) >= values["currentLimit"] * (1 - 1e-12)
     assert not limited.all()
     assert sampled or limited.any()
+    assert np.ptp(outputs[:, 1]) > 0.1 if adapts else np.ptp(outputs[:, 1]) == 0.0
+    assert len(events) == (1 if adapts and by_estimate else 0)
 
 
 ARM_GRID = np.round(np.arange(0.0, 3.0 + 1e-9, 0.05), 12)

@@ -1,7 +1,8 @@
 within Trueup.Control;
 block SampledSplit "The same sampled: each G exact for what it is given, held over the period (CTL-2, CTL-3)"
-  parameter Real omega(unit = "rad/s") "omega_n";
   parameter Real samplePeriod(unit = "s") "T_s";
+  input Real omega(unit = "rad/s") "omega_n that a sample finds";
+  input Real omegaNext(unit = "rad/s") "omega_n that it leaves";
   input Real theta0 "At the actuator";
   input Real theta1 "At the load";
   output Real returnWave "b0 as the sample finds it; at the first one as at rest";
@@ -11,10 +12,15 @@ block SampledSplit "The same sampled: each G exact for what it is given, held ov
   discrete Real delayedLaunchWaveNext;
   discrete Real delayedLaunchWaveRate;
   discrete Integer samples "So many there have been";
+  Period present(samplePeriod = samplePeriod);
+  Period next(samplePeriod = samplePeriod);
 protected
-  parameter Real angle = omega * samplePeriod * sqrt(3) / 2;
-  parameter Real sine = exp(-omega * samplePeriod / 2) * sin(angle) / sqrt(3) "G's free motion after one period";
-  parameter Real cosine = exp(-omega * samplePeriod / 2) * cos(angle);
+  Real b "The states a period later, with omega_n as it was";
+  Real bRate;
+  Real g;
+  Real gRate;
+  Real rate "d(b0 - G a0)/dt with omega_n as it is then";
+  Real half "What the change of omega_n adds to b0 and takes from G a0 (CTL-15)";
 initial equation
   pre(returnWaveNext) = 0.0;
   pre(returnWaveRate) = 0.0;
@@ -22,16 +28,25 @@ initial equation
   pre(delayedLaunchWaveRate) = 0.0;
   pre(samples) = 0;
 equation
+  present.omega = omega;
+  next.omega = omegaNext;
   returnWave = if pre(samples) == 0 then theta0 / 2 else pre(returnWaveNext);
   delayedLaunchWave = if pre(samples) == 0 then theta0 / 2 else pre(delayedLaunchWaveNext);
+  b = theta1 - delayedLaunchWave + (returnWave - theta1 + delayedLaunchWave) * (present.cosine + present.sine)
+    + 2 * pre(returnWaveRate) * present.sine / omega;
+  bRate = pre(returnWaveRate) * (present.cosine - present.sine)
+    - 2 * omega * present.sine * (returnWave - theta1 + delayedLaunchWave);
+  g = theta0 - returnWave + (delayedLaunchWave - theta0 + returnWave) * (present.cosine + present.sine)
+    + 2 * pre(delayedLaunchWaveRate) * present.sine / omega;
+  gRate = pre(delayedLaunchWaveRate) * (present.cosine - present.sine)
+    - 2 * omega * present.sine * (delayedLaunchWave - theta0 + returnWave);
+  rate = (bRate - gRate) * (omegaNext / omega) ^ 2;
+  half = ((b - g + (bRate - gRate) * present.alpha) * next.beta / present.beta - rate * next.alpha - b + g) / 2;
   when sample(0, samplePeriod) then
     samples = pre(samples) + 1;
-    returnWaveNext = theta1 - delayedLaunchWave + (returnWave - theta1 + delayedLaunchWave) * (cosine + sine)
-      + 2 * pre(returnWaveRate) * sine / omega;
-    returnWaveRate = pre(returnWaveRate) * (cosine - sine) - 2 * omega * sine * (returnWave - theta1 + delayedLaunchWave);
-    delayedLaunchWaveNext = theta0 - returnWave + (delayedLaunchWave - theta0 + returnWave) * (cosine + sine)
-      + 2 * pre(delayedLaunchWaveRate) * sine / omega;
-    delayedLaunchWaveRate = pre(delayedLaunchWaveRate) * (cosine - sine)
-      - 2 * omega * sine * (delayedLaunchWave - theta0 + returnWave);
+    returnWaveNext = b + half;
+    returnWaveRate = bRate + (rate - bRate + gRate) / 2;
+    delayedLaunchWaveNext = g - half;
+    delayedLaunchWaveRate = gRate - (rate - bRate + gRate) / 2;
   end when;
 end SampledSplit;

@@ -8,9 +8,11 @@ block Lag "actuator-lag: T dtau/dt = u(t - d) - tau (EF-11)"
 protected
   parameter Real filter(unit = "s") = sqrt(actuatorLag ^ 2 + 1e-3 ^ 2) "W of (1 + s (W - T))/(1 + s W)";
 initial equation
-  laggedTorque = command;
+  // Nothing was asked for before the start, as in the FMU.
+  laggedTorque = 0.0;
 equation
   memory.signal = command;
+  memory.before = 0.0;
   filter * der(laggedTorque) = memory.delayed - laggedTorque;
   torque = memory.delayed - (memory.delayed - laggedTorque) * actuatorLag / filter;
 end Lag;

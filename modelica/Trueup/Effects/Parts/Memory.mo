@@ -2,7 +2,8 @@ within Trueup.Effects.Parts;
 block Memory "A signal as it was: its recent past as a polynomial (EF-11, EF-30)"
   parameter Real delay(unit = "s", min = 0) "d";
   input Real signal;
-  output Real delayed "As it was d seconds ago; before the start it stood still";
+  input Real before "What it was before the start";
+  output Real delayed "As it was d seconds ago";
   Real past0 "Legendre coefficients of the last W seconds";
   Real past1;
   Real past2;
@@ -12,7 +13,7 @@ protected
   parameter Real window(unit = "s") = sqrt(delay ^ 2 + shortest ^ 2) "W";
   parameter Real at = 2 * delay / window - 1 "Where in the window it is read: -1 now, 1 at its far end";
 initial equation
-  past0 = signal;
+  past0 = before;
   past1 = 0.0;
   past2 = 0.0;
   past3 = 0.0;

@@ -5,5 +5,6 @@ block Delay "sensor-delay: one channel late against the others (EF-30)"
   Parts.Memory memory(delay = delay);
 equation
   memory.signal = actual;
+  memory.before = actual; // it stood still
   reading = memory.delayed;
 end Delay;
