@@ -58,7 +58,7 @@ pub(crate) enum Command {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Fmu {
     /// Pack models as FMUs
-    Pack(Pack),
+    Pack(Box<Pack>),
     /// List models, presets and effects
     List,
     /// Tell what an FMU is
