@@ -4,6 +4,7 @@ use trueup_fmi::table::{
     Causality, Depends, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
 };
 use trueup_models::effect::{Choice, EffectSet, ParameterSpec, Plant, Scope, SignalSpec};
+use trueup_models::joint;
 
 /// A state and its rate: name, unit, unit of the rate, dimensions, nominal value, what the rate depends on, text.
 pub(crate) type State<'a> = (&'a str, &'static str, &'static str, &'a [usize], f64, Depends, &'a str);
@@ -168,7 +169,7 @@ impl Builder {
             at += dims.iter().product::<usize>();
         }
     }
-    /// Parameters, states and outputs of the effects.
+    /// Parameters, inputs, states and outputs of the effects.
     pub(crate) fn effects(&mut self, effects: &EffectSet, plant: Plant) {
         for e in effects.iter() {
             let (sites, choice) = (e.sites, e.choice);
@@ -180,6 +181,19 @@ impl Builder {
                 let (name, unit) = (choice.variable(p.name), choice.unit(p.unit));
                 let v = self.tunable(&name, unit, &dims, &vec![start; sites], p.description);
                 bounds(v, p);
+            }
+            let (inputs, motor_current) =
+                (e.spec().inputs, joint::input::NAMES[joint::input::MOTOR_CURRENT].0);
+            for u in inputs {
+                self.input(u.name_in(plant), u.unit, &dims, u.description);
+            }
+            // What depends on the inputs of a drive depends on those of what drives it.
+            for v in &mut self.table.variables {
+                if let Depends::StatesAnd(names) = &mut v.depends
+                    && names.iter().any(|n| n == motor_current)
+                {
+                    names.extend(inputs.iter().map(|u| u.name_in(plant).to_owned()));
+                }
             }
             let states = e.spec().states;
             let names: Vec<_> = states.iter().map(|s| choice.variable(s.name_in(plant))).collect();

@@ -50,6 +50,7 @@ pub const UNITS: &[Unit] = &[
     unit("N.m/s", 1, 2, -3, 0, 0),
     unit("N.m/rad", 1, 2, -2, 0, -1),
     unit("N.m/rad3", 1, 2, -2, 0, -3),
+    unit("N.m.s", 1, 2, -1, 0, 0),
     unit("N.m.s/rad", 1, 2, -1, 0, -1),
     unit("Pa", 1, -1, -2, 0, 0),
     unit("J", 1, 2, -2, 0, 0),

@@ -54,7 +54,7 @@ pub fn all(baseline: &Baseline) -> Vec<Cause> {
 fn possible(baseline: &Baseline, cause: &Cause) -> bool {
     let (p, spec) = (&baseline.parametric.p, cause.choice.spec());
     let flexible = baseline.parametric.joint.flexible();
-    if baseline.causes.contains(cause) {
+    if spec.installed || baseline.causes.contains(cause) {
         return false;
     }
     if let Some(output) = cause.output {

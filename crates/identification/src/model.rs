@@ -301,6 +301,10 @@ fn add_effects(set: &EffectSet, plant: effect::Plant, model: &mut Model) {
                 max: p.max,
             }));
         }
+        for u in spec.inputs {
+            let all = (0..e.sites).map(|k| quantity(name(u.name_in(plant), k), u.unit, f64::NEG_INFINITY));
+            model.inputs.extend(all);
+        }
         for y in spec.outputs {
             let all = (0..e.sites).map(|k| quantity(name(y.name_in(plant), k), y.unit, f64::NEG_INFINITY));
             model.outputs.extend(all);
@@ -483,13 +487,18 @@ impl Model {
 
     /// The variables as the reader of recordings and cases wants them.
     pub fn variables(&self) -> Vec<Variable> {
+        // A servo commands the motor by itself.
+        let driving: &[&str] = match self.effects().servo() {
+            Some(e) => &e.spec().inputs.iter().map(|u| u.name).collect::<Vec<_>>(),
+            None => &["motorCurrent", "jointTorque"],
+        };
         let list = |all: &[Quantity], role| {
             let made = all.iter().map(|q| Variable {
                 min: q.min.is_finite().then_some(q.min),
                 max: q.max.is_finite().then_some(q.max),
                 takes: if q.name == "motorCoupling" { Takes::Item } else { Takes::Number },
                 positive: role == Role::Parameter && self.divides_by(&q.name),
-                drives: matches!(base_name(&q.name), "motorCurrent" | "jointTorque"),
+                drives: driving.contains(&base_name(&q.name)),
                 ..Variable::new(&q.name, q.unit, role)
             });
             made.collect::<Vec<_>>()

@@ -24,21 +24,15 @@ pub trait Plant: Hybrid + Debug + Sync {
     fn rest<T: Scalar>(&self, p: &mut [T], u: &[T]);
 }
 
-/// Effects that leave a joint affine between its events.
-const AFFINE: &[&str] =
-    &["motor-friction", "asymmetric-friction", "base-drag", "table-tilt", "flexible-link"];
-/// Effects whose states follow: Dahl's bristles.
-const FOLLOWING: &[&str] = &["presliding-friction", "transmission-hysteresis", "load-friction"];
-
 /// Indices of the states of effects that follow ([`Plant::followers`]).
 pub fn followers(effects: &EffectSet) -> Vec<usize> {
-    let following = effects.iter().filter(|e| FOLLOWING.contains(&e.spec().id));
+    let following = effects.iter().filter(|e| e.spec().bristles);
     following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
 }
 
 impl Plant for TwoMassJoint {
     fn affine(&self) -> bool {
-        self.effects().iter().all(|e| AFFINE.contains(&e.spec().id))
+        self.effects().iter().all(|e| e.spec().affine)
     }
     fn followers(&self) -> Vec<usize> {
         followers(self.effects())

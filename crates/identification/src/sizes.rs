@@ -73,7 +73,6 @@ impl Sizes {
         // A rigid joint's spring, if it has one: a motor mode of some 15 Hz.
         let rigid = v[q::MOTOR_INERTIA] * 94.0f64.powi(2);
         let k = if rig.flexible[0] { v[q::STIFFNESS] } else { rigid };
-        let torque = v[q::TORQUE_CONSTANT] * rms_input(rig.runs, input::MOTOR_CURRENT);
         let find =
             |output: usize| rig.runs.iter().flat_map(|r| &r.channels).filter(move |c| c.output == output);
         let speed = speed_of(find(o::MOTOR_ANGLE))
@@ -86,6 +85,10 @@ impl Sizes {
         } else {
             self.range(o::MOTOR_ANGLE) / n
         };
+        let mut torque = v[q::TORQUE_CONSTANT] * rms_input(rig.runs, input::MOTOR_CURRENT);
+        if torque == 0.0 {
+            torque = torque_of_motion(v[q::MOTOR_INERTIA] + v[q::LOAD_INERTIA] / (n * n), speed, n * angle);
+        }
         let mode = (k * (1.0 / v[q::MOTOR_INERTIA] + n * n / v[q::LOAD_INERTIA])).sqrt();
         let deflection = torque / k;
         for (m, value) in [
@@ -111,7 +114,17 @@ impl Sizes {
             |output: usize| rig.runs.iter().flat_map(|r| &r.channels).filter(move |c| c.output == output);
         let mass = v[q::base_mass(n)] + v[q::link_mass(n)..][..n].iter().sum::<f64>();
         let base_inertia = v[q::base_inertia(n)];
-        let torques: Vec<f64> = (0..n).map(|j| rms_input(rig.runs, i::joint_torque(n) + j)).collect();
+        let mut torques: Vec<f64> = (0..n).map(|j| rms_input(rig.runs, i::joint_torque(n) + j)).collect();
+        if torques.iter().all(|t| *t == 0.0) {
+            let moved = |j: usize| {
+                speed_of(find(o::joint_angle(n) + j)).zip(self.ranges.get(&(o::joint_angle(n) + j)))
+            };
+            let torque = |j: usize| {
+                moved(j)
+                    .map_or(0.0, |(speed, range)| torque_of_motion(v[q::link_inertia(n) + j], speed, *range))
+            };
+            torques = (0..n).map(torque).collect();
+        }
         let most = torques.iter().fold(0.0f64, |m, t| m.max(*t)).max(1e-6);
         let base_speed =
             (0..2).filter_map(|a| speed_of(find(o::base_position(n) + a))).fold(0.0, f64::max).max(1e-4);
@@ -155,6 +168,11 @@ impl Sizes {
             }
         }
     }
+}
+
+/// What a sine of that speed (root mean square) and range takes of torque where nobody recorded it, N.m.
+fn torque_of_motion(inertia: f64, speed: f64, range: f64) -> f64 {
+    inertia * 2.0 * speed * speed / range
 }
 
 /// From the smallest to the largest value.

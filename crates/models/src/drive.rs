@@ -17,6 +17,8 @@ pub struct Drive<T> {
     pub theta: T,
     /// Motor velocity, rad/s.
     pub omega: T,
+    /// Angle on the drive's side per angle of the joint.
+    pub ratio: T,
     /// Turns of the motor's shaft per turn of `theta`.
     pub shaft: T,
     /// Motor angle less link angle, both on the drive's side of the gear, less the gear's error, rad.

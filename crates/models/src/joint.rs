@@ -158,6 +158,7 @@ impl TwoMassJoint {
             torque: command,
             theta: q_m,
             omega: w_m,
+            ratio: n,
             shaft: T::one(),
             epsilon,
             epsilon_dot: w_m - n * w_l,

@@ -321,3 +321,42 @@ fn passive_effects_make_no_energy_alone_or_in_pairs() {
     }
     println!("energy made: at most {worst:.1e} of the largest kinetic energy");
 }
+
+/// A servo with k_P = K_v K_p / n^2, k_D = K_v / n^2, r = 1 / T_i is the controller's cascade of P and PI (CTL-1, CTL-7).
+#[test]
+fn ef33_is_a_cascade_of_p_and_pi() {
+    use trueup_models::controller::law::Joint;
+    use trueup_models::controller::{Strategy, input, parameter as c, state};
+    use trueup_models::joint::output::MOTOR_TORQUE;
+    let mut random = Random(33);
+    let (servo, mut p) = joint(&["position-servo".to_owned()]);
+    let (n, [kp, kv, ti]) = (p[parameter::GEAR_RATIO], [7.0, 30.0, 0.4]);
+    let gains = servo.effects().servo().unwrap().begin.parameters;
+    p[gains..].copy_from_slice(&[kv * kp / (n * n), kv / (n * n), 1.0 / ti]);
+    for _ in 0..20 {
+        let x = random.vector(5, 2.0);
+        let u = [0.0, 0.0, random.within(-1.0, 1.0)];
+        let mut law = Joint {
+            strategy: Strategy::PPi,
+            p: [0.0; c::COUNT],
+            u: [0.0; input::COUNT],
+            x: [0.0; state::COUNT],
+            omega: 1.0,
+        };
+        (law.p[c::POSITION_GAIN], law.p[c::VELOCITY_GAIN], law.p[c::GEAR_RATIO]) = (kp, kv, n);
+        law.u[input::POSITION_REFERENCE] = u[2];
+        (law.u[input::MOTOR_ANGLE], law.u[input::MOTOR_VELOCITY]) = (x[0], x[1]);
+        law.u[input::LOAD_ANGLE] = (x[0] - x[2]) / n;
+        law.x[state::INTEGRAL_TORQUE] = x[4] / ti * n;
+        let at = At { t: 0.0, x: &x, u: &u, p: &p, modes: &[1] };
+        let (mut y, mut dx) = ([0.0; joint_output::COUNT], [0.0; 5]);
+        servo.outputs(at, &mut y);
+        servo.rates(at, &mut dx);
+        let asked = law.command().torque / n;
+        assert!((y[MOTOR_TORQUE] - asked).abs() < 1e-12 * (1.0 + asked.abs()));
+        // The controller's integral grows by K_v times the error of the velocity, over T_i.
+        let kept = law.x[state::INTEGRAL_TORQUE];
+        let grows = (law.command().torque - kept) / ti;
+        assert!((dx[4] / ti * n - grows).abs() < 1e-13 * kept.abs() + 1e-12 * grows.abs());
+    }
+}

@@ -100,6 +100,9 @@ pub struct Cause {
     pub times: Times,
     /// It acts at a joint without a spring.
     pub rigid: bool,
+    /// It makes a recorded signal late; where nothing is said, what the effect itself tells.
+    #[serde(default)]
+    pub shifted: Option<bool>,
 }
 
 /// What a cause is.
@@ -290,6 +293,7 @@ impl Cause {
             per_joint: h.per_joint,
             times: h.times,
             rigid: h.rigid,
+            shifted: Some(h.shifted),
         }
     }
     fn hypothesis(&self, plant: Plant) -> Result<Hypothesis, String> {
@@ -306,6 +310,7 @@ impl Cause {
             per_joint: self.per_joint,
             times: self.times,
             rigid: self.rigid,
+            shifted: self.shifted.unwrap_or(matches!(claim, Claim::Effect(c) if c.spec().shifts)),
         })
     }
 }

@@ -1,6 +1,8 @@
 //! The coordinates of a plant: which states they are, which outputs show them.
 
-use trueup_models::effect::Plant;
+use std::iter;
+
+use trueup_models::effect::{EffectSet, Plant};
 use trueup_models::{arm, joint};
 
 use super::subject::{Model, Subject};
@@ -43,17 +45,25 @@ impl Subject {
     /// The coordinates of a model of this plant with these parameters.
     pub fn coordinates(&self, model: &Model, p: &[f64]) -> Vec<Coordinate> {
         match (self.plant, model) {
-            (Plant::Joint, Model::Joint(m)) => joint_coordinates(m.flexible(), p),
+            (Plant::Joint, Model::Joint(m)) => joint_coordinates(m, p),
             (Plant::Arm, Model::Arm(m)) => arm_coordinates(m, p),
             _ => Vec::new(),
         }
     }
 }
 
-fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
+/// What a servo's reference does beside the torque of a motor of that inertia.
+fn by_servo(effects: &EffectSet, values: &[f64], site: usize, per_torque: f64) -> Option<(usize, f64)> {
+    let servo = effects.servo()?;
+    Some((servo.begin.inputs + site, values[servo.begin.parameters + site] * per_torque))
+}
+
+fn joint_coordinates(m: &joint::TwoMassJoint, values: &[f64]) -> Vec<Coordinate> {
     use joint::{input as i, output as o, parameter as p};
     let (n, j_m, j_l) = (values[p::GEAR_RATIO], values[p::MOTOR_INERTIA], values[p::LOAD_INERTIA]);
-    let driven = values[p::TORQUE_CONSTANT] / if flexible { j_m } else { j_m + j_l / (n * n) };
+    let flexible = m.flexible();
+    let inertia = if flexible { j_m } else { j_m + j_l / (n * n) };
+    let driven = (i::MOTOR_CURRENT, values[p::TORQUE_CONSTANT] / inertia);
     let motor = Coordinate {
         position: if flexible { vec![(0, 1.0), (2, 1.0)] } else { vec![(0, 1.0)] },
         velocity: vec![(1, 1.0)],
@@ -61,7 +71,7 @@ fn joint_coordinates(flexible: bool, values: &[f64]) -> Vec<Coordinate> {
         positions: vec![(o::MOTOR_ANGLE, 1.0)],
         velocities: vec![(o::MOTOR_VELOCITY, 1.0)],
         start: Some([p::INITIAL_MOTOR_ANGLE, p::INITIAL_MOTOR_VELOCITY]),
-        driven: vec![(i::MOTOR_CURRENT, driven)],
+        driven: iter::once(driven).chain(by_servo(m.effects(), values, 0, n / inertia)).collect(),
         spring: flexible.then_some((0, 1.0)),
         other_end: None,
     };
@@ -132,7 +142,9 @@ fn arm_coordinates(m: &arm::PlanarManipulator, values: &[f64]) -> Vec<Coordinate
             c.other_end = Some(OtherEnd { start: motor_start, gear: 1.0, shown: Some(motor.0) });
         }
         let inertia = if m.flexible()[j] { p::motor_inertia(n) } else { p::link_inertia(n) } + j;
-        c.driven = vec![(i::joint_torque(n) + j, 1.0 / values[inertia].max(1e-9))];
+        let per_torque = 1.0 / values[inertia].max(1e-9);
+        c.driven = vec![(i::joint_torque(n) + j, per_torque)];
+        c.driven.extend(by_servo(m.effects(), values, j, per_torque));
         c.held = m.has_friction().then_some(j);
         all.push(c);
     }

@@ -231,7 +231,8 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let others = |h: &Hypothesis, list: &[(usize, f64)]| -> Vec<f64> {
         list.iter().filter(|(at, _)| id(*at) != Some(&*h.id)).map(|l| l.1).collect()
     };
-    let odds: Vec<Vec<f64>> = best.stated.set.iter().zip(&rivals).map(|(h, list)| others(h, list)).collect();
+    let mut odds: Vec<Vec<f64>> =
+        best.stated.set.iter().zip(&rivals).map(|(h, list)| others(h, list)).collect();
     let close = |list: &[f64]| list.first().is_some_and(|odds| -odds < limits.odds.apart);
     // Where nothing that could be refitted helps either, the free run's own luck is no wrong parameter.
     let luck = !claims && !shown && !unexplained && free.tuned > limits.gap.luck * free.before;
@@ -240,7 +241,14 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     let worse = claims && chosen.is_some_and(|at| ran.after(at).is_some()) && free.does_worse();
     let claimed = claims && gap && !luck && !unexplained && !worse;
     let left_out = if claimed { ran.left_out(chosen, &best).map(|l| (chosen, l)) } else { None };
-    let worse = worse || left_out.is_some_and(|(_, l)| l.does_worse(limits.free_runs.near));
+    let mut worse = worse || left_out.is_some_and(|(_, l)| l.does_worse(limits.free_runs.near));
+    // What the refitted model leaves is chance: causes that do worse are none, and it is enough.
+    if worse && refitted && free.tuned <= free.chance {
+        best = found.without_effects().clone();
+        rivals = vec![Vec::new(); best.stated.set.len()];
+        odds = vec![Vec::new(); best.stated.set.len()];
+        (claims, worse, free.after) = (false, false, free.tuned);
+    }
     let verdict = if !gap || luck {
         Verdict::NoGap
     } else if unexplained || unmoved || worse {

@@ -12,7 +12,7 @@ use trueup_identification::sizes::Sizes;
 use trueup_identification::unknown::Scale;
 use trueup_models::arm::PayloadParameter;
 use trueup_models::effect::{self, Choice, Measure, ParameterSpec, Role, Scope};
-use trueup_models::{arm, joint};
+use trueup_models::joint;
 
 use super::problem::{Target, Unknown};
 use super::recordings::Prepared;
@@ -58,6 +58,8 @@ pub struct Hypothesis {
     pub times: Times,
     /// It acts at a joint without a spring, where motor and link are one body.
     pub rigid: bool,
+    /// It makes a recorded signal late, which can be shifted instead.
+    pub shifted: bool,
 }
 
 impl Hypothesis {
@@ -71,6 +73,7 @@ impl Hypothesis {
             per_joint: false,
             times: Times::Once,
             rigid: false,
+            shifted: false,
         }
     }
     /// Effects that the model has to be built with.
@@ -111,11 +114,11 @@ impl Hypothesis {
     }
     /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if c.spec().shifts)
+        self.shifted
     }
     /// A reading that is late.
     pub fn shifts_reading(&self) -> bool {
-        matches!(self.claim, Claim::Effect(c) if c.spec().shifts && c.scope() == Scope::Channel)
+        matches!(self.claim, Claim::Effect(c) if self.shifted && c.scope() == Scope::Channel)
     }
     /// It is an effect, not a parameter.
     pub fn is_effect(&self) -> bool {
@@ -285,6 +288,8 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
                 per_joint,
                 times: Times::Once,
                 rigid: choice.scope() == Scope::Joint && !p.subject.flexible[site],
+                // What a servo commands is not recorded.
+                shifted: spec.shifts && (choice.scope() == Scope::Channel || p.subject.servo(site).is_none()),
             };
             if choice.scope() == Scope::Channel {
                 // One element of an output each.
@@ -368,12 +373,8 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
             "asymmetric-friction" | "friction-drift" | "presliding-friction" | "stribeck-friction",
             effect::Plant::Arm,
         ) => known::rubs(p, site),
-        ("actuator-lag" | "current-saturation", effect::Plant::Joint) => {
-            p.train.iter().any(|c| driven(&c.run, joint::input::MOTOR_CURRENT))
-        }
-        ("actuator-lag" | "current-saturation", effect::Plant::Arm) => {
-            let n = p.subject.joints();
-            p.train.iter().any(|c| driven(&c.run, arm::input::joint_torque(n) + site))
+        ("actuator-lag" | "current-saturation", _) => {
+            p.train.iter().any(|c| p.subject.drives(site).any(|input| driven(&c.run, input)))
         }
         _ => true,
     }

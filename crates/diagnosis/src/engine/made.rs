@@ -24,6 +24,7 @@ pub(crate) fn cause(label: &str) -> Hypothesis {
         per_joint: joint.is_some(),
         times: Times::Once,
         rigid: false,
+        shifted: choice.is_some_and(|c| c.spec().shifts),
     }
 }
 

@@ -44,7 +44,8 @@ impl Search<'_> {
             // Differences bring out fast lines, the series itself slow ones; a gear error goes with the torque it carries.
             let mut quick: Vec<f64> = plain.windows(2).map(|w| w[1] - w[0]).collect();
             quick.push(0.0);
-            let drive = led.inputs.iter().skip(self.driven(h)).find(|u| !u.is_empty());
+            let mut drives = self.case.subject.drives(h.site).filter_map(|input| led.inputs.get(input));
+            let drive = drives.find(|u| !u.is_empty());
             let carried: Vec<f64> = drive.map_or_else(
                 || vec![0.0; plain.len()],
                 |u| u[led.counts.clone()].iter().zip(&plain).map(|(u, v)| u * v).collect(),
@@ -89,14 +90,6 @@ impl Search<'_> {
         let most = self.case.train.iter().filter_map(turns).fold(0.0, f64::max);
         // A sensor's error is known to come round with its own turn.
         if h.sensed(self.case).is_some() || most == 0.0 { 0.0 } else { 2.0 / most }
-    }
-
-    /// The input that drives a joint.
-    fn driven(&self, h: &Hypothesis) -> usize {
-        match self.case.subject.plant {
-            Plant::Joint => joint::input::MOTOR_CURRENT,
-            Plant::Arm => arm::input::joint_torque(self.case.subject.joints()) + h.site,
-        }
     }
 
     /// The channel that shows the motor of a joint, and turns of the shaft per unit of it; of a sensor's error its own.

@@ -169,12 +169,36 @@ impl Subject {
     pub fn joints(&self) -> usize {
         self.flexible.len()
     }
-    /// Inputs in their order.
+    /// Inputs in their order, those of effects that are known to be there behind.
     pub fn inputs(&self) -> Vec<String> {
-        match self.plant {
+        let mut all = match self.plant {
             effect::Plant::Joint => joint::input::NAMES.map(|n| n.0.to_owned()).to_vec(),
             effect::Plant::Arm => arm_names(arm::input::NAMES, self.joints()),
+        };
+        let vector = self.plant == effect::Plant::Arm;
+        for e in self.nominal_effects().iter().flat_map(EffectSet::iter) {
+            let own = e.spec().inputs.iter();
+            all.extend(own.flat_map(|u| elements(u.name_in(self.plant), e.sites, vector)));
         }
+        all
+    }
+    fn nominal_effects(&self) -> Option<EffectSet> {
+        self.model(&[] as &[&str]).ok().map(|m| m.effects().clone())
+    }
+    /// The input that commands the motor of a joint.
+    pub fn motor_input(&self, site: usize) -> usize {
+        match self.plant {
+            effect::Plant::Joint => joint::input::MOTOR_CURRENT,
+            effect::Plant::Arm => arm::input::joint_torque(self.joints()) + site,
+        }
+    }
+    /// The input that is the reference of a joint's servo, if it has one.
+    pub fn servo(&self, site: usize) -> Option<usize> {
+        self.nominal_effects()?.servo().map(|e| e.begin.inputs + site)
+    }
+    /// The inputs by which a joint is driven.
+    pub fn drives(&self, site: usize) -> impl Iterator<Item = usize> {
+        [Some(self.motor_input(site)), self.servo(site)].into_iter().flatten()
     }
     /// Outputs in their order (those of the plant without effects).
     pub fn outputs(&self) -> Vec<String> {
@@ -246,9 +270,10 @@ impl Subject {
         p.resize(p.len() + self.payload.map_or(0, |_| arm::PAYLOAD.len()), 0.0);
         p
     }
-    /// Every effect that can act here, in every place.
+    /// Every effect that may be missing here, in every place.
     pub fn choices(&self) -> impl Iterator<Item = Choice> {
-        Choice::all(self.plant).filter(|c| c.spec().acts_in(self.plant, self.fixed_base))
+        let missing = |c: &Choice| !c.spec().installed && c.spec().acts_in(self.plant, self.fixed_base);
+        Choice::all(self.plant).filter(missing)
     }
 }
 

@@ -72,6 +72,10 @@ impl Structure {
             s.equation(&[&format!("d {of}"), of], None);
             s.equation(&[&format!("dd {of}"), &format!("d {of}")], None);
         }
+        if channels.contains(&"positionReference") {
+            s.equation(&["current", "reference", "motor", "load", "d motor"], None);
+            s.measured("reference", None);
+        }
         // What pushes the load is an input; not recorded, it is held to be 0.
         s.measured("external", None);
         for (channel, unknown) in [
@@ -123,6 +127,12 @@ impl Structure {
         for (i, flexible) in (1..=n).zip(flexible) {
             let name = |v: &str| format!("{v}{i}");
             s.equation(&[&name("command"), &name("drive")], Some(&format!("actuator[{i}]")));
+            let reference = name("reference");
+            if has(&format!("positionReference[{i}]")) {
+                let read = [name("command"), reference.clone(), name("m"), name("q"), name("d m")];
+                s.equation(&read.each_ref().map(String::as_str), None);
+                s.measured(&reference, None);
+            }
             s.equation(&[&name("friction"), &name("d m")], Some(&format!("motor-friction[{i}]")));
             // The rotor turns with what carries it.
             let mut rotor =

@@ -49,6 +49,7 @@ impl PlanarManipulator {
                 t: at.t,
                 command,
                 torque: command,
+                ratio: T::one(),
                 shaft: at.p[parameter::gear_ratio(n) + j],
                 joint_rate: v[joint],
                 base,

@@ -37,6 +37,7 @@ impl Effect for AsymmetricFriction {
                 ..ParameterSpec::NONE
             },
         ],
+        affine: true,
         ..Spec::NONE
     };
 

@@ -38,6 +38,7 @@ impl Effect for BaseDrag {
             },
         ],
         passive: true,
+        affine: true,
         ..Spec::NONE
     };
 

@@ -107,6 +107,7 @@ impl Effect for FlexibleLink {
             },
         ],
         resonator: true,
+        affine: true,
         ..Spec::NONE
     };
 

@@ -81,6 +81,7 @@ macro_rules! effects {
 // what adds to its torque, what sets a friction level before what shapes it.
 effects! {
     external_force::ExternalForce,
+    position_servo::PositionServo,
     current_saturation::CurrentSaturation,
     actuator_lag::ActuatorLag,
     torque_ripple::TorqueRipple,

@@ -58,6 +58,7 @@ impl Effect for LoadFriction {
             rate_unit: "1/s",
             boolean: false,
         }],
+        bristles: true,
         ..Spec::NONE
     };
 

@@ -31,6 +31,7 @@ mod motor_friction;
 mod nonlinear_damping;
 mod nonlinear_stiffness;
 mod nonlinear_viscous_friction;
+mod position_servo;
 mod power;
 mod presliding_friction;
 mod sensor_delay;
@@ -62,6 +63,7 @@ pub struct Local<'a, T> {
     p: &'a [T],
     x: &'a [T],
     modes: &'a [i32],
+    u: &'a [T],
     site: usize,
     sites: usize,
     place: usize,
@@ -70,7 +72,11 @@ pub struct Local<'a, T> {
 impl<'a, T: Scalar> Local<'a, T> {
     /// The effect's own stretch of parameters, states and modes, seen from one of its sites.
     pub fn new(p: &'a [T], x: &'a [T], modes: &'a [i32], site: usize, sites: usize) -> Self {
-        Self { p, x, modes, site, sites, place: 0 }
+        Self { p, x, modes, u: &[], site, sites, place: 0 }
+    }
+    /// The same with its own stretch of the plant's inputs.
+    pub fn with_inputs(self, u: &'a [T]) -> Self {
+        Self { u, ..self }
     }
     /// The same in that place of the specification.
     pub fn in_place(self, place: usize) -> Self {
@@ -83,6 +89,10 @@ impl<'a, T: Scalar> Local<'a, T> {
     /// State `k`.
     pub fn x(&self, k: usize) -> T {
         self.x[k * self.sites + self.site]
+    }
+    /// Input `k`; 0 as long as the plant has no inputs yet.
+    pub fn u(&self, k: usize) -> T {
+        self.u.get(k * self.sites + self.site).copied().unwrap_or_else(T::zero)
     }
     /// Mode `k`; 0 as long as the plant has no modes yet.
     pub fn mode(&self, k: usize) -> i32 {

@@ -42,6 +42,7 @@ impl Effect for MotorFriction {
                 known: false,
             },
         ],
+        affine: true,
         ..Spec::NONE
     };
 }

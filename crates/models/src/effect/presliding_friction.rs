@@ -55,6 +55,7 @@ impl Effect for PreslidingFriction {
             rate_unit: "1/s",
             boolean: false,
         }],
+        bristles: true,
         ..Spec::NONE
     };
 

@@ -39,6 +39,9 @@ impl Effect for SensorEccentricity {
                 name: "eccentricityOrder",
                 unit: "1",
                 description: "Periods per turn, k (EF-31)",
+                // A disc that does not run true comes round once a turn.
+                min: 1.0,
+                above_min: false,
                 joint_start: 1.0,
                 arm_start: 1.0,
                 ..ParameterSpec::SHAPE

@@ -32,6 +32,7 @@ impl Placed {
     fn local<'a, T: Scalar>(&self, at: &At<'a, T>, site: usize) -> Local<'a, T> {
         let modes = at.modes.get(self.begin.modes..).unwrap_or_default();
         self.local_of(&at.p[self.begin.parameters..], &at.x[self.begin.states..], modes, site)
+            .with_inputs(at.u.get(self.begin.inputs..).unwrap_or_default())
     }
     fn local_of<'a, T: Scalar>(&self, p: &'a [T], x: &'a [T], modes: &'a [i32], site: usize) -> Local<'a, T> {
         Local::new(p, x, modes, site, self.sites).in_place(self.choice.place)
@@ -89,6 +90,7 @@ impl EffectSet {
             placed.push(Placed { choice, sites, begin: *sizes, channel, sensor });
             sizes.parameters += choice.parameters().len() * sites;
             sizes.states += spec.states.len() * sites;
+            sizes.inputs += spec.inputs.len() * sites;
             sizes.outputs += spec.outputs.len() * sites;
             sizes.modes += spec.modes * sites;
             sizes.indicators += spec.indicators * sites;
@@ -109,6 +111,10 @@ impl EffectSet {
             let spec = own.and_then(|k| e.choice.parameters().get(k));
             spec.is_some_and(|s| s.role == Role::Shape && s.unit == "rad" && !s.log)
         })
+    }
+    /// The servo that drives the joints, where there is one: what has a reference as an input of its own.
+    pub fn servo(&self) -> Option<&Placed> {
+        self.placed.iter().find(|e| !e.spec().inputs.is_empty())
     }
     /// One of them needs motor friction.
     pub fn needs_friction(&self) -> bool {

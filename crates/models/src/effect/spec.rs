@@ -213,7 +213,7 @@ pub enum Neutral {
     Structure,
 }
 
-/// A state or an output of an effect.
+/// An input, a state or an output of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct SignalSpec {
     /// FMU variable (of a state: without the prefix `state.`; behind the place's prefix).
@@ -282,6 +282,8 @@ pub struct Spec {
     pub parameters: &'static [ParameterSpec],
     /// Parameters of the plant that belong to it.
     pub borrows: &'static [Borrowed],
+    /// Inputs of its own.
+    pub inputs: &'static [SignalSpec],
     /// States of its own.
     pub states: &'static [SignalSpec],
     /// Outputs of its own.
@@ -306,6 +308,12 @@ pub struct Spec {
     pub pulses: usize,
     /// Its parameters are those of a small inertia on a spring: inertia, stiffness, damping.
     pub resonator: bool,
+    /// With it a joint stays affine in states and inputs between its events.
+    pub affine: bool,
+    /// Its states follow others at a rate of their own, however fast: Dahl's bristles.
+    pub bristles: bool,
+    /// A part that its owner puts there: nobody looks for it in recordings.
+    pub installed: bool,
     /// The effect that an arm has along with it when it is looked for in recordings, in full: what no recording shows by
     /// itself alone.
     pub along: Option<&'static str>,
@@ -324,6 +332,7 @@ impl Spec {
         places: &[],
         parameters: &[],
         borrows: &[],
+        inputs: &[],
         states: &[],
         outputs: &[],
         modes: 0,
@@ -336,6 +345,9 @@ impl Spec {
         shifts: false,
         pulses: 0,
         resonator: false,
+        affine: false,
+        bristles: false,
+        installed: false,
         along: None,
     };
     /// A plant can have it; of an arm it matters whether its base is fixed.

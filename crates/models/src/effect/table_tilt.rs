@@ -35,6 +35,7 @@ impl Effect for TableTilt {
         ],
         passive: true,
         field: true,
+        affine: true,
         ..Spec::NONE
     };
 

@@ -50,6 +50,7 @@ impl Effect for TransmissionHysteresis {
             rate_unit: "1/s",
             boolean: false,
         }],
+        bristles: true,
         ..Spec::NONE
     };
 

@@ -136,6 +136,22 @@ fn what_does_worse_on_what_is_left_out_is_not_claimed() {
     }
 }
 
+/// Where the refitted model leaves no more than chance does, a cause that does worse than it leaves the parameters.
+#[test]
+fn what_does_worse_than_a_refit_that_leaves_chance_leaves_the_parameters() {
+    for (tuned, wanted) in [(1.4, Verdict::Parameters), (1.6, Verdict::Unknown)] {
+        let mut found = found(vec![fitted("backlash", 0.5, 100.0)], Some(0), 100.0);
+        let left_out = Some(LeftOut { tuned: 5.0, with: 5.2, noise: 1.0 });
+        let ran = Shown { gaps: vec![Some(1.45)], left_out, ..Shown::default() };
+        let (raw, mut free) = (found.plain.excess(), Free { before: 30.0, ..free(tuned) });
+        let decision = decide(&mut found, raw, &mut free, &ran, &Thresholds::default());
+        assert_eq!(decision.verdict, wanted, "{tuned}");
+        let claimed = found.best.stated.set.iter().any(Hypothesis::is_effect);
+        assert_eq!(claimed, wanted == Verdict::Unknown, "{tuned}");
+        assert_eq!(decision.rivals.len(), found.best.stated.set.len());
+    }
+}
+
 /// A refit that takes nine tenths of the gap is enough, though noise were a hundred times less; what is added to it without being
 /// known is not claimed. One that takes less is not.
 #[test]

@@ -44,7 +44,7 @@ impl Hypothesis {
                     amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
                 Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]], follow: vec![] }
             }
-            Claim::Effect(choice) if choice.spec().shifts => self.pose_shift(p, choice),
+            Claim::Effect(choice) if self.shifted => self.pose_shift(p, choice),
             Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
         }
     }
@@ -61,10 +61,7 @@ impl Hypothesis {
             let output = elements_of(p, place).into_iter().find(|e| e.0 == self.site).map_or(0, |e| e.1);
             vec![Target::SensorDelay(output)]
         } else {
-            let input = match p.subject.plant {
-                effect::Plant::Joint => joint::input::MOTOR_CURRENT,
-                effect::Plant::Arm => arm::input::joint_torque(p.subject.joints()) + self.site,
-            };
+            let input = p.subject.motor_input(self.site);
             vec![Target::InputLag(input), Target::InputDelay(input)]
         };
         let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![], follow: vec![] };

@@ -1,0 +1,114 @@
+"""A joint that holds a commanded angle by its own servo: the command is what is recorded, the current is not.
+
+The joint, its friction and its servo are simulated here by their own few lines.
+"""
+
+import json
+import os
+import subprocess
+
+import numpy as np
+import pytest
+
+INERTIA, FRICTION, VISCOUS, NOISE = 0.02, 0.06, 0.03, 2e-4
+GAIN, DAMPING = 4.0, 0.1
+STEP, FINE = 0.01, 100
+
+
+def program():
+    found = os.environ.get("TRUEUP_BIN")
+    if not found:
+        pytest.skip("TRUEUP_BIN is not set: run ./test")
+    return found
+
+
+def run(*command):
+    return subprocess.run([program(), *map(str, command)], capture_output=True, text=True)
+
+
+def recorded(seed, gain=GAIN, gravity=0.0, limit=np.inf, play=0.0, seconds=12.0):
+    """Time, held command, angle as it is read."""
+    random = np.random.default_rng(seed)
+    tones, phases = random.uniform(0.1, 1.6, 4), random.uniform(0, 2 * np.pi, 4)
+    steps = random.uniform(-0.5, 0.5, int(seconds / 1.5) + 1)
+    angle, speed, h, rows = 0.0, 0.0, STEP / FINE, []
+    for k in range(round(seconds / STEP)):
+        t = k * STEP
+        wanted = 0.12 * np.sin(2 * np.pi * tones * t + phases).sum() + steps[int(t / 1.5)]
+        rows.append((t, wanted, angle + random.normal(0, NOISE)))
+        for _ in range(FINE):
+            drive = np.clip(gain * (wanted - angle) - DAMPING * speed, -limit, limit)
+            torque = drive - VISCOUS * speed - gravity * np.sin(angle)
+            if speed == 0.0 and abs(torque) <= FRICTION:
+                continue
+            brake = FRICTION * (np.sign(speed) or np.sign(torque))
+            after = speed + h / INERTIA * (torque - brake)
+            # Friction stops it and does not turn it round.
+            speed = 0.0 if speed * after < 0 else after
+            angle += h * speed
+    return np.array(rows)
+
+
+CASE = f"""model = "TwoMassJoint"
+train = ["a.csv", "b.csv"]
+holdout = ["c.csv"]
+[parameters]
+jointFlexible = false
+gearRatio = 1.0
+motorInertia = {INERTIA / 2}
+loadInertia = {INERTIA / 2}
+coulombFriction = {FRICTION}
+staticFriction = {FRICTION}
+viscousFriction = {VISCOUS}
+[uncertain]
+motorInertia = 0.1
+coulombFriction = 0.1
+staticFriction = 0.1
+viscousFriction = 0.1
+[effects]
+position-servo = {{ servoProportionalGain = {GAIN}, servoDerivativeGain = {DAMPING}, servoIntegralRate = 0.0, doubt = 0.1 }}
+[channels.positionReference]
+interpolation = "hold"
+[channels.motorAngle]
+noise = {NOISE}
+"""
+
+
+def write(folder, **truth):
+    for seed, name in enumerate(("a.csv", "b.csv", "c.csv")):
+        rows = recorded(10 + seed, **truth)
+        header = "time,positionReference,motorAngle"
+        np.savetxt(folder / name, rows, delimiter=",", header=header, comments="", fmt="%.9g")
+    (folder / "case.toml").write_text(CASE)
+
+
+def diagnosed(folder):
+    done = run("diagnose", folder, "-o", folder / "out", "--verdict-only", "--seed", 1)
+    assert done.returncode == 0, done.stderr
+    return json.loads((folder / "out" / "diagnosis.json").read_text())
+
+
+def test_a_stiffer_servo_is_identified(tmp_path):
+    write(tmp_path, gain=1.2 * GAIN)
+    text = (tmp_path / "case.toml").read_text()
+    (tmp_path / "case.toml").write_text(text + '[fit]\nparameters = ["servoProportionalGain", "viscousFriction"]\n')
+    done = run("identify", tmp_path, "--fast", "--json")
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)["parameters"]
+    print(found)
+
+
+@pytest.mark.parametrize(
+    "truth,verdict,what",
+    [
+        ({}, "no-gap", None),
+        ({"gain": 1.3 * GAIN}, "parameters", "servoProportionalGain"),
+        ({"gravity": 0.5}, "effects", "gravity-torque"),
+        ({"limit": 0.6}, "effects", "current-saturation"),
+    ],
+)
+def test_what_a_servo_hides_is_found(tmp_path, truth, verdict, what):
+    write(tmp_path, **truth)
+    said = diagnosed(tmp_path)
+    print(json.dumps({k: said[k] for k in ("verdict", "effects", "parameters", "gap") if k in said}, indent=1))
+    assert said["verdict"] == verdict
