@@ -185,13 +185,31 @@ fn near_an_end(a: Point, m: Point, b: Point) -> Option<f64> {
     if [m.1, b.1].iter().any(|z| (*z > 0.0) != (a.1 > 0.0)) || zm <= za.min(zb) {
         return None;
     }
+    let p = Parabola::of(a, m, b);
     let (l, r) = (a.0 - m.0, b.0 - m.0);
-    let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
-    let curvature = (dr - dl) / (r - l);
-    let slope = dl - curvature * l;
-    let vertex = -0.5 * slope / curvature;
-    let least = zm + 0.5 * slope * vertex;
-    (curvature > 0.0 && vertex > l && vertex < r && least < 0.25 * za.min(zb)).then_some(m.0 + vertex)
+    let inside = p.curvature > 0.0 && p.vertex > l && p.vertex < r;
+    (inside && p.least < 0.25 * za.min(zb)).then_some(m.0 + p.vertex)
+}
+
+/// |z| through three samples: |z| = |z_m| + slope s + curvature s^2, s = t - t_m.
+struct Parabola {
+    curvature: f64,
+    /// s where it is least.
+    vertex: f64,
+    /// What it is there.
+    least: f64,
+}
+
+impl Parabola {
+    fn of(a: Point, m: Point, b: Point) -> Self {
+        let (za, zm, zb) = (a.1.abs(), m.1.abs(), b.1.abs());
+        let (l, r) = (a.0 - m.0, b.0 - m.0);
+        let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
+        let curvature = (dr - dl) / (r - l);
+        let slope = dl - curvature * l;
+        let vertex = -0.5 * slope / curvature;
+        Self { curvature, vertex, least: zm + 0.5 * slope * vertex }
+    }
 }
 
 /// Between samples of one domain: a point of the other domain, where |z| has a minimum that may reach 0.
@@ -209,13 +227,9 @@ fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) 
         if zm > za || zm > zb || variation <= 0.0 {
             return None;
         }
-        // The parabola z = zm + slope s + curvature s^2 with s = t - m.
         let (l, r) = (a.0 - m.0, b.0 - m.0);
-        let (dl, dr) = ((za - zm) / l, (zb - zm) / r);
-        let curvature = (dr - dl) / (r - l);
-        let slope = dl - curvature * l;
-        let vertex = -0.5 * slope / curvature;
-        if zm > variation && zm + 0.5 * slope * vertex > 0.75 * zm {
+        let Parabola { vertex, least, .. } = Parabola::of(a, m, b);
+        if zm > variation && least > 0.75 * zm {
             return None;
         }
         let far = if r > -l { r } else { l };
