@@ -135,9 +135,16 @@ impl Hypothesis {
     }
     /// It repeats with the angle of the shaft, at an order of it.
     pub fn has_order(&self) -> bool {
+        self.order().is_some()
+    }
+    /// The least that this order can be.
+    pub fn least_order(&self) -> f64 {
+        self.order().map_or(0.0, |p| p.min)
+    }
+    fn order(&self) -> Option<&'static ParameterSpec> {
         match self.claim {
-            Claim::Effect(c) => c.spec().parameters.iter().any(|p| p.name.ends_with("Order")),
-            Claim::Parameter(_) | Claim::Offset(_) => false,
+            Claim::Effect(c) => c.spec().parameters.iter().find(|p| p.name.ends_with("Order")),
+            Claim::Parameter(_) | Claim::Offset(_) => None,
         }
     }
     /// Its name with the joint.

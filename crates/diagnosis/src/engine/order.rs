@@ -89,7 +89,8 @@ impl Search<'_> {
         };
         let most = self.case.train.iter().filter_map(turns).fold(0.0, f64::max);
         // A sensor's error is known to come round with its own turn.
-        if h.sensed(self.case).is_some() || most == 0.0 { 0.0 } else { 2.0 / most }
+        let known = h.sensed(self.case).is_some() || most == 0.0;
+        h.least_order().max(if known { 0.0 } else { 2.0 / most })
     }
 
     /// The channel that shows the motor of a joint, and turns of the shaft per unit of it; of a sensor's error its own.

@@ -228,9 +228,9 @@ impl Hypothesis {
                 (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
                 if s.name.ends_with("Order") {
                     u.prior = Some((size.ln(), 1.5));
-                    (u.lower, u.upper) = (0.02, 200.0);
-                    let orders: Vec<f64> =
-                        [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].iter().map(|o| o / size).collect();
+                    (u.lower, u.upper) = (s.min.max(0.02), 200.0);
+                    let usual = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].map(|o| o / size);
+                    let orders: Vec<f64> = usual.into_iter().filter(|o| *o >= s.min).collect();
                     posed.shape(u, &orders);
                 } else {
                     posed.shape(u, looks(&[0.03, 0.1, 0.3, 1.0, 4.0]));
