@@ -136,9 +136,18 @@ fn the_examples_are_read_and_use_every_key() {
     let document = document();
     let blocks: Vec<&str> =
         document.split("```toml\n").skip(1).map(|b| b.split("```").next().unwrap()).collect();
-    let [case, grounded, arm, sidecar] = blocks[..] else {
-        panic!("three cases and a sidecar, not {}", blocks.len())
+    let [case, grounded, servo, arm, sidecar] = blocks[..] else {
+        panic!("four cases and a sidecar, not {}", blocks.len())
     };
+    let (held, findings) = Case::parse(Path::new("case.toml"), servo, &[]).unwrap();
+    assert!(
+        findings.is_empty() && held.known_effects() == ["current-saturation", "position-servo"],
+        "{findings:?}"
+    );
+    assert_eq!(
+        (held.number("servoProportionalGain"), held.doubt("servoProportionalGain")),
+        (Some(17.8), Some(0.3))
+    );
     let (pulled, findings) = Case::parse(Path::new("case.toml"), grounded, &[]).unwrap();
     assert!(findings.is_empty() && pulled.known_effects() == ["gravity-torque"], "{findings:?}");
     let torque = |joint: usize| format!("gravityTorque[{joint}]");

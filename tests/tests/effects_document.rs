@@ -72,6 +72,9 @@ fn section(kind: Kind, equation: &str, file: &str) -> String {
         let list = spec.borrows.iter().map(|b| format!("`{}`", b.joint_name)).collect::<Vec<_>>().join(", ");
         let _ = writeln!(s, "| the plant's own | {list} |");
     }
+    if !spec.inputs.is_empty() {
+        let _ = writeln!(s, "| inputs | {} |", names(spec.inputs.iter().map(|u| (u.name, u.unit))));
+    }
     let c = Choice { kind, place: 0 };
     let states: Vec<_> = spec.states.iter().map(|x| (c.variable(x.name), c.unit(x.unit))).collect();
     let _ = writeln!(s, "| states | {} |", names(states.iter().map(|(n, u)| (n.as_str(), *u))));

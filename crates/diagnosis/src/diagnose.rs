@@ -395,7 +395,7 @@ fn conclude(
         let next = experiment::propose(search, &found, &decision, &options.limits);
         (Some(picture), location, next)
     };
-    let best = Estimated::new(&found.best, &found, &free_fits);
+    let best = Estimated::new(&found.best, &found, &free_fits).or_refitted(ground.fitted.as_ref());
     let unknown = decision.verdict == Verdict::Unknown;
     let most = location.components.first().filter(|c| unknown && c.share >= STANDS_OUT);
     let place = most.map(|c| c.id.clone());

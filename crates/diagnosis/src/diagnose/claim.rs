@@ -59,6 +59,12 @@ impl<'a> Estimated<'a> {
         let free = free.iter().find(own).map(|r| (&r.1, r.1.deviations()));
         Self { led, sd: led.deviations(), free }
     }
+    /// Of a set without effects: with the free-running fit of the model's own parameters, where it has none of its own.
+    pub(super) fn or_refitted(self, refitted: Option<&'a Fitted>) -> Self {
+        let bare = !self.led.stated.set.iter().any(Hypothesis::is_effect);
+        let refitted = refitted.filter(|_| bare).map(|f| (f, f.deviations()));
+        Self { free: self.free.or(refitted), ..self }
+    }
     /// The surer estimate of an unknown of the led set; its interval has in it what the other says, as far as that is sure,
     /// and `form` times the value.
     fn amount(&self, k: usize, form: f64) -> Amount {
