@@ -71,7 +71,10 @@ impl<'a> Estimated<'a> {
         let u = &self.led.stated.unknowns[k];
         let led = (self.led.theta[k], self.sd[k]);
         let free = self.free.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])));
+        // Balances that say less than what was believed before: they are blind to it, and what runs freely is all that speaks.
+        let blind = u.prior.is_some_and(|(_, doubt)| led.1 > core::f64::consts::FRAC_1_SQRT_2 * doubt);
         let (best, other) = match free {
+            Some(free) if blind => (free, None),
             Some(free) if free.1 < led.1 => (free, Some(led)),
             free => (led, free),
         };
