@@ -142,13 +142,17 @@ impl Scored {
             Split::Single => self.by_class(),
             Split::Pairs => self.both() && self.said.effects.len() == 2,
             Split::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
-            Split::Rig if self.key.effects.is_empty() => {
-                self.said.verdict == self.key.verdict
-                    && self.key.moved.iter().all(|(name, m)| self.moves(name, *m))
-            }
-            Split::Rig => self.by_class() || self.ambiguous_with_truth(3),
+            Split::Rig => self.of_a_rig(),
             Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
         }
+    }
+    /// Of a rig: what is off by its name; an effect first or in a small set, or `unknown` where no id quite stands for it.
+    fn of_a_rig(&self) -> bool {
+        let verdict = self.said.verdict == self.key.verdict;
+        if self.key.effects.is_empty() {
+            return verdict && self.key.moved.iter().all(|(name, m)| self.moves(name, *m));
+        }
+        self.by_class() || self.ambiguous_with_truth(3) || verdict && self.key.verdict == "unknown"
     }
     /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
     /// owner believes.
@@ -402,6 +406,10 @@ mod tests {
         assert!(right(hand, &said("ambiguous", &["gravity-torque", "external-force"])));
         assert!(!right(hand, &said("effects", &["gravity-torque", "external-force"])));
         assert!(!right(hand, &said("parameters", &[])));
+        assert!(!right(hand, &said("unknown", &[])));
+        let drift = "verdict = 'unknown'\neffects = ['friction-drift']\n";
+        assert!(right(drift, &said("unknown", &[])) && right(drift, &said("effects", &["friction-drift"])));
+        assert!(!right(drift, &said("parameters", &[])));
         let nothing = "verdict = 'no-gap'\neffects = []\n";
         assert!(right(nothing, &said("no-gap", &[])) && !right(nothing, &said("parameters", &[])));
     }
