@@ -50,7 +50,7 @@ pub const CASE: Keys = Keys {
         ),
         key(
             "repeats",
-            "groups of runs of the same command: their differences are noise",
+            "groups of runs of the same command: their differences are noise, but for what drifts from run to run",
             "lists of file names",
             "none",
         ),

@@ -21,20 +21,24 @@ pub struct Floor {
     pub deviation: f64,
     /// Where it comes from.
     pub source: Source,
+    /// Standard deviation of what changed from one repeat to the next and is no noise; 0: nothing.
+    pub drift: f64,
 }
 
 /// Noise of a channel of a case: from repeats, else recordings at rest, else declared noise and resolution
 /// (noise^2 + resolution^2/12). `None` if nothing says anything.
 ///
-/// Quantisation can hide noise altogether, so that neither repeats nor rest go below resolution^2/12.
+/// Quantisation can hide noise altogether, so that neither repeats nor rest go below resolution^2/12. What differs between repeats
+/// as smoothly as a motion does is no noise but something that drifts from one to the next, and no part of the floor.
 pub fn floor(loaded: &Loaded, channel: &str) -> Option<Floor> {
     let runs = || loaded.recordings.values().filter_map(|run| run.channel(channel));
     let resolution = runs().filter_map(|c| c.sensor.resolution).fold(0.0, f64::max);
     let least = resolution * resolution / 12.0;
-    let floor = |variance: f64, source| Floor { deviation: variance.max(least).sqrt(), source };
+    let floor = |variance: f64, source| Floor { deviation: variance.max(least).sqrt(), source, drift: 0.0 };
     let repeats = loaded.repeats();
-    if let Some(variance) = pooled(repeats.iter().filter_map(|group| between(group, channel))) {
-        return Some(floor(variance, Source::Repeats));
+    if let Some(all) = repeats.iter().filter_map(|group| Between::of(group, channel)).reduce(Between::and) {
+        let (noise, drift) = all.parts();
+        return Some(Floor { drift: drift.sqrt(), ..floor(noise, Source::Repeats) });
     }
     if let Some(variance) = pooled(loaded.rest().iter().filter_map(|run| at_rest(run.channel(channel)?))) {
         return Some(floor(variance, Source::Rest));
@@ -42,7 +46,7 @@ pub fn floor(loaded: &Loaded, channel: &str) -> Option<Floor> {
     let deviation = runs()
         .filter_map(|c| c.sensor.deviation())
         .fold(None, |m: Option<f64>, d| Some(m.map_or(d, |m| m.max(d))))?;
-    Some(Floor { deviation, source: Source::Declared })
+    Some(Floor { deviation, source: Source::Declared, drift: 0.0 })
 }
 
 /// How far the noise of a reading tells that of the next: their correlation at rest, what the resolution adds taken off. 0
@@ -59,7 +63,7 @@ pub fn correlation(loaded: &Loaded, channel: &str) -> f64 {
     if own > 0.0 { (next / own).clamp(0.0, MOST_CORRELATED) } else { 0.0 }
 }
 
-/// More is no noise but a drift.
+/// More from reading to reading is no noise but a drift.
 const MOST_CORRELATED: f64 = 0.98;
 
 /// Sums of squares and degrees of freedom become a variance.
@@ -68,29 +72,59 @@ fn pooled(parts: impl Iterator<Item = (f64, f64)>) -> Option<f64> {
     (freedom > 0.0).then(|| squares / freedom)
 }
 
-/// Variance between runs of one command: at each time of the first the others are taken at the same time since start.
-fn between(group: &[&Recording], channel: &str) -> Option<(f64, f64)> {
-    let all: Option<Vec<_>> = group.iter().map(|run| Some((run.start, run.channel(channel)?))).collect();
-    let all = all?;
-    let (&(start, first), others) = all.split_first()?;
-    let reach = |(start, c): &(f64, &Channel)| c.time.last().map_or(0.0, |t| t - start);
-    let end = all.iter().map(reach).fold(f64::INFINITY, f64::min);
-    let mut cursors: Vec<_> = others.iter().map(|(start, c)| (*start, c.cursor())).collect();
-    let (n, mut squares, mut freedom) = (all.len() as f64, 0.0, 0.0);
-    let mut values = Vec::with_capacity(all.len());
-    for (t, x) in first.time.iter().zip(&first.values) {
-        let since = t - start;
-        if since > end + 1e-9 || n < 2.0 {
-            break;
+/// How runs of one command differ from their mean: sums of products with what is there one and two readings later, and degrees
+/// of freedom.
+#[derive(Clone, Copy, Debug)]
+struct Between {
+    products: [f64; 3],
+    freedom: f64,
+}
+
+impl Between {
+    /// Of a group: at each time of the first the others are taken at the same time since start.
+    fn of(group: &[&Recording], channel: &str) -> Option<Self> {
+        let all: Option<Vec<_>> = group.iter().map(|run| Some((run.start, run.channel(channel)?))).collect();
+        let all = all.filter(|all| all.len() > 1)?;
+        let (&(start, first), others) = all.split_first()?;
+        let reach = |(start, c): &(f64, &Channel)| c.time.last().map_or(0.0, |t| t - start);
+        let end = all.iter().map(reach).fold(f64::INFINITY, f64::min);
+        let mut cursors: Vec<_> = others.iter().map(|(start, c)| (*start, c.cursor())).collect();
+        let n = all.len() as f64;
+        let mut own = Self { products: [0.0; 3], freedom: 0.0 };
+        // What is left of this reading and of the two before.
+        let mut last = [vec![0.0; all.len()], vec![0.0; all.len()], vec![0.0; all.len()]];
+        for (t, x) in first.time.iter().zip(&first.values) {
+            let since = t - start;
+            if since > end + 1e-9 {
+                break;
+            }
+            last.rotate_right(1);
+            last[0].clear();
+            last[0].push(*x);
+            last[0].extend(cursors.iter_mut().map(|(start, cursor)| cursor.at(*start + since)));
+            let mean = last[0].iter().sum::<f64>() / n;
+            last[0].iter_mut().for_each(|x| *x -= mean);
+            for (sum, before) in own.products.iter_mut().zip(&last) {
+                *sum += last[0].iter().zip(before).map(|(a, b)| a * b).sum::<f64>();
+            }
+            own.freedom += n - 1.0;
         }
-        values.clear();
-        values.push(*x);
-        values.extend(cursors.iter_mut().map(|(start, cursor)| cursor.at(*start + since)));
-        let mean = values.iter().sum::<f64>() / n;
-        squares += values.iter().map(|x| (x - mean).powi(2)).sum::<f64>();
-        freedom += n - 1.0;
+        (own.freedom > 0.0).then_some(own)
     }
-    Some((squares, freedom))
+
+    fn and(self, other: Self) -> Self {
+        let products = [0, 1, 2].map(|k| self.products[k] + other.products[k]);
+        Self { products, freedom: self.freedom + other.freedom }
+    }
+
+    /// Variances of noise and of drift: white noise is in the first product alone, what lasts in all of them, falling from one to
+    /// the next as its readings tell each other.
+    fn parts(self) -> (f64, f64) {
+        let [all, next, after] = self.products.map(|sum| sum / self.freedom);
+        let lasts = next > 0.0 && after > MOST_CORRELATED * next;
+        let drift = if lasts { (next * next / after).min(all) } else { 0.0 };
+        (all - drift, drift)
+    }
 }
 
 /// Variance about the mean of a recording at rest.

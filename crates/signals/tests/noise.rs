@@ -85,3 +85,23 @@ fn noise_that_lasts_shows_at_rest() {
         assert!((found - told).abs() < 0.05, "{told} at {resolution}: {found}");
     }
 }
+
+#[test]
+fn what_drifts_between_repeats_is_no_noise() {
+    let mut loaded = loaded();
+    loaded.case.repeats = vec![vec!["a".into(), "b".into(), "c".into()]];
+    assert!(floor(&loaded, "motorAngle").unwrap().drift < 0.005);
+    // The motion of the second and the third is 4 % and 8 % larger: about their mean 0.2 sin(3 t).
+    for (name, more) in [("b", 0.2), ("c", 0.4)] {
+        let run = loaded.recordings.get_mut(name).unwrap();
+        let start = run.start;
+        let channel = &mut run.channels[0];
+        let moved = channel.time.iter().map(|t| more * (3.0 * (t - start)).sin());
+        channel.values.iter_mut().zip(moved).for_each(|(v, m)| *v += m);
+    }
+    let found = floor(&loaded, "motorAngle").unwrap();
+    assert!((found.deviation / 0.02 - 1.0).abs() < 0.03, "{found:?}");
+    // 0.2 sin(3 t) twice in three runs, over 12 rad: 0.04 (0.5 - sin(24) / 48) of each, over two degrees of freedom.
+    let exact = (0.04 * (0.5 - 24f64.sin() / 48.0)).sqrt();
+    assert!((found.drift / exact - 1.0).abs() < 0.02, "{found:?} {exact}");
+}

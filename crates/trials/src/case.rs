@@ -30,6 +30,9 @@ pub enum Split {
     Outside,
     /// One of several effects that these data cannot tell apart.
     Unidentifiable,
+    /// What a rig has that public recordings cannot show: a current's scale and offset, a load hardly known, a hand that pushes,
+    /// repeats that drift.
+    Rig,
 }
 
 impl Plant {
@@ -50,8 +53,15 @@ impl Plant {
 
 impl Split {
     /// All of them.
-    pub const ALL: [Self; 6] =
-        [Self::None, Self::Parameters, Self::Single, Self::Pairs, Self::Outside, Self::Unidentifiable];
+    pub const ALL: [Self; 7] = [
+        Self::None,
+        Self::Parameters,
+        Self::Single,
+        Self::Pairs,
+        Self::Outside,
+        Self::Unidentifiable,
+        Self::Rig,
+    ];
     /// By its name on the command line.
     pub fn parse(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|s| s.name() == name)
@@ -65,8 +75,28 @@ impl Split {
             Self::Pairs => "pairs",
             Self::Outside => "outside",
             Self::Unidentifiable => "unidentifiable",
+            Self::Rig => "rig",
         }
     }
+    /// The right verdict; of a rig that of one where nothing is off.
+    pub(crate) fn verdict(self) -> &'static str {
+        match self {
+            Self::None | Self::Rig => "no-gap",
+            Self::Parameters => "parameters",
+            Self::Single | Self::Pairs => "effects",
+            Self::Outside => "unknown",
+            Self::Unidentifiable => "ambiguous",
+        }
+    }
+}
+
+/// A value that the owner has wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moved {
+    /// What the owner believes.
+    pub from: f64,
+    /// What it is.
+    pub to: f64,
 }
 
 /// The truth about a case; only the scorer reads it.
@@ -108,6 +138,16 @@ pub struct Key {
     /// True values of the parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
+    /// Of a rig: what a diagnosis has to find moved, under the name that it tells it by.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub moved: BTreeMap<String, Moved>,
+}
+
+impl Key {
+    /// What is there: effects, then values that are off, with `+` between them; nothing: none.
+    pub(crate) fn told(&self) -> String {
+        self.effects.iter().chain(self.moved.keys()).cloned().collect::<Vec<_>>().join("+")
+    }
 }
 
 /// A column of a recording.
@@ -127,6 +167,15 @@ pub(crate) struct Recording {
     pub(crate) columns: Vec<Column>,
 }
 
+/// What is said of a gain or an offset that is to be estimated.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum Guess {
+    /// Nothing.
+    Free,
+    /// What it is believed to be, with its standard deviation.
+    About(f64, f64),
+}
+
 /// What is declared of a channel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Sensor {
@@ -134,7 +183,8 @@ pub(crate) struct Sensor {
     pub(crate) resolution: Option<f64>,
     pub(crate) noise: Option<f64>,
     pub(crate) hold: bool,
-    pub(crate) offset: bool,
+    pub(crate) gain: Option<Guess>,
+    pub(crate) offset: Option<Guess>,
 }
 
 /// A whole case.
@@ -148,6 +198,9 @@ pub(crate) struct Case {
     pub(crate) repeats: Vec<Vec<String>>,
     pub(crate) parameters: toml::Table,
     pub(crate) uncertain: toml::Table,
+    /// Effects that are known to be there.
+    pub(crate) effects: toml::Table,
+    pub(crate) payload: toml::Table,
     pub(crate) sensors: Vec<Sensor>,
     pub(crate) key: Key,
 }

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use crate::case::{Case, Key, Plant, Recording, Sensor, Split};
+use crate::case::{Case, Guess, Key, Plant, Recording, Sensor, Split};
 use crate::error::Error;
 
 /// Hash as hexadecimal digits.
@@ -68,8 +68,14 @@ fn sensor(s: &Sensor) -> String {
     if s.hold {
         text.push_str("interpolation = \"hold\"\n");
     }
-    if s.offset {
-        text.push_str("offset = \"estimate\"\n");
+    for (name, guess) in [("gain", s.gain), ("offset", s.offset)] {
+        let _ = match guess {
+            Some(Guess::Free) => writeln!(text, "{name} = \"estimate\""),
+            Some(Guess::About(value, doubt)) => {
+                writeln!(text, "{name} = {{ value = {value:?}, doubt = {doubt:e} }}")
+            }
+            None => Ok(()),
+        };
     }
     text
 }
@@ -94,6 +100,12 @@ fn manifest(case: &Case) -> String {
     for (title, table) in [("parameters", &case.parameters), ("uncertain", &case.uncertain)] {
         if !table.is_empty() {
             let _ = write!(text, "\n[{title}]\n{}", toml::to_string(table).unwrap_or_default());
+        }
+    }
+    for (title, table) in [("effects", &case.effects), ("payload", &case.payload)] {
+        if !table.is_empty() {
+            let whole = toml::Table::from_iter([(title.to_owned(), toml::Value::Table(table.clone()))]);
+            let _ = write!(text, "\n{}", toml::to_string(&whole).unwrap_or_default());
         }
     }
     case.sensors.iter().for_each(|s| text.push_str(&sensor(s)));

@@ -19,7 +19,7 @@ mod tune;
 use std::path::Path;
 
 pub use cache::GENERATOR;
-pub use case::{Key, Plant, Split};
+pub use case::{Key, Moved, Plant, Split};
 pub use error::Error;
 pub use judge::card::{markdown, write_card};
 pub use judge::compare::{Comparison, Counts, compare};

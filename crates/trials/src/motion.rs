@@ -19,11 +19,23 @@ pub(crate) enum Family {
 pub(crate) const FAMILIES: [Family; 6] =
     [Family::Triangles, Family::Steps, Family::Chirp, Family::Multisine, Family::Reversals, Family::OpenLoop];
 
+/// Time that passes without motion from 0 on, which is braked for during [`BRAKING`] s.
+fn gone(t: f64) -> f64 {
+    match t {
+        t if t < 0.0 => 0.0,
+        t if t < BRAKING => 0.5 * (t - BRAKING / PI * (PI * t / BRAKING).sin()),
+        t => t - 0.5 * BRAKING,
+    }
+}
+const BRAKING: f64 = 0.4;
+
 /// A reference: position around `center` whose speed stays near `speed`.
 #[derive(Clone, Debug)]
 pub(crate) struct Motion {
     pub(crate) family: Family,
     pub(crate) center: f64,
+    /// It stands from the first instant to the second, s.
+    pub(crate) stands: Option<(f64, f64)>,
     speed: f64,
     frequency: f64,
     span: f64,
@@ -44,11 +56,12 @@ impl Motion {
         let reach = speed * 0.6;
         let mut levels: Vec<f64> = (0..64).map(|_| reach * d.uniform(-1.0, 1.0)).collect();
         levels[0] = 0.0;
-        Self { family, center: 0.0, speed, frequency, span, lines, levels }
+        Self { family, center: 0.0, stands: None, speed, frequency, span, lines, levels }
     }
 
     /// Position at `t` in s (may be negative).
     pub(crate) fn at(&self, t: f64) -> f64 {
+        let t = self.stands.map_or(t, |(from, to)| t - gone(t - from) + gone(t - to));
         let multisine =
             |t: f64| self.lines.iter().map(|(a, w, p)| a / w * ((w * t + p).sin() - p.sin())).sum::<f64>();
         self.center

@@ -191,6 +191,30 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
 }
 
 #[test]
+fn a_rig_says_what_it_doubts_and_its_key_what_is_off() {
+    let dir = tempfile::tempdir().unwrap();
+    // The second of its kinds alone: the offset of a current.
+    let one = Order { shard: (2, 6), ..order(Plant::Joint, Split::Rig, 6) };
+    generate(to(dir.path()), &one, |_, _| {}).unwrap();
+    let key = fs::read_to_string(&files(&dir.path().join("keys"))[0]).unwrap();
+    let key: Key = toml::from_str(&key).unwrap();
+    let off = key.moved["motorCurrent.offset"];
+    assert!(key.verdict == "parameters" && key.effects.is_empty() && off.from == 0.0 && off.to != 0.0);
+    let case = fs::read_to_string(dir.path().join("cases").join(&key.case).join("case.toml")).unwrap();
+    let case: toml::Table = case.parse().unwrap();
+    assert_eq!(case["channels"]["motorCurrent"]["offset"].as_str(), Some("estimate"));
+    // Each kind in its turn; a rig of whose load little is known.
+    let one = Order { shard: (3, 6), ..one };
+    generate(to(dir.path()), &one, |_, _| {}).unwrap();
+    let mut kinds: Vec<String> = files(&dir.path().join("keys"))
+        .iter()
+        .flat_map(|f| toml::from_str::<Key>(&fs::read_to_string(f).unwrap()).unwrap().moved.into_keys())
+        .collect();
+    kinds.sort();
+    assert_eq!(kinds, ["loadInertia", "motorCurrent.offset"]);
+}
+
+#[test]
 fn a_case_that_is_kept_is_not_made_again() {
     let [cache, a, b] = [(); 3].map(|()| tempfile::tempdir().unwrap());
     let one = order(Plant::Joint, Split::None, 1);

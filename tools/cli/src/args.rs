@@ -321,7 +321,7 @@ pub(crate) struct TrialGenerate {
     #[arg(long, value_name = "PLANT", value_parser = ["joint", "manipulator"], required_unless_present = "corpus")]
     pub(crate) plant: Option<String>,
     /// What the cases are about
-    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable"], required_unless_present = "corpus")]
+    #[arg(long, value_name = "SPLIT", value_parser = ["none", "parameters", "single", "pairs", "outside", "unidentifiable", "rig"], required_unless_present = "corpus")]
     pub(crate) split: Option<String>,
     /// How many, in all shards together
     #[arg(long, value_name = "N", default_value_t = 10)]

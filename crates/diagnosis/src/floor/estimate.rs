@@ -74,6 +74,10 @@ fn white(channel: &str, deviation: f64, source: Source) -> Floor {
 fn seen(loaded: &Loaded, channel: &str, found: noise::Floor) -> Floor {
     let (source, noises) = match found.source {
         noise::Source::Declared => return white(channel, found.deviation, Source::Declared),
+        // What drifts between repeats is no colour of the noise.
+        noise::Source::Repeats if found.drift > 0.0 => {
+            return white(channel, found.deviation, Source::Repeats);
+        }
         noise::Source::Rest => {
             let at_rest = |run: &&Recording| Some(centred(run.channel(channel)?));
             (Source::Rest, loaded.rest().iter().filter_map(at_rest).collect::<Vec<_>>())

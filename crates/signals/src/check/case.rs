@@ -4,6 +4,7 @@ use super::role;
 use crate::case::Loaded;
 use crate::finding::{Finding, Kind};
 use crate::names::short;
+use crate::noise;
 use crate::recording::{Channel, Recording};
 use crate::variable::{Role, Variable};
 
@@ -30,6 +31,7 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
     for group in loaded.repeats() {
         if let Some((first, others)) = group.split_first() {
             others.iter().for_each(|run| findings.extend(repeats(first, run, known)));
+            findings.extend(first.channels.iter().filter_map(|c| drifts(loaded, c, known)));
         }
     }
     for run in loaded.rest() {
@@ -72,6 +74,21 @@ fn repeats(a: &Recording, b: &Recording, known: &[Variable]) -> Option<Finding> 
                 format!("its input differs from that of {} by {:.0} % (RMS)", a.name, 100.0 * apart / size);
             Finding::warning(Kind::RepeatDiffers, &b.file, what, mend).channel(&c.name)
         })
+    })
+}
+
+/// What repeats of one command differ by beside their noise, where it is more than the noise.
+fn drifts(loaded: &Loaded, c: &Channel, known: &[Variable]) -> Option<Finding> {
+    let floor = noise::floor(loaded, &c.name).filter(|_| role(known, &c.name) == Some(Role::Output))?;
+    (floor.drift > floor.deviation).then(|| {
+        let what = format!(
+            "between its repeats it changes by {} (RMS) as smoothly as a motion does, beside a noise of {}: this is no noise and none \
+             of it counts as noise",
+            short(floor.drift),
+            short(floor.deviation)
+        );
+        let mend = "if their inputs are alike, look for what warms up, wears or slips from run to run";
+        Finding::note(Kind::RepeatDiffers, &loaded.case.file, what, mend).channel(&c.name)
     })
 }
 

@@ -2,8 +2,9 @@
 
 use super::choice::{IDS, OUTSIDE, choose};
 use super::plant::{LINKS, Values};
+use super::rig;
 use super::scene::{Done, Scene, finite, scales, scene};
-use super::size::{floors, get, ratio, set, size};
+use super::size::{ALL, NONE, floors, get, ratio, set, size};
 use super::write::write;
 use crate::case::{Case, Split};
 use crate::draw::Draw;
@@ -20,7 +21,11 @@ const MIMICS: [(&[&str], &[usize]); 2] =
 pub(crate) fn generate(split: Split, seed: u64, index: usize) -> Result<Case, Error> {
     for attempt in 0..ATTEMPTS {
         let mut d = Draw::new(&format!("manipulator/{}", split.name()), seed, index, attempt);
-        if let Some(case) = one(split, seed, index, index + attempt / 8, &mut d) {
+        let case = match split {
+            Split::Rig => rig::attempt(seed, index, &mut d),
+            _ => one(split, seed, index, index + attempt / 8, &mut d),
+        };
+        if let Some(case) = case {
             return Ok(case);
         }
     }
@@ -39,7 +44,7 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
     let noise: [f64; LINKS] = std::array::from_fn(|j| short(sizes.torque[j] * d.log(3e-4, 3e-3)));
     let floor = floors(&s, &plain, noise);
     let ids: Vec<&'static str> = match split {
-        Split::None | Split::Parameters => Vec::new(),
+        Split::None | Split::Parameters | Split::Rig => Vec::new(),
         Split::Single => vec![IDS[turn % IDS.len()]],
         Split::Pairs => {
             let few = &IDS[..IDS.len() - 1];
@@ -85,7 +90,7 @@ fn one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw) -> Opti
         return None;
     }
     if !effects.is_empty() {
-        left = ratio(&s, &values, base, &effects, &runs[..2], &floor, true);
+        left = ratio(&s, &values, base, &effects, &runs[..2], &floor, ALL);
         if left.is_nan() || left < 0.8 * weakest {
             return None;
         }
@@ -135,7 +140,7 @@ fn believe(
                 moved
                     .iter()
                     .for_each(|(i, m)| set(&mut nominal, *i, short(get(base, *i) * (1.0 + size * m))));
-                reached = ratio(s, base, nominal, &[], &runs[..2], floor, false);
+                reached = ratio(s, base, nominal, &[], &runs[..2], floor, NONE);
                 if (reached / target).ln().abs() < 0.3 {
                     break;
                 }

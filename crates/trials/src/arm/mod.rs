@@ -4,6 +4,7 @@ mod choice;
 mod generate;
 mod law;
 mod plant;
+mod rig;
 mod run;
 mod scene;
 mod size;

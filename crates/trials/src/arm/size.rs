@@ -12,6 +12,11 @@ use crate::tune::{Bench, tune};
 /// Step of replays, s.
 const COARSE: f64 = 5e-3;
 
+/// Which of [`FREE`] a refit moves: all, those that do not belong to the last link, none.
+pub(super) const ALL: &[usize] = &[0, 1, 2, 3, 4, 5, 6, 7];
+pub(super) const OTHERS: &[usize] = &[0, 1, 5, 6, 7];
+pub(super) const NONE: &[usize] = &[];
+
 /// Parameters that a refit may move.
 pub(super) const FREE: [&str; 8] = [
     "baseMass",
@@ -60,10 +65,9 @@ pub(super) struct Replays<'a> {
 }
 
 impl<'a> Replays<'a> {
-    fn new(scene: &'a Scene, base: Values, runs: &'a [Done], refit: bool, scale: Vec<f64>) -> Self {
-        let free = if refit { (0..8).filter(|i| get(&base, *i) != 0.0).collect() } else { Vec::new() };
-        let free =
-            if base.flexible[0] { free } else { free.into_iter().filter(|i: &usize| *i < 6).collect() };
+    fn new(scene: &'a Scene, base: Values, runs: &'a [Done], refit: &[usize], scale: Vec<f64>) -> Self {
+        let there = |i: &usize| get(&base, *i) != 0.0 && (base.flexible[0] || *i < 6);
+        let free = refit.iter().copied().filter(there).collect();
         let every = (runs[0].time.len() / 250).max(1);
         Self { base, free, runs, noise: Vec::new(), channels: &scene.channels, scale, every }
     }
@@ -149,7 +153,7 @@ pub(super) fn overall(left: &[f64], floor: &[f64], spread: &[f64]) -> f64 {
     sum(&|c| left[c].hypot(floor[c])) / sum(&|c| floor[c])
 }
 
-/// Gap over floor after `base` was refitted, its first states alone or its parameters too (`refit`).
+/// Gap over floor after `base` was refitted: its first states and these parameters.
 pub(super) fn ratio(
     scene: &Scene,
     truth: &Values,
@@ -157,7 +161,7 @@ pub(super) fn ratio(
     effects: &[Effect],
     runs: &[Done],
     floor: &[f64],
-    refit: bool,
+    refit: &[usize],
 ) -> f64 {
     let bench = Replays::new(scene, base, runs, refit, floor.to_vec());
     let measured = bench.measured(scene, truth, effects);
@@ -169,7 +173,7 @@ pub(super) fn ratio(
 pub(super) fn floors(scene: &Scene, plain: &[Done], noise: [f64; LINKS]) -> Vec<f64> {
     let mut d = Draw::new("carried", scene.seeds, 0, 0);
     let own: Vec<f64> = scene.channels.iter().map(|c| scene.meters[*c].deviation()).collect();
-    let mut bench = Replays::new(scene, scene.values, plain, true, own.clone());
+    let mut bench = Replays::new(scene, scene.values, plain, ALL, own.clone());
     let measured = bench.measured(scene, &scene.values, &[]);
     let draw = |r: &Done, d: &mut Draw| -> Vec<[f64; LINKS]> {
         r.time.iter().map(|_| std::array::from_fn(|j| noise[j] * d.normal())).collect()
@@ -192,7 +196,7 @@ pub(super) fn size(s: &Scene, base: Values, c: &Choice, floor: &[f64], target: f
             size = (0.3 * size).max(c.least);
             continue;
         }
-        let reached = ratio(s, &s.values, base, one, &runs, floor, true);
+        let reached = ratio(s, &s.values, base, one, &runs, floor, ALL);
         if !reached.is_finite() {
             return None;
         }

@@ -91,13 +91,6 @@ pub(super) fn write(
             amplitudes.insert(c.id.to_owned(), same.into_iter().collect());
         }
     }
-    let verdict = match split {
-        Split::None => "no-gap",
-        Split::Parameters => "parameters",
-        Split::Single | Split::Pairs => "effects",
-        Split::Outside => "unknown",
-        Split::Unidentifiable => "ambiguous",
-    };
     Case {
         model: "PlanarManipulator",
         train,
@@ -106,12 +99,14 @@ pub(super) fn write(
         repeats: Vec::new(),
         parameters: parameters(nominal),
         uncertain: doubts.iter().map(|(i, x)| (FREE[*i].to_owned(), (*x).into())).collect(),
+        effects: toml::Table::new(),
+        payload: toml::Table::new(),
         sensors,
         key: Key {
             case: String::new(),
             plant: Plant::Manipulator,
             split,
-            verdict: verdict.into(),
+            verdict: split.verdict().into(),
             effects: choices.iter().map(|c| c.id.to_owned()).collect(),
             components: choices.iter().map(|c| c.component.clone()).collect(),
             joints: choices.iter().map(|c| if c.of_joint { c.joint + 1 } else { 0 }).collect(),
@@ -127,6 +122,7 @@ pub(super) fn write(
                 .collect(),
             amplitudes,
             parameters: (0..8).map(|i| (FREE[i].to_owned(), get(&s.values, i))).collect(),
+            moved: BTreeMap::new(),
         },
     }
 }

@@ -147,6 +147,8 @@ pub(crate) struct Replays<'a> {
     /// Standard deviation of what is read, per run and channel.
     pub(crate) scale: Vec<f64>,
     pub(crate) every: usize,
+    /// Effects that the owner knows.
+    pub(crate) known: Vec<Effect>,
 }
 
 impl<'a> Replays<'a> {
@@ -169,6 +171,7 @@ impl<'a> Replays<'a> {
             channels: drive.channels.clone(),
             scale,
             every,
+            known: Vec::new(),
         }
     }
     /// What was read, without noise, divided by the scales.
@@ -218,7 +221,7 @@ impl Bench for Replays<'_> {
             (state[2], state[3]) = (state[0] / n, state[1] / n);
         }
         let (time, current) = &self.runs[run];
-        let joint = Joint::new(values, self.rigid, Vec::new(), time[time.len() - 1]);
+        let joint = Joint::new(values, self.rigid, self.known.clone(), time[time.len() - 1]);
         let track = replay(joint, state, time, current, COARSE);
         let mut y = Vec::with_capacity(self.channels.len() * time.len() / self.every);
         for (c, channel) in self.channels.iter().enumerate() {

@@ -5,6 +5,7 @@ use super::choice::{Choice, IDS, OUTSIDE, Scales, choose};
 use super::drive::{self, short};
 use super::law::Law;
 use super::plant::Values;
+use super::rig;
 use super::scene::{Believed, Nominal, Scene};
 use super::size::{by_channel, floors, left, overall, size};
 use super::write::{key, write};
@@ -37,7 +38,11 @@ pub(crate) fn generate(split: Split, seed: u64, index: usize) -> Result<Case, Er
     for attempt in 0..ATTEMPTS {
         let mut d = Draw::new(&format!("joint/{}", split.name()), seed, index, attempt);
         // An effect that does not show on this drive gets a few drives, then the next one has its turn.
-        if let Some(case) = attempt_one(split, seed, index, index + attempt / 8, &mut d) {
+        let case = match split {
+            Split::Rig => rig::attempt(seed, index, &mut d),
+            _ => attempt_one(split, seed, index, index + attempt / 8, &mut d),
+        };
+        if let Some(case) = case {
             return Ok(case);
         }
     }
@@ -59,7 +64,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     for i in 0..3 + holdouts {
         let t = times(&drive, d);
         let span = t[t.len() - 1];
-        let family = d_family(d, i);
+        let family = family(d, i);
         let mut m = Motion::draw(d, family, load_speed, top, span);
         match mimic {
             Some((_, Mimic::SmallMotion)) => {
@@ -77,7 +82,15 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let span = all_times.iter().map(|t| t[t.len() - 1]).fold(0.0, f64::max);
     // Without a spring motor and load are one body.
     let rigid = matches!(mimic, Some((_, Mimic::OneBody)));
-    let scene = Scene { drive, motions, times: all_times, seeds: seed ^ ((index as u64) << 20), span, rigid };
+    let scene = Scene {
+        drive,
+        motions,
+        times: all_times,
+        seeds: seed ^ ((index as u64) << 20),
+        span,
+        rigid,
+        known: Vec::new(),
+    };
     let values = scene.drive.values;
 
     let plain = scene.run(values, &[], &[0, 1]);
@@ -93,7 +106,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
 
     // What is there, and what the owner believes.
     let ids: Vec<&'static str> = match split {
-        Split::None | Split::Parameters => Vec::new(),
+        Split::None | Split::Parameters | Split::Rig => Vec::new(),
         Split::Single => vec![IDS[turn % IDS.len()]],
         Split::Pairs => {
             let few = &IDS[..IDS.len() - 2];
@@ -159,7 +172,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     Some(case)
 }
 
-fn d_family(d: &mut Draw, i: usize) -> Family {
+pub(super) fn family(d: &mut Draw, i: usize) -> Family {
     // Slow motion at least once.
     if i == 0 {
         d.pick(&[Family::Triangles, Family::Reversals, Family::Multisine])
@@ -169,7 +182,7 @@ fn d_family(d: &mut Draw, i: usize) -> Family {
 }
 
 /// Noise of the logged current: 0.05 to 0.5 % of what flows.
-fn current_noise(plain: &[Done], d: &mut Draw) -> f64 {
+pub(super) fn current_noise(plain: &[Done], d: &mut Draw) -> f64 {
     let rms = (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
     short(rms * d.log(5e-4, 5e-3))
 }

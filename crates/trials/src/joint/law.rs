@@ -55,6 +55,8 @@ pub(crate) enum Law {
     Heat { power: f64 },
     /// Friction rises or falls in a straight line over the run.
     Ramp { sign: f64 },
+    /// The same over `runs` runs, one after the other; this one begins when `past` of them are over.
+    Session { sign: f64, runs: f64, past: f64 },
     /// Dry friction as a Maxwell-slip bank: elements yield at size times these shares of `reach`.
     Presliding { reach: f64 },
     /// Friction where the model has none: dry and |omega|^0.85.
@@ -140,6 +142,15 @@ fn rise(t: f64, middle: f64, width: f64) -> (f64, f64) {
 impl Effect {
     pub(crate) fn new(law: Law, size: f64) -> Self {
         Self { size, law, at: 0 }
+    }
+
+    /// As it is in run `i`.
+    pub(crate) fn in_run(&self, i: usize) -> Self {
+        let mut own = self.clone();
+        if let Law::Session { past, .. } = &mut own.law {
+            *past = i as f64;
+        }
+        own
     }
 
     pub(crate) fn yields(&self, v: &Values) -> Vec<(f64, f64)> {
@@ -260,6 +271,9 @@ impl Effect {
         match self.law {
             Law::Heat { .. } => 1.0 / (1.0 + self.size * x[self.at]),
             Law::Ramp { sign } => 1.0 + sign * self.size * (t / span).clamp(0.0, 1.0),
+            Law::Session { sign, runs, past } => {
+                1.0 + sign * self.size * ((past + t / span) / runs).clamp(0.0, 1.0)
+            }
             _ => 1.0,
         }
     }

@@ -8,6 +8,7 @@ mod drive;
 mod generate;
 mod law;
 mod plant;
+mod rig;
 mod run;
 mod scene;
 mod size;

@@ -17,13 +17,16 @@ pub(super) struct Scene {
     pub(super) span: f64,
     /// The drive has no spring.
     pub(super) rigid: bool,
+    /// What there is that the owner knows.
+    pub(super) known: Vec<Effect>,
 }
 
 impl Scene {
     pub(super) fn run(&self, values: Values, effects: &[Effect], which: &[usize]) -> Vec<Done> {
         let one = |i: &usize| {
             let mut d = Draw::new("encoders", self.seeds, *i, 0);
-            let joint = Joint::new(values, self.rigid, effects.to_vec(), self.span);
+            let there = self.known.iter().chain(effects).map(|e| e.in_run(*i)).collect();
+            let joint = Joint::new(values, self.rigid, there, self.span);
             record(joint, &self.drive, &self.motions[*i], &self.times[*i], &mut d)
         };
         which.iter().map(one).collect()

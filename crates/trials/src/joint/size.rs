@@ -12,6 +12,7 @@ use crate::draw::Draw;
 pub(super) fn carried(scene: &Scene, values: Values, plain: &[Done], noise: f64) -> Vec<f64> {
     let mut d = Draw::new("carried", scene.seeds, 0, 0);
     let mut bench = Replays::new(&scene.drive, values, scene.rigid, plain, true);
+    bench.known.clone_from(&scene.known);
     bench.scale = scene.drive.channels.iter().map(|c| scene.drive.meters[*c].deviation()).collect();
     let measured = bench.measured(plain, &[], scene.span);
     for (_, current) in &mut bench.runs {
@@ -60,6 +61,7 @@ pub(super) fn left(
 ) -> f64 {
     let base = if believed.frictionless { truth } else { believed.values };
     let mut bench = Replays::new(&scene.drive, base, believed.rigid, runs, true);
+    bench.known.clone_from(&scene.known);
     bench.scale = floor.to_vec();
     let measured = bench.measured(runs, effects, scene.span);
     let residual = bench.left(&measured, runs);

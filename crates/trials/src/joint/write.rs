@@ -94,6 +94,8 @@ pub(super) fn write(
         repeats: Vec::new(),
         parameters,
         uncertain,
+        effects: toml::Table::new(),
+        payload: toml::Table::new(),
         sensors,
         key: Key {
             case: String::new(),
@@ -111,6 +113,7 @@ pub(super) fn write(
             law: Vec::new(),
             amplitudes: BTreeMap::new(),
             parameters: BTreeMap::new(),
+            moved: BTreeMap::new(),
         },
     }
 }
@@ -164,18 +167,11 @@ pub(super) fn key(
             amplitudes.entry(c.id.to_owned()).or_default().insert(name, value);
         }
     }
-    let verdict = match split {
-        Split::None => "no-gap",
-        Split::Parameters => "parameters",
-        Split::Single | Split::Pairs => "effects",
-        Split::Outside => "unknown",
-        Split::Unidentifiable => "ambiguous",
-    };
     Key {
         case: String::new(),
         plant: Plant::Joint,
         split,
-        verdict: verdict.into(),
+        verdict: split.verdict().into(),
         effects: choices.iter().map(|c| c.id.to_owned()).collect(),
         components: choices.iter().map(|c| c.component.clone()).collect(),
         joints: vec![1; choices.len()],
@@ -187,5 +183,6 @@ pub(super) fn key(
         law: choices.iter().zip(effects).map(|(c, e)| format!("{}, size {:.4e}", c.name, e.size)).collect(),
         amplitudes,
         parameters: NAMES.iter().map(|n| (*n).to_owned()).zip(truth.list()).collect(),
+        moved: BTreeMap::new(),
     }
 }

@@ -22,6 +22,8 @@ pub(crate) struct Said {
     #[serde(default)]
     pub(crate) candidates: Vec<Claim>,
     #[serde(default)]
+    pub(crate) parameters: BTreeMap<String, Amplitude>,
+    #[serde(default)]
     pub(crate) indistinguishable: Vec<Vec<String>>,
     /// What it took, where it is known.
     #[serde(skip)]
@@ -72,6 +74,8 @@ pub(crate) struct Claim {
 
 #[derive(Clone, Debug, Default, Deserialize)]
 pub(crate) struct Amplitude {
+    #[serde(default)]
+    pub(crate) value: Option<f64>,
     #[serde(default)]
     pub(crate) ci95: Option<[Option<f64>; 2]>,
 }

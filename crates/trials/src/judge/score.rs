@@ -2,7 +2,7 @@
 
 use super::said::{self, Said};
 use super::table::Answers;
-use crate::case::{Key, Plant, Split};
+use crate::case::{Key, Moved, Plant, Split};
 use crate::error::Error;
 use crate::files;
 
@@ -142,8 +142,27 @@ impl Scored {
             Split::Single => self.by_class(),
             Split::Pairs => self.both() && self.said.effects.len() == 2,
             Split::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
+            Split::Rig => self.of_a_rig(),
             Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
         }
+    }
+    /// Of a rig: what is off by its name; an effect first or in a small set, or `unknown` where no id quite stands for it.
+    fn of_a_rig(&self) -> bool {
+        let verdict = self.said.verdict == self.key.verdict;
+        if self.key.effects.is_empty() {
+            return verdict && self.key.moved.iter().all(|(name, m)| self.moves(name, *m));
+        }
+        self.by_class() || self.ambiguous_with_truth(3) || verdict && self.key.verdict == "unknown"
+    }
+    /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
+    /// owner believes.
+    fn moves(&self, name: &str, m: Moved) -> bool {
+        let Some(told) = self.said.parameters.get(name) else { return false };
+        let Some(off) = told.value.map(|v| (v - m.to).abs()) else { return false };
+        let covers = told
+            .ci95
+            .is_some_and(|[low, high]| low.is_some_and(|l| l <= m.to) && high.is_some_and(|h| h >= m.to));
+        off < 0.5 * (m.to - m.from).abs() && (covers || off <= 0.1 * m.to.abs())
     }
     fn gap_seen(&self) -> bool {
         matches!(self.said.verdict.as_str(), "effects" | "ambiguous" | "unknown")
@@ -291,6 +310,18 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
             median(clear().filter_map(|s| s.said.gap.overall.as_ref()?.closed).collect()),
             Aim::Least(0.85, 0.95),
         ),
+        share(
+            "rig: what is off by its name, an effect first or ambiguous",
+            Share::of(of(Split::Rig).map(Scored::right)),
+            Aim::Least(0.85, 0.85),
+        ),
+        share(
+            "rig: `parameters` though none is off",
+            Share::of(
+                of(Split::Rig).filter(|s| s.key.moved.is_empty()).map(|s| s.said.verdict == "parameters"),
+            ),
+            Aim::Most(0.0, 0.0),
+        ),
         share("diagnoses that failed", Share::of(all.iter().map(|s| s.said.failed)), Aim::Most(0.0, 0.0)),
     ];
     let mut confusion: Vec<(String, String, usize)> = Vec::new();
@@ -298,6 +329,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
     for s in all.iter().filter(|s| s.key.split != Split::Pairs) {
         let truth = match s.key.split {
             Split::Single => s.truth().to_owned(),
+            Split::Rig => format!("({}) {}", s.key.split.name(), s.key.told()),
             Split::Outside | Split::Unidentifiable => format!("({}) {}", s.key.split.name(), s.truth()),
             other => format!("({})", other.name()),
         };
@@ -330,4 +362,55 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         })
         .collect();
     Card { plant, counts, lines, confusion, by_effect, seconds }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A rig's case with this key, of which that was said.
+    fn right(key: &str, said: &str) -> bool {
+        let head = "case = 'a'\nplant = 'joint'\nsplit = 'rig'\nratio = 5.0\nseed = 1\nindex = 0\ncomponents = ['load']\n";
+        let key = toml::from_str(&format!("{head}{key}")).unwrap();
+        Scored { key, said: serde_json::from_str(said).unwrap() }.right()
+    }
+
+    #[test]
+    fn what_is_off_on_a_rig_counts_by_its_name_and_value() {
+        let key =
+            "verdict = 'parameters'\neffects = []\n[moved]\n'motorCurrent.gain' = { from = 1.0, to = 1.2 }\n";
+        let told = |verdict: &str, name: &str, value: f64, low: f64, high: f64| {
+            let said = format!(
+                r#"{{"verdict": "{verdict}", "parameters": {{"{name}": {{"value": {value}, "ci95": [{low}, {high}]}}}}}}"#
+            );
+            right(key, &said)
+        };
+        let gain = "motorCurrent.gain";
+        assert!(told("parameters", gain, 1.17, 1.1, 1.25));
+        // Within 10 %, though not within its interval.
+        assert!(told("parameters", gain, 1.14, 1.13, 1.15));
+        // Nearer to what the owner believes, whatever its interval says.
+        assert!(!told("parameters", gain, 1.09, 0.9, 1.3));
+        assert!(!told("parameters", "loadInertia", 1.2, 1.1, 1.3));
+        assert!(!told("effects", gain, 1.2, 1.1, 1.3));
+    }
+
+    #[test]
+    fn an_effect_of_a_rig_is_first_or_among_few() {
+        let hand = "verdict = 'effects'\neffects = ['external-force']\n";
+        let said = |verdict: &str, ids: &[&str]| {
+            let ids: Vec<String> = ids.iter().map(|id| format!(r#"{{"id": "{id}"}}"#)).collect();
+            format!(r#"{{"verdict": "{verdict}", "effects": [{}]}}"#, ids.join(", "))
+        };
+        assert!(right(hand, &said("effects", &["external-force"])));
+        assert!(right(hand, &said("ambiguous", &["gravity-torque", "external-force"])));
+        assert!(!right(hand, &said("effects", &["gravity-torque", "external-force"])));
+        assert!(!right(hand, &said("parameters", &[])));
+        assert!(!right(hand, &said("unknown", &[])));
+        let drift = "verdict = 'unknown'\neffects = ['friction-drift']\n";
+        assert!(right(drift, &said("unknown", &[])) && right(drift, &said("effects", &["friction-drift"])));
+        assert!(!right(drift, &said("parameters", &[])));
+        let nothing = "verdict = 'no-gap'\neffects = []\n";
+        assert!(right(nothing, &said("no-gap", &[])) && !right(nothing, &said("parameters", &[])));
+    }
 }

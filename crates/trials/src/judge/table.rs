@@ -32,7 +32,7 @@ pub struct Row {
     pub drive: String,
     /// Gap that a refit of the model's own parameters leaves, over the floor.
     pub ratio: f64,
-    /// What is there: effects with `+` between them; nothing: none.
+    /// What is there: effects, or values that are off, with `+` between them; nothing: none.
     pub truth: String,
     /// The right verdict.
     pub wanted: String,
@@ -70,7 +70,7 @@ impl Row {
         let gap = &said.gap.overall;
         let gap = gap.as_ref();
         Self {
-            truth: key.effects.join("+"),
+            truth: key.told(),
             claims: said.effects.iter().map(claims).collect::<Vec<_>>().join("+"),
             before: gap.and_then(|g| g.before),
             tuned: gap.and_then(|g| g.tuned),
