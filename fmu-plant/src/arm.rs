@@ -10,9 +10,6 @@ use trueup_numerics::hybrid::Hybrid;
 const ONE: &[usize] = &[];
 const XY: &[usize] = &[2];
 
-fn on(names: &[&str]) -> Depends {
-    Depends::On(names.iter().map(|s| (*s).to_owned()).collect())
-}
 fn from_states() -> Depends {
     Depends::StatesAnd(Vec::new())
 }
@@ -180,20 +177,26 @@ pub(crate) fn inputs(b: &mut Builder, model: &PlanarManipulator) {
 pub(crate) fn outputs(b: &mut Builder, model: &PlanarManipulator) {
     let joints = &joints(model);
     let all_flexible = motors(model) == model.links();
-    let motor_angle = if all_flexible { on(&["state.motorAngle"]) } else { from_states() };
-    let motor_velocity = if all_flexible { on(&["state.motorVelocity"]) } else { from_states() };
+    let motor_angle = if all_flexible { Depends::copy("state.motorAngle") } else { from_states() };
+    let motor_velocity = if all_flexible { Depends::copy("state.motorVelocity") } else { from_states() };
     b.output(
         "basePosition",
         "m",
         XY,
-        on(&["state.basePosition"]),
+        Depends::copy("state.basePosition"),
         "Satellite's centre of mass, x_0, y_0, inertial frame",
     );
-    b.output("baseAttitude", "rad", ONE, on(&["state.baseAttitude"]), "Satellite's attitude, q_0");
-    b.output("baseVelocity", "m/s", XY, on(&["state.baseVelocity"]), "d(x_0)/dt, d(y_0)/dt");
-    b.output("baseRate", "rad/s", ONE, on(&["state.baseRate"]), "d(q_0)/dt");
-    b.output("jointAngle", "rad", joints, on(&["state.jointAngle"]), "Link against the link before, q_i");
-    b.output("jointVelocity", "rad/s", joints, on(&["state.jointVelocity"]), "d(q_i)/dt");
+    b.output("baseAttitude", "rad", ONE, Depends::copy("state.baseAttitude"), "Satellite's attitude, q_0");
+    b.output("baseVelocity", "m/s", XY, Depends::copy("state.baseVelocity"), "d(x_0)/dt, d(y_0)/dt");
+    b.output("baseRate", "rad/s", ONE, Depends::copy("state.baseRate"), "d(q_0)/dt");
+    b.output(
+        "jointAngle",
+        "rad",
+        joints,
+        Depends::copy("state.jointAngle"),
+        "Link against the link before, q_i",
+    );
+    b.output("jointVelocity", "rad/s", joints, Depends::copy("state.jointVelocity"), "d(q_i)/dt");
     b.output(
         "motorAngle",
         "rad",
@@ -239,11 +242,27 @@ pub(crate) fn states(b: &mut Builder, model: &PlanarManipulator) {
             "m/s",
             XY,
             0.001,
-            on(&["state.baseVelocity"]),
+            Depends::copy("state.baseVelocity"),
             "satellite's position, x_0, y_0",
         ),
-        ("baseAttitude", "rad", "rad/s", ONE, 0.001, on(&["state.baseRate"]), "satellite's attitude, q_0"),
-        ("jointAngle", "rad", "rad/s", joints, 0.01, on(&["state.jointVelocity"]), "joint angles, q_i"),
+        (
+            "baseAttitude",
+            "rad",
+            "rad/s",
+            ONE,
+            0.001,
+            Depends::copy("state.baseRate"),
+            "satellite's attitude, q_0",
+        ),
+        (
+            "jointAngle",
+            "rad",
+            "rad/s",
+            joints,
+            0.01,
+            Depends::copy("state.jointVelocity"),
+            "joint angles, q_i",
+        ),
     ];
     let spring: &[usize] = &flexible_joints;
     if flexible_joints[0] > 0 {
@@ -253,7 +272,7 @@ pub(crate) fn states(b: &mut Builder, model: &PlanarManipulator) {
             "rad/s",
             spring,
             0.01,
-            on(&["state.motorVelocity"]),
+            Depends::copy("state.motorVelocity"),
             "motor angles of the flexible joints, q_mi",
         ));
     }

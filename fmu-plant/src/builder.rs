@@ -205,13 +205,7 @@ impl Builder {
                 if y.boolean {
                     self.flag(name, &dims, y.description);
                 } else {
-                    self.output(
-                        name,
-                        y.unit,
-                        &dims,
-                        Depends::On(vec![format!("state.{name}")]),
-                        y.description,
-                    );
+                    self.output(name, y.unit, &dims, Depends::copy(&format!("state.{name}")), y.description);
                 }
             }
             // A sensor shows something else than the states alone.
@@ -220,7 +214,7 @@ impl Builder {
             {
                 let shown = self.table.variables.iter_mut().find(|v| v.name == channel.name);
                 if let Some(v) = shown
-                    && matches!(v.depends, Depends::On(_))
+                    && matches!(v.depends, Depends::On(_) | Depends::Linear(_))
                 {
                     v.depends = Depends::StatesAnd(Vec::new());
                 }

@@ -6,7 +6,7 @@ use trueup_models::layout::{Allowed, Entry, Items, Parameter, Shows, Start, Stat
 
 fn depends(shows: Shows) -> Depends {
     match shows {
-        Shows::State(name) => Depends::On(vec![format!("state.{name}")]),
+        Shows::State(name) => Depends::copy(&format!("state.{name}")),
         Shows::States => Depends::StatesAnd(Vec::new()),
         Shows::All | Shows::Flag | Shows::Item(_) => Depends::All,
     }

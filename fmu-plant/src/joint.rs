@@ -2,7 +2,8 @@
 
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
-use trueup_fmi::table::{Depends, Experiment, Kind, ModelTable};
+use trueup_fmi::table::Factor::{Constant, Fixed, Tunable};
+use trueup_fmi::table::{Depends, Experiment, Factor, Kind, ModelTable};
 use trueup_models::effect::Plant;
 use trueup_models::joint::{TwoMassJoint, parameter as p};
 use trueup_models::presets;
@@ -19,7 +20,11 @@ pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable
         experiment,
     );
     let no: &[usize] = &[];
-    let on = |names: &[&str]| Depends::On(names.iter().map(|s| (*s).to_owned()).collect());
+    // Linear without effects; with one, it is what it would be with any.
+    let plain = model.effects().iter().next().is_none();
+    let linear = |terms: &[(&str, Factor)], with_effects: Depends| {
+        if plain { Depends::linear(terms) } else { with_effects }
+    };
     let flexible = model.flexible();
 
     b.constant("jointFlexible", Kind::Boolean, no, &[f64::from(flexible)], "The joint has its spring; false: one rigid geared mass, motorAngle = n loadAngle (fixed when packed)");
@@ -99,25 +104,34 @@ pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable
         "Torque on the load, tau_ext (TMJ-3); positive drives the load forward",
     );
 
+    let on = |names: &[&str]| Depends::On(names.iter().map(|s| (*s).to_owned()).collect());
+    let (angle, velocity) = ("state.motorAngle", "state.motorVelocity");
+    let (twist, load) = ("state.twist", "state.loadVelocity");
     let (load_angle, load_velocity) = if flexible {
-        (on(&["state.motorAngle", "state.twist"]), on(&["state.loadVelocity"]))
+        (
+            linear(&[(angle, Fixed), (twist, Fixed)], on(&[angle, twist])),
+            linear(&[(load, Constant)], on(&[load])),
+        )
     } else {
-        (on(&["state.motorAngle"]), on(&["state.motorVelocity"]))
+        (linear(&[(angle, Fixed)], on(&[angle])), linear(&[(velocity, Fixed)], on(&[velocity])))
     };
-    b.output("motorAngle", "rad", no, on(&["state.motorAngle"]), "Motor angle, q_m");
-    b.output("motorVelocity", "rad/s", no, on(&["state.motorVelocity"]), "Motor velocity, d(q_m)/dt");
+    let spring = [(twist, Tunable), (velocity, Tunable), (load, Tunable)];
+    let pushed = [&spring[..], &[("externalTorque", Tunable)]].concat();
+    let load_acceleration = if flexible { linear(&pushed, Depends::All) } else { Depends::All };
+    let transmission = if flexible { linear(&spring, Depends::StatesAnd(Vec::new())) } else { Depends::All };
+    b.output("motorAngle", "rad", no, Depends::copy(angle), "Motor angle, q_m");
+    b.output("motorVelocity", "rad/s", no, Depends::copy(velocity), "Motor velocity, d(q_m)/dt");
     b.output("motorAcceleration", "rad/s2", no, Depends::All, "Motor acceleration, dd(q_m)/dt2 (TMJ-1)");
     b.output("loadAngle", "rad", no, load_angle, "Load angle, q_l");
     b.output("loadVelocity", "rad/s", no, load_velocity, "Load velocity, d(q_l)/dt");
-    b.output("loadAcceleration", "rad/s2", no, Depends::All, "Load acceleration, dd(q_l)/dt2 (TMJ-3)");
+    b.output("loadAcceleration", "rad/s2", no, load_acceleration, "Load acceleration, dd(q_l)/dt2 (TMJ-3)");
     b.output(
         "motorTorque",
         "N.m",
         no,
-        Depends::StatesAnd(vec!["motorCurrent".into()]),
+        linear(&[("motorCurrent", Tunable)], Depends::StatesAnd(vec!["motorCurrent".into()])),
         "Torque of the motor, K_t I (TMJ-1)",
     );
-    let transmission = if flexible { Depends::StatesAnd(Vec::new()) } else { Depends::All };
     b.output(
         "transmissionTorque",
         "N.m",
@@ -137,12 +151,12 @@ pub(crate) fn table(model: &TwoMassJoint, gear_ratio: Option<f64>) -> ModelTable
     // What a solver should resolve, not what the joint reaches: tolerances are relative to it near zero.
     let n = gear_ratio.unwrap_or(delian[p::GEAR_RATIO]);
     let mut states = vec![
-        ("motorAngle", "rad", "rad/s", no, 0.1, on(&["state.motorVelocity"]), "motor angle, q_m"),
+        ("motorAngle", "rad", "rad/s", no, 0.1, Depends::copy(velocity), "motor angle, q_m"),
         ("motorVelocity", "rad/s", "rad/s2", no, 1.0, Depends::All, "motor velocity, d(q_m)/dt (TMJ-1)"),
     ];
     if flexible {
-        let pushed = Depends::StatesAnd(vec!["externalTorque".into()]);
-        let turning = on(&["state.motorVelocity", "state.loadVelocity"]);
+        let pushed = linear(&pushed, Depends::StatesAnd(vec!["externalTorque".into()]));
+        let turning = linear(&[(velocity, Constant), (load, Fixed)], on(&[velocity, load]));
         states.push(("twist", "rad", "rad/s", no, 0.01, turning, "twist, motor side, epsilon = q_m - n q_l"));
         states.push((
             "loadVelocity",

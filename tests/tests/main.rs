@@ -4,6 +4,7 @@
 
 mod cases_document;
 mod closed_loops;
+mod dependencies;
 mod effects_document;
 mod hostile;
 mod layers;

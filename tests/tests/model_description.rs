@@ -28,7 +28,7 @@ const MODELS: [&str; 9] = [
     "ManipulatorController",
 ];
 
-fn written(configuration: &Configuration, version: Version) -> String {
+pub(crate) fn written(configuration: &Configuration, version: Version) -> String {
     let table = fmu_library::table(configuration).expect("the default configuration is valid");
     with_token(&table, configuration, version).expect("the table is consistent").0
 }
@@ -64,8 +64,8 @@ fn committed_descriptions_are_what_the_packer_writes() {
     );
 }
 
-#[test]
-fn no_description_has_a_finding_with_any_effect_or_structure() {
+/// Every model as it is by default, with each effect, and in other structures.
+pub(crate) fn configurations() -> Vec<Configuration> {
     let plain = MODELS.map(Configuration::of);
     let with_effect = [Plant::Joint, Plant::Arm].into_iter().flat_map(|plant| {
         let model = if plant == Plant::Joint { "TwoMassJoint" } else { "PlanarManipulator" };
@@ -122,8 +122,12 @@ fn no_description_has_a_finding_with_any_effect_or_structure() {
         structure: chosen.into_iter().map(|(name, value)| (name.to_owned(), vec![value])).collect(),
         ..Configuration::of(model)
     });
-    let all = plain.into_iter().chain(with_effect).chain(structures).chain(robots).chain(contact);
-    for configuration in all {
+    plain.into_iter().chain(with_effect).chain(structures).chain(robots).chain(contact).collect()
+}
+
+#[test]
+fn no_description_has_a_finding_with_any_effect_or_structure() {
+    for configuration in configurations() {
         for version in Version::ALL {
             let xml = written(&configuration, version);
             let description = read::read(xml.as_bytes()).expect("what is written can be read");

@@ -35,7 +35,7 @@ fn derivatives_stand_in_the_order_of_the_states() {
     let doc = Document::parse(&xml).unwrap();
     // der(x)[1..2] before der(w)[1..2], though the table has them the other way round
     assert_eq!(list(&doc, "Derivatives", "index"), ["26", "27", "24", "25"]);
-    assert_eq!(list(&doc, "Derivatives", "dependencies"), ["22", "23", "absent", "absent"]);
+    assert_eq!(list(&doc, "Derivatives", "dependencies"), ["2 22", "3 23", "absent", "absent"]);
     let xml = model_description(&common::table(), Version::V3, "").unwrap();
     let doc = Document::parse(&xml).unwrap();
     let rates = doc.descendants().filter(|n| n.has_tag_name("ContinuousStateDerivative"));
@@ -48,6 +48,22 @@ fn no_dependency_is_empty_and_all_is_absent() {
     let doc = Document::parse(&xml).unwrap();
     let expected = ["20", "21", "2 20 21 22 23", "3 20 21 22 23", "", "absent"];
     assert_eq!(list(&doc, "Outputs", "dependencies"), expected);
+}
+
+#[test]
+fn kinds_stand_beside_dependencies_in_their_order_where_something_is_known() {
+    let of = |version, element: &str, attribute| {
+        let xml = model_description(&common::table(), version, "").unwrap();
+        let doc = Document::parse(&xml).unwrap();
+        list(&doc, element, attribute).into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let kinds = "tunable fixed";
+    assert_eq!(of(Version::V2, "Derivatives", "dependenciesKind"), [kinds, kinds, "absent", "absent"]);
+    assert!(of(Version::V2, "Outputs", "dependenciesKind").iter().all(|k| k == "absent"));
+    let third = of(Version::V3, "ModelStructure", "dependenciesKind");
+    let known: Vec<_> = third.iter().zip(of(Version::V3, "ModelStructure", "dependencies")).collect();
+    let known: Vec<_> = known.into_iter().filter(|(kinds, _)| *kinds != "absent").collect();
+    assert_eq!(known, [(&kinds.to_owned(), "1 21".to_owned())]);
 }
 
 #[test]

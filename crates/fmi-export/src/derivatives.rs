@@ -8,9 +8,13 @@ use crate::instance::Instance;
 use crate::layout::Target;
 use crate::model::FmuModel;
 use crate::state_machine::{Call, State};
-use trueup_fmi::table::{Kind, Storage};
+use trueup_fmi::table::{Factor, Kind, Storage};
 use trueup_numerics::Dual;
 use trueup_numerics::hybrid::{At, Sizes};
+
+/// Element of the dependent, value reference of the independent, element of the independent, the factor where the dependence
+/// is linear; elements from 1.
+pub type Dependency = (usize, u32, usize, Option<Factor>);
 
 const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
 
@@ -290,9 +294,8 @@ impl<M: FmuModel> Instance<M> {
         d.results(values)
     }
 
-    /// What a variable depends on, element by element: (element of the dependent, value reference of the
-    /// independent, element of the independent), elements from 1.
-    pub fn dependencies(&self, dependent: u32) -> Outcome<Vec<(usize, u32, usize)>> {
+    /// What a variable depends on, element by element.
+    pub fn dependencies(&self, dependent: u32) -> Outcome<Vec<Dependency>> {
         self.permit(Call::Any)?;
         let mut found = Vec::new();
         let knowns = || {
@@ -301,7 +304,7 @@ impl<M: FmuModel> Instance<M> {
         };
         match self.layout.find(self.settings.version, dependent)? {
             Target::Indicator(_) => {
-                found.extend(knowns().flat_map(|k| (1..=k.len()).map(|j| (1, k.value_reference, j))));
+                found.extend(knowns().flat_map(|k| (1..=k.len()).map(|j| (1, k.value_reference, j, None))));
             }
             Target::Variable(r) => {
                 let v = self.layout.variable(r.variable);
@@ -310,7 +313,8 @@ impl<M: FmuModel> Instance<M> {
                 }
                 for (i, k) in (0..v.len()).flat_map(|i| knowns().map(move |k| (i, k))) {
                     let elements = (0..k.len()).filter(|j| self.layout.depends(v, i, k, *j));
-                    found.extend(elements.map(|j| (i + 1, k.value_reference, j + 1)));
+                    let factor = v.depends.factor(&k.name);
+                    found.extend(elements.map(|j| (i + 1, k.value_reference, j + 1, factor)));
                 }
             }
         }

@@ -157,6 +157,7 @@ impl Layout {
             Depends::All => true,
             Depends::On(names) => named(names),
             Depends::StatesAnd(names) => is_state || named(names),
+            Depends::Linear(terms) => terms.iter().any(|(name, _)| named(core::slice::from_ref(name))),
         }
     }
 }

@@ -226,10 +226,21 @@ fn dependencies() {
         assert_eq!(ask(5), fmi3OK);
         assert_eq!(
             (own, refs, elements, kinds),
-            ([1; 5], [vr::STATE; 5], [1, 2, 3, 4, 5], [fmi3Dependent; 5])
+            ([1; 5], [vr::STATE; 5], [1, 2, 3, 4, 5], [fmi3Constant; 5])
         );
         assert_eq!(fmi3GetNumberOfVariableDependencies(c, vr::ENERGY, &mut n), fmi3OK);
         assert_eq!(n, 7);
+        let (mut own, mut refs, mut elements, mut kinds) = ([0; 7], [0; 7], [0; 7], [fmi3Independent; 7]);
+        let energy = fmi3GetVariableDependencies(
+            c,
+            vr::ENERGY,
+            own.as_mut_ptr(),
+            refs.as_mut_ptr(),
+            elements.as_mut_ptr(),
+            kinds.as_mut_ptr(),
+            n,
+        );
+        assert_eq!((energy, kinds), (fmi3OK, [fmi3Dependent; 7]));
         fmi3FreeInstance(c);
     }
 }

@@ -75,6 +75,48 @@ pub enum Depends {
     On(Vec<String>),
     /// On all states and on these inputs.
     StatesAnd(Vec<String>),
+    /// On these variables, as with `On`, and linearly on each of them: its factor is made of what stands beside it.
+    Linear(Vec<(String, Factor)>),
+}
+
+impl Depends {
+    /// A copy of this state, or the derivative of what this state is the rate of.
+    pub fn copy(state: &str) -> Self {
+        Self::linear(&[(state, Factor::Constant)])
+    }
+    /// Linearly on each of these, with such a factor.
+    pub fn linear(terms: &[(&str, Factor)]) -> Self {
+        Self::Linear(terms.iter().map(|(name, factor)| ((*name).to_owned(), *factor)).collect())
+    }
+    /// What the factor of this known variable is made of, where it has one.
+    pub fn factor(&self, known: &str) -> Option<Factor> {
+        match self {
+            Self::Linear(terms) => terms.iter().find(|(name, _)| name == known).map(|(_, factor)| *factor),
+            Self::All | Self::On(_) | Self::StatesAnd(_) => None,
+        }
+    }
+}
+
+/// What the factor of a linear term is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Factor {
+    /// Numbers.
+    Constant,
+    /// Parameters that are fixed once the run has begun.
+    Fixed,
+    /// Parameters, tunable ones among them.
+    Tunable,
+}
+
+impl Factor {
+    /// FMI's word for a dependency with such a factor.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Constant => "constant",
+            Self::Fixed => "fixed",
+            Self::Tunable => "tunable",
+        }
+    }
 }
 
 /// One variable: a scalar or an array.

@@ -116,6 +116,8 @@ fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
                     let indices: Vec<String> =
                         on.iter().map(|(at, e)| (first[*at] + e).to_string()).collect();
                     attributes.push(("dependencies", indices.join(" ")));
+                    let kinds = structure::kinds(table, v, on.iter().map(|(at, _)| *at));
+                    attributes.extend(kinds.map(|kinds| ("dependenciesKind", kinds)));
                 }
                 x.element("Unknown", &attributes)?;
             }

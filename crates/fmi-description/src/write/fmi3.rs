@@ -126,6 +126,8 @@ fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
             if let Some(on) = of_array(table, *at)? {
                 let references = on.iter().map(|at| table.variables[*at].value_reference.to_string());
                 attributes.push(("dependencies", references.collect::<Vec<_>>().join(" ")));
+                let kinds = structure::kinds(table, v, on.iter().copied());
+                attributes.extend(kinds.map(|kinds| ("dependenciesKind", kinds)));
             }
             x.element(name, &attributes)?;
         }

@@ -1,6 +1,6 @@
 //! Which elements each unknown depends on, from the table's declarations.
 
-use trueup_fmi::table::{Causality, Depends, ModelTable, Storage, Variable};
+use trueup_fmi::table::{Causality, Depends, Factor, ModelTable, Storage, Variable};
 
 use super::WriteError;
 
@@ -24,6 +24,17 @@ pub(super) fn states(table: &ModelTable) -> Vec<(usize, usize)> {
     out
 }
 
+/// `dependenciesKind` for these dependencies, positions in the table; `None`: nothing is known of any, which is what its absence says.
+pub(super) fn kinds(
+    table: &ModelTable,
+    unknown: &Variable,
+    on: impl Iterator<Item = usize>,
+) -> Option<String> {
+    let factors: Vec<_> = on.map(|at| unknown.depends.factor(&table.variables[at].name)).collect();
+    let words = || factors.iter().map(|f| f.map_or("dependent", Factor::word)).collect::<Vec<_>>();
+    factors.iter().any(Option::is_some).then(|| words().join(" "))
+}
+
 /// What element `i` of this unknown depends on, ascending; `None`: on everything.
 pub(super) fn dependencies(
     table: &ModelTable,
@@ -32,8 +43,9 @@ pub(super) fn dependencies(
 ) -> Result<Option<Vec<Element>>, WriteError> {
     let (names, with_states) = match &unknown.depends {
         Depends::All => return Ok(None),
-        Depends::On(names) => (names, false),
-        Depends::StatesAnd(names) => (names, true),
+        Depends::On(names) => (names.iter().collect::<Vec<_>>(), false),
+        Depends::StatesAnd(names) => (names.iter().collect(), true),
+        Depends::Linear(terms) => (terms.iter().map(|(name, _)| name).collect(), false),
     };
     let all = |at: usize| (0..table.variables[at].len()).map(move |e| (at, e));
     let mut out = Vec::new();

@@ -37,7 +37,10 @@ pub fn table() -> ModelTable {
             v("x", Local, Continuous, S::State(0), "m", "x").array(&[2]).nominal(0.1),
             v("w", Local, Continuous, S::State(2), "m/s", "w").array(&[2]),
             v("der(w)", Local, Continuous, S::Rate(2), "m/s2", "dw").array(&[2]).derivative_of("w"),
-            v("der(x)", Local, Continuous, S::Rate(0), "m/s", "dx").array(&[2]).derivative_of("x").on(&["w"]),
+            Variable {
+                depends: Depends::linear(&[("w", Factor::Fixed), ("force", Factor::Tunable)]),
+                ..v("der(x)", Local, Continuous, S::Rate(0), "m/s", "dx").array(&[2]).derivative_of("x")
+            },
         ],
         enumerations: vec![Enumeration {
             name: "Law",

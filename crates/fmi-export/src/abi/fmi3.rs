@@ -10,6 +10,7 @@ use crate::model::{Exported, FmuModel};
 use crate::state_machine::{Call, Interface, Version};
 use core::ffi::{CStr, c_int, c_void};
 use trueup_fmi::abi::fmi3::*;
+use trueup_fmi::table::Factor;
 
 pub use super::fmi3_values::*;
 
@@ -222,8 +223,14 @@ pub unsafe fn fmi3GetVariableDependencies<E: Exported>(
             let indices = slice_mut("elementIndicesOfIndependents", elementIndicesOfIndependents, n)?;
             let kinds = slice_mut("dependencyKinds", dependencyKinds, n)?;
             for (k, d) in found.iter().enumerate() {
-                (elements[k], independents[k], indices[k]) = *d;
-                kinds[k] = fmi3Dependent;
+                let factor;
+                (elements[k], independents[k], indices[k], factor) = *d;
+                kinds[k] = match factor {
+                    Some(Factor::Constant) => fmi3Constant,
+                    Some(Factor::Fixed) => fmi3Fixed,
+                    Some(Factor::Tunable) => fmi3Tunable,
+                    None => fmi3Dependent,
+                };
             }
             Ok(())
         })

@@ -138,7 +138,10 @@ impl FmuModel for Probe {
             v("trap", C::Parameter, V::Tunable, S::Parameter(8)).start(&[0.0]).kind(Kind::Integer),
             v("force", C::Input, V::Continuous, S::Input(0)).start(&[0.0]),
             v("enable", C::Input, V::Discrete, S::Input(1)).start(&[1.0]).kind(Kind::Boolean),
-            v("height", C::Output, V::Continuous, S::Output(0)).on(&["state"]),
+            Variable {
+                depends: Depends::copy("state"),
+                ..v("height", C::Output, V::Continuous, S::Output(0))
+            },
             v("energy", C::Output, V::Continuous, S::Output(1)),
             v("resting", C::Output, V::Discrete, S::Output(2)).kind(Kind::Boolean),
             v("held", C::Output, V::Continuous, S::Output(3)),

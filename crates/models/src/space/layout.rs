@@ -121,7 +121,7 @@ layout! {
     /// Where outputs begin.
     Outputs of Shows, s: Structure:
     base_position "basePosition" [3], "m", if s.held { Shows::States } else { Shows::State("basePosition") }, "The base's centre of mass, inertial axes, r";
-    base_quaternion "baseQuaternion" [4], "1", if s.held { Shows::States } else { Shows::State("baseQuaternion") }, "Base axes to inertial ones, Q: w, x, y, z (SFF-1)";
+    base_quaternion "baseQuaternion" [4], "1", Shows::States, "Base axes to inertial ones, Q: w, x, y, z (SFF-1)";
     base_velocity "baseVelocity" [3], "m/s", if s.held { Shows::States } else { Shows::State("baseVelocity") }, "d(r)/dt, inertial axes";
     base_angular_velocity "baseAngularVelocity" [3], "rad/s", if s.held { Shows::States } else { Shows::State("baseAngularVelocity") }, "omega, base axes: what a gyro reads";
     joint_angle "jointAngle" [s.bodies()], "rad", Shows::State("jointAngle"), "q_i (m of a prismatic joint)";
