@@ -13,6 +13,7 @@ from ._errors import Error
 
 if TYPE_CHECKING:
     import pandas as pd
+    import pyarrow as pa  # type: ignore[import-untyped]
     import xarray as xr
 
 Array = npt.NDArray[Any]
@@ -63,6 +64,12 @@ class Result:
         """Names of the columns, without `time`."""
         return list(self._columns)
 
+    @property
+    def events(self) -> npt.NDArray[np.float64]:
+        """Times in s at which there are two rows, before and after an event, of a run with `events=True`. One that falls on a time of
+        the grid may have one row only."""
+        return np.unique(self.time[1:][np.diff(self.time) == 0.0])
+
     def __len__(self) -> int:
         return len(self.time)
 
@@ -103,6 +110,19 @@ class Result:
 
         variables = {name: ("time", x, attributes(name)) for name, x in self._columns.items()}
         return xr.Dataset(variables, coords={"time": ("time", self.time, {"units": "s"})})
+
+    def to_arrow(self) -> pa.Table:
+        """A table of Arrow with the column `time` (s) first; a field's metadata has its unit as `unit`."""
+        import pyarrow as pa
+
+        def field(name: str, array: pa.Array, unit: str | None) -> pa.Field:
+            return pa.field(name, array.type, metadata={"unit": unit} if unit else None)
+
+        columns = {"time": self.time, **self._columns}
+        units = {"time": "s", **self.units}
+        arrays = {name: pa.array(values) for name, values in columns.items()}
+        schema = pa.schema([field(name, array, units.get(name)) for name, array in arrays.items()])
+        return pa.Table.from_arrays(list(arrays.values()), schema=schema)
 
     def to_numpy(self) -> Array:
         """A structured array with the field `time` first, as FMPy and `input=` have it."""
