@@ -191,6 +191,7 @@ fn the_scorer_counts_what_was_said_and_refuses_a_key_that_was_changed() {
 }
 
 #[test]
+#[ignore = "long: ./test --full runs it"]
 fn a_rig_says_what_it_doubts_and_its_key_what_is_off() {
     let dir = tempfile::tempdir().unwrap();
     // The second of its kinds alone: the offset of a current.
