@@ -51,32 +51,35 @@ pub(super) struct Estimated<'a> {
     led: &'a Fitted,
     sd: Vec<f64>,
     free: Option<(&'a Fitted, Vec<f64>)>,
+    /// Free-running fit of the model's own parameters, for those to which the balances are blind.
+    refitted: Option<(&'a Fitted, Vec<f64>)>,
 }
 
 impl<'a> Estimated<'a> {
     pub(super) fn new(led: &'a Fitted, found: &Found, free: &'a FreeFits) -> Self {
         let own = |r: &&(usize, Fitted)| same(&found.sets[r.0].stated.set, &led.stated.set);
         let free = free.iter().find(own).map(|r| (&r.1, r.1.deviations()));
-        Self { led, sd: led.deviations(), free }
+        Self { led, sd: led.deviations(), free, refitted: None }
     }
-    /// Of a set without effects: with the free-running fit of the model's own parameters, where it has none of its own.
+    /// Of a set without effects: with the free-running fit of the model's own parameters.
     pub(super) fn or_refitted(self, refitted: Option<&'a Fitted>) -> Self {
         let bare = !self.led.stated.set.iter().any(Hypothesis::is_effect);
-        let refitted = refitted.filter(|_| bare).map(|f| (f, f.deviations()));
-        Self { free: self.free.or(refitted), ..self }
+        Self { refitted: refitted.filter(|_| bare).map(|f| (f, f.deviations())), ..self }
     }
     /// The surer estimate of an unknown of the led set; its interval has in it what the other says, as far as that is sure,
     /// and `form` times the value.
     fn amount(&self, k: usize, form: f64) -> Amount {
         let u = &self.led.stated.unknowns[k];
         let led = (self.led.theta[k], self.sd[k]);
-        let free = self.free.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])));
-        // Balances that say less than what was believed before: they are blind to it, and what runs freely is all that speaks.
+        let of = |fit: &Option<(&Fitted, Vec<f64>)>| {
+            fit.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])))
+        };
+        // Balances that say less than what was believed before are blind to it: what runs freely is all that speaks.
         let blind = u.prior.is_some_and(|(_, doubt)| led.1 > core::f64::consts::FRAC_1_SQRT_2 * doubt);
-        let (best, other) = match free {
-            Some(free) if blind => (free, None),
-            Some(free) if free.1 < led.1 => (free, Some(led)),
-            free => (led, free),
+        let (best, other) = match (of(&self.free), of(&self.refitted).filter(|_| blind)) {
+            (None, Some(refitted)) => (refitted, None),
+            (Some(free), _) if free.1 < led.1 => (free, Some(led)),
+            (free, _) => (led, free),
         };
         let at = |x: f64| u.scale.value(x).0;
         let value = at(best.0);
