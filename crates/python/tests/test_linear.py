@@ -55,7 +55,7 @@ def test_matrices_of_an_arm_are_those_of_differences(fmus, version):
 
 
 def test_what_linearize_cannot_do_is_said(joint):
-    with pytest.raises(tu.Error, match="did you mean state.twist"):
+    with pytest.raises(tu.Error, match="did you mean `state.twist`"):
         joint.linearize(states={"state.twst": 0.1})
     with pytest.raises(tu.Error, match="motorCurrent"):
         joint.linearize(inputs={"motorCurent": 0.1})
