@@ -10,6 +10,7 @@ mod advance;
 mod calls;
 mod field;
 mod iterate;
+mod linear;
 
 use std::ops::Range;
 
@@ -17,6 +18,7 @@ use trueup_fmi_import::Error as FmuError;
 use trueup_numerics::driver::{Memory, Solver, Stepper};
 
 use self::calls::Columns;
+pub use self::linear::{Linear, Point};
 use crate::error::Error;
 use crate::node::Node;
 use crate::slave::Block;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use numpy::{PyArray1, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use trueup_cosim::model_exchange::{Linear, Point};
 use trueup_cosim::plan::Plan;
 use trueup_cosim::system::{InputFile, Interface as Chosen, Place, Record, System as Described};
 use trueup_cosim::{Files, Inputs, Kind, Master, Memory, check_with, names};
@@ -31,6 +32,9 @@ pub(crate) struct System {
     fmus: Vec<(PathBuf, Arc<Fmu>)>,
     notes: Vec<String>,
 }
+
+/// Names and values.
+type Named<'py> = (Vec<String>, Bound<'py, PyArray1<f64>>);
 
 /// What a run gave: columns, times in s, values of each column, notes.
 type Ran<'py> = (Vec<Head>, Bound<'py, PyArray1<f64>>, Vec<Bound<'py, PyArray1<f64>>>, Vec<String>);
@@ -70,7 +74,7 @@ impl System {
         outputs: Vec<String>,
         events: Option<bool>,
     ) -> PyResult<Ran<'py>> {
-        let mut system = self.described.clone();
+        let mut system = self.with(&values)?;
         let run = &mut system.run;
         for (asked, slot) in [
             (start, &mut run.start),
@@ -87,10 +91,6 @@ impl System {
         if let Some(name) = interface {
             let interface = Some(name.parse().map_err(Failure::of)?);
             system.components.iter_mut().for_each(|c| c.interface = interface);
-        }
-        for (name, value) in &values {
-            let set = system.set(name, value, &Place::default());
-            set.map_err(|mistake| Failure::from(trueup_cosim::Error::System(vec![mistake])))?;
         }
         if !outputs.is_empty() {
             let record = |name| Record { name, ..Record::default() };
@@ -117,6 +117,27 @@ impl System {
         let heads = memory.columns().iter().map(|c| (c.name.clone(), kind(c.kind), c.unit.clone()));
         let series = memory.series().iter().map(|s| PyArray1::from_slice(py, s));
         Ok((heads.collect(), PyArray1::from_slice(py, memory.time()), series.collect(), notes))
+    }
+
+    /// States, inputs, rates, outputs where a run begins at that time with those start values and states, and the exact derivatives
+    /// of rates and outputs by states and inputs, row by row.
+    fn linear<'py>(
+        &self,
+        py: Python<'py>,
+        time: f64,
+        values: Vec<(String, String)>,
+        states: Vec<(String, f64)>,
+    ) -> PyResult<(Vec<Named<'py>>, Bound<'py, PyArray1<f64>>)> {
+        let mut system = self.with(&values)?;
+        (system.run.start, system.run.stop) = (Some(time), Some(time + 1.0));
+        system.run.step = Some(1.0);
+        system.components.iter_mut().for_each(|c| c.interface = Some(Chosen::ModelExchange));
+        let mut files = self.files();
+        let found = py.detach(|| check_with(&system, &mut files).and_then(|plan| Linear::of(plan, &states)));
+        let found = found.map_err(|e| Failure::from(e).or_file(&self.described.file))?;
+        let named = |p: &Point| (p.names.clone(), PyArray1::from_slice(py, &p.values));
+        let points = [&found.states, &found.inputs, &found.rates, &found.outputs].map(named);
+        Ok((points.into(), PyArray1::from_slice(py, &found.jacobian)))
     }
 }
 
@@ -159,6 +180,16 @@ impl System {
         let mut files = Files::default();
         self.fmus.iter().for_each(|(file, fmu)| files.hold(file, fmu));
         files
+    }
+
+    /// The same system with these start values, texts as on the command line of the program.
+    fn with(&self, values: &[(String, String)]) -> Result<Described, Failure> {
+        let mut system = self.described.clone();
+        for (name, value) in values {
+            let set = system.set(name, value, &Place::default());
+            set.map_err(|mistake| Failure::from(trueup_cosim::Error::System(vec![mistake])))?;
+        }
+        Ok(system)
     }
 
     fn component<'py>(&self, py: Python<'py>, name: &str, file: &Path) -> PyResult<Bound<'py, PyDict>> {

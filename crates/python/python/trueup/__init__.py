@@ -10,7 +10,7 @@ from ._model import Model, models
 from ._program import program
 from ._result import Result
 from ._sweep import sweep
-from ._system import Fmu, System, Variable, Variables
+from ._system import Fmu, Linear, System, Variable, Variables
 
 __all__ = [
     "Case",
@@ -18,6 +18,7 @@ __all__ = [
     "Error",
     "Fit",
     "Fmu",
+    "Linear",
     "Model",
     "Problem",
     "Result",

@@ -27,6 +27,9 @@ class System:
         outputs: Sequence[str],
         events: bool | None,
     ) -> tuple[list[tuple[str, str, str]], _Floats, list[_Floats], list[str]]: ...
+    def linear(
+        self, time: float, values: Sequence[tuple[str, str]], states: Sequence[tuple[str, float]]
+    ) -> tuple[list[tuple[list[str], _Floats]], _Floats]: ...
 
 class Case:
     @staticmethod

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import html
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -273,6 +273,40 @@ class System:
         return f"<p>{html.escape(', '.join(parts))}</p>{self.variables._repr_html_()}"
 
 
+@dataclass(frozen=True)
+class Linear:
+    """dx/dt = f(x, u), y = g(x, u) about one point, as it is between events: `f + A (x - x0) + B (u - u0)`, `y + C .. + D ..`.
+
+    Iterating gives A, B, C, D."""
+
+    #: Names of rows and columns, arrays by element; values are in the variables' units.
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+    #: The point: states and inputs there, derivatives of the states, outputs.
+    x: npt.NDArray[np.float64]
+    u: npt.NDArray[np.float64]
+    f: npt.NDArray[np.float64]
+    y: npt.NDArray[np.float64]
+    #: df/dx, df/du, dg/dx, dg/du.
+    A: npt.NDArray[np.float64]
+    B: npt.NDArray[np.float64]
+    C: npt.NDArray[np.float64]
+    D: npt.NDArray[np.float64]
+
+    def __iter__(self) -> Iterator[npt.NDArray[np.float64]]:
+        return iter((self.A, self.B, self.C, self.D))
+
+    def to_pandas(self) -> pd.DataFrame:
+        """All four as one frame: rows `der(..)` of the states, then outputs; columns states, then inputs."""
+        import pandas as pd
+
+        rows = [*(f"der({name})" for name in self.states), *self.outputs]
+        return pd.DataFrame(
+            np.block([[self.A, self.B], [self.C, self.D]]), index=rows, columns=[*self.states, *self.inputs]
+        )
+
+
 class Fmu(System):
     """One FMU, anybody's: read and loaded once, run often."""
 
@@ -286,10 +320,37 @@ class Fmu(System):
         """As its description says, `2.0` or `3.0`."""
         return str(self._components[0]["fmi_version"])
 
+    def linearize(
+        self,
+        t: float = 0.0,
+        *,
+        states: Mapping[str, float] | None = None,
+        inputs: Mapping[str, Value] | None = None,
+        parameters: Mapping[str, Value] | None = None,
+    ) -> Linear:
+        """Its exact derivatives where a run begins, for Model Exchange.
+
+        Parameters:
+            t: time in s at which it begins.
+            states: values of continuous states by name, elements as `q[1]`, in their units; the others are as the run begins. An
+                event that is due there is handled first: a joint that rests sticks, and `x` is what came of it.
+            inputs: by name.
+            parameters: start values of parameters by name.
+        """
+        values = [(name, text(value)) for name, value in {**(parameters or {}), **(inputs or {})}.items()]
+        given = [(name, float(value)) for name, value in (states or {}).items()]
+        ((xs, x), (us, u), (_, f), (ys, y)), flat = self._native.linear(t, values, given)
+        whole = flat.reshape(len(x) + len(y), len(x) + len(u))
+        top, bottom = whole[: len(x)], whole[len(x) :]
+        n = len(x)
+        return Linear(
+            tuple(xs), tuple(us), tuple(ys), x, u, f, y, top[:, :n], top[:, n:], bottom[:, :n], bottom[:, n:]
+        )
+
     @cached_property
     def by_column(self) -> dict[str, Variable]:
         """The variable of each column that a result may have."""
         return {column: v for v in self.variables.values() for column in v.columns}
 
 
-__all__ = ["Fmu", "System", "Variable", "Variables", "base"]
+__all__ = ["Fmu", "Linear", "System", "Variable", "Variables", "base"]
