@@ -1,6 +1,7 @@
 //! From a case to a diagnosis.
 
 pub mod began;
+mod blind;
 mod claim;
 mod complete;
 mod contest;
@@ -31,6 +32,7 @@ use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Polished};
 use crate::engine::search::{Fitted, Search, excess};
 use crate::engine::select::{Effort, Found, same};
+use crate::engine::stretches::Stretches;
 use crate::engine::subject::Subject;
 use crate::experiment::{self, Experiment};
 use crate::outcome::*;
@@ -234,8 +236,17 @@ fn diagnose_all(
         let theta = search.compare(&led.stated).start();
         (!led.misses_little()).then(|| search.polish(&Fitted { theta, ..led.clone() }, POLISH))
     };
-    let (led, given) = parallel::join(|| search.polish(&led, POLISH), given);
-    let (models, mut ground) = ground(&search, &found, [Some(led), given].into_iter().flatten(), options)?;
+    let (nearest, given) = parallel::join(|| search.polish(&led, POLISH), given);
+    // Where balances are blind a free run may have strayed too far to come back.
+    let blind = found.above(found.plain.excess()) < options.limits.gap.left;
+    let strays = blind && !search.is_near(&nearest, options.limits.free_runs.near);
+    let stretches = if strays { Stretches::of(&search) } else { None };
+    let short = stretches.as_ref().map(|s| s.search(&search));
+    let in_short = short.as_ref().and_then(|s| s.polish(&led.of_all(), POLISH).fitted);
+    let back = in_short.as_ref().map(|f| search.polish(&f.of_all(), POLISH));
+    let (models, mut ground) =
+        ground(&search, &found, [Some(nearest), given, back].into_iter().flatten(), options)?;
+    ground.stretches = short.as_ref().zip(in_short);
     // What the balances leave open the free-running simulation has to tell.
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
@@ -379,6 +390,7 @@ fn conclude(
         ));
         (after, shown_after) = (tuned.clone(), shown_tuned.clone());
     }
+    notes.extend(blind::told(search, decision.verdict));
     let claimed = claimed && worse.is_none();
     let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
     let settled = search.settled(&after, runs).map_err(nominal)?;

@@ -4,7 +4,7 @@ use trueup_estimation::evidence::Prior;
 use trueup_estimation::intake::Raw;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
 use trueup_models::effect::{
-    EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, Scope,
+    EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, SEARCHED_ORDERS, Scope,
 };
 use trueup_models::joint::{TwoMassJoint, input, parameter as q};
 
@@ -217,6 +217,8 @@ impl Cause {
                     asked.push(Asked { unknown, points, neutral: Some(neutral) });
                 }
                 Role::Shape => asked.push(shape(s, &name, at, size)),
+                // Each recording begins anew.
+                Role::Initial => {}
             }
         }
     }
@@ -298,14 +300,15 @@ fn shape(s: &ParameterSpec, name: &str, at: usize, size: f64) -> Asked {
     let target = Target::Parameter(at);
     let chosen = |usual: &'static [f64]| if s.search.looks.is_empty() { usual } else { s.search.looks };
     if s.log {
-        let order = s.name.ends_with("Order");
+        let order = s.order;
         let bounds = if order {
-            [0.02f64.ln(), 200f64.ln()]
+            let [least, most] = SEARCHED_ORDERS;
+            [s.min.max(least).ln(), most.ln()]
         } else {
             [s.min.max(size * 1e-5).ln(), s.max.min(size * 1e5).ln()]
         };
         let points = if order {
-            ORDERS.iter().map(|o| o.ln()).collect()
+            ORDERS.iter().map(|o| o.ln()).filter(|o| *o >= bounds[0]).collect()
         } else {
             chosen(SHAPES).iter().map(|l| (l * size).ln().clamp(bounds[0], bounds[1])).collect()
         };

@@ -206,7 +206,7 @@ fn a_verdict_names_nothing_where_nothing_lacks() {
 
 #[test]
 fn a_verdict_names_what_lacks() {
-    let (kind, name, two, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0])], ALL));
+    let (kind, name, two, unknown) = told(&case(&[("friction-drift", &[-0.12, 4.0, 0.0])], ALL));
     assert_eq!((kind, name.as_deref(), two), (Kind::Effects, Some("friction-drift"), false));
     assert!(unknown < 0.1, "{unknown}");
 }

@@ -1,7 +1,7 @@
 //! The plants with their variables by name: what recordings, cases and results speak of.
 
 use trueup_models::arm::{
-    BASE, BASE_CHOICE, PAYLOAD, PayloadParameter, PlanarManipulator, Replay, layout, rotor,
+    self, BASE, BASE_CHOICE, PAYLOAD, PayloadParameter, PlanarManipulator, Replay, layout, rotor,
 };
 use trueup_models::effect::EffectError;
 use trueup_models::effect::{self, EffectSet, Role as Kinds, Scope};
@@ -485,20 +485,26 @@ impl Model {
         self.outputs.iter().position(|q| q.name == name)
     }
 
+    /// The inputs that drive the motors: of a joint that holds an angle by itself, its reference.
+    fn driving(&self) -> std::ops::Range<usize> {
+        let joints = self.structure.flexible.len();
+        let first = match (self.effects().servo(), &self.kind) {
+            (Some(servo), _) => servo.begin.inputs,
+            (None, Kind::Joint(_)) => joint::input::MOTOR_CURRENT,
+            (None, _) => arm::input::joint_torque(joints),
+        };
+        first..first + joints
+    }
     /// The variables as the reader of recordings and cases wants them.
     pub fn variables(&self) -> Vec<Variable> {
-        // A servo commands the motor by itself.
-        let driving: &[&str] = match self.effects().servo() {
-            Some(e) => &e.spec().inputs.iter().map(|u| u.name).collect::<Vec<_>>(),
-            None => &["motorCurrent", "jointTorque"],
-        };
+        let driving = self.driving();
         let list = |all: &[Quantity], role| {
-            let made = all.iter().map(|q| Variable {
+            let made = all.iter().enumerate().map(|(i, q)| Variable {
                 min: q.min.is_finite().then_some(q.min),
                 max: q.max.is_finite().then_some(q.max),
                 takes: if q.name == "motorCoupling" { Takes::Item } else { Takes::Number },
                 positive: role == Role::Parameter && self.divides_by(&q.name),
-                drives: driving.contains(&base_name(&q.name)),
+                drives: role == Role::Input && driving.contains(&i),
                 ..Variable::new(&q.name, q.unit, role)
             });
             made.collect::<Vec<_>>()

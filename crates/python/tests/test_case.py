@@ -55,6 +55,11 @@ def test_diagnose_is_the_programs_but_for_files(diagnosis, program, backlash, tm
     assert {**diagnosis.json, "augmented": said["augmented"]} == said
 
 
+def test_a_verdict_alone_is_the_programs(program, backlash, tmp_path):
+    said = json.loads(program("diagnose", backlash, "--json", "--verdict-only", "-o", tmp_path / "out").stdout)
+    assert tu.diagnose(backlash, verdict_only=True).json == said
+
+
 def test_diagnose_from_arrays_is_the_same(diagnosis, in_memory):
     found = tu.diagnose(in_memory)
     left_out = ("inputs", "augmented")  # hashes of files, and names of files

@@ -30,7 +30,12 @@ impl Began {
         let coordinates = subject.coordinates(&model.stated.model, &model.stated.nominal);
         let shown = |output: usize| run.run.channels.iter().find(|c| c.output == output);
         let hidden = hidden(&coordinates, |output| shown(output).is_some());
-        let hidden = hidden.into_iter().filter_map(|at| names.get(at).cloned()).collect();
+        // No channel shows where an effect stands.
+        let effects =
+            model.stated.posed.iter().flat_map(|p| p.initial.iter().map(|k| p.unknowns[*k].name.clone()));
+        let mut hidden: Vec<String> =
+            hidden.into_iter().filter_map(|at| names.get(at).cloned()).chain(effects).collect();
+        hidden.dedup();
         let first = names.into_iter().zip(settled.parameters.iter().copied());
         let states = first.filter(|(name, _)| name.starts_with("initial")).collect();
         let channel = |&(output, value): &(usize, f64)| Some((shown(output)?.name.clone(), value));

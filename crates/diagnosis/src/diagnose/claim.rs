@@ -96,6 +96,8 @@ impl<'a> Estimated<'a> {
         let at = stated.set.iter().position(|o| o == h).unwrap_or(0);
         let end = stated.begin.get(at + 1).copied().unwrap_or(stated.unknowns.len());
         let free = (stated.begin[at]..end).filter(|&k| stated.unknowns[k].lower < stated.unknowns[k].upper);
+        // Where it stood when a recording began is a first state.
+        let free = free.filter(|k| !stated.posed[at].initial.contains(&(k - stated.begin[at])));
         let named = |k: usize| (stated.unknowns[k].stem().to_owned(), self.amount(k, LAW_SPREAD));
         let alone = found.sets.iter().find(|s| s.stated.set.len() == 1 && s.stated.set[0] == *h);
         let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);

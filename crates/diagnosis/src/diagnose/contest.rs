@@ -136,6 +136,10 @@ impl Ground<'_> {
         if blind && !all.iter().any(|c| self.is_near(c)) {
             let lacking = self.lacking(found, effort);
             merge(&mut all, lacking);
+            if !all.iter().any(|c| self.is_near(c)) {
+                let lacking = self.lacking_in_stretches(found, effort, &all);
+                merge(&mut all, lacking);
+            }
             self.beside_best(found, effort, &mut all);
         }
         let late = late_where(found, &all).and_then(|at| self.run(found, at));

@@ -27,6 +27,8 @@ pub(super) struct Ground<'a> {
     pub tuned: Replayed,
     /// The free-running fit of them.
     pub fitted: Option<Fitted>,
+    /// Stretches of the recordings for fitting, and the free-running fit of its parameters to them, where balances are blind.
+    pub stretches: Option<(&'a Search<'a>, Fitted)>,
     /// What the better of both misses of the recordings for fitting.
     pub misfit: f64,
     /// What noise leaves, by recording and channel.
@@ -51,7 +53,9 @@ impl<'a> Ground<'a> {
     ) -> Self {
         let [before, tuned] = shown;
         let (seed, limits, weights) = (options.seed, options.limits, BTreeMap::new());
-        let plain = Self { search, runs, before, tuned, fitted, misfit, floors, seed, limits, weights };
+        let stretches = None;
+        let plain =
+            Self { search, runs, before, tuned, fitted, stretches, misfit, floors, seed, limits, weights };
         let pooled = plain.pooled(&plain.before);
         let own = pooled.each();
         let chance = plain.chance(&pooled, limits.free_runs.near).into_iter();

@@ -7,7 +7,7 @@ use super::ground::Ground;
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::replay::Polished;
 use crate::engine::screen::Asked;
-use crate::engine::search::{Fitted, Stated};
+use crate::engine::search::{Fitted, Search, Stated};
 use crate::engine::select::{Effort, Found, put, same};
 use trueup_numerics::order::ascending;
 
@@ -41,22 +41,45 @@ impl Ground<'_> {
         led: Option<&Fitted>,
         ran: &[Contender],
     ) -> Vec<Contender> {
-        let mut all: Vec<Asked> = Vec::new();
-        for asked in self.search.lacking(base, HINT) {
-            // Of the forms of one cause in one place the likeliest.
-            let cause = |a: &Asked| a.stated.set.last().cloned();
-            let like = |a: &Asked| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
-            if all.len() < HINTS && !all.iter().any(like) {
-                all.push(asked);
+        let begun = self
+            .search
+            .nearest(self.search.lacking(base, HINT))
+            .iter()
+            .filter_map(|f| self.search.anew(f))
+            .collect();
+        self.settled(found, begun, effort, led, ran)
+    }
+
+    /// The same of stretches of the recordings, which lack nothing that comes before them. What comes nearest has put the
+    /// parameters right; what would do the same as it does is told from there. All are then fitted to whole recordings.
+    pub(super) fn lacking_in_stretches(
+        &self,
+        found: &mut Found,
+        effort: Effort,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
+        let Some((short, base)) = &self.stretches else { return Vec::new() };
+        let further = |near: Vec<Fitted>| {
+            let fit = |near: Fitted| {
+                let (stated, start) = short.anew(&near)?;
+                short.polished(stated, &start, POLISH)
+            };
+            parallel::map(near, fit).into_iter().flatten().collect::<Vec<_>>()
+        };
+        let mut all = further(short.nearest(short.lacking(base, HINT)));
+        let best = all.iter().min_by(|a, b| a.misfit.total_cmp(&b.misfit)).and_then(|p| p.fitted.as_ref());
+        let alike = best.map_or_else(Vec::new, |best| short.alike(best, HINT));
+        all.extend(further(short.nearest(alike)));
+        ascending(&mut all, |item| item.misfit);
+        let mut each: Vec<Fitted> = Vec::new();
+        for fitted in all.into_iter().filter_map(|p| p.fitted) {
+            if !each.iter().any(|e| same(&e.stated.set, &fitted.stated.set)) {
+                each.push(fitted);
             }
         }
-        // A look from afar says little of a fit, some steps of it say more.
-        let brief = |a: Asked| self.search.polished(a.stated, &a.start, BRIEF);
-        let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
-        ascending(&mut begun, |item| item.misfit);
-        let anew = |p: Polished| self.search.anew(p.fitted.as_ref()?);
-        let begun = begun.into_iter().take(TRIED).filter_map(anew).collect();
-        self.settled(found, begun, effort, led, ran)
+        let run = |f: Fitted| self.by_balances(self.search.polish(&f.of_all(), POLISH), effort, None);
+        let fitted = parallel::map(each, run);
+        self.entered(found, fitted.into_iter().flatten(), ran)
     }
 
     /// Sets that are fitted free-running first, from where they are given, and then by their balances from there, or from
@@ -70,15 +93,34 @@ impl Ground<'_> {
         ran: &[Contender],
     ) -> Vec<Contender> {
         let run = |(stated, start): (Stated, Vec<f64>)| {
-            let polished = self.search.polished(stated, &start, POLISH)?;
-            let from = polished.fitted.as_ref()?;
-            let stated = self.search.state(&from.stated.set).ok()?;
-            let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
-            let fit = |start: Vec<f64>| self.search.fit(stated.clone(), &start, effort.options()).ok();
-            let fits = starts.into_iter().flatten().filter_map(fit);
-            Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
+            self.by_balances(self.search.polished(stated, &start, POLISH)?, effort, led)
         };
         let fitted = parallel::map(all, run);
+        self.entered(found, fitted.into_iter().flatten(), ran)
+    }
+
+    /// A set that ran freely with its fit by the balances, from where it ended or from where `led` had it.
+    fn by_balances(
+        &self,
+        polished: Polished,
+        effort: Effort,
+        led: Option<&Fitted>,
+    ) -> Option<(Fitted, Polished)> {
+        let from = polished.fitted.as_ref()?;
+        let stated = self.search.state(&from.stated.set).ok()?;
+        let starts = [Some(stated.begin_with(&[from])), led.map(|led| stated.begin_with(&[led, from]))];
+        let fit = |start: Vec<f64>| self.search.fit(stated.clone(), &start, effort.options()).ok();
+        let fits = starts.into_iter().flatten().filter_map(fit);
+        Some((fits.max_by(|a, b| a.evidence(1.0).total_cmp(&b.evidence(1.0)))?, polished))
+    }
+
+    /// Sets that ran freely on the recordings held out, among those that were fitted; of those that `ran` what does better.
+    fn entered(
+        &self,
+        found: &mut Found,
+        fitted: impl Iterator<Item = (Fitted, Polished)>,
+        ran: &[Contender],
+    ) -> Vec<Contender> {
         let shown = |(led, polished): (Fitted, Polished)| {
             let old = ran.iter().find(|c| same(&found.sets[c.at].stated.set, &led.stated.set));
             let new = self.shown(found.sets.len(), polished)?;
@@ -86,7 +128,7 @@ impl Ground<'_> {
             let stands = old.is_none_or(|old| new.after < old.after);
             stands.then(|| Contender { at: put(&mut found.sets, led), ..new })
         };
-        fitted.into_iter().flatten().filter_map(shown).collect()
+        fitted.filter_map(shown).collect()
     }
 
     /// Fits the best of these further, where it falls short.
@@ -168,6 +210,25 @@ impl Ground<'_> {
             Some((stated, start))
         };
         self.settled(found, sets.into_iter().filter_map(begun).collect(), effort, None, ran)
+    }
+}
+
+impl Search<'_> {
+    /// Those of the sets that are asked for which come nearest after some steps of a fit: a look from afar says little of one.
+    fn nearest(&self, asked: Vec<Asked>) -> Vec<Fitted> {
+        let mut all: Vec<Asked> = Vec::new();
+        for asked in asked {
+            // Of the forms of one cause in one place the likeliest.
+            let cause = |a: &Asked| a.stated.set.last().cloned();
+            let like = |a: &Asked| cause(a).zip(cause(&asked)).is_some_and(|(a, b)| a.same_place(&b));
+            if all.len() < HINTS && !all.iter().any(like) {
+                all.push(asked);
+            }
+        }
+        let brief = |a: Asked| self.polished(a.stated, &a.start, BRIEF);
+        let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
+        ascending(&mut begun, |item| item.misfit);
+        begun.into_iter().take(TRIED).filter_map(|p| p.fitted).collect()
     }
 }
 

@@ -29,15 +29,15 @@ pub enum Claim {
     Offset(usize),
 }
 
-/// How often a push comes; whatever is none acts all along.
+/// How often a push comes, or how often what has a first state of its own begins; whatever is neither acts all along.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Times {
-    /// Once, at the same time in all recordings.
+    /// Once, at the same time in all recordings; a first state is that of an effect which begins anew in each.
     Once,
     /// Several times, at the same times in all recordings.
     Several,
-    /// Once in each recording, with times and sizes of its own.
+    /// Once in each recording, with times and sizes, or with a first state, of its own.
     EachRun,
 }
 
@@ -112,6 +112,14 @@ impl Hypothesis {
     pub fn is_push(&self) -> bool {
         matches!(self.claim, Claim::Effect(c) if c.spec().pulses > 0)
     }
+    /// It acts alike in all recordings, whenever they begin.
+    pub fn is_alike_in_all(&self) -> bool {
+        self.times == Times::Once
+    }
+    /// It has a first state of its own, by which it may go on from one recording to the next.
+    fn begins(&self) -> bool {
+        matches!(self.claim, Claim::Effect(c) if c.parameters().iter().any(|s| s.role == Role::Initial))
+    }
     /// A command or a reading that is late: simulated by shifting signals in time; the FMU has it as an effect.
     pub fn shifts(&self) -> bool {
         self.shifted
@@ -143,7 +151,7 @@ impl Hypothesis {
     }
     fn order(&self) -> Option<&'static ParameterSpec> {
         match self.claim {
-            Claim::Effect(c) => c.spec().parameters.iter().find(|p| p.name.ends_with("Order")),
+            Claim::Effect(c) => c.spec().parameters.iter().find(|p| p.order),
             Claim::Parameter(_) | Claim::Offset(_) => None,
         }
     }
@@ -319,9 +327,9 @@ pub fn all(p: &Prepared) -> Vec<Hypothesis> {
             list.push(once.clone());
             if once.is_push() {
                 list.push(Hypothesis { times: Times::Several, ..once.clone() });
-                if p.train.len() > 1 {
-                    list.push(Hypothesis { times: Times::EachRun, ..once });
-                }
+            }
+            if (once.is_push() || once.begins()) && p.train.len() > 1 {
+                list.push(Hypothesis { times: Times::EachRun, ..once });
             }
         }
     }
@@ -364,6 +372,10 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
     if p.subject.fixed_base && choice.component() == "base" && !choice.spec().field {
         return false;
     }
+    let commanded = || p.train.iter().any(|c| p.subject.drives(site).any(|input| driven(&c.run, input)));
+    if choice.spec().on_command && !commanded() {
+        return false;
+    }
     match (choice.spec().id, p.subject.plant) {
         ("motor-friction", effect::Plant::Joint) => {
             p.nominal[joint::parameter::COULOMB_FRICTION] == 0.0
@@ -380,9 +392,6 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
             "asymmetric-friction" | "friction-drift" | "presliding-friction" | "stribeck-friction",
             effect::Plant::Arm,
         ) => known::rubs(p, site),
-        ("actuator-lag" | "current-saturation", _) => {
-            p.train.iter().any(|c| p.subject.drives(site).any(|input| driven(&c.run, input)))
-        }
         _ => true,
     }
 }

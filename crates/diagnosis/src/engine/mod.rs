@@ -19,5 +19,6 @@ pub mod replay;
 pub mod screen;
 pub mod search;
 pub mod select;
+pub mod stretches;
 pub mod subject;
 pub mod unknown;

@@ -4,7 +4,7 @@ use trueup_models::effect::Plant;
 use trueup_models::{arm, joint};
 
 use super::hypothesis::Hypothesis;
-use super::problem::{Compared, Unknown};
+use super::problem::Compared;
 use super::search::{Fitted, Search};
 use trueup_identification::sizes::range;
 use trueup_numerics::order::descending;
@@ -17,11 +17,6 @@ const HIGHEST: f64 = 40.0;
 const TURNS: f64 = 60.0;
 /// Readings whose pointers turn together.
 const BLOCK: usize = 128;
-
-/// An order of the shaft.
-pub(crate) fn is_order(u: &Unknown) -> bool {
-    u.stem().ends_with("Order")
-}
 
 impl Search<'_> {
     /// Where to look for the order of a cause that repeats with the shaft; `None`: the recordings cannot be followed.

@@ -326,7 +326,7 @@ fn rough(y: &[f64]) -> Option<f64> {
 
 /// Position and velocity of every coordinate at the start, from a parabola through its first readings; of those that
 /// nobody measures as of the neighbour: the load as the motor has it.
-fn first_states(
+pub(super) fn first_states(
     subject: &Subject,
     model: &Model,
     nominal: &[f64],

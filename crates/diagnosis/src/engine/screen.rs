@@ -9,7 +9,6 @@ use trueup_identification::parallel;
 use trueup_models::effect::PUSHES;
 
 use super::hypothesis::{self, Hypothesis, Look, Posed, Times};
-use super::order::is_order;
 use super::problem::Unknown;
 use super::push::{Stretch, filled};
 use super::search::{Fitted, Search, Stated};
@@ -103,7 +102,7 @@ impl Search<'_> {
         orders: &[f64],
     ) -> Option<Vec<Look>> {
         let push = h.is_push();
-        let order = posed.unknowns.iter().position(is_order);
+        let order = posed.order;
         let free = base.stated.free.is_some();
         // Orders are sought in what the balances miss, and what pushes each recording at a time of its own.
         if free && (order.is_some() || push && h.times == Times::EachRun) {
@@ -165,6 +164,32 @@ impl Search<'_> {
         Some(vec![filled(h, unknowns, &stretches)])
     }
 
+    /// Effects that would do at least this share of what the last cause of `best` does where it ended, running freely: a free run
+    /// without it says little of them, for it goes elsewhere (EST-10).
+    pub fn alike(&self, best: &Fitted, least: f64) -> Vec<Asked> {
+        let projection = Projection::without_last(best);
+        let whole = 0.5 * projection.residuals.norm_squared().max(f64::MIN_POSITIVE);
+        let asked = |i: usize| {
+            let s = self.screen_one(best, &projection, i, &[])?;
+            let mut set = best.stated.set.clone();
+            set.push(self.causes[i].clone());
+            let both = self.state_like(&set, best.stated.free.clone()).ok()?;
+            set.remove(set.len() - 2);
+            let stated = self.state_like(&set, best.stated.free.clone()).ok()?;
+            let start = both.begins_like(&stated, &s.start);
+            Some(Asked { share: s.gain / whole, stated, start })
+        };
+        let other = |i: &usize| {
+            let own = &self.causes[*i];
+            own.is_effect() && !best.stated.set.iter().any(|h| h.same_place(own))
+        };
+        let tasks: Vec<usize> = (0..self.causes.len()).filter(other).collect();
+        let mut all: Vec<Asked> = parallel::map(tasks, asked).into_iter().flatten().collect();
+        all.retain(|a| a.share >= least);
+        descending(&mut all, |item| item.share);
+        all
+    }
+
     /// How the effects would fare beside `base`, which runs freely: those that would explain at least this share of what it
     /// misses, best first; with the effects of `base`, or alone where it has none.
     pub fn lacking(&self, base: &Fitted, least: f64) -> Vec<Asked> {
@@ -183,9 +208,7 @@ impl Search<'_> {
             if claims {
                 stated.believe_like(&base.stated);
             }
-            let there = |u: &Unknown| all.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
-            let start =
-                stated.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| s.start[k])).collect();
+            let start = all.begins_like(&stated, &s.start);
             Some(Asked { share, stated, start })
         };
         self.screen(base).into_iter().filter_map(asked).collect()

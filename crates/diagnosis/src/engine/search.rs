@@ -48,6 +48,11 @@ impl Stated {
         let known = |u: &Unknown| fits.iter().find_map(|f| f.coordinate_of(u));
         self.unknowns.iter().map(|u| known(u).unwrap_or_else(|| u.coordinate())).collect()
     }
+    /// Coordinates to begin another set with, what both share as these are.
+    pub(super) fn begins_like(&self, other: &Self, theta: &[f64]) -> Vec<f64> {
+        let there = |u: &Unknown| self.unknowns.iter().position(|v| v.name == u.name && v.run == u.run);
+        other.unknowns.iter().map(|u| there(u).map_or(u.coordinate(), |k| theta[k])).collect()
+    }
 }
 
 /// What residuals come to in one octave.
@@ -134,7 +139,7 @@ impl Fitted {
     /// Order of the shaft that a cause of the set repeats with; `None`: it does not.
     pub fn order_of(&self, cause: usize) -> Option<f64> {
         let begin = *self.stated.begin.get(cause)?;
-        let own = self.stated.posed.get(cause)?.unknowns.iter().position(super::order::is_order)?;
+        let own = self.stated.posed.get(cause)?.order?;
         let k = begin + own;
         Some(self.stated.unknowns.get(k)?.scale.value(self.theta[k]).0)
     }
@@ -254,17 +259,19 @@ impl<'a> Search<'a> {
             }
         }
         // What nothing leads begins somewhere.
-        for (run, (led, compared)) in self.led.iter().zip(&p.train).enumerate() {
-            let links = led.links(&model, &p.subject.coordinates(&model, &nominal));
-            let unled: Vec<usize> = links.unled().collect();
-            let which = |c: usize| free.is_some() || unled.contains(&c);
+        for (run, compared) in p.train.iter().enumerate() {
+            let coordinates = || p.subject.coordinates(&model, &nominal);
+            let led = self.led.get(run).filter(|_| free.is_none());
+            let unled: Option<Vec<usize>> = led.map(|l| l.links(&model, &coordinates()).unled().collect());
+            let which = |c: usize| unled.as_ref().is_none_or(|unled| unled.contains(&c));
             unknowns.extend(self.first_states((&model, &nominal), compared, run, which));
         }
         let (mut begin, mut posed) = (Vec::new(), Vec::new());
         for h in set {
             begin.push(unknowns.len());
             let mut one = h.pose(p, &self.sizes, &names);
-            for u in one.unknowns.iter_mut().filter(|u| super::order::is_order(u)) {
+            if let Some(k) = one.order {
+                let u = &mut one.unknowns[k];
                 u.lower = u.lower.max(self.coarsest(h));
                 u.upper = u.upper.min(self.finest(h)).max(2.0 * u.lower);
                 u.start = u.start.clamp(u.lower, u.upper);

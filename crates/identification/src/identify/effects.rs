@@ -108,6 +108,11 @@ impl Effects {
                 nominal[at] = given.unwrap_or(size);
                 return;
             }
+            // Every recording begins anew, or as the case says.
+            Role::Initial => {
+                nominal[at] = given.unwrap_or(0.0);
+                return;
+            }
             Role::Amplitude if s.neutral.is_infinite() || s.log => {
                 let looks = looks(&[0.6, 1.0, 1.6]);
                 (by_log(given.unwrap_or(first(looks) * size), None), looks)

@@ -82,6 +82,7 @@ impl Effect for ActuatorLag {
             torque("laggedTorque", "Torque behind the lag (EF-11)"),
         ],
         shifts: true,
+        on_command: true,
         ..Spec::NONE
     };
 

@@ -45,6 +45,7 @@ impl Effect for CurrentSaturation {
                 ..ParameterSpec::SHAPE
             },
         ],
+        on_command: true,
         ..Spec::NONE
     };
 

@@ -1,7 +1,7 @@
 //! `friction-drift`: friction that changes over the run (warming up).
 //!
-//! (EF-16) all motor friction times 1 + r T (1 - exp(-t/T)), never below 0: it begins to change with the relative rate r
-//! and settles with the time T.
+//! (EF-16) all motor friction times 1 + r T (1 - exp(-(t + t_0)/T)), never below 0: it begins to change with the relative
+//! rate r and settles with the time T; a run finds it changing for the time t_0 already.
 //!
 //! What it gets wrong: it goes by the time, not by the temperature that the work of friction makes.
 
@@ -41,12 +41,21 @@ impl Effect for FrictionDrift {
                 search: Search::from(&[0.5, 3.0]),
                 ..ParameterSpec::SHAPE
             },
+            ParameterSpec {
+                name: "initialFrictionDriftTime",
+                unit: "s",
+                description: "How long friction has been changing when a run begins, t_0 (EF-16)",
+                min: 0.0,
+                role: Role::Initial,
+                scale: Scale::of(1.0, &[(Measure::Duration, 1)]),
+                ..ParameterSpec::NONE
+            },
         ],
         ..Spec::NONE
     };
 
     fn friction<T: Scalar>(l: &Local<T>, d: &Drive<T>, _direction: f64, levels: &mut Levels<T>) {
-        let factor = (l.p(0) * settling(d.t, l.p(1)) + 1.0).max(T::zero());
+        let factor = (l.p(0) * settling(l.p(2) + d.t, l.p(1)) + 1.0).max(T::zero());
         levels.breakaway *= factor;
         levels.coulomb *= factor;
         levels.sliding *= factor;
@@ -64,7 +73,7 @@ mod tests {
         let at = |t: f64, rate: f64| {
             let mut levels = paper(1.0, 3.0, 0.5, 2.0);
             let d = Drive { t, ..Drive::default() };
-            FrictionDrift::friction(&Local::new(&[rate, 4.0], &[], &[], 0, 1), &d, 1.0, &mut levels);
+            FrictionDrift::friction(&Local::new(&[rate, 4.0, 0.0], &[], &[], 0, 1), &d, 1.0, &mut levels);
             [levels.breakaway, levels.braking()]
         };
         assert_eq!(at(0.0, -0.1), [3.0, 2.0]);
@@ -74,5 +83,12 @@ mod tests {
                 && (at(2.0, -0.1)[1] - 2.0 * factor).abs() < 1e-14
         );
         assert_eq!(at(1e3, -0.5), [0.0, 0.0]);
+        let later = |t: f64, before: f64| {
+            let mut levels = paper(1.0, 3.0, 0.5, 2.0);
+            let d = Drive { t, ..Drive::default() };
+            FrictionDrift::friction(&Local::new(&[-0.1, 4.0, before], &[], &[], 0, 1), &d, 1.0, &mut levels);
+            [levels.breakaway, levels.braking()]
+        };
+        assert_eq!(later(0.5, 1.5), at(2.0, -0.1), "a run goes on where another ended");
     }
 }

@@ -45,6 +45,7 @@ impl Effect for KinematicError {
                 joint_start: 0.005,
                 arm_start: 2.0,
                 scale: Scale::plain(2.0),
+                order: true,
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {

@@ -53,7 +53,8 @@ pub use external_force::PUSHES;
 pub use list::{ALL, Kind};
 pub use set::{EffectSet, Placed};
 pub use spec::{
-    Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, Scale, Scope, Search, SignalSpec, Spec,
+    Borrowed, Measure, Neutral, ParameterSpec, Place, Plant, Role, SEARCHED_ORDERS, Scale, Scope, Search,
+    SignalSpec, Spec,
 };
 
 /// The values of one effect at one site. Vectors are stored variable by variable, so that element `k` of a

@@ -76,6 +76,7 @@ impl Effect for PositionServo {
             boolean: false,
         }],
         installed: true,
+        servo: true,
         affine: true,
         ..Spec::NONE
     };

@@ -44,6 +44,7 @@ impl Effect for SensorEccentricity {
                 above_min: false,
                 joint_start: 1.0,
                 arm_start: 1.0,
+                order: true,
                 ..ParameterSpec::SHAPE
             },
         ],

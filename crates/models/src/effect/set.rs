@@ -112,9 +112,9 @@ impl EffectSet {
             spec.is_some_and(|s| s.role == Role::Shape && s.unit == "rad" && !s.log)
         })
     }
-    /// The servo that drives the joints, where there is one: what has a reference as an input of its own.
+    /// The servo that drives the joints, where there is one.
     pub fn servo(&self) -> Option<&Placed> {
-        self.placed.iter().find(|e| !e.spec().inputs.is_empty())
+        self.placed.iter().find(|e| e.spec().servo)
     }
     /// One of them needs motor friction.
     pub fn needs_friction(&self) -> bool {

@@ -29,6 +29,9 @@ pub enum Role {
     Shape,
     /// Sets a unit of measure; not to be estimated.
     Reference,
+    /// Where the effect stands when a run begins: a first state, which each recording has its own of. At its start value the
+    /// effect begins anew.
+    Initial,
 }
 
 /// What sizes in a plant and its recordings the size of an effect is measured by.
@@ -119,6 +122,9 @@ impl Search {
     }
 }
 
+/// Orders of a shaft that an estimator tries: one period in fifty turns, two hundred in one.
+pub const SEARCHED_ORDERS: [f64; 2] = [0.02, 200.0];
+
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug)]
 pub struct ParameterSpec {
@@ -148,6 +154,8 @@ pub struct ParameterSpec {
     pub scale: Scale,
     /// Estimated best by its logarithm.
     pub log: bool,
+    /// It counts periods per turn of a shaft: looked for within [`SEARCHED_ORDERS`].
+    pub order: bool,
     /// Where it is looked for.
     pub search: Search,
     /// Where it is looked for on a [`Plant::Arm`], if elsewhere.
@@ -170,6 +178,7 @@ impl ParameterSpec {
         neutral: 0.0,
         scale: Scale::plain(1.0),
         log: false,
+        order: false,
         search: Search::USUAL,
         arm_search: None,
     };
@@ -314,6 +323,10 @@ pub struct Spec {
     pub bristles: bool,
     /// A part that its owner puts there: nobody looks for it in recordings.
     pub installed: bool,
+    /// It commands the motor by itself, from a reference that is the first of its inputs.
+    pub servo: bool,
+    /// It acts on the command of the motor: where no recording has one it shows nowhere.
+    pub on_command: bool,
     /// The effect that an arm has along with it when it is looked for in recordings, in full: what no recording shows by
     /// itself alone.
     pub along: Option<&'static str>,
@@ -348,6 +361,8 @@ impl Spec {
         affine: false,
         bristles: false,
         installed: false,
+        servo: false,
+        on_command: false,
         along: None,
     };
     /// A plant can have it; of an arm it matters whether its base is fixed.

@@ -45,6 +45,7 @@ impl Effect for TorqueRipple {
                 joint_start: 4.0,
                 arm_start: 4.0,
                 scale: Scale::plain(4.0),
+                order: true,
                 ..ParameterSpec::SHAPE
             },
             ParameterSpec {

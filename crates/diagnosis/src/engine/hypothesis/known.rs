@@ -47,7 +47,7 @@ pub(super) fn parameters(p: &Prepared) -> Vec<usize> {
                 let fits = match s.role {
                     Role::Amplitude => p.nominal[i] != s.neutral && p.nominal[i] != 0.0,
                     Role::Shape => doubted,
-                    Role::Reference => false,
+                    Role::Reference | Role::Initial => false,
                 };
                 if fits {
                     all.push(i);

@@ -7,7 +7,7 @@ use crate::engine::push::Part;
 pub type Look = Vec<f64>;
 
 /// A hypothesis put into numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Posed {
     /// Its unknowns.
     pub unknowns: Vec<Unknown>,
@@ -17,6 +17,10 @@ pub struct Posed {
     pub looks: Vec<Look>,
     /// Shapes that grow with the first amplitude.
     pub follow: Vec<usize>,
+    /// The order of a shaft with which it repeats.
+    pub order: Option<usize>,
+    /// First states of its own, of one recording each.
+    pub initial: Vec<usize>,
 }
 
 /// What happens within this share of the time between two readings is at once to whoever reads them (and stiff).
@@ -36,13 +40,18 @@ impl Hypothesis {
                         WRONG
                     };
                 let u = parameter(p, index, doubt);
-                Posed { unknowns: vec![u], amplitudes: vec![], looks: vec![], follow: vec![] }
+                Posed { unknowns: vec![u], ..Posed::default() }
             }
             Claim::Offset(output) => {
                 let s = sizes.range(output).max(1e-12) * 0.02;
                 let u =
                     amplitude("offset", "rad", Target::Offset(output), s, (f64::NEG_INFINITY, f64::INFINITY));
-                Posed { unknowns: vec![u], amplitudes: vec![(0, 0.0)], looks: vec![vec![s]], follow: vec![] }
+                Posed {
+                    unknowns: vec![u],
+                    amplitudes: vec![(0, 0.0)],
+                    looks: vec![vec![s]],
+                    ..Posed::default()
+                }
             }
             Claim::Effect(choice) if self.shifted => self.pose_shift(p, choice),
             Claim::Effect(choice) => self.pose_effect(p, sizes, names, choice),
@@ -64,7 +73,7 @@ impl Hypothesis {
             let input = p.subject.motor_input(self.site);
             vec![Target::InputLag(input), Target::InputDelay(input)]
         };
-        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks: vec![], follow: vec![] };
+        let mut posed = Posed::default();
         for (k, (s, target)) in choice.parameters().iter().zip(targets).enumerate() {
             let (search, size) = (s.search_in(p.subject.plant), s.scale.factor);
             let bounds = (s.min, s.max.min(search.most));
@@ -99,7 +108,7 @@ impl Hypothesis {
         };
         // When a push comes is looked for elsewhere.
         let looks = if self.is_push() { vec![] } else { vec![vec![]] };
-        let mut posed = Posed { unknowns: vec![], amplitudes: vec![], looks, follow: vec![] };
+        let mut posed = Posed { looks, ..Posed::default() };
         let find = |name: &str| {
             names.get(name).or_else(|| names.get(&format!("{name}[{}]", self.site + 1))).copied()
         };
@@ -142,6 +151,12 @@ impl Hypothesis {
         for s in &all[..if one_push { all.len() / effect::PUSHES } else { all.len() }] {
             let name = choice.variable(s.name);
             let Some(at) = find(&name) else { continue };
+            if s.role == Role::Initial {
+                if self.times == Times::EachRun {
+                    posed.begins(p, &self.here(&name), s, at, s.scale.value(measure));
+                }
+                continue;
+            }
             let below = s.below.map_or(f64::INFINITY, |b| b.value(measure));
             let search = s.search_in(p.subject.plant);
             let s = ParameterSpec { min: s.min.max(-below), max: s.max.min(search.most), search, ..*s };
@@ -208,6 +223,8 @@ impl Hypothesis {
                 // The typical size at hand is the unit of measure.
                 posed.fixed(Unknown { start: size, ..logarithmic(name, unit, target, size, 1e-6) });
             }
+            // `begins` has it, of each recording.
+            Role::Initial => {}
             Role::Amplitude if s.neutral.is_finite() && !s.log => {
                 posed.amplitude(
                     amplitude(name, unit, target, size, (s.min, s.max)),
@@ -226,9 +243,11 @@ impl Hypothesis {
             Role::Shape if s.log => {
                 let mut u = logarithmic(name, unit, target, size, s.search.doubt);
                 (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
-                if s.name.ends_with("Order") {
+                if s.order {
+                    let [least, most] = effect::SEARCHED_ORDERS;
                     u.prior = Some((size.ln(), 1.5));
-                    (u.lower, u.upper) = (s.min.max(0.02), 200.0);
+                    (u.lower, u.upper) = (s.min.max(least), most);
+                    posed.order = Some(posed.unknowns.len());
                     let usual = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].map(|o| o / size);
                     let orders: Vec<f64> = usual.into_iter().filter(|o| *o >= s.min).collect();
                     posed.shape(u, &orders);
@@ -296,6 +315,21 @@ impl Posed {
     fn plain(&mut self, u: Unknown, values: &[f64]) {
         self.unknowns.push(u);
         self.spread(values);
+    }
+    /// A first state of each recording's own. They are thought to follow each other in the order in which they are named,
+    /// within as many typical sizes as there are.
+    fn begins(&mut self, p: &Prepared, name: &str, s: &ParameterSpec, at: usize, size: f64) {
+        let mut passed = 0.0;
+        for (run, compared) in p.train.iter().enumerate() {
+            let mut u = amplitude(name, s.unit, Target::Parameter(at), size, (s.min, s.max));
+            (u.run, u.start) = (Some(run), passed);
+            (u.prior, u.heavy) = (Some((passed / size, p.train.len() as f64)), false);
+            self.initial.push(self.unknowns.len());
+            self.unknowns.push(u);
+            self.spread(&[passed]);
+            let t = compared.run.channels.iter().filter_map(|c| c.t.last());
+            passed += t.fold(compared.run.start, |a, t| a.max(*t)) - compared.run.start;
+        }
     }
     /// Not searched: its bounds hold it.
     fn fixed(&mut self, u: Unknown) {

@@ -21,7 +21,22 @@ pub(super) struct Projection {
 
 impl Projection {
     pub(super) fn new(base: &Fitted) -> Self {
-        let (residuals, mut j) = base.as_believed();
+        let (residuals, j) = base.as_believed();
+        Self::of(residuals, j)
+    }
+    /// Of a fit that lacks its last cause, in proportion: as if all that it does were to be explained anew (EST-10).
+    pub(super) fn without_last(fitted: &Fitted) -> Self {
+        let (mut residuals, j) = fitted.as_believed();
+        let s = &fitted.stated;
+        let begin = s.begin.last().copied().unwrap_or(s.unknowns.len());
+        for (k, neutral) in s.posed.last().iter().flat_map(|p| &p.amplitudes) {
+            let at = begin + k;
+            let by = s.unknowns[at].scale.coordinate(*neutral) - fitted.theta[at];
+            residuals.axpy(by, &j.column(at), 1.0);
+        }
+        Self::of(residuals, j.columns(0, begin).into_owned())
+    }
+    fn of(residuals: DVector<f64>, mut j: DMatrix<f64>) -> Self {
         let (information, gradient) = (j.tr_mul(&j), j.tr_mul(&residuals));
         let squares = residuals.norm_squared();
         for mut column in j.column_iter_mut() {
@@ -92,4 +107,49 @@ pub(super) fn best(mut a: DMatrix<f64>, b: DVector<f64>) -> (f64, Vec<f64>) {
     }
     let gain = -(b.dot(&s) + 0.5 * s.dot(&(&bare * &s)) + 0.5 * s.norm_squared());
     (gain.max(0.0), s.iter().copied().collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::engine::hypothesis::Posed;
+    use crate::engine::made::fitted;
+    use crate::engine::unknown::{Target, Unknown};
+    use trueup_identification::unknown::Scale;
+
+    /// EST-10: what does nine tenths of what a cause of size 3 does explains nine tenths of it, whatever the parameters would take up of
+    /// either; what does the opposite, or what parameters take up, explains nothing.
+    #[test]
+    fn what_does_the_same_explains_what_a_cause_does() {
+        let unknown = |name: &str| Unknown {
+            name: name.into(),
+            unit: String::new(),
+            target: Target::Parameter(0),
+            run: None,
+            start: 0.0,
+            scale: Scale::Linear(1.0),
+            lower: f64::NEG_INFINITY,
+            upper: f64::INFINITY,
+            prior: None,
+            heavy: false,
+        };
+        let mut best = fitted("backlash", 1.0, 10.0);
+        best.stated.unknowns = vec![unknown("a"), unknown("b"), unknown("size")];
+        best.stated.begin = vec![2];
+        best.stated.posed = vec![Posed { amplitudes: vec![(0, 0.0)], ..Posed::default() }];
+        best.theta = vec![0.3, -0.2, 3.0];
+        // Two parameters, then the cause: along e3, and something that the first parameter takes up.
+        let mut j = DMatrix::zeros(6, 3);
+        (j[(0, 0)], j[(1, 1)], j[(2, 2)], j[(0, 2)]) = (1.0, 1.0, 100.0, 70.0);
+        (best.residuals, best.jacobian) = (DVector::zeros(6), j);
+        let projection = Projection::without_last(&best);
+        let whole = 0.5 * projection.residuals.norm_squared();
+        assert!((whole / (0.5 * 300.0f64.powi(2)) - 1.0).abs() < 1e-12, "{whole}");
+        let share = |change: [f64; 6]| projection.best(&[&projection.out(0, &change)]).0 / whole;
+        let alike = share([5.0, -7.0, 90f64.sqrt() * 10.0, 10f64.sqrt() * 10.0, 0.0, 0.0]);
+        assert!((alike - 0.9).abs() < 1e-3, "{alike}");
+        assert_eq!(share([9.0, 4.0, 0.0, 0.0, 0.0, 0.0]), 0.0);
+        let (_, factors) = projection.best(&[&projection.out(0, &[0.0, 0.0, -100.0, 0.0, 0.0, 0.0])]);
+        assert!(factors[0] < 0.0, "what has one sign is asked for its factor");
+    }
 }

@@ -1,0 +1,31 @@
+//! Recordings of which balances of accelerations say nothing.
+
+use crate::engine::search::Search;
+use crate::outcome::Verdict;
+
+/// Says of which recordings for fitting balances say nothing, where no cause is found.
+pub(super) fn told(search: &Search<'_>, verdict: Verdict) -> Option<String> {
+    let all = &search.led[..search.case.train.len()];
+    let blind: Vec<&str> = all.iter().filter(|l| l.is_bridged()).map(|l| l.name.as_str()).collect();
+    (verdict == Verdict::Unknown && !blind.is_empty()).then(|| text(&blind, all.len()))
+}
+
+fn text(blind: &[&str], all: usize) -> String {
+    let which = if blind.len() == all { "all recordings for fitting".to_owned() } else { blind.join(", ") };
+    format!(
+        "of {which} accelerations say nothing, only free runs do: more than three quarters of the time a joint with dry friction \
+         is within a reversal, as far as rate and counts of its encoders can tell; slower motions that go further, or finer \
+         encoders, would say more"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::text;
+
+    #[test]
+    fn says_which_recordings_are_blind() {
+        assert!(text(&["a.csv", "c.csv"], 3).starts_with("of a.csv, c.csv accelerations say nothing"));
+        assert!(text(&["a.csv"], 1).starts_with("of all recordings for fitting accelerations"));
+    }
+}

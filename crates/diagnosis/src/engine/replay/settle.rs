@@ -1,0 +1,240 @@
+//! Where a recording begins: first states, and offsets where declared so, by the smallest gap of a free run.
+
+use std::collections::BTreeMap;
+
+use trueup_identification::lsq::{Options, solve};
+use trueup_identification::parallel;
+use trueup_identification::predict::PredictError;
+use trueup_numerics::hybrid::Hybrid;
+
+use super::{Complete, NEAR, Replayed, Settled};
+use crate::engine::hypothesis::Posed;
+use crate::engine::problem::{Compared, Comparison, Target, Unknown};
+use crate::engine::search::Search;
+
+/// Times what is missed at most that all channels may miss, lest the noise of some outweigh others.
+const EVENLY: f64 = 3.0;
+/// How much less a first state is believed where it is settled by the gap.
+const VAGUELY: f64 = 10.0;
+/// Shares of a recording by which it is found where it begins, where all of it at once does not tell.
+const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
+
+/// Whichever misses less.
+fn nearer(
+    one: Result<(f64, Settled), PredictError>,
+    other: Result<(f64, Settled), PredictError>,
+) -> Result<(f64, Settled), PredictError> {
+    match (one, other) {
+        (Ok(one), Ok(other)) => Ok(if other.0 < one.0 { other } else { one }),
+        (one, other) => one.or(other),
+    }
+}
+
+impl Complete {
+    /// Where its causes stand when a recording begins, as unknowns of that recording alone: of one for fitting from where its
+    /// fit has them, of others from where the last of those has them.
+    fn initial(&self, own: Option<usize>) -> Vec<Unknown> {
+        let s = &self.stated;
+        let of_cause =
+            |(posed, begin): (&Posed, &usize)| posed.initial.iter().map(|k| begin + k).collect::<Vec<_>>();
+        let mut all: BTreeMap<&str, Unknown> = BTreeMap::new();
+        for k in s.posed.iter().zip(&s.begin).flat_map(of_cause) {
+            let u = &s.unknowns[k];
+            if own.is_none_or(|own| u.run == Some(own)) {
+                let start = u.scale.value(self.theta[k]).0;
+                all.insert(&u.name, Unknown { run: Some(0), start, ..u.clone() });
+            }
+        }
+        all.into_values().collect()
+    }
+}
+
+impl Search<'_> {
+    /// Simulates recordings freely, first states and declared offsets estimated anew.
+    ///
+    /// # Errors
+    /// The model cannot be simulated.
+    pub fn settled(&self, complete: &Complete, runs: &[Compared]) -> Result<Vec<Settled>, PredictError> {
+        parallel::map(runs, |run| self.settle(complete, run)).into_iter().collect()
+    }
+
+    /// What they show then.
+    ///
+    /// # Errors
+    /// See [`Self::settled`].
+    pub fn replay(&self, complete: &Complete, runs: &[Compared]) -> Result<Replayed, PredictError> {
+        Ok(self.settled(complete, runs)?.into_iter().map(|s| s.shown).collect())
+    }
+
+    /// What is unknown of one recording once everything else is set.
+    pub(crate) fn alone<'b>(&self, complete: &'b Complete, run: &'b Compared) -> Comparison<'b> {
+        let stated = &complete.stated;
+        // Parameters of the whole are set; what shifts signals stays an unknown that is held.
+        let train = &self.case.train;
+        let whole = Comparison {
+            ties: stated.ties.clone(),
+            unknowns: stated.unknowns.clone(),
+            ..Comparison::free(&stated.model, stated.nominal.clone(), train)
+        };
+        // What acts in one recording for fitting only does not act in those held out.
+        let own = train.iter().position(|t| t.run.name == run.run.name);
+        let nominal = whole.parameters(own.unwrap_or(usize::MAX), &complete.theta);
+        let mut unknowns = self.first_states((&stated.model, &nominal), run, 0, |_| true);
+        unknowns.extend(complete.initial(own));
+        for (u, x) in stated.unknowns.iter().zip(&complete.theta).filter(|(u, _)| u.run.is_none()) {
+            let value = u.scale.value(*x).0;
+            if u.target.shifts() || u.target.is_of_sensor() {
+                unknowns.push(Unknown { start: value, lower: value, upper: value, prior: None, ..u.clone() });
+            }
+        }
+        for output in &self.case.offsets {
+            if let Some(c) = run.run.channels.iter().find(|c| c.output == *output) {
+                unknowns.push(self.offset(c, 0));
+            }
+        }
+        Comparison { unknowns, ..Comparison::free(&stated.model, nominal, std::slice::from_ref(run)) }
+    }
+
+    /// Lets a recording begin where it runs freely with the smallest gap: a wrong model's readings do not tell by their
+    /// noise where the motion began, and whoever replays it has the gap to go by.
+    fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
+        let mut problem = self.alone(complete, run);
+        // The smallest gap, whatever was believed before; what nothing shows still stays near.
+        for (_, deviation) in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
+            *deviation *= VAGUELY;
+        }
+        let start = problem.start();
+        let mut best = self.settle_from(&mut problem, start, run);
+        if let Some(start) = self.begun(&problem, run) {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
+        }
+        let far = |missed: f64| missed >= NEAR * self.noise(run);
+        if let Ok((missed, there)) = &best
+            && far(*missed)
+            && let Some(start) = self.turned(&problem, run, &there.theta)
+        {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
+        }
+        // Stops and slips far along the way hide where it began.
+        if let Ok((missed, _)) = &best
+            && far(*missed)
+            && let Ok(start) = self.grown(&problem, run)
+            // It is worth a fit where it is not far worse as it is.
+            && problem.shown(0, &start).is_ok_and(|shown| self.missed(&shown, run) < NEAR * *missed)
+        {
+            best = nearer(best, self.settle_from(&mut problem, start, run));
+        }
+        Ok(best?.1)
+    }
+
+    /// Where a recording begins by its first readings, then by more and more of them.
+    fn grown(&self, problem: &Comparison<'_>, run: &Compared) -> Result<Vec<f64>, PredictError> {
+        let mut theta = problem.start();
+        for share in GROWING {
+            let part = run.until(share, problem.model.sizes().inputs);
+            let mut begun = Comparison {
+                unknowns: problem.unknowns.clone(),
+                ..Comparison::free(problem.model, problem.nominal.clone(), std::slice::from_ref(&part))
+            };
+            theta = self.evenly(&mut begun, theta, &part, (6, 1e-3))?;
+        }
+        Ok(theta)
+    }
+
+    /// Solves from `start`, all channels allowed to miss as much as they do together.
+    fn evenly(
+        &self,
+        problem: &mut Comparison<'_>,
+        start: Vec<f64>,
+        run: &Compared,
+        (max_iterations, cost_tolerance): (usize, f64),
+    ) -> Result<Vec<f64>, PredictError> {
+        let missed = self.missed(&problem.shown(0, &start)?, run) / run.run.channels.len().max(1) as f64;
+        let noise = run.run.channels.iter().map(|c| self.noise_of(c)).fold(0.0, f64::max);
+        let share = EVENLY * (missed + noise).sqrt();
+        let ranges = (0..self.case.model.sizes().outputs).map(|o| share * self.sizes.range(o));
+        problem.allowed = vec![ranges.collect()];
+        let options = Options { max_iterations, cost_tolerance, radius: 10.0, ..Options::default() };
+        Ok(solve(problem, &start, options)?.x)
+    }
+
+    /// The same from one start, and what it misses.
+    fn settle_from(
+        &self,
+        problem: &mut Comparison<'_>,
+        start: Vec<f64>,
+        run: &Compared,
+    ) -> Result<(f64, Settled), PredictError> {
+        let mut theta = start;
+        for limits in [(3, 3e-3), (8, 1e-4)] {
+            theta = self.evenly(problem, theta, run, limits)?;
+        }
+        let shown = problem.shown(0, &theta)?;
+        let missed = self.missed(&shown, run);
+        let first = problem.unknowns.iter().map(|u| u.name.clone()).zip(theta.iter().copied()).collect();
+        let offset = |(u, x): (&Unknown, &f64)| match u.target {
+            Target::Offset(output) => Some((output, u.scale.value(*x).0)),
+            _ => None,
+        };
+        let offsets = problem.unknowns.iter().zip(&theta).filter_map(offset).collect();
+        let parameters = problem.parameters(0, &theta);
+        let allowed = problem.allowed.clone();
+        Ok((missed, Settled { shown, parameters, offsets, theta, first, allowed }))
+    }
+
+    /// Where what a recording does not show begins when it leads what it shows: a free run may end elsewhere (of a satellite that
+    /// nobody sees). `None`: it shows everything.
+    fn begun(&self, problem: &Comparison<'_>, run: &Compared) -> Option<Vec<f64>> {
+        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
+        let links = led.links(problem.model, &coordinates);
+        links.unled().next()?;
+        let led = Comparison {
+            led: vec![(led, links)],
+            unknowns: problem.unknowns.clone(),
+            ..Comparison::free(problem.model, problem.nominal.clone(), problem.runs)
+        };
+        let from = |start: &[f64]| {
+            let options =
+                Options { max_iterations: 10, cost_tolerance: 1e-4, radius: 10.0, ..Options::default() };
+            solve(&led, start, options).ok()
+        };
+        let best = from(&led.start())?;
+        let other = self.turned(problem, run, &best.x).and_then(|start| from(&start));
+        Some(other.filter(|other| other.cost < best.cost).unwrap_or(best).x)
+    }
+
+    /// The same first states, what nobody sees and nothing holds turning the other way: its rate enters by its square above all,
+    /// so that a fit that has its sign wrong stays there. `None`: all is seen or held.
+    fn turned(&self, problem: &Comparison<'_>, run: &Compared, theta: &[f64]) -> Option<Vec<f64>> {
+        let led = self.led.iter().find(|led| led.name == run.run.name)?;
+        let coordinates = self.case.subject.coordinates(problem.model, &problem.nominal);
+        let unled: Vec<usize> = led.links(problem.model, &coordinates).unled().collect();
+        let adrift = unled.iter().map(|c| &coordinates[*c]).filter(|c| c.spring.is_none());
+        let rates: Vec<usize> = adrift.filter_map(|c| Some(c.start?[1])).collect();
+        let turns = |u: &Unknown| matches!(u.target, Target::Parameter(at) if rates.contains(&at));
+        let mut start = theta.to_vec();
+        for (x, u) in start.iter_mut().zip(&problem.unknowns).filter(|(_, u)| turns(u)) {
+            *x = u.scale.coordinate(-u.scale.value(*x).0);
+        }
+        (start != theta).then_some(start)
+    }
+
+    /// Where what is adrift in each recording begins by the model as it is: by recording and state.
+    pub(in crate::engine) fn adrift(&self) -> BTreeMap<(String, String), f64> {
+        let Ok(stated) = self.state(&[]) else { return BTreeMap::new() };
+        let theta = stated.begin_with(&[]);
+        let complete = Complete { stated, theta };
+        let runs = self.case.train.iter().chain(&self.case.holdout);
+        let begun = |run: &Compared| {
+            let problem = self.alone(&complete, run);
+            self.turned(&problem, run, &vec![1.0; problem.unknowns.len()])?;
+            let there = self.begun(&problem, run)?;
+            let all = problem.unknowns.iter().zip(there);
+            let value =
+                |(u, x): (&Unknown, f64)| ((run.run.name.clone(), u.name.clone()), u.scale.value(x).0);
+            Some(all.map(value).collect::<Vec<_>>())
+        };
+        runs.filter_map(begun).flatten().collect()
+    }
+}
