@@ -121,7 +121,7 @@ fn where_nothing_lacks_nothing_is_left_to_latent_torques() {
 #[ignore = "long: ./test --full runs it"]
 fn what_lacks_leads_and_its_size_comes_back() {
     let size: [(&str, &[f64], f64); 2] =
-        [("sensor-drift:loadAngle", &[2e-4, 3.0, 0.5], 2e-4), ("friction-drift", &[-0.12, 4.0], -0.12)];
+        [("sensor-drift:loadAngle", &[2e-4, 3.0, 0.5], 2e-4), ("friction-drift", &[-0.12, 4.0, 0.0], -0.12)];
     for (id, values, wanted) in size {
         let baseline = Baseline::new(&case(&[(id, values)], ALL)).unwrap();
         let seen = screen(&baseline);
