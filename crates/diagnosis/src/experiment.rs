@@ -7,6 +7,7 @@
 
 mod menu;
 
+use crate::engine::unknown::Prior;
 use std::collections::BTreeSet;
 
 use rand::SeedableRng;
@@ -262,7 +263,7 @@ impl<'a> Setting<'a> {
         for u in stated.unknowns.iter_mut().filter(|u| u.run.is_none() && u.lower < u.upper) {
             let known = f.stated.unknowns.iter().position(|o| o.name == u.name && o.run.is_none());
             if let Some(k) = known.filter(|k| sd[*k] > 0.0) {
-                (u.prior, u.heavy) = (Some((f.theta[k], sd[k])), false);
+                u.prior = Some(Prior::normal(f.theta[k], sd[k]));
             }
         }
         let start = new.begin_with(&stated, f);

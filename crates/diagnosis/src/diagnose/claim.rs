@@ -75,7 +75,7 @@ impl<'a> Estimated<'a> {
             fit.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])))
         };
         // Balances that say less than what was believed before are blind to it: what runs freely is all that speaks.
-        let blind = u.prior.is_some_and(|(_, doubt)| led.1 > core::f64::consts::FRAC_1_SQRT_2 * doubt);
+        let blind = u.prior.is_some_and(|p| led.1 > core::f64::consts::FRAC_1_SQRT_2 * p.deviation);
         let (best, other) = match (of(&self.free), of(&self.refitted).filter(|_| blind)) {
             (None, Some(refitted)) => (refitted, None),
             (Some(free), _) if free.1 < led.1 => (free, Some(led)),

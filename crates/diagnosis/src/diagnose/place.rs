@@ -1,5 +1,6 @@
 //! Where the gap sits, from what the search left and the held-out traces.
 
+use crate::engine::unknown::Prior;
 use std::collections::BTreeMap;
 
 use trueup_models::{effect, joint};
@@ -34,7 +35,7 @@ pub(super) fn look(loaded: &Loaded, search: &Search<'_>, found: &Found, decision
             let u = &stated.unknowns[k];
             let mut x = fitted.theta[k];
             // What is missing bends them, too: no further than their owner would believe.
-            if let (Verdict::Unknown, Some((mean, sd))) = (decision.verdict, u.prior) {
+            if let (Verdict::Unknown, Some(Prior { mean, deviation: sd, .. })) = (decision.verdict, u.prior) {
                 x = x.clamp(mean - 2.0 * sd, mean + 2.0 * sd);
             }
             p[i] = u.scale.value(x).0;

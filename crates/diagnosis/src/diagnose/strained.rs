@@ -63,7 +63,6 @@ mod tests {
             lower: 1e-3,
             upper: 1.0,
             prior: None,
-            heavy: false,
         };
         let at = |factor: f64, doubt| one(&u, u.coordinate() + f64::ln(factor), doubt).map(|n| n.text);
         let told = at(0.73, None).unwrap();

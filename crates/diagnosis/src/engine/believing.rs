@@ -67,7 +67,7 @@ impl Search<'_> {
         loop {
             let surer = power.sqrt();
             for k in stated.owned() {
-                problem.unknowns[k].prior = stated.unknowns[k].prior.map(|(mean, sd)| (mean, sd / surer));
+                problem.unknowns[k].prior = stated.unknowns[k].prior.map(|p| p.surer(surer));
             }
             let mut found = solve(&problem, &start, options)?;
             let now = left(found.residuals.as_slice());

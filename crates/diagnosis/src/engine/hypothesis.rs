@@ -16,6 +16,7 @@ use trueup_models::joint;
 
 use super::problem::{Target, Unknown};
 use super::recordings::Prepared;
+use super::unknown::Prior;
 pub use pose::{Look, Posed};
 
 /// What a hypothesis says.
@@ -276,8 +277,7 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
         scale,
         lower,
         upper,
-        prior: Some(prior),
-        heavy: false,
+        prior: Some(Prior::normal(prior.0, prior.1)),
     }
 }
 

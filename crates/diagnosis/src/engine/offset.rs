@@ -1,5 +1,6 @@
 //! Constants that readings of outputs have too much, estimated in every recording anew.
 
+use super::unknown::Prior;
 use trueup_identification::run::Channel;
 use trueup_identification::sensors::Figure;
 use trueup_identification::unknown::Scale;
@@ -38,7 +39,6 @@ pub(super) fn offset(
         scale: Scale::Linear(size),
         lower: f64::NEG_INFINITY,
         upper: f64::INFINITY,
-        prior: Some((value / size, 1.0)),
-        heavy: false,
+        prior: Some(Prior::normal(value / size, 1.0)),
     }
 }

@@ -452,7 +452,7 @@ impl Problem for Comparison<'_> {
             residuals.as_mut_slice()[..readings].copy_from_slice(&self.residuals(theta)?);
         }
         for (row, &k) in believed.iter().enumerate() {
-            if let Some((residual, slope)) = self.unknowns[k].believed(theta[k]) {
+            if let Some((residual, slope)) = self.unknowns[k].prior.map(|p| p.residual(theta[k])) {
                 residuals[readings + row] = residual;
                 if let Some(j) = &mut columns {
                     j[(readings + row, k)] = slope;

@@ -1,5 +1,6 @@
 //! A case with its recordings as numbers that a model can be compared with.
 
+use super::unknown::Prior;
 use std::collections::BTreeMap;
 
 use rand::Rng;
@@ -257,8 +258,7 @@ fn sensors(model: &trueup_identification::model::Model, train: &[Compared]) -> V
             scale: Scale::Linear(s.size),
             lower,
             upper,
-            prior: Some((value / s.size, if share { doubt.unwrap_or(WRONG) } else { 1.0 })),
-            heavy: false,
+            prior: Some(Prior::normal(value / s.size, if share { doubt.unwrap_or(WRONG) } else { 1.0 })),
         })
     };
     sought(train.iter().map(|c| &c.run)).iter().filter_map(one).collect()

@@ -2,6 +2,7 @@
 
 mod settle;
 
+use super::unknown::Prior;
 use nalgebra::DMatrix;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::parallel;
@@ -175,8 +176,7 @@ impl Search<'_> {
                     scale: Scale::Linear(doubt),
                     lower: f64::NEG_INFINITY,
                     upper: f64::INFINITY,
-                    prior: Some((value / doubt, 3.0)),
-                    heavy: false,
+                    prior: Some(Prior::normal(value / doubt, 3.0)),
                 });
             }
         }

@@ -438,7 +438,7 @@ impl<'a> Search<'a> {
 fn occam(f: &Fitted, readings: usize) -> f64 {
     let j = f.jacobian.rows(0, readings);
     let mut m = j.tr_mul(&j);
-    let sd: Vec<f64> = f.stated.unknowns.iter().map(|u| u.prior.map_or(1.0, |p| p.1)).collect();
+    let sd: Vec<f64> = f.stated.unknowns.iter().map(|u| u.prior.map_or(1.0, |p| p.deviation)).collect();
     for a in 0..m.nrows() {
         for b in 0..m.ncols() {
             m[(a, b)] *= sd[a] * sd[b];

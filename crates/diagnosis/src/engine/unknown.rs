@@ -22,31 +22,54 @@ pub struct Unknown {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Believed value and standard deviation, as coordinates of `scale`.
-    pub prior: Option<(f64, f64)>,
+    /// What is believed of it, as a coordinate of `scale`.
+    pub prior: Option<Prior>,
+}
+
+/// What is believed of an unknown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prior {
+    /// Mean.
+    pub mean: f64,
+    /// Standard deviation, above 0.
+    pub deviation: f64,
     /// It may lie far beyond that deviation: what is believed has a heavy tail.
-    pub heavy: bool,
+    heavy: bool,
 }
 
 /// Of a heavy tail: near the mean it is a normal distribution of the deviation given, far from it a density that falls with the
-/// so-manieth power.
+/// fourth power.
 const TAIL: f64 = 4.0;
+
+impl Prior {
+    /// A normal distribution.
+    pub const fn normal(mean: f64, deviation: f64) -> Self {
+        Self { mean, deviation, heavy: false }
+    }
+    /// Student's t of that scale (EST-9).
+    pub const fn heavy(mean: f64, deviation: f64) -> Self {
+        Self { mean, deviation, heavy: true }
+    }
+    /// So many times surer.
+    pub fn surer(self, times: f64) -> Self {
+        Self { deviation: self.deviation / times, ..self }
+    }
+    /// The residual at a coordinate, whose square is -2 log density up to a constant, and how it changes with the coordinate.
+    /// Heavy: TAIL log(1 + r^2 / TAIL) in the place of r^2 (Student's t), r in deviations (EST-9).
+    pub fn residual(&self, theta: f64) -> (f64, f64) {
+        let r = (theta - self.mean) / self.deviation;
+        if !self.heavy || r.abs() < 1e-6 {
+            return (r, 1.0 / self.deviation);
+        }
+        let residual = (TAIL * (r * r / TAIL).ln_1p()).sqrt().copysign(r);
+        (residual, r / (residual * (1.0 + r * r / TAIL)) / self.deviation)
+    }
+}
 
 impl Unknown {
     /// Its name without the joint or element.
     pub fn stem(&self) -> &str {
         self.name.split('[').next().unwrap_or(&self.name)
-    }
-    /// What is believed of it at a coordinate, if anything: the residual, whose square is -2 log density up to a constant, and how
-    /// it changes with the coordinate. Heavy: TAIL log(1 + r^2 / TAIL) in the place of r^2 (Student's t), r in deviations (EST-9).
-    pub fn believed(&self, theta: f64) -> Option<(f64, f64)> {
-        let (mean, sd) = self.prior?;
-        let r = (theta - mean) / sd;
-        if !self.heavy || r.abs() < 1e-6 {
-            return Some((r, 1.0 / sd));
-        }
-        let residual = (TAIL * (r * r / TAIL).ln_1p()).sqrt().copysign(r);
-        Some((residual, r / (residual * (1.0 + r * r / TAIL)) / sd))
     }
     /// The coordinate of its start.
     pub fn coordinate(&self) -> f64 {
@@ -61,25 +84,13 @@ mod tests {
     /// EST-9
     #[test]
     fn a_heavy_tail_is_normal_near_its_mean_and_a_power_far_from_it() {
-        let of = |heavy| Unknown {
-            name: String::new(),
-            unit: String::new(),
-            target: Target::Parameter(0),
-            run: None,
-            start: 0.0,
-            scale: Scale::Linear(1.0),
-            lower: f64::NEG_INFINITY,
-            upper: f64::INFINITY,
-            prior: Some((0.5, 2.0)),
-            heavy,
-        };
-        let (normal, heavy) = (of(false), of(true));
-        assert_eq!(normal.believed(6.5), Some((3.0, 0.5)));
+        let (normal, heavy) = (Prior::normal(0.5, 2.0), Prior::heavy(0.5, 2.0));
+        assert_eq!(normal.residual(6.5), (3.0, 0.5));
         for theta in [-60.0, -1.5, 0.4, 0.5, 0.5 + 1e-7, 0.6, 3.0, 60.0] {
-            let at = |t: f64| heavy.believed(t).unwrap().0;
+            let at = |t: f64| heavy.residual(t).0;
             let r: f64 = (theta - 0.5) / 2.0;
             assert!((at(theta).powi(2) - 4.0 * (1.0 + r * r / 4.0).ln()).abs() < 1e-12);
-            let slope = heavy.believed(theta).unwrap().1;
+            let slope = heavy.residual(theta).1;
             let by_difference = (at(theta + 1e-4) - at(theta - 1e-4)) / 2e-4;
             assert!((slope - by_difference).abs() < 1e-7, "{theta}: {slope}, {by_difference}");
         }

@@ -188,7 +188,7 @@ impl Hypothesis {
     fn pose_push(&self, p: &Prepared, posed: &mut Posed) {
         let edge = 4.0 * finest(p).clamp(1e-4, 0.1);
         for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Edge) {
-            (u.start, u.lower, u.prior, u.heavy) = (edge, edge, Some((0.0, GENTLE)), false);
+            (u.start, u.lower, u.prior) = (edge, edge, Some(Prior::normal(0.0, GENTLE)));
             u.upper = if self.times == Times::EachRun { edge } else { u.upper };
         }
         for u in posed.unknowns.iter_mut().filter(|u| Part::of(u) == Part::Duration) {
@@ -245,7 +245,7 @@ impl Hypothesis {
                 (u.lower, u.upper) = (s.min.max(size * 1e-5), s.max.min(size * 1e5));
                 if s.order {
                     let [least, most] = effect::SEARCHED_ORDERS;
-                    u.prior = Some((size.ln(), 1.5));
+                    u.prior = Some(Prior::normal(size.ln(), 1.5));
                     (u.lower, u.upper) = (s.min.max(least), most);
                     posed.order = Some(posed.unknowns.len());
                     let usual = [0.5, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0].map(|o| o / size);
@@ -259,7 +259,7 @@ impl Hypothesis {
                 let angles = s.unit == "rad";
                 let size = if angles { 1.0 } else { size };
                 let mut u = amplitude(name, unit, target, size, (s.min, s.max));
-                (u.prior, u.heavy) = (Some((0.0, 2.0)), false);
+                u.prior = Some(Prior::normal(0.0, 2.0));
                 const ANGLES: &[f64] = &[
                     -core::f64::consts::FRAC_PI_2,
                     0.0,
@@ -323,7 +323,7 @@ impl Posed {
         for (run, compared) in p.train.iter().enumerate() {
             let mut u = amplitude(name, s.unit, Target::Parameter(at), size, (s.min, s.max));
             (u.run, u.start) = (Some(run), passed);
-            (u.prior, u.heavy) = (Some((passed / size, p.train.len() as f64)), false);
+            u.prior = Some(Prior::normal(passed / size, p.train.len() as f64));
             self.initial.push(self.unknowns.len());
             self.unknowns.push(u);
             self.spread(&[passed]);
@@ -359,8 +359,7 @@ fn amplitude(name: &str, unit: &str, target: Target, size: f64, bounds: (f64, f6
         scale: Scale::Linear(size),
         lower: bounds.0,
         upper: bounds.1,
-        prior: Some((0.0, 1.0)),
-        heavy: true,
+        prior: Some(Prior::heavy(0.0, 1.0)),
     }
 }
 fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) -> Unknown {
@@ -373,7 +372,6 @@ fn logarithmic(name: &str, unit: &str, target: Target, size: f64, doubt: f64) ->
         scale: Scale::Log,
         lower: size * 1e-4,
         upper: size * 1e4,
-        prior: Some((size.ln(), doubt)),
-        heavy: false,
+        prior: Some(Prior::normal(size.ln(), doubt)),
     }
 }

@@ -100,8 +100,8 @@ impl Search<'_> {
     fn settle(&self, complete: &Complete, run: &Compared) -> Result<Settled, PredictError> {
         let mut problem = self.alone(complete, run);
         // The smallest gap, whatever was believed before; what nothing shows still stays near.
-        for (_, deviation) in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
-            *deviation *= VAGUELY;
+        for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
+            prior.deviation *= VAGUELY;
         }
         let start = problem.start();
         let mut best = self.settle_from(&mut problem, start, run);

@@ -74,10 +74,10 @@ impl Projection {
     }
     /// Half the fall of the sum of squares when unknown `k` is doubted by `sd` instead of by its prior, and its step.
     pub(super) fn relaxed(&self, base: &Fitted, k: usize, sd: f64) -> Option<(f64, f64)> {
-        let (_, old) = base.stated.unknowns[k].prior?;
+        let old = base.stated.unknowns[k].prior?;
         let (mut a, mut b) = (self.information.clone(), self.gradient.clone());
-        let r = base.theta[k] - base.stated.unknowns[k].prior?.0;
-        let change = base.surer.powi(2) * (1.0 / (sd * sd) - 1.0 / (old * old));
+        let r = base.theta[k] - old.mean;
+        let change = base.surer.powi(2) * (1.0 / (sd * sd) - 1.0 / (old.deviation * old.deviation));
         a[(k, k)] += change;
         b[k] += change * r;
         let step = -a.cholesky()?.solve(&b);
@@ -131,7 +131,6 @@ mod tests {
             lower: f64::NEG_INFINITY,
             upper: f64::INFINITY,
             prior: None,
-            heavy: false,
         };
         let mut best = fitted("backlash", 1.0, 10.0);
         best.stated.unknowns = vec![unknown("a"), unknown("b"), unknown("size")];
