@@ -313,9 +313,7 @@ fn state(case: &mut Case, kind: Kind, doubted: Kind, off: Off, values: &Values, 
     }
     case.key.verdict = match kind {
         Kind::Nothing => "no-gap",
-        Kind::Hand => "effects",
-        // The id stands for friction that begins anew with each recording.
-        Kind::Session => "unknown",
+        Kind::Hand | Kind::Session => "effects",
         _ => "parameters",
     }
     .into();

@@ -146,13 +146,13 @@ impl Scored {
             Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
         }
     }
-    /// Of a rig: what is off by its name; an effect first or in a small set, or `unknown` where no id quite stands for it.
+    /// Of a rig: what is off by its name; an effect first or in a small set.
     fn of_a_rig(&self) -> bool {
-        let verdict = self.said.verdict == self.key.verdict;
         if self.key.effects.is_empty() {
+            let verdict = self.said.verdict == self.key.verdict;
             return verdict && self.key.moved.iter().all(|(name, m)| self.moves(name, *m));
         }
-        self.by_class() || self.ambiguous_with_truth(3) || verdict && self.key.verdict == "unknown"
+        self.by_class() || self.ambiguous_with_truth(3)
     }
     /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
     /// owner believes.
@@ -407,8 +407,8 @@ mod tests {
         assert!(!right(hand, &said("effects", &["gravity-torque", "external-force"])));
         assert!(!right(hand, &said("parameters", &[])));
         assert!(!right(hand, &said("unknown", &[])));
-        let drift = "verdict = 'unknown'\neffects = ['friction-drift']\n";
-        assert!(right(drift, &said("unknown", &[])) && right(drift, &said("effects", &["friction-drift"])));
+        let drift = "verdict = 'effects'\neffects = ['friction-drift']\n";
+        assert!(right(drift, &said("effects", &["friction-drift"])) && !right(drift, &said("unknown", &[])));
         assert!(!right(drift, &said("parameters", &[])));
         let nothing = "verdict = 'no-gap'\neffects = []\n";
         assert!(right(nothing, &said("no-gap", &[])) && !right(nothing, &said("parameters", &[])));
