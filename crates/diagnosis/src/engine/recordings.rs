@@ -199,8 +199,10 @@ impl Prepared {
         if train.is_empty() {
             return Err(Unfit::Empty);
         }
-        let input_noise =
-            inputs.iter().map(|name| noise::floor(loaded, name).map_or(0.0, |f| f.deviation)).collect();
+        let input_noise = inputs
+            .iter()
+            .map(|name| crate::floor::input(loaded, name).map_or(0.0, |f| f.deviation))
+            .collect();
         let input_correlation = inputs.iter().map(|name| noise::correlation(loaded, name)).collect();
         let outputs = subject.outputs();
         let correlation = outputs.iter().map(|name| noise::correlation(loaded, name)).collect();
