@@ -70,7 +70,8 @@ def own_of_effect(effect):
 
 
 SENSORS = {
-    "sensor-eccentricity": ("Eccentricity", {"motorAngleEccentricityCosine": 0.02}),
+    # The order stands at its least, 1: values about 2 are all allowed.
+    "sensor-eccentricity": ("Eccentricity", {"motorAngleEccentricityCosine": 0.02, "motorAngleEccentricityOrder": 2.0}),
     "sensor-drift": ("Drift", {"motorAngleDriftStart": 0.4, "motorAngleDriftTime": 0.5}),
     "sensor-delay": ("Delay", {}),
 }

@@ -1,4 +1,4 @@
-"""The Modelica package as it is written: it parses, and names, units and defaults are those of the FMUs."""
+"""The Modelica package as it is written: it parses, and names, units, bounds and defaults are those of the FMUs."""
 
 import zipfile
 
@@ -45,6 +45,10 @@ def complaints(have, want):
             yield f"{name}: {kind}, in the FMU {v.causality}"
         if (modelica.literal(symbol.unit) or None) != (v.unit or None):
             yield f"{name}: unit {modelica.literal(symbol.unit)}, in the FMU {v.unit}"
+        for bound in ("min", "max"):
+            here, there = modelica.literal(getattr(symbol, bound)), getattr(v, bound)
+            if here != (None if there is None else float(there)):
+                yield f"{name}: {bound} {here}, in the FMU {there}"
         if kind in ("constant", "parameter"):
             if v.declaredType and v.declaredType.items:
                 start = v.declaredType.items[int(v.start) - 1].name
@@ -74,13 +78,13 @@ def test_every_class_flattens(tree, file):
 
 # What differs from the FMU, and has to.
 KNOWN = {
-    "JointController": ["samplePeriod: constant, in the FMU parameter"],
+    "JointController": ["samplePeriod: constant, in the FMU parameter", "samplePeriod: min None, in the FMU 0.0"],
     "JointControllerSampled": ["samplePeriod: default [0.001], in the FMU [0.0]"],
 }
 
 
 @pytest.mark.parametrize("model", ["TwoMassJoint", "PlanarManipulator", "JointController", "JointControllerSampled"])
-def test_names_units_and_defaults_are_those_of_the_fmu(tree, model):
+def test_names_units_bounds_and_defaults_are_those_of_the_fmu(tree, model):
     flat = modelica.flattened(tree, f"Trueup.{model}")
     fmu = model.removesuffix("Sampled")
     assert sorted(complaints(own(flat.symbols), described(fmu))) == sorted(KNOWN.get(model, []))
@@ -92,14 +96,14 @@ def test_rigid_joint_has_the_names_of_the_fmu(tree, tmp_path):
     assert list(complaints(own(flat.symbols), described(fmu))) == []
 
 
-def test_a_wrong_name_unit_or_default_is_found(tree):
-    """The check itself: three mistakes, three complaints."""
+def test_a_wrong_name_unit_bound_or_default_is_found(tree):
+    """The check itself: four mistakes, each in the complaints."""
     have = own(modelica.flattened(tree, "Trueup.TwoMassJoint").symbols)
     want = described("TwoMassJoint")
-    want["damping"].start, want["stiffness"].unit = "8.08e-8", "N.m"
+    want["damping"].start, want["stiffness"].unit, want["gearRatio"].min = "8.08e-8", "N.m", "1.0"
     want["motorTorque2"] = want.pop("motorTorque")
     found = sorted(c.split(":")[0] for c in complaints(have, want))
-    assert found == ["damping", "motorTorque", "motorTorque2", "stiffness"]
+    assert found == ["damping", "gearRatio", "motorTorque", "motorTorque2", "stiffness"]
 
 
 @pytest.mark.parametrize("effect", EFFECTS)

@@ -1,8 +1,8 @@
 within Trueup.Effects.Actuator;
 block Lag "actuator-lag: T dtau/dt = u(t - d) - tau (EF-11)"
   extends Interface;
-  parameter Real actuatorLag(unit = "s", min = 0) = 0.005 "Time constant of the lag, T (EF-11)";
-  parameter Real actuatorDelay(unit = "s", min = 0) = 0.0 "Dead time, d (EF-11)";
+  parameter Real actuatorLag(unit = "s", min = 0, max = 5) = 0.005 "Time constant of the lag, T (EF-11)";
+  parameter Real actuatorDelay(unit = "s", min = 0, max = 0.5) = 0.0 "Dead time, d (EF-11)";
   Real laggedTorque(unit = "N.m") "Torque behind the lag (EF-11)";
   Parts.Memory memory(delay = actuatorDelay);
 protected

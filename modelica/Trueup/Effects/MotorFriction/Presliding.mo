@@ -1,7 +1,7 @@
 within Trueup.Effects.MotorFriction;
 block Presliding "presliding-friction: bristles that yield before sliding, Dahl's law (EF-17)"
   extends Interface;
-  parameter Real preslidingShare(unit = "1", min = 0) = 1.0 "Share of the dry friction that bristles carry, s (EF-17)";
+  parameter Real preslidingShare(unit = "1", min = 0, max = 1) = 1.0 "Share of the dry friction that bristles carry, s (EF-17)";
   parameter Real preslidingDisplacement(unit = "rad", min = 0) = 0.5 "Motor angle over which the bristles yield, x_p (EF-17)";
   Real bristle(unit = "1") "Strain of the bristles, z (EF-17)";
 protected
