@@ -1,6 +1,7 @@
 """What the Python tests share: the packed FMUs, the program, witnesses that need more than a Python package."""
 
 import ctypes
+import json
 import os
 import subprocess
 import time
@@ -92,6 +93,20 @@ def trueup():
         return subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, **options)
 
     run.program = program
+    return run
+
+
+@pytest.fixture(scope="session")
+def diagnosed(trueup):
+    """diagnosed(folder, option, ...) runs `trueup diagnose` and returns diagnosis.json, whose verdict and gap it prints."""
+
+    def run(folder, *options):
+        done = trueup("diagnose", folder, "-o", folder / "out", "--seed", 1, *options)
+        assert done.returncode == 0, done.stderr
+        said = json.loads((folder / "out" / "diagnosis.json").read_text())
+        print(said["verdict"], [(e["id"], round(e["probability"], 2)) for e in said["effects"]], said["gap"]["overall"])
+        return said
+
     return run
 
 

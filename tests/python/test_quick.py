@@ -5,10 +5,7 @@ The joints are simulated here by their own few lines.
 """
 
 import csv
-import json
 import math
-import os
-import subprocess
 
 import numpy as np
 import pytest
@@ -17,23 +14,6 @@ from fmpy import read_model_description
 MOTOR, LOAD, STIFFNESS, DAMPING, FRICTION, VISCOUS = 0.02, 0.05, 200.0, 0.1, 0.10, 0.02
 COUNT = 2 * math.pi / 4096
 RATE, FINE = 500, 20
-
-
-def program():
-    found = os.environ.get("TRUEUP_BIN")
-    if not found:
-        pytest.skip("TRUEUP_BIN is not set: run ./test")
-    return found
-
-
-def diagnosed(folder, *options):
-    command = [program(), "diagnose", folder, "-o", folder / "out", "--seed", "1", *options]
-    done = subprocess.run(command, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    said = json.loads((folder / "out" / "diagnosis.json").read_text())
-    figures = {k: round(said["gap"]["overall"][k], 4) for k in ("before", "tuned", "after", "floor")}
-    print(said["verdict"], [(e["id"], round(e["probability"], 2)) for e in said["effects"]], figures)
-    return said
 
 
 def quick(seed, constant=1.0, gravity=0.0, cable=0.0, seconds=8.0):
@@ -99,7 +79,7 @@ def write_quick(folder, seed, **truth):
 
 
 @pytest.mark.full
-def test_gravity_in_quick_motions(tmp_path):
+def test_gravity_in_quick_motions(diagnosed, tmp_path):
     write_quick(tmp_path, 1310, gravity=1.0)
     said = diagnosed(tmp_path, "--verdict-only")
     assert "gravity-torque" in [e["id"] for e in said["effects"]]
@@ -108,14 +88,14 @@ def test_gravity_in_quick_motions(tmp_path):
 
 
 @pytest.mark.full
-def test_in_a_small_motion_a_cable_and_gravity_are_alike(tmp_path):
+def test_in_a_small_motion_a_cable_and_gravity_are_alike(diagnosed, tmp_path):
     write_quick(tmp_path, 1067, cable=3.0)
     said = diagnosed(tmp_path, "--verdict-only")
     assert said["verdict"] == "ambiguous" and {"cable-stiffness", "gravity-torque"} == {e["id"] for e in said["effects"]}
 
 
 @pytest.mark.full
-def test_a_torque_constant_in_quick_motions(tmp_path):
+def test_a_torque_constant_in_quick_motions(diagnosed, tmp_path):
     write_quick(tmp_path, 1428, constant=0.85)
     said = diagnosed(tmp_path, "--verdict-only")
     assert said["verdict"] == "parameters"
@@ -147,7 +127,7 @@ def session(seed, begin, rate, seconds=8.0):
     return np.array(rows)
 
 
-def test_friction_goes_on_changing_from_one_recording_to_the_next(tmp_path):
+def test_friction_goes_on_changing_from_one_recording_to_the_next(diagnosed, tmp_path):
     rate, begins = 0.02, [0.0, 8.0, 16.0, 24.0]
     for seed, (name, begin) in enumerate(zip("abcd", begins)):
         rows = session(40 + seed, begin, rate)

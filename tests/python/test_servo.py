@@ -7,7 +7,6 @@ import csv
 import gzip
 import json
 import os
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -16,17 +15,6 @@ import pytest
 INERTIA, FRICTION, VISCOUS, NOISE = 0.02, 0.06, 0.03, 2e-4
 GAIN, DAMPING = 4.0, 0.1
 STEP, FINE = 0.01, 100
-
-
-def program():
-    found = os.environ.get("TRUEUP_BIN")
-    if not found:
-        pytest.skip("TRUEUP_BIN is not set: run ./test")
-    return found
-
-
-def run(*command):
-    return subprocess.run([program(), *map(str, command)], capture_output=True, text=True)
 
 
 def recorded(seed, gain=GAIN, gravity=0.0, limit=np.inf, play=0.0, seconds=12.0):
@@ -85,15 +73,9 @@ def write(folder, **truth):
     (folder / "case.toml").write_text(CASE)
 
 
-def diagnosed(folder):
-    done = run("diagnose", folder, "-o", folder / "out", "--verdict-only", "--seed", 1)
-    assert done.returncode == 0, done.stderr
-    return json.loads((folder / "out" / "diagnosis.json").read_text())
-
-
-def test_a_stiffer_servo_is_identified(tmp_path):
+def test_a_stiffer_servo_is_identified(trueup, tmp_path):
     write(tmp_path, gain=1.2 * GAIN)
-    done = run("identify", tmp_path, "--fast", "--json")
+    done = trueup("identify", tmp_path, "--fast", "--json")
     assert done.returncode == 0, done.stderr
     # Nobody measures a torque: the load's inertia, held to be known, gives the scale.
     found = json.loads(done.stdout)
@@ -103,20 +85,20 @@ def test_a_stiffer_servo_is_identified(tmp_path):
     assert found["fit"]["motorAngle"]["rms"] < 1.2 * NOISE
 
 
-def test_a_servo_as_its_owner_has_it_is_no_gap(tmp_path):
+def test_a_servo_as_its_owner_has_it_is_no_gap(diagnosed, tmp_path):
     write(tmp_path)
-    said = diagnosed(tmp_path)
+    said = diagnosed(tmp_path, "--verdict-only")
     assert said["verdict"] == "no-gap"
     assert not [f for f in said["findings"] if f["severity"] == "grave"]
     assert "actuator" not in said["sensors"]["hidden"]
 
 
-def test_a_command_that_nobody_recorded_is_told(tmp_path):
+def test_a_command_that_nobody_recorded_is_told(trueup, tmp_path):
     write(tmp_path)
     for name in ("a.csv", "b.csv", "c.csv"):
         text = (tmp_path / name).read_text().replace("positionReference", "wanted", 1)
         (tmp_path / name).write_text(text)
-    done = run("diagnose", tmp_path, "-o", tmp_path / "out", "--verdict-only")
+    done = trueup("diagnose", tmp_path, "-o", tmp_path / "out", "--verdict-only")
     assert done.returncode == 1 and "`positionReference`" in done.stderr
 
 
@@ -129,9 +111,9 @@ def test_a_command_that_nobody_recorded_is_told(tmp_path):
         ({"limit": 0.6}, "effects", "current-saturation", 0.6),
     ],
 )
-def test_what_a_servo_hides_is_found(tmp_path, truth, verdict, name, value):
+def test_what_a_servo_hides_is_found(diagnosed, tmp_path, truth, verdict, name, value):
     write(tmp_path, **truth)
-    said = diagnosed(tmp_path)
+    said = diagnosed(tmp_path, "--verdict-only")
     assert said["verdict"] in verdict.split()
     if verdict == "parameters":
         found = said["parameters"][name]
@@ -179,14 +161,14 @@ def sage(motion, what, joint=2):
 
 
 @pytest.mark.full
-def test_the_elbow_of_hobby_servos_hangs_in_its_gravity(tmp_path):
+def test_the_elbow_of_hobby_servos_hangs_in_its_gravity(diagnosed, tmp_path):
     for motion in ("multisine", "step_response", "chirp_sweep"):
         command, angle = (sage(motion, what)[:2000] for what in ("control", "state_motor"))
         rows = np.c_[angle[:, 0] - angle[0, 0], command[:, 1], angle[:, 1]]
         header = "time,positionReference,motorAngle"
         np.savetxt(tmp_path / f"{motion}.csv", rows, delimiter=",", header=header, comments="", fmt="%.9g")
     (tmp_path / "case.toml").write_text(ELBOW)
-    said = diagnosed(tmp_path)
+    said = diagnosed(tmp_path, "--verdict-only")
     found = {name: said["parameters"][name]["value"] for name in ("servoProportionalGain", "gravityTorque")}
     print(said["verdict"], found, said["gap"]["overall"]["after"])
     assert said["verdict"] == "parameters" and said["gap"]["overall"]["after"] < 0.1

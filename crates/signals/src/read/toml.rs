@@ -30,6 +30,9 @@ pub(crate) fn text(file: &Path, findings: &mut Vec<Finding>) -> Option<String> {
     let wrong = match std::fs::read(file).map(String::from_utf8) {
         Ok(Ok(text)) => return Some(text),
         Ok(Err(_)) => fail(Kind::Encoding, "the file is not UTF-8".into(), "save it as UTF-8"),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => {
+            fail(Kind::MissingFile, "there is no such file or folder".into(), "name one that is there")
+        }
         Err(e) => fail(Kind::MissingFile, e.to_string(), "make it a readable file"),
     };
     findings.push(wrong);
