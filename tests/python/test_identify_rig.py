@@ -72,6 +72,7 @@ def test_published_parameters_and_a_recording_that_was_not_fitted(trueup, tmp_pa
     found = json.loads(done.stdout)
     error = lambda key: [found[key][f"jointAngle[{j}]"]["nrmse"] for j in (1, 2)]
     print("as published", error("nominal_fit"), "refitted", error("fit_without_effects"), "with friction", error("fit"))
+    assert all(a < b for a, b in zip(error("fit"), error("fit_without_effects")))
     assert all(3.0 * a < b for a, b in zip(error("fit"), error("nominal_fit")))
     values = found["parameters"] | found["uncertain"]
     for name, (low, high) in PUBLISHED.items():
