@@ -18,8 +18,9 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
         "providesDirectionalDerivatives",
         "providesAdjointDerivatives",
     ]);
-    let no_completed_step = [("needsCompletedIntegratorStep", "false".to_owned())];
-    x.element("ModelExchange", &[&identifier[..], &common, &no_completed_step].concat())?;
+    // An integrator that steps over an event is told so where the step ends.
+    let completed_step = [("needsCompletedIntegratorStep", (table.indicators > 0).to_string())];
+    x.element("ModelExchange", &[&identifier[..], &common, &completed_step].concat())?;
     let order = [("maxOutputDerivativeOrder", "1".to_owned())];
     let co_simulation = common::yes([
         "canHandleVariableCommunicationStepSize",
