@@ -121,12 +121,6 @@ impl Part {
     fn d(&self) -> &Description {
         self.starts.resized.as_deref().unwrap_or_else(|| self.fmu.description())
     }
-    /// It steps itself, and every step must be of the same length.
-    fn takes_equal_steps(&self) -> bool {
-        let offered = self.d().co_simulation.as_ref();
-        self.interface == Interface::CoSimulation
-            && offered.is_some_and(|i| !i.can_handle_variable_communication_step_size)
-    }
 }
 
 /// The components; what could not be loaded is said once and left out.

@@ -4,12 +4,12 @@ mod anderson;
 mod shared_events;
 
 use crate::adaptive::Parts;
+use crate::calls::FmuCalls;
 use crate::error::{Error, Residual};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::inputs::Inputs;
 use crate::node::{self, Node};
 use crate::stepper::{Advance, Settled, Stepper, Within};
-use crate::system::Interface;
 use anderson::Anderson;
 use shared_events::{How, SharedEvents};
 
@@ -383,8 +383,11 @@ impl Coupling {
         } else {
             for (unit, outputs) in self.turns.iter().zip(&self.outputs).filter(|(u, _)| u.due) {
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
+                let tells = unit.last >= SHORT * self.longest;
                 for &slot in outputs {
-                    self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
+                    if tells {
+                        self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
+                    }
                     self.previous[slot] = reals[slot];
                 }
             }
@@ -401,7 +404,7 @@ impl Coupling {
                 let line = &mut self.nodes[n].line;
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
                 for ((slot, value), slope) in line.slots.iter().zip(&mut line.value).zip(&mut line.slope) {
-                    let own = !uniform && self.sampled[*slot];
+                    let own = !self.uniform && self.sampled[*slot];
                     let sampled = (reals[*slot] - *value) * rate * self.smooth[*slot];
                     *slope = if own { sampled } else { self.slopes[*slot] };
                     *value = reals[*slot];
@@ -418,12 +421,20 @@ impl Coupling {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Some FMU takes steps of equal length only.
-    pub(crate) fn takes_equal_steps(&self) -> bool {
-        self.nodes
-            .iter()
-            .filter(|n| n.planned.interface == Interface::CoSimulation)
-            .any(|n| n.offered().is_some_and(|i| !i.can_handle_variable_communication_step_size))
+    /// Some FMU takes no shorter step than was asked for.
+    pub(crate) fn takes_whole_steps(&self) -> bool {
+        !self.nodes.iter().all(Node::allows_any_step)
+    }
+
+    /// Calls of doStep of each FMU that makes some.
+    pub(crate) fn calls(&self) -> Vec<FmuCalls> {
+        let of = |stepper: &Box<dyn Stepper>| {
+            let (calls, inputs) = stepper.calls()?;
+            let node = &self.nodes[*stepper.nodes().first()?];
+            let inputs = if node.line.slots.is_empty() { "" } else { inputs };
+            Some(FmuCalls { component: node.planned.name.clone(), calls: calls.clone(), inputs })
+        };
+        self.steppers.iter().filter_map(of).collect()
     }
 
     /// Every unit that is due can save and restore.

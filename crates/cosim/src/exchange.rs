@@ -344,11 +344,12 @@ impl Exchange {
         blocks.flat_map(|b| b.first..b.end).collect()
     }
 
-    /// Which slots go continuously: outputs that do, inputs that are connected to such an output, inputs from a file on
-    /// lines.
+    /// Which slots go continuously: outputs that do, but of FMUs that sample; inputs that are connected to such an output, inputs
+    /// from a file on lines.
     pub(crate) fn smooth(&self, nodes: &[Node]) -> Vec<bool> {
         let continuous = |e: &Element| {
-            nodes[e.component].description().variables[e.variable].variability == Variability::Continuous
+            let node = &nodes[e.component];
+            !node.samples() && node.description().variables[e.variable].variability == Variability::Continuous
         };
         let mut smooth = vec![false; self.bank.reals.len()];
         for node in 0..self.calls.len() {

@@ -19,6 +19,7 @@
 
 mod adaptive;
 mod buffer;
+mod calls;
 mod check;
 mod choose;
 pub mod couple;
@@ -39,6 +40,7 @@ mod results;
 mod simulate;
 mod slave;
 mod ssp;
+mod step_rule;
 pub mod stepper;
 mod store;
 mod straight;
@@ -47,6 +49,7 @@ mod toml;
 mod value;
 
 pub use adaptive::Adapted;
+pub use calls::{Calls, FmuCalls};
 pub use check::{Files, check, check_with, names};
 pub use error::{Error, Residual};
 pub use grid::Grid;

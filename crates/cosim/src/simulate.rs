@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Variability, Variable};
 use trueup_fmi_import::Fmu;
-use trueup_numerics::Figure;
 
 use crate::error::Error;
 use crate::grid::Grid;
@@ -13,6 +12,7 @@ use crate::master::Master;
 use crate::plan::{Driven, Element, Plan, Planned, Recorded};
 use crate::results::{Kind, Sink};
 use crate::slave::{Block, Buffer};
+use crate::step_rule::{internal_step, refusal};
 use crate::system::Interface;
 use crate::value;
 
@@ -232,22 +232,20 @@ fn grid(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Option<G
     let stop = options.stop.or(d.experiment.stop_time);
     let stop = stop.or(options.inputs.as_ref().map(|i| i.end)).unwrap_or(start + 1.0);
     let stepped = interface(d, options) == Interface::CoSimulation;
-    let offered = d.co_simulation.clone().filter(|_| stepped).unwrap_or_default();
+    let offered = d.co_simulation.as_ref().filter(|_| stepped);
     let default =
         d.experiment.step_size.filter(|h| *h > 0.0).unwrap_or((stop - start).max(f64::MIN_POSITIVE) / 500.0);
-    let step = options.step.unwrap_or_else(|| match offered.fixed_internal_step_size {
-        Some(h) if h > 0.0 => h * (default / h).round().max(1.0),
+    let step = options.step.unwrap_or_else(|| match offered.and_then(internal_step) {
+        Some(h) => h * (default / h).round().max(1.0),
         _ => default,
     });
     let grid = Grid::new(start, stop, step);
     match grid {
         None => wrong.push(format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step")),
-        Some(g) if stepped && !offered.can_handle_variable_communication_step_size && !g.is_even() => wrong.push(format!(
-            "the FMU takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
-            Figure(step),
-            Figure(stop - start)
-        )),
-        Some(_) => {}
+        Some(_) => {
+            let why = offered.and_then(|i| refusal(i, step, stop - start));
+            wrong.extend(why.map(|why| format!("the FMU {why}")));
+        }
     }
     grid
 }

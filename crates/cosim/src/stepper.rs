@@ -7,11 +7,12 @@ mod slave;
 use trueup_fmi_import::Step;
 use trueup_fmi_import::program::Following;
 
+use crate::calls::Calls;
 use crate::error::Error;
 use crate::node::Node;
 pub(crate) use event_mode::{EventStepper, has_event_mode};
 pub(crate) use group::GroupStepper;
-pub(crate) use slave::{Shared, SlaveStepper, Way, intermediate, is_continuous_input};
+pub(crate) use slave::{Shared, SlaveStepper, intermediate};
 
 /// How inputs go within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -103,6 +104,17 @@ pub trait Stepper: Send {
     /// How its FMU follows inputs on lines over a regular step, of one that [is plain](Stepper::is_plain); `None`: by other
     /// means than calls before and between its steps.
     fn following(&self) -> Option<Following> {
+        None
+    }
+
+    /// Of one that [is plain](Stepper::is_plain): so many regular steps have been made for it, `in_parts` of them in the parts
+    /// that [`following`](Stepper::following) says.
+    fn made(&mut self, steps: u64, in_parts: u64) {
+        let _ = (steps, in_parts);
+    }
+
+    /// The calls of doStep so far, and how inputs on lines go within them; `None`: it makes none.
+    fn calls(&self) -> Option<(&Calls, &'static str)> {
         None
     }
 

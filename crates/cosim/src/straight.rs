@@ -80,7 +80,7 @@ impl Coupling {
             slots.extend_from_slice(&self.nodes[n].line.slots);
             spans.push((n, span));
         }
-        let lines = (within == Within::Line).then(|| Lines::new(slots.len()));
+        let lines = (within == Within::Line).then(|| Lines::new(slots.len(), self.steppers.len()));
         // Slopes of inputs are drawn from their own values.
         let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes), lines.is_some());
         whole.then_some(Straight { program, lines, slots, spans })
@@ -148,6 +148,16 @@ impl Coupling {
         }
         if at > first {
             self.stand_at(grid.time(at), grid.time(at) - grid.time(at - 1));
+        }
+        for (u, stepper) in self.steppers.iter_mut().enumerate() {
+            // Those before the step that stopped have made the last one too; where a call stopped, all have.
+            let last = match &stopped {
+                Some(Stopped::Step { at, .. } | Stopped::Ahead { at, .. }) => u < *at,
+                Some(Stopped::Call { .. }) => true,
+                None => !finite,
+            };
+            let in_parts = lines.as_mut().map_or(0, |lines| std::mem::take(&mut lines.in_parts[u]));
+            stepper.made(at - first + u64::from(last), in_parts);
         }
         let time = grid.time(at + 1);
         match stopped {

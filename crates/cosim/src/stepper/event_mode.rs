@@ -1,7 +1,9 @@
 //! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
 
 use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
+use crate::calls::Calls;
 use crate::error::Error;
+use crate::grid;
 use crate::node::Node;
 use crate::plan::Planned;
 use crate::slave::{Block, Slave};
@@ -101,20 +103,23 @@ impl EventStepper {
         self.inner.step(nodes, from, to, within)
     }
 
-    /// After a step from `from` that stopped on the way to `to` with inputs held in parts, where they are not what they are on
+    /// After a step from `from` that stopped at `stopped` on the way to `to` with inputs held in parts, where they are not what they are on
     /// their lines: goes back, and to where there is an event with inputs on their lines. `None`: it is where it stopped.
     fn locate(
         &mut self,
         nodes: &mut [Node],
         [from, to]: [f64; 2],
+        stopped: f64,
         within: Within,
     ) -> Result<Option<Advance>, Error> {
-        if !self.locates {
+        let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
+        // One that its inputs do not move.
+        let known = self.next_event.is_some_and(|next| (next - stopped).abs() <= least);
+        if !self.locates || known {
             return Ok(None);
         }
         // No event up to `low`, one up to `high`.
         let (mut low, mut high) = (from, to);
-        let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
         while high - low > least {
             let middle = 0.5 * (low + high);
             self.inner.restore_from(START, nodes, from)?;
@@ -205,14 +210,17 @@ impl Stepper for EventStepper {
             if self.ended {
                 return Ok(Advance { terminate: true, ..all });
             }
-            let next = self.next_event.filter(|next| *next > all.time && *next < to);
+            let rounding = grid::ROUNDING * (to - from);
+            let next = self.next_event.filter(|next| *next > all.time && to - *next > rounding);
+            let next = next.filter(|next| self.inner.allows(next - all.time));
             let mut done = self.go(nodes, all.time, next.unwrap_or(to), within)?;
             if let Some(event) =
-                done.event.then(|| self.locate(nodes, [all.time, next.unwrap_or(to)], within))
+                done.event.then(|| self.locate(nodes, [all.time, next.unwrap_or(to)], done.time, within))
             {
                 done = event?.unwrap_or(done);
             }
-            all.time = done.time;
+            // Its clock and ours differ by rounding, which is no step of its own.
+            all.time = if to - done.time <= rounding { to } else { done.time };
             all.discarded += done.discarded;
             if done.terminate {
                 return Ok(Advance { terminate: true, ..all });
@@ -226,6 +234,10 @@ impl Stepper for EventStepper {
             }
         }
         Ok(Advance { event: self.pending && all.time < to, ..all })
+    }
+
+    fn calls(&self) -> Option<(&Calls, &'static str)> {
+        self.inner.calls()
     }
 
     fn may_stop(&self, nodes: &[Node]) -> bool {

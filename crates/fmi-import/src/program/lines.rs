@@ -38,13 +38,15 @@ pub struct Lines {
     pub slope: Vec<f64>,
     held: Vec<f64>,
     ones: Vec<c_int>,
+    /// Per step how often it was made in more than one part, which are counted as one here.
+    pub in_parts: Vec<u64>,
 }
 
 impl Lines {
-    /// For so many inputs, all 0.
-    pub fn new(count: usize) -> Self {
+    /// For so many inputs, all 0, of so many steps.
+    pub fn new(count: usize, steps: usize) -> Self {
         let zeros = || vec![0.0; count];
-        Self { value: zeros(), slope: zeros(), held: zeros(), ones: vec![1; count] }
+        Self { value: zeros(), slope: zeros(), held: zeros(), ones: vec![1; count], in_parts: vec![0; steps] }
     }
 }
 
@@ -144,6 +146,7 @@ impl<I: ?Sized> Bound<'_, I> {
                             return Err(Stopped::Step { at, part: k, outcome });
                         }
                     }
+                    lines.in_parts[at] += u64::from(whole.len() > 1);
                     continue;
                 }
             }
