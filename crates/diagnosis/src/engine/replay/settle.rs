@@ -159,7 +159,7 @@ impl Search<'_> {
     }
 
     /// The same from one start, and what it misses.
-    fn settle_from(
+    pub(super) fn settle_from(
         &self,
         problem: &mut Comparison<'_>,
         start: Vec<f64>,
