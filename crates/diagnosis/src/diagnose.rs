@@ -180,6 +180,10 @@ pub struct Augmented {
     pub fixed_base: bool,
     /// Its parameters by name.
     pub values: Vec<(String, f64)>,
+    /// Effects that are claimed and in it: id, component, joint from 1.
+    pub claims: Vec<(String, String, Option<usize>)>,
+    /// The link from 0 that has a payload in one with it.
+    pub payload: Option<usize>,
 }
 
 /// Diagnoses a case; `tell` hears how far it is (0 to 1) and what is being done.

@@ -222,7 +222,11 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
         Model::Arm(m) => m.flexible().to_vec(),
         Model::Joint(_) => search.case.subject.flexible.clone(),
     };
-    Augmented { effects, flexible, fixed_base: search.case.subject.fixed_base, values: all }
+    let subject = &search.case.subject;
+    let claim = |h: &Hypothesis| (h.id.clone(), h.component.clone(), joint_of(h, subject.plant));
+    let claims = stated.set.iter().filter(|h| h.is_effect()).map(claim).collect();
+    let (fixed_base, payload) = (subject.fixed_base, subject.payload);
+    Augmented { effects, flexible, fixed_base, values: all, claims, payload }
 }
 
 #[cfg(test)]

@@ -9,10 +9,9 @@ use trueup_models::effect;
 use super::claim::joint_of;
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::{Target, Unknown};
-use crate::engine::replay::{Complete, Polished, joined};
+use crate::engine::replay::{Complete, Polished};
 use crate::engine::search::{Fitted, Search, Stated};
 use crate::engine::select::Found;
-use crate::floor::{Gap, Pooled, Replayed};
 use crate::outcome::{Amount, Claimed};
 
 /// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
@@ -101,33 +100,15 @@ impl Reported {
     }
 }
 
-/// Whether the first predicts the recordings for fitting better than the second: over windows, channels by the logarithms
-/// of what is left in them, for their noises differ by orders of magnitude.
-fn predicts_better(search: &Search<'_>, window: f64, one: &Complete, other: &Complete) -> bool {
-    let runs = &search.case.train;
-    let shown = |c: &Complete| Some(joined(&search.in_windows(c, runs, window, None).ok()?));
-    let Some(one) = shown(one) else { return false };
-    let Some(other) = shown(other) else { return true };
-    let mut all = Vec::new();
-    for (r, run) in runs.iter().enumerate() {
-        for (c, channel) in run.run.channels.iter().enumerate() {
-            let (recording, name) = (&*run.run.name, &*channel.name);
-            let (before, after) = (&one[r][c], &other[r][c]);
-            let measured = &channel.y;
-            all.push(Replayed {
-                recording,
-                channel: name,
-                measured,
-                before,
-                tuned: before,
-                after,
-                floor: 0.0,
-            });
-        }
-    }
-    let ratio = |g: &Gap| (g.before / g.after).ln();
-    let sum: f64 = Pooled::new(&all).each().iter().map(ratio).filter(|r| !r.is_nan()).sum();
-    sum < 0.0
+/// Whether the first predicts the recordings for fitting better than the second: by the logarithms of what they miss, window
+/// by window and channel by channel, as where the size of a misfit is not known. Noises of channels differ by orders of
+/// magnitude, and a window in which a motion bifurcates counts for no more than another one.
+fn predicts_better(search: &Search<'_>, seconds: f64, one: &Complete, other: &Complete) -> bool {
+    let windows = |c: &Complete| search.in_windows(c, &search.case.train, seconds, None).ok();
+    let Some(one) = windows(one) else { return false };
+    let Some(other) = windows(other) else { return true };
+    let pairs = one.iter().zip(&other).flat_map(|(a, b)| a.missed().zip(b.missed()));
+    pairs.map(|(a, b)| (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()).sum::<f64>() < 0.0
 }
 
 impl Estimated {

@@ -5,10 +5,12 @@ use core::f64::consts::TAU;
 
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
+use trueup_identification::run::Run;
 use trueup_models::effect::Measure;
 use trueup_numerics::hybrid::Hybrid;
 
-use super::{Complete, Replayed, Settled};
+use super::settle::nearer;
+use super::{Complete, NEAR, Replayed, Settled};
 use crate::engine::coordinate::median_step;
 use crate::engine::problem::{Compared, Comparison, Target};
 use crate::engine::recordings::first_states;
@@ -20,6 +22,11 @@ const PERIODS: f64 = 3.0;
 /// Readings of every channel that a window has at least.
 const READINGS: f64 = 20.0;
 
+/// Readings before a window by which it is found where it begins.
+const BEFORE: f64 = 4.0;
+/// How much less first states of a window are believed than that of a recording: they are found in the midst of a motion.
+const VAGUELY: f64 = 1e3;
+
 /// A window of a recording, run from first states of its own.
 #[derive(Clone, Debug)]
 pub struct Window {
@@ -28,6 +35,17 @@ pub struct Window {
     /// Its readings and inputs.
     run: Compared,
     settled: Settled,
+}
+
+impl Window {
+    /// Mean square of what it misses of each channel, in the channels' units.
+    pub fn missed(&self) -> impl Iterator<Item = f64> {
+        let channels = self.run.run.channels.iter().zip(&self.settled.shown);
+        channels.filter(|(c, _)| !c.y.is_empty()).map(|(c, shown)| {
+            let squares = c.y.iter().zip(shown).map(|(y, s)| (s - y).powi(2)).sum::<f64>();
+            squares / c.y.len() as f64
+        })
+    }
 }
 
 fn last(run: &Compared) -> f64 {
@@ -66,8 +84,18 @@ impl Search<'_> {
         let one = |(of, run): (usize, Compared)| {
             let mut problem = self.alone(complete, &run);
             hold_first(complete, &mut problem, settled.map(|s| &s[of]));
+            for prior in problem.unknowns.iter_mut().filter_map(|u| u.prior.as_mut()) {
+                prior.deviation *= VAGUELY;
+            }
             let start = problem.start();
-            let settled = self.settle_from(&mut problem, start, &run)?.1;
+            let mut best = self.settle_from(&mut problem, start, &run);
+            // It may end beside the best where something sticks or goes through play.
+            if best.as_ref().is_ok_and(|b| b.0 >= NEAR * self.noise(&run))
+                && let Ok(start) = self.grown(&problem, &run)
+            {
+                best = nearer(best, self.settle_from(&mut problem, start, &run));
+            }
+            let settled = best?.1;
             Ok(Window { of, settled, run: run.clone() })
         };
         parallel::map(all, one).into_iter().collect()
@@ -81,6 +109,8 @@ impl Search<'_> {
         let late = unknowns.filter(|(u, _)| matches!(u.target, Target::SensorDelay(_) | Target::Delay(_)));
         let late = late.map(|(u, x)| u.scale.value(*x).0).fold(0.0, f64::max);
         let late = run.run.channels.iter().map(|c| c.delay).fold(0.0, f64::max) + late;
+        let steps = run.run.channels.iter().filter_map(|c| median_step(&c.t));
+        let before = BEFORE * steps.fold(0.0, f64::max);
         let edge = |k: u32| if k < count { run.run.start + f64::from(k) * seconds } else { f64::INFINITY };
         let window = |k: u32| {
             let mut own = part(&run.run, edge(k)..edge(k + 1));
@@ -94,8 +124,11 @@ impl Search<'_> {
                 let to = (d.t.partition_point(|t| *t < edge(k + 1) + seconds) + 1).min(d.t.len());
                 (d.t, d.u) = (d.t[from..to].to_vec(), d.u[from..to].to_vec());
             }
+            // Readings on both sides of where it begins show how fast it moves there.
+            let about = part(&run.run, (own.start - before).max(run.run.start)..edge(k + 1));
+            let about = Run { start: own.start, ..about };
             let case = self.case;
-            let known = first_states(&case.subject, &case.model, &case.nominal, &case.coordinates, &own);
+            let known = first_states(&case.subject, &case.model, &case.nominal, &case.coordinates, &about);
             Compared::new(own, known, case.model.sizes().inputs)
         };
         (0..count).map(window).filter(|w| !w.is_empty()).collect()
