@@ -28,7 +28,7 @@ use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
-use crate::engine::decide::{Free, Thresholds, decide};
+use crate::engine::decide::{Decision, Free, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Polished};
@@ -216,10 +216,13 @@ fn diagnose_all(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
-    let mistaken = input_scale::mistaken(&search);
-    let options = &Options { capped: options.capped || mistaken.is_some() && !options.force, ..*options };
+    let noticed = input_scale::mistaken(&search);
+    let options = &Options { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
+    if options.capped {
+        return nothing_concluded(loaded, &search, (raw, noticed), options, tell);
+    }
     if options.engine == Engine::Filter {
-        return by_filter(loaded, &search, (raw, mistaken), options, tell);
+        return by_filter(loaded, &search, (raw, noticed), options, tell);
     }
     let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
@@ -251,9 +254,7 @@ fn diagnose_all(
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
-    // With an input in another unit every cause is as wrong as the others.
-    let tells = options.force || mistaken.is_none();
-    let contenders = if open && tells { ground.contest(&mut found, effort) } else { Vec::new() };
+    let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &contenders, effort };
@@ -272,12 +273,8 @@ fn diagnose_all(
         ("what chance may leave", free.chance),
     ])?;
     let mut record = Record::new(case.subject.plant, &found, raw, free, &ran);
-    let mut decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     record.left_out = decision.left_out;
-    if options.capped {
-        decision.cap();
-    }
-    let noticed = mistaken.into_iter().collect();
     let decided = Decided { found, decision, contenders, record, noticed };
     conclude(&search, options, models, ground, decided, loaded, tell)
 }
@@ -286,7 +283,7 @@ fn diagnose_all(
 fn by_filter(
     loaded: &Loaded,
     search: &Search<'_>,
-    (raw, mistaken): (f64, Option<Noticed>),
+    (raw, noticed): (f64, Vec<Noticed>),
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -295,16 +292,34 @@ fn by_filter(
     let fits = trueup_hypotheses::search::search(loaded)?;
     let judged = trueup_hypotheses::verdict::judge(&fits);
     let broken = || DiagnoseError::Nominal("the model with what was found cannot be run".into());
-    let (found, mut decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
-    if options.capped {
-        decision.cap();
-    }
+    let (found, decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
     let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
-    let noticed = mistaken.into_iter().collect();
     let decided = Decided { found, decision, contenders: Vec::new(), record, noticed };
+    conclude(search, options, models, ground, decided, loaded, tell)
+}
+
+/// After a grave finding nothing is looked for: how far the model as it was given is off, and where, as far as that can be told.
+fn nothing_concluded(
+    loaded: &Loaded,
+    search: &Search<'_>,
+    (raw, noticed): (f64, Vec<Noticed>),
+    options: &Options,
+    tell: &mut dyn FnMut(f64, &str),
+) -> Result<Diagnosed, DiagnoseError> {
+    tell(SEARCHED, "a grave finding: no cause is looked for");
+    let broken = || DiagnoseError::Nominal("it cannot be simulated".into());
+    let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
+    let start = search.compare(&stated).start();
+    let plain = search.standing(stated, start).ok_or_else(broken)?;
+    let found = Found { best: plain.clone(), sets: Vec::new(), plain };
+    let (models, ground) = ground(search, &found, [], options)?;
+    let free = ground.free(&ground.tuned).unwrap_or_default();
+    let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
+    let record = Record::new(search.case.subject.plant, &found, raw, free, &ran);
+    let decided = Decided { decision: Decision::nothing(), found, contenders: Vec::new(), record, noticed };
     conclude(search, options, models, ground, decided, loaded, tell)
 }
 
