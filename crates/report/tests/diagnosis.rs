@@ -16,7 +16,15 @@ fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> Amount {
 }
 
 fn gap() -> Gap {
-    Gap { before: 0.21, tuned: 0.12, after: 0.013, floor: 0.011, closed: Some(0.99), ci95: Some([0.98, 1.0]) }
+    Gap {
+        before: 0.21,
+        tuned: 0.12,
+        after: 0.013,
+        floor: 0.011,
+        closed: Some(0.99),
+        ci95: Some([0.98, 1.0]),
+        window: None,
+    }
 }
 
 fn diagnosis(verdict: Verdict) -> Diagnosis {

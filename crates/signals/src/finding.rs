@@ -69,6 +69,8 @@ pub enum Kind {
     DuplicateChannel,
     SwappedChannels,
     Inconsistent,
+    GearRatio,
+    DeadChannel,
     NoInput,
     NoOutput,
     MissingInput,

@@ -419,7 +419,12 @@ fn swing(spoil: impl Fn(usize, &mut [f64; 4])) -> String {
 
 fn relations() -> Vec<Relation> {
     vec![
-        Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 },
+        Relation::Proportional {
+            left: "motorAngle".into(),
+            right: "loadAngle".into(),
+            factor: 160.0,
+            parameter: "gearRatio".into(),
+        },
         Relation::Rate { rate: "motorVelocity".into(), of: "motorAngle".into() },
     ]
 }

@@ -207,8 +207,12 @@ fn example_cases_are_read() {
         assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
         assert!(run.channels.iter().all(|c: &Channel| !c.unit.is_empty()));
         // Healthy recordings: nothing but that an input was not recorded.
-        let geared =
-            Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 };
+        let geared = Relation::Proportional {
+            left: "motorAngle".into(),
+            right: "loadAngle".into(),
+            factor: 160.0,
+            parameter: "gearRatio".into(),
+        };
         let found = check::case(&loaded, &joint(), &[geared]);
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");
     }

@@ -113,6 +113,21 @@ pub struct Rival<'a> {
 }
 
 impl Decision {
+    /// Nothing was looked for.
+    pub(crate) fn nothing() -> Self {
+        Self {
+            verdict: Verdict::Unknown,
+            rivals: Vec::new(),
+            probability: Vec::new(),
+            explained: 0.0,
+            blind: false,
+            closed: 0.0,
+            unknown: 1.0,
+            odds: 0.0,
+            unmoved: false,
+            left_out: None,
+        }
+    }
     /// Nothing is claimed: what the recordings say cannot be relied on. As likely as not none of the candidates is right.
     pub fn cap(&mut self) {
         self.verdict = Verdict::Unknown;

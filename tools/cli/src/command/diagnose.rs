@@ -11,6 +11,7 @@ use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
 use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
 use trueup_diagnosis::picture::isolability;
+use trueup_diagnosis::shipped;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
@@ -80,7 +81,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(templates)) = (&found.augmented, &templates) {
-        let ready = fmus(templates, &loaded, augmented)?;
+        let ready = fmus(templates, &loaded, &found.diagnosis, augmented)?;
         found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
         files = ready;
     }
@@ -167,6 +168,7 @@ fn sensors(loaded: &Loaded) {
 fn fmus(
     templates: &[Template],
     loaded: &Loaded,
+    diagnosis: &Diagnosis,
     augmented: &Augmented,
 ) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let name = loaded.case.model.as_str();
@@ -187,6 +189,11 @@ fn fmus(
     };
     configuration.start =
         augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
+    shipped::check(diagnosis, augmented, &configuration.start).map_err(|e| {
+        Error::Failed(format!(
+            "{e}: nothing is written, for the files would contradict each other; report the case"
+        ))
+    })?;
     let case = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
     let case = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let with = configuration.effects.join(", ");
@@ -240,6 +247,18 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             g.tuned,
             g.after,
             g.floor
+        );
+    }
+    if let Some(w) = d.gap.overall.as_ref().and_then(|g| g.window.as_ref()) {
+        let closed =
+            w.closed.map_or(String::new(), |c| format!("; closed {:.0} %", 100.0 * c.clamp(0.0, 1.0)));
+        out += &format!(
+            "the same over windows of {} s: {} before, {} tuned, {} after, floor {}{closed}\n",
+            number(w.seconds),
+            number(w.before),
+            number(w.tuned),
+            number(w.after),
+            number(w.floor)
         );
     }
     if let Some(n) = &d.next_experiment {
