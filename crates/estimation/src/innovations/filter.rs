@@ -1,0 +1,293 @@
+//! Gains once for all columns, then a pass of the same gains for each column.
+//!
+//! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
+//! beside each other in single precision, [`LANES`] at a time.
+
+use super::linear::{PlantStep, ReadingRows};
+
+/// Columns that pass beside each other.
+pub const LANES: usize = 16;
+
+/// A linear system along a recording.
+#[derive(Clone, Debug)]
+pub struct FilterInput<'a> {
+    /// Steps, by mode.
+    pub steps: &'a [PlantStep],
+    /// Covariance of what a step adds, by mode.
+    pub noise: Vec<Vec<f64>>,
+    /// Mode of the step after each node.
+    pub mode: &'a [u8],
+    /// Variance of an unknown force on coordinate `unknown_on` in the step after each node.
+    pub unknown: &'a [f64],
+    /// That coordinate, and the state that is its position.
+    pub unknown_on: (usize, usize),
+    /// Readings.
+    pub rows: &'a ReadingRows,
+    /// Variance of each reading; 0: there is none.
+    pub variance: Vec<f64>,
+    /// Which readings count.
+    pub counted: &'a [bool],
+    /// Covariance of the first state.
+    pub first: Vec<f64>,
+    /// Number of coordinates.
+    pub forces: usize,
+    /// Channels.
+    pub channels: usize,
+}
+
+/// Gains of a recording.
+#[derive(Clone, Debug)]
+pub struct FilterGains<'a> {
+    /// Of what.
+    pub input: FilterInput<'a>,
+    /// Gain of each reading, `size` numbers each.
+    pub gain: Vec<f64>,
+    /// Variance of each innovation; 1 without a reading.
+    pub variance: Vec<f64>,
+    /// Covariance of each node before its readings; empty unless asked for.
+    pub predicted: Vec<f64>,
+}
+
+/// A combination of sizes that no kernel was made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "no filter is made for {states} states with latents and {forces} coordinates; add the size to `filter::sized`"
+)]
+pub struct SizeError {
+    /// States with latents.
+    pub states: usize,
+    /// Coordinates.
+    pub forces: usize,
+}
+
+/// Calls a kernel that is generic over its sizes.
+macro_rules! sized {
+    ($size:expr, $forces:expr, $kernel:ident ( $($arg:expr),* )) => {
+        match ($size, $forces) {
+            (6, 2) => $kernel::<6, 2>($($arg),*),
+            (8, 2) => $kernel::<8, 2>($($arg),*),
+            (states, forces) => return Err($crate::innovations::filter::SizeError { states, forces }),
+        }
+    };
+}
+pub(super) use sized;
+
+pub(super) type Square<const N: usize> = [[f64; N]; N];
+
+/// Matrices of a mode as arrays.
+pub(super) fn arrays<const N: usize, const F: usize>(s: &PlantStep) -> (Square<N>, [[f64; F]; N]) {
+    let a = core::array::from_fn(|i| core::array::from_fn(|j| s.a[N * i + j]));
+    let b = core::array::from_fn(|i| core::array::from_fn(|j| s.b[F * i + j]));
+    (a, b)
+}
+
+pub(super) fn row<const N: usize>(all: &[f64], at: usize) -> [f64; N] {
+    core::array::from_fn(|i| all[N * at + i])
+}
+
+impl<'a> FilterGains<'a> {
+    /// By the Riccati recursion; `keep`: with the covariances that a smoother needs.
+    ///
+    /// # Errors
+    /// Where no kernel has these sizes.
+    pub fn new(input: FilterInput<'a>, keep: bool) -> Result<Self, SizeError> {
+        let size = input.size();
+        let rows = input.mode.len() * input.channels;
+        let mut out =
+            Self { gain: vec![0.0; rows * size], variance: vec![1.0; rows], predicted: Vec::new(), input };
+        sized!(size, out.input.forces, riccati(&mut out, keep));
+        Ok(out)
+    }
+}
+
+impl FilterInput<'_> {
+    /// States with latents.
+    pub fn size(&self) -> usize {
+        self.first.len().isqrt()
+    }
+}
+
+fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool) {
+    let input = &out.input;
+    let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
+    let noise: Vec<Square<N>> = input.noise.iter().map(|q| core::array::from_fn(|i| row(q, i))).collect();
+    let mut p: Square<N> = core::array::from_fn(|i| row(&input.first, i));
+    let (on, position) = input.unknown_on;
+    for t in 0..input.mode.len() {
+        if t > 0 {
+            let mode = usize::from(input.mode[t - 1]);
+            let ((a, b), q, x) = (&steps[mode], &noise[mode], input.unknown[t - 1]);
+            let mut moved: Square<N> = [[0.0; N]; N];
+            for i in 0..N {
+                for k in 0..N {
+                    for j in 0..N {
+                        moved[i][j] += a[i][k] * p[k][j];
+                    }
+                }
+            }
+            for i in 0..N {
+                for j in 0..=i {
+                    let mut s = q[i][j] + x * b[i][on] * b[j][on];
+                    for k in 0..N {
+                        s += moved[i][k] * a[j][k];
+                    }
+                    (p[i][j], p[j][i]) = (s, s);
+                }
+            }
+            // When within the step it acted is not known either.
+            p[position][position] += 0.1 * x * b[position][on].powi(2);
+        }
+        if keep {
+            out.predicted.extend(p.as_flattened());
+        }
+        for at in input.channels * t..input.channels * (t + 1) {
+            let r = input.variance[at];
+            if r <= 0.0 {
+                continue;
+            }
+            let h: [f64; N] = row(&input.rows.h, at);
+            let g: [f64; N] = core::array::from_fn(|i| (0..N).map(|j| p[i][j] * h[j]).sum());
+            let s = r + (0..N).map(|i| h[i] * g[i]).sum::<f64>();
+            let k = g.map(|g| g / s);
+            for i in 0..N {
+                for j in 0..=i {
+                    p[i][j] -= k[i] * g[j];
+                    p[j][i] = p[i][j];
+                }
+            }
+            out.gain[N * at..N * (at + 1)].copy_from_slice(&k);
+            out.variance[at] = s;
+        }
+    }
+}
+
+/// The data column along a recording: what was read, and what is known to push.
+#[derive(Clone, Debug)]
+pub struct DataColumn {
+    /// Force of each coordinate over the step after each node, N.m.
+    pub forces: Vec<Vec<f64>>,
+    /// Readings by node and channel.
+    pub readings: Vec<f64>,
+    /// First state with latents.
+    pub first: Vec<f64>,
+}
+
+/// Whitened innovations of the data, by node and channel; 0 where nothing counts.
+///
+/// # Errors
+/// Where no kernel has these sizes.
+pub fn data_innovations(gains: &FilterGains<'_>, data: &DataColumn) -> Result<Vec<f64>, SizeError> {
+    let mut out = vec![0.0; gains.variance.len()];
+    sized!(gains.input.size(), gains.input.forces, pass_data(gains, data, &mut out));
+    Ok(out)
+}
+
+fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn, out: &mut [f64]) {
+    let input = &g.input;
+    let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
+    let mut x: [f64; N] = row(&data.first, 0);
+    let mut before = [0.0; F];
+    for t in 0..input.mode.len() {
+        if t > 0 {
+            let (a, b) = &steps[usize::from(input.mode[t - 1])];
+            x = core::array::from_fn(|i| {
+                let pushed: f64 = (0..F).map(|k| b[i][k] * before[k]).sum();
+                pushed + (0..N).map(|k| a[i][k] * x[k]).sum::<f64>()
+            });
+        }
+        let now: [f64; F] = core::array::from_fn(|k| data.forces[k][t]);
+        for at in input.channels * t..input.channels * (t + 1) {
+            if input.variance[at] <= 0.0 {
+                continue;
+            }
+            let direct: [f64; F] = row(&input.rows.direct, at);
+            let mut e = data.readings[at];
+            e -= (0..F).map(|k| 0.5 * direct[k] * (now[k] + before[k])).sum::<f64>();
+            e -= (0..N).map(|i| input.rows.h[N * at + i] * x[i]).sum::<f64>();
+            (0..N).for_each(|i| x[i] += g.gain[N * at + i] * e);
+            if input.counted[at] {
+                out[at] = e / g.variance[at].sqrt();
+            }
+        }
+        before = now;
+    }
+}
+
+/// Numbers of the lanes, one each.
+pub type Lane = [f32; LANES];
+
+/// [`LANES`] columns along a recording.
+#[derive(Clone, Debug, Default)]
+pub struct LaneBlock {
+    /// Force of each coordinate over the step after each node; empty: none of these columns has one there.
+    pub forces: Vec<Vec<Lane>>,
+    /// Reading error of each channel at each node; empty: none.
+    pub readings: Vec<Vec<Lane>>,
+}
+
+/// Whitened innovations of a block of columns, by node and channel; 0 where nothing counts.
+///
+/// # Errors
+/// Where no kernel has these sizes.
+pub fn lane_innovations(
+    gains: &FilterGains<'_>,
+    block: &LaneBlock,
+    out: &mut Vec<Lane>,
+) -> Result<(), SizeError> {
+    out.clear();
+    out.resize(gains.variance.len(), [0.0; LANES]);
+    sized!(gains.input.size(), gains.input.forces, pass_lanes(gains, block, out));
+    Ok(())
+}
+
+#[inline]
+fn add(sum: &mut Lane, factor: f32, x: &Lane) {
+    for l in 0..LANES {
+        sum[l] += factor * x[l];
+    }
+}
+
+fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneBlock, out: &mut [Lane]) {
+    let input = &g.input;
+    let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
+    let (mut z, mut before) = ([[0f32; LANES]; N], [[0f32; LANES]; F]);
+    for t in 0..input.mode.len() {
+        if t > 0 {
+            let (a, b) = &steps[usize::from(input.mode[t - 1])];
+            let mut next = [[0f32; LANES]; N];
+            for (i, sum) in next.iter_mut().enumerate() {
+                // Latent forces follow nothing but themselves.
+                if i >= N - F {
+                    add(sum, a[i][i] as f32, &z[i]);
+                    continue;
+                }
+                (0..F).for_each(|k| add(sum, b[i][k] as f32, &before[k]));
+                (0..N).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
+            }
+            z = next;
+        }
+        let now: [Lane; F] =
+            core::array::from_fn(|k| block.forces[k].get(t).copied().unwrap_or([0.0; LANES]));
+        for c in 0..input.channels {
+            let at = input.channels * t + c;
+            if input.variance[at] <= 0.0 {
+                continue;
+            }
+            let mut e = block.readings[c].get(t).copied().unwrap_or([0.0; LANES]);
+            for k in 0..F {
+                let half = (0.5 * input.rows.direct[F * at + k]) as f32;
+                if half != 0.0 {
+                    add(&mut e, half, &now[k]);
+                    add(&mut e, half, &before[k]);
+                }
+            }
+            (0..N).for_each(|i| add(&mut e, input.rows.h[N * at + i] as f32, &z[i]));
+            (0..N).for_each(|i| add(&mut z[i], -g.gain[N * at + i] as f32, &e));
+            if input.counted[at] {
+                let r = (1.0 / g.variance[at].sqrt()) as f32;
+                out[at] = e.map(|e| e * r);
+            }
+        }
+        before = now;
+    }
+}

@@ -1,0 +1,195 @@
+//! Gram matrices of whitened innovations.
+//!
+//! The base (data, nuisances, causes that stand) has a full matrix; a group beside it only its products with the base and with
+//! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
+//! evidence is a small difference of large sums.
+
+use super::filter::{FilterGains, LANES, Lane, LaneBlock, SizeError, data_innovations, lane_innovations};
+use super::{column, column::Column, filter::DataColumn};
+
+/// Most columns of a group.
+pub const GROUP: usize = 4;
+
+/// Products of all columns of the base, data first.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BaseGram {
+    /// Number of columns, data included.
+    pub size: usize,
+    /// Products, rows of rows.
+    pub products: Vec<f64>,
+    /// Sum of log S over what counts.
+    pub log_variance: f64,
+    /// Readings that count.
+    pub count: usize,
+}
+
+/// Products of a group.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GroupGram {
+    /// Its columns.
+    pub size: usize,
+    /// With each column of the base: `size` numbers each.
+    pub base: Vec<f64>,
+    /// With each other, rows of rows.
+    pub own: Vec<f64>,
+}
+
+impl BaseGram {
+    /// With a group behind the base.
+    pub fn with(&self, group: &GroupGram) -> Self {
+        let (n, k) = (self.size, group.size);
+        let mut products = vec![0.0; (n + k) * (n + k)];
+        let mut set = |i: usize, j: usize, v: f64| {
+            products[(n + k) * i + j] = v;
+            products[(n + k) * j + i] = v;
+        };
+        for i in 0..n {
+            (0..=i).for_each(|j| set(i, j, self.products[n * i + j]));
+            (0..k).for_each(|j| set(i, n + j, group.base[k * i + j]));
+        }
+        for i in 0..k {
+            (0..=i).for_each(|j| set(n + i, n + j, group.own[k * i + j]));
+        }
+        Self { size: n + k, products, ..self.clone() }
+    }
+    /// Product of two columns.
+    pub fn product(&self, i: usize, j: usize) -> f64 {
+        self.products[self.size * i + j]
+    }
+}
+
+/// Columns as the filter takes them: the base packed once for every intensity.
+#[derive(Clone, Debug)]
+pub struct PackedColumns {
+    data: Vec<DataColumn>,
+    /// By recording and block.
+    base: Vec<Vec<LaneBlock>>,
+    width: usize,
+    coordinates: usize,
+    channels: usize,
+}
+
+impl PackedColumns {
+    /// Of what was read, one entry a recording, and the columns of the base.
+    pub fn new(data: Vec<DataColumn>, base: &[Column], channels: usize) -> Self {
+        let coordinates = data.first().map_or(0, |d| d.forces.len());
+        let columns: Vec<&Column> = base.iter().collect();
+        let blocks =
+            |r: usize| columns.chunks(LANES).map(|c| column::beside(c, r, coordinates, channels)).collect();
+        let blocks = (0..data.len()).map(blocks).collect();
+        Self { data, base: blocks, width: base.len(), coordinates, channels }
+    }
+}
+
+/// Sums while recordings pass.
+pub struct GramSums<'a> {
+    packed: &'a PackedColumns,
+    /// Groups of at most [`GROUP`] columns, as many as fit beside each other.
+    blocks: Vec<Vec<&'a [Column]>>,
+    base: BaseGram,
+    /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
+    with_base: Vec<Vec<[f64; LANES]>>,
+    with_own: Vec<[[f64; LANES]; GROUP]>,
+}
+
+fn wide(x: &Lane) -> [f64; LANES] {
+    x.map(f64::from)
+}
+
+impl<'a> GramSums<'a> {
+    /// Nothing yet, for these groups beside the base.
+    pub fn new(packed: &'a PackedColumns, groups: &[&'a [Column]]) -> Self {
+        let mut blocks: Vec<Vec<&'a [Column]>> = Vec::new();
+        let mut used = LANES;
+        for g in groups {
+            if used + g.len() > LANES {
+                blocks.push(Vec::new());
+                used = 0;
+            }
+            used += g.len();
+            if let Some(b) = blocks.last_mut() {
+                b.push(g);
+            }
+        }
+        let size = packed.width + 1;
+        let base = BaseGram { size, products: vec![0.0; size * size], ..BaseGram::default() };
+        let with_base = vec![vec![[0.0; LANES]; size]; blocks.len()];
+        let with_own = vec![[[0.0; LANES]; GROUP]; blocks.len()];
+        Self { packed, blocks, base, with_base, with_own }
+    }
+
+    /// Passes recording `recording` with its gains; tells the whitened innovations of data and base, by reading.
+    ///
+    /// # Errors
+    /// Where no kernel has these sizes.
+    pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>) -> Result<Vec<f64>, SizeError> {
+        let size = self.base.size;
+        let counted = gains.input.counted.iter().zip(&gains.input.variance).map(|(c, v)| *c && *v > 0.0);
+        let rows: Vec<usize> = counted.enumerate().filter(|(_, c)| *c).map(|(k, _)| k).collect();
+        let data = data_innovations(gains, &self.packed.data[recording])?;
+        let mut e = vec![0.0; size * data.len()];
+        data.iter().enumerate().for_each(|(k, d)| e[size * k] = *d);
+        let mut lanes = Vec::new();
+        for (b, block) in self.packed.base[recording].iter().enumerate() {
+            lane_innovations(gains, block, &mut lanes)?;
+            let width = (self.packed.width - LANES * b).min(LANES);
+            for k in &rows {
+                let to = &mut e[size * k + 1 + LANES * b..][..width];
+                to.iter_mut().zip(&lanes[*k]).for_each(|(x, l)| *x = f64::from(*l));
+            }
+        }
+        for k in &rows {
+            let x = &e[size * k..size * (k + 1)];
+            for i in 0..size {
+                let sums = &mut self.base.products[size * i..size * i + i + 1];
+                sums.iter_mut().zip(x).for_each(|(s, y)| *s += x[i] * y);
+            }
+            self.base.log_variance += gains.variance[*k].ln();
+        }
+        self.base.count += rows.len();
+        for (b, groups) in self.blocks.iter().enumerate() {
+            let columns: Vec<&Column> = groups.iter().flat_map(|g| g.iter()).collect();
+            let block = column::beside(&columns, recording, self.packed.coordinates, self.packed.channels);
+            lane_innovations(gains, &block, &mut lanes)?;
+            let (with_base, with_own) = (&mut self.with_base[b], &mut self.with_own[b]);
+            for k in &rows {
+                let l = wide(&lanes[*k]);
+                for (sums, x) in with_base.iter_mut().zip(&e[size * k..size * (k + 1)]) {
+                    for j in 0..LANES {
+                        sums[j] += x * l[j];
+                    }
+                }
+                for (d, sums) in with_own.iter_mut().enumerate() {
+                    for j in 0..LANES - d {
+                        sums[j] += l[j] * l[j + d];
+                    }
+                }
+            }
+        }
+        Ok(e)
+    }
+
+    /// The matrices: of the base, and of each group in order.
+    pub fn done(mut self) -> (BaseGram, Vec<GroupGram>) {
+        let size = self.base.size;
+        for i in 0..size {
+            for j in 0..i {
+                self.base.products[size * j + i] = self.base.products[size * i + j];
+            }
+        }
+        let mut out = Vec::new();
+        for (b, groups) in self.blocks.iter().enumerate() {
+            let mut first = 0;
+            for g in groups {
+                let k = g.len();
+                let base = (0..size).flat_map(|i| (0..k).map(move |j| (i, j)));
+                let base = base.map(|(i, j)| self.with_base[b][i][first + j]).collect();
+                let own = |i: usize, j: usize| self.with_own[b][i.abs_diff(j)][first + i.min(j)];
+                let own = (0..k).flat_map(|i| (0..k).map(move |j| own(i, j))).collect();
+                out.push(GroupGram { size: k, base, own });
+                first += k;
+            }
+        }
+        (self.base, out)
+    }
+}
