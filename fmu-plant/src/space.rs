@@ -1,7 +1,7 @@
 //! The variable table of `SpatialFreeFlyer`, and robots as configurations.
 
 use crate::builder::Builder;
-use crate::experiment::TOLERANCE;
+use crate::experiment::SPACE_TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
 use trueup_models::flexible_arm::layout::LINK_MODES;
@@ -145,7 +145,7 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
 /// The table of a model with those start values (in the model's order).
 pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let s = model.structure();
-    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let experiment = Experiment { stop_time: 10.0, tolerance: SPACE_TOLERANCE, step_size: 1e-2 };
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
     b.items(&COUPLING);
