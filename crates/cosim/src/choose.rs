@@ -90,7 +90,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
                       input derivatives, FMU state with a default step, continuous states): inputs are held";
         return Ok((Algorithm::Jacobi, reason.into()));
     }
-    let held = names(plan, |i| samples(i));
+    let held = names(plan, samples);
     let held = if held.is_empty() {
         String::new()
     } else {

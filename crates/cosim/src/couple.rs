@@ -435,13 +435,13 @@ impl Coupling {
 
     /// Calls of doStep of each FMU that makes some.
     pub(crate) fn calls(&self) -> Vec<FmuCalls> {
-        let of = |stepper: &Box<dyn Stepper>| {
+        let of = |stepper: &dyn Stepper| {
             let (calls, inputs) = stepper.calls()?;
             let node = &self.nodes[*stepper.nodes().first()?];
             let inputs = if node.line.slots.is_empty() { "" } else { inputs };
             Some(FmuCalls { component: node.planned.name.clone(), calls: calls.clone(), inputs })
         };
-        self.steppers.iter().filter_map(of).collect()
+        self.steppers.iter().filter_map(|stepper| of(stepper.as_ref())).collect()
     }
 
     /// Every unit that is due can save and restore.
