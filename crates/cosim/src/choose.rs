@@ -90,7 +90,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
                       input derivatives, FMU state with a default step, continuous states): inputs are held";
         return Ok((Algorithm::Jacobi, reason.into()));
     }
-    let held = names(plan, |i| samples(i));
+    let held = names(plan, samples);
     let held = if held.is_empty() {
         String::new()
     } else {
@@ -100,7 +100,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
         let reason = "values are handed on in one direction only: each FMU steps when its inputs over the step are known";
         return Ok((Algorithm::GaussSeidel, format!("{reason}{held}")));
     }
-    let parts = names(plan, |i| rules[i].is_some_and(|rule| rule.places().len() > 1));
+    let parts = names(plan, |i| rules[i].is_some_and(|rule| rule.splits()));
     let parts = if parts.is_empty() {
         String::new()
     } else {

@@ -246,7 +246,8 @@ impl Coupling {
             let before = self.exchange.reals().to_vec();
             self.exchange(time)?;
             for ((previous, new), old) in self.previous.iter_mut().zip(self.exchange.reals()).zip(&before) {
-                *previous += new - old;
+                // In this order: what was held and has jumped has a slope of 0, with no rounding.
+                *previous = new - (old - *previous);
             }
         }
         let reason =
@@ -369,7 +370,9 @@ impl Coupling {
         let reals = self.exchange.reals();
         let last = self.turns.first().map_or(0.0, |u| u.last);
         self.longest = self.longest.max(last);
-        let uniform = self.uniform && (self.shared.is_none() || self.turns.iter().all(|u| u.last == last));
+        let uniform = self.uniform
+            && (self.shared.is_none() || self.turns.iter().all(|u| u.last == last))
+            && !self.steppers.iter().any(|s| s.jumps());
         if uniform && last < SHORT * self.longest {
             self.previous.copy_from_slice(reals);
         } else if uniform {
@@ -381,9 +384,10 @@ impl Coupling {
                 *previous = *x;
             }
         } else {
-            for (unit, outputs) in self.turns.iter().zip(&self.outputs).filter(|(u, _)| u.due) {
+            let units = self.turns.iter().zip(&self.outputs).zip(&self.steppers);
+            for ((unit, outputs), stepper) in units.filter(|((turn, _), _)| turn.due) {
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
-                let tells = unit.last >= SHORT * self.longest;
+                let tells = unit.last >= SHORT * self.longest && !stepper.jumps();
                 for &slot in outputs {
                     if tells {
                         self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
@@ -393,6 +397,9 @@ impl Coupling {
             }
             self.exchange.hand_slopes(&mut self.slopes);
             self.slopes.iter_mut().zip(&self.smooth).for_each(|(slope, smooth)| *slope *= smooth);
+            if self.uniform {
+                self.previous.copy_from_slice(reals);
+            }
         }
         for (stepper, unit) in self.steppers.iter().zip(&self.turns).filter(|(_, t)| t.due) {
             let to = next(unit.every);
@@ -428,13 +435,13 @@ impl Coupling {
 
     /// Calls of doStep of each FMU that makes some.
     pub(crate) fn calls(&self) -> Vec<FmuCalls> {
-        let of = |stepper: &Box<dyn Stepper>| {
+        let of = |stepper: &dyn Stepper| {
             let (calls, inputs) = stepper.calls()?;
             let node = &self.nodes[*stepper.nodes().first()?];
             let inputs = if node.line.slots.is_empty() { "" } else { inputs };
             Some(FmuCalls { component: node.planned.name.clone(), calls: calls.clone(), inputs })
         };
-        self.steppers.iter().filter_map(of).collect()
+        self.steppers.iter().filter_map(|stepper| of(stepper.as_ref())).collect()
     }
 
     /// Every unit that is due can save and restore.

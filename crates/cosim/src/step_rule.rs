@@ -106,12 +106,18 @@ impl StepRule {
         !matches!(self.way, Way::Held([_]))
     }
 
-    /// Where inputs are held in a step, while they move.
-    pub(crate) fn places(&self) -> &'static [f64] {
+    /// Where inputs are held in a step of this length (s), while they move: a short one, at the end of a run, may not come in parts.
+    pub(crate) fn places(&self, step: f64) -> &'static [f64] {
         match self.way {
-            Way::Held(places) => places,
+            Way::Held(places @ [_, _, ..]) if self.allows(step / places.len() as f64) => places,
+            Way::Held(places @ [_]) => places,
             _ => &MIDDLE,
         }
+    }
+
+    /// Its steps are made in parts.
+    pub(crate) fn splits(&self) -> bool {
+        matches!(self.way, Way::Held([_, _, ..]))
     }
 
     /// In words.

@@ -155,6 +155,12 @@ pub trait Stepper: Send {
         None
     }
 
+    /// An event that came whatever the inputs did lies in its last step, or at its end, where outputs may show what comes of it before it is handled, as
+    /// those of a sampled controller do: by how much they changed is no slope.
+    fn jumps(&self) -> bool {
+        false
+    }
+
     /// After a step: it is not taken back any more, and its outputs are about to be read and its inputs to be set, as of
     /// `time`. [`restore`](Stepper::restore) is for before.
     ///

@@ -31,6 +31,8 @@ pub(crate) struct EventStepper {
     pending: bool,
     /// Discrete states were updated there.
     updated: bool,
+    /// An event whose time was known beforehand came up in the last step.
+    jumps: bool,
     next_event: Option<f64>,
     ended: bool,
     stop: bool,
@@ -57,6 +59,7 @@ impl EventStepper {
             open: true,
             pending: false,
             updated: false,
+            jumps: false,
             next_event: None,
             ended: false,
             stop: false,
@@ -205,6 +208,7 @@ impl Stepper for EventStepper {
 
     fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
         let mut all = Advance { time: from, ..Advance::default() };
+        self.jumps = false;
         loop {
             self.close(nodes, all.time)?;
             if self.ended {
@@ -225,7 +229,9 @@ impl Stepper for EventStepper {
             if done.terminate {
                 return Ok(Advance { terminate: true, ..all });
             }
-            self.pending = done.event || self.next_event.is_some_and(|next| next <= all.time);
+            let due = self.next_event.is_some_and(|next| next <= all.time + rounding);
+            self.jumps |= due;
+            self.pending = done.event || due;
             if self.pending && !(self.stop || all.time >= to) {
                 all.events += 1;
                 self.open(nodes, all.time)?;
@@ -234,6 +240,10 @@ impl Stepper for EventStepper {
             }
         }
         Ok(Advance { event: self.pending && all.time < to, ..all })
+    }
+
+    fn jumps(&self) -> bool {
+        self.jumps
     }
 
     fn calls(&self) -> Option<(&Calls, &'static str)> {

@@ -226,7 +226,7 @@ impl SlaveStepper {
         mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let places = self.places(node);
+        let places = self.places(node, self.length(from, to));
         let n = places.len();
         let at = |k: usize| if k == n { to } else { from + (to - from) * k as f64 / n as f64 };
         let part = self.length(from, to) / n as f64;
@@ -260,9 +260,9 @@ impl SlaveStepper {
         }
     }
 
-    /// Where inputs are held in the step to come.
-    fn places(&self, node: &Node) -> &'static [f64] {
-        if node.line.slope.iter().any(|s| *s != 0.0) { self.rule.places() } else { &ANYWHERE }
+    /// Where inputs are held in a step of this length.
+    fn places(&self, node: &Node, step: f64) -> &'static [f64] {
+        if node.line.slope.iter().any(|s| *s != 0.0) { self.rule.places(step) } else { &ANYWHERE }
     }
 
     /// It may be given a step of `length` s.
@@ -357,7 +357,7 @@ impl Stepper for SlaveStepper {
     }
 
     fn made(&mut self, steps: u64, in_parts: u64) {
-        let parts = self.rule.places().len() as u64;
+        let parts = self.rule.places(self.regular).len() as u64;
         self.calls.add(self.regular, steps - in_parts);
         self.calls.add(self.regular / parts as f64, in_parts * parts);
     }
@@ -390,7 +390,7 @@ impl Stepper for SlaveStepper {
             Way::Held(_) if lines => {
                 // Those before were made by the program.
                 let begin = if first.is_some() { part } else { part + 1 };
-                self.calls.add(self.regular / self.places(node).len() as f64, begin as u64);
+                self.calls.add(self.regular / self.places(node, self.regular).len() as f64, begin as u64);
                 self.parts(node, [from, to], begin, first, &mut done)?;
             }
             _ if first.is_some() => {
