@@ -50,7 +50,7 @@ pub use adaptive::Adapted;
 pub use check::{Files, check, check_with, names};
 pub use error::{Error, Residual};
 pub use grid::Grid;
-pub use inputs::Inputs;
+pub use inputs::{InputSignal, Inputs};
 pub use log::RunLog;
 pub use master::Master;
 pub use mistake::{Mistake, suggestion};
