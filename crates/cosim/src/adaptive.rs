@@ -397,7 +397,7 @@ impl Inlets {
                 let (mut value, mut slope) = (self.line[0][i], self.line[1][i]);
                 if let (Some((column, linear)), Some(inputs)) = (self.columns[i], parts.inputs) {
                     value = inputs.at(column, from, linear);
-                    slope = if linear { inputs.at(column, to, linear) - value } else { 0.0 };
+                    slope = if linear { inputs.before(column, to, linear) - value } else { 0.0 };
                 } else if self.held[i] {
                     (value, slope) = (history.newest(i), 0.0);
                 }

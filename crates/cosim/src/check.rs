@@ -1,5 +1,6 @@
 //! From names to numbers: a [`System`] and its FMUs become a [`Plan`], or a list of all mistakes.
 
+mod driven;
 mod experiment;
 mod files;
 mod links;
@@ -7,7 +8,7 @@ pub mod names;
 mod record;
 mod start;
 mod types;
-mod units;
+pub(crate) mod units;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -39,7 +40,8 @@ pub fn check(system: &System) -> Result<Plan, Error> {
 pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     let mut report = Report { mistakes: Vec::new(), notes: system.notes.clone() };
     let parts = Parts::of(system, files, &mut report);
-    let inputs = system.inputs.as_ref().and_then(|wanted| read_inputs(wanted, files, &mut report));
+    let mut inputs =
+        system.inputs.as_ref().and_then(|wanted| read_inputs(system, wanted, files, &mut report));
     let (grid, every) = experiment::grid(system, &parts, inputs.as_ref(), &mut report);
     let mut components = Vec::new();
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
@@ -56,7 +58,10 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     }
     let mut driver = links::Drivers::default();
     let (links, maps) = links::links(system, &parts, &mut driver, &mut report);
-    let driven = links::driven(system, &parts, inputs.as_ref(), &mut driver, &mut report);
+    let driven = driven::driven(system, &parts, inputs.as_mut(), &mut driver, &mut report);
+    if let (Some(inputs), Some(grid)) = (&inputs, &grid) {
+        driven::span(inputs, grid, &mut report);
+    }
     let recorded = record::recorded(system, &parts, &mut report);
     let Report { mut mistakes, notes } = report;
     let (Some(grid), []) = (grid, &mistakes[..]) else {
@@ -80,9 +85,16 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     })
 }
 
-fn read_inputs(wanted: &InputFile, files: &mut Files, report: &mut Report) -> Option<Inputs> {
-    let read = files.inputs(&wanted.file);
-    read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()
+fn read_inputs(
+    system: &System,
+    wanted: &InputFile,
+    files: &mut Files,
+    report: &mut Report,
+) -> Option<Inputs> {
+    let read = files.inputs(&wanted.file, &system.file, system.run.start);
+    let inputs = read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()?;
+    report.notes.extend(inputs.notes.iter().cloned());
+    Some(inputs)
 }
 
 /// What is to be told.

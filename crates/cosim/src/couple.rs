@@ -522,6 +522,8 @@ impl Coupling {
             let advance = self.step(to, Within::Line)?;
             self.extrapolate_held(to);
             self.exchange(to)?;
+            let Self { turns, unit, exchange, inputs, .. } = self;
+            exchange.drive_before(inputs.as_ref(), to, |n| turns[unit[n]].due);
             let mut anderson = std::mem::take(&mut self.anderson);
             let mut settled = true;
             for (f, (_, nominal)) in self.lines(to).zip(&followed) {
@@ -532,6 +534,8 @@ impl Coupling {
             }
             self.anderson = anderson;
             if settled || advance.terminate || iterations == ITERATIONS {
+                let Self { turns, unit, exchange, inputs, .. } = self;
+                exchange.drive(inputs.as_ref(), to, |n| turns[unit[n]].due);
                 return Ok(Attempt { advance, iterations, settled: settled || advance.terminate });
             }
             let next = self.anderson.next();

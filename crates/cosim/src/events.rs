@@ -24,7 +24,7 @@ pub(crate) struct Cuts {
 }
 
 impl Cuts {
-    /// Of all held inputs; of linear ones only those that are integrated by the master. None at all if an FMU may not be given
+    /// Of all jumps; of bends of linear inputs only where the master integrates. None at all if an FMU may not be given
     /// parts of a step: a note says what is then late. Samples at communication points but for rounding are moved there.
     pub(crate) fn new(
         nodes: &[Node],
@@ -34,8 +34,8 @@ impl Cuts {
         notes: &mut Vec<String>,
     ) -> Self {
         let Some(inputs) = inputs else { return Self::default() };
-        for (_, times, _) in &mut inputs.columns {
-            for t in times.iter_mut() {
+        for signal in &mut inputs.columns {
+            for t in &mut signal.times {
                 let point = grid.time(((*t - grid.start) / grid.step).round().max(0.0) as u64);
                 if (*t - point).abs() <= SAME * grid.step {
                     *t = point;
@@ -44,16 +44,12 @@ impl Cuts {
         }
         let mut times: Vec<(f64, bool)> = Vec::new();
         for d in driven {
-            let (_, t, x) = &inputs.columns[d.column];
+            let signal = &inputs.columns[d.column];
             let node = &nodes[d.to.component];
             let integrated = node.planned.interface == Interface::ModelExchange;
-            match d.linear {
-                true if integrated => times.extend(t.iter().map(|t| (*t, false))),
-                true => {}
-                false => {
-                    let jumps = (1..t.len()).filter(|i| x[*i] != x[i - 1]);
-                    times.extend(jumps.map(|i| (t[i], true)));
-                }
+            times.extend(signal.jumps(d.linear).map(|t| (t, true)));
+            if d.linear && integrated {
+                times.extend(signal.times.iter().map(|t| (*t, false)));
             }
         }
         times.retain(|(t, _)| *t > grid.start && *t < grid.stop);

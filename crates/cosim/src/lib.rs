@@ -53,7 +53,7 @@ pub use calls::{Calls, FmuCalls};
 pub use check::{Files, check, check_with, names};
 pub use error::{Error, Residual};
 pub use grid::Grid;
-pub use inputs::Inputs;
+pub use inputs::{InputSignal, Inputs};
 pub use log::RunLog;
 pub use master::Master;
 pub use mistake::{Mistake, suggestion};

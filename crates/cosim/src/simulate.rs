@@ -69,7 +69,8 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
     let d = fmu.description();
     let mut wrong = Vec::new();
     let start = starts(d, options, &mut wrong);
-    let driven = driven(d, options.inputs.as_ref(), &mut wrong);
+    let mut inputs = options.inputs.clone();
+    let driven = driven(d, inputs.as_mut(), &mut wrong);
     let recorded = recorded(d, options, &mut wrong);
     let grid = grid(d, options, &mut wrong);
     let (Some(grid), []) = (grid, &wrong[..]) else { return Err(Error::Setting(wrong)) };
@@ -86,7 +87,7 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
         components: vec![component],
         links: Vec::new(),
         driven,
-        inputs: options.inputs.clone(),
+        inputs,
         recorded,
         grid,
         tolerance: options.tolerance,
@@ -157,39 +158,36 @@ fn same(d: &Description, v: &Variable, values: &Buffer) -> bool {
         .is_some_and(|b| std::mem::discriminant(&b) == std::mem::discriminant(values))
 }
 
-/// Inputs that columns drive.
-fn driven(d: &Description, columns: Option<&Inputs>, wrong: &mut Vec<String>) -> Vec<Driven> {
-    let mut driven = Vec::new();
-    for (column, (name, _, samples)) in columns.iter().flat_map(|c| &c.columns).enumerate() {
+/// Inputs that columns drive; the columns become what they are to them.
+fn driven(d: &Description, inputs: Option<&mut Inputs>, wrong: &mut Vec<String>) -> Vec<Driven> {
+    let Some(inputs) = inputs else { return Vec::new() };
+    let (mut driven, mut signals, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+    for column in &inputs.columns {
+        let name = &column.name;
         let (v, element) = match value::find(d, name) {
-            Ok((v, element))
-                if v.causality == Causality::Input && (element.is_some() || v.dimensions.is_empty()) =>
-            {
-                (v, element.unwrap_or(0))
-            }
-            Ok((v, _)) if v.causality == Causality::Input => {
+            Ok((v, _)) if v.causality != Causality::Input => continue, // recordings hold outputs besides the inputs
+            Ok((v, element)) if element.is_some() || v.dimensions.is_empty() => (v, element.unwrap_or(0)),
+            Ok(_) => {
                 wrong.push(format!(
                     "input column `{name}` is an array; give one column per element, `{name}[1]`"
                 ));
                 continue;
             }
-            Ok(_) => continue, // recordings hold outputs besides the inputs
             Err(why) => {
                 wrong.push(format!("input column: {why}"));
                 continue;
             }
         };
-        let one = Buffer::new(v.kind, d.version, 1).filter(|_| v.kind != Type::String);
-        let Some(mut one) = one else {
-            wrong.push(format!("input column `{name}` is a {:?}; only numbers can be read", v.kind));
-            continue;
-        };
-        if let Some(x) = samples.iter().find(|x| !one.set_number(0, **x)) {
-            wrong.push(format!("input column `{name}`: {x:?} is no {:?}", v.kind));
+        let continuous = v.kind.is_float() && v.variability == Variability::Continuous;
+        match column.drives(d, v, continuous, &mut notes) {
+            Ok((signal, linear)) => {
+                driven.push(Driven { to: element_of(d, v, element), column: signals.len(), linear });
+                signals.push(signal);
+            }
+            Err(why) => wrong.push(format!("input column `{name}`: {why}")),
         }
-        let linear = v.kind.is_float() && v.variability == Variability::Continuous;
-        driven.push(Driven { to: element_of(d, v, element), column, linear });
     }
+    inputs.columns = signals;
     driven
 }
 

@@ -46,6 +46,7 @@ pub enum Kind {
     MissingTime,
     ClockBack,
     ClockRepeats,
+    Jump,
     TimeSpan,
     TimeUnit,
     InfiniteValue,

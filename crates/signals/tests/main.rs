@@ -4,6 +4,7 @@
 
 mod broken;
 mod common;
+mod formats;
 mod mutants;
 mod noise;
 mod parameters;

@@ -202,6 +202,9 @@ pub(crate) struct Pack {
     /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md) or URDF
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
+    /// Hold the robot's base: it is bolted to the ground, and the FMU has a parameter `gravity`
+    #[arg(long, requires = "robot")]
+    pub(crate) held: bool,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
