@@ -10,3 +10,4 @@ mod parameters;
 mod process;
 mod properties;
 mod reading;
+mod relations;
