@@ -264,6 +264,9 @@ fn diagnose_all(
         && plain
         && free.before <= free.chance
         && has_gap_in_training(&search, &models[0], options);
+    if free.tuned <= options.limits.gap.refitted * free.before && free.tuned > free.chance {
+        free.windowed = ground.windowed(&models[1]);
+    }
     all_finite([
         ("what the nominal model misses", raw),
         ("what the fitted model misses", found.plain.excess()),

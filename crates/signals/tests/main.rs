@@ -11,3 +11,4 @@ mod parameters;
 mod process;
 mod properties;
 mod reading;
+mod relations;

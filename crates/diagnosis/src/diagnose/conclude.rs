@@ -4,7 +4,7 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::contest::Contender;
+use super::contest::{Contender, HELPS};
 use super::estimate::Reported;
 use super::ground::Ground;
 use super::held_out::{closed_alone, held_out};
@@ -14,6 +14,7 @@ use super::traces::{Windowed, gap_report, traces};
 use super::{Began, DiagnoseError, Diagnosed, Options, blind, drift, strained, watch};
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
+use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed, Settled, joined};
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
@@ -23,6 +24,8 @@ use crate::picture::isolability;
 
 /// A component with this share of an excess that nothing explains stands out.
 const STANDS_OUT: f64 = 0.5;
+/// A free run that leaves more than this share of a gap hardly helps.
+const HARDLY: f64 = 0.9;
 /// Iterations of a last fit, free-running, of a claim that did not run freely.
 const LAST: usize = 16;
 
@@ -93,6 +96,12 @@ pub(super) fn conclude(
                 "what explains the recordings for fitting leaves {:.0} % in those held out, the refitted model {:.0} %: nothing is claimed",
                 100.0 * with, 100.0 * without
             ));
+        } else if let Some(name) = rests_on_one(search, &tuned.complete, &polished.complete) {
+            decision.cap();
+            notes.push(format!(
+                "what was found helps in {name} and in no other recording for fitting: a claim that rests on one recording is none; look at \
+                 what is particular about it, or leave it out"
+            ));
         } else {
             let own = Reported::of(search, window, &found.best, Some(&polished));
             let shown = if own.free {
@@ -126,6 +135,11 @@ pub(super) fn conclude(
         None => (own, Ran { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
     };
     notes.extend(blind::told(search, decision.verdict));
+    if let Some([from, to]) = search.searched_orders().filter(|_| !options.capped) {
+        notes.push(format!(
+            "what repeats with a shaft was looked for from {from:.2} to {to:.0} times a turn: what is faster these readings do not show"
+        ));
+    }
     let settled = search.settled(&after.complete, runs).map_err(nominal)?;
     let floors =
         search.floors_around(&after.complete, runs, &settled, (options.seed, DRAWS)).map_err(nominal)?;
@@ -199,6 +213,29 @@ pub(super) fn conclude(
     })
 }
 
+/// The one recording for fitting in which a model with causes runs far nearer than without, where it helps in none of the others.
+fn rests_on_one(search: &Search<'_>, without: &Complete, with: &Complete) -> Option<String> {
+    let runs = &search.case.train;
+    let missed = |c: &Complete| -> Option<Vec<f64>> {
+        let shown = search.replay(c, runs).ok()?;
+        let of = |(run, shown): (&Compared, &Vec<Vec<f64>>)| {
+            run.run.channels.iter().zip(shown).map(|(c, s)| search.mean_square(c, s)).sum()
+        };
+        Some(runs.iter().zip(&shown).map(of).collect())
+    };
+    let (without, with) = (missed(without)?, missed(with)?);
+    let left: Vec<f64> = with.iter().zip(&without).map(|(a, b)| (a / b).sqrt()).collect();
+    alone(&left).map(|at| runs[at].run.name.clone())
+}
+
+/// Which of several is helped, where the others are not: what is left of each, as a gap.
+fn alone(left: &[f64]) -> Option<usize> {
+    let helped = |x: &f64| *x <= HELPS;
+    let at = left.iter().position(helped)?;
+    let others = || left.iter().enumerate().filter(|(k, _)| *k != at);
+    (left.len() > 1 && others().all(|(_, x)| *x > HARDLY)).then_some(at)
+}
+
 /// What these models show of the recordings over windows; `None`: one of them cannot be simulated there.
 fn windowed(
     search: &Search<'_>,
@@ -211,4 +248,19 @@ fn windowed(
     let windows = search.in_windows(after, ground.runs, seconds, Some(settled)).ok()?;
     let floors = search.window_floors(after, &windows, seed).ok()?;
     Some(Windowed { seconds, shown: [shown(before)?, shown(tuned)?, joined(&windows)], floors })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::alone;
+
+    #[test]
+    fn a_claim_rests_on_one_recording_where_it_helps_in_no_other() {
+        assert_eq!(alone(&[1.02, 0.1, 0.97]), Some(1));
+        assert_eq!(alone(&[0.6, 0.1, 0.97]), None);
+        assert_eq!(alone(&[0.8, 0.1, 0.97]), None);
+        assert_eq!(alone(&[1.0, 0.95]), None);
+        assert_eq!(alone(&[0.1]), None);
+        assert_eq!(alone(&[f64::NAN, 0.1]), None);
+    }
 }
