@@ -151,6 +151,15 @@ impl InnovationsFrame {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         self.set_signs(|r| r.state(velocity));
     }
+    /// Signs anew from the smoothed speed of another frame of the same recordings, with its misplaced events.
+    pub fn signs_along(&mut self, other: &Self) {
+        let velocity = self.plant.coordinates()[self.driven()].velocity;
+        for k in 0..self.runs.len() {
+            let rule = self.sign_rule(k);
+            let o = &other.runs[k];
+            self.runs[k].signs = Rc::new(DrySigns::new(&o.state(velocity), &o.signs.misplaced, &rule));
+        }
+    }
     fn set_signs(&mut self, speed: impl Fn(&NodeRecording) -> Vec<f64>) {
         for k in 0..self.runs.len() {
             let rule = self.sign_rule(k);
