@@ -3,6 +3,7 @@
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
 //! beside each other in single precision, [`LANES`] at a time.
 
+use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
 /// Columns that pass beside each other.
@@ -48,39 +49,17 @@ pub struct FilterGains<'a> {
     pub predicted: Vec<f64>,
 }
 
-/// A combination of sizes that no kernel was made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no filter is made for {states} states with latents and {forces} coordinates; add the size to `filter::sized`"
-)]
-pub struct SizeError {
-    /// States with latents.
-    pub states: usize,
-    /// Coordinates.
-    pub forces: usize,
-}
-
-/// Calls a kernel that is generic over its sizes.
-macro_rules! sized {
-    ($size:expr, $forces:expr, $kernel:ident ( $($arg:expr),* )) => {
-        match ($size, $forces) {
-            (6, 2) => $kernel::<6, 2>($($arg),*),
-            (8, 2) => $kernel::<8, 2>($($arg),*),
-            (states, forces) => return Err($crate::innovations::filter::SizeError { states, forces }),
-        }
-    };
-}
-pub(super) use sized;
-
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
 /// Matrices of a mode as arrays.
+#[inline(always)]
 pub(super) fn arrays<const N: usize, const F: usize>(s: &PlantStep) -> (Square<N>, [[f64; F]; N]) {
     let a = core::array::from_fn(|i| core::array::from_fn(|j| s.a[N * i + j]));
     let b = core::array::from_fn(|i| core::array::from_fn(|j| s.b[F * i + j]));
     (a, b)
 }
 
+#[inline(always)]
 pub(super) fn row<const N: usize>(all: &[f64], at: usize) -> [f64; N] {
     core::array::from_fn(|i| all[N * at + i])
 }
@@ -95,7 +74,7 @@ impl<'a> FilterGains<'a> {
         let rows = input.mode.len() * input.channels;
         let mut out =
             Self { gain: vec![0.0; rows * size], variance: vec![1.0; rows], predicted: Vec::new(), input };
-        sized!(size, out.input.forces, riccati(&mut out, keep));
+        run(size, out.input.forces, Riccati { out: &mut out, keep })?;
         Ok(out)
     }
 }
@@ -107,31 +86,57 @@ impl FilterInput<'_> {
     }
 }
 
+struct Riccati<'a, 'b> {
+    out: &'a mut FilterGains<'b>,
+    keep: bool,
+}
+
+impl SizedKernel for Riccati<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        riccati::<N, F>(self.out, self.keep);
+    }
+}
+
+#[inline(always)]
 fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool) {
     let input = &out.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
     let noise: Vec<Square<N>> = input.noise.iter().map(|q| core::array::from_fn(|i| row(q, i))).collect();
+    let transpose = |(a, _): &(Square<N>, _)| -> Square<N> {
+        core::array::from_fn(|k| core::array::from_fn(|j| a[j][k]))
+    };
+    let transposes: Vec<Square<N>> = steps.iter().map(transpose).collect();
     let mut p: Square<N> = core::array::from_fn(|i| row(&input.first, i));
     let (on, position) = input.unknown_on;
     for t in 0..input.mode.len() {
         if t > 0 {
             let mode = usize::from(input.mode[t - 1]);
             let ((a, b), q, x) = (&steps[mode], &noise[mode], input.unknown[t - 1]);
+            let transposed = &transposes[mode];
             let mut moved: Square<N> = [[0.0; N]; N];
             for i in 0..N {
-                for k in 0..N {
+                // Latent forces follow nothing but themselves.
+                let from = if i < N - F { 0..N } else { i..i + 1 };
+                for k in from {
                     for j in 0..N {
                         moved[i][j] += a[i][k] * p[k][j];
                     }
                 }
             }
             for i in 0..N {
-                for j in 0..=i {
-                    let mut s = q[i][j] + x * b[i][on] * b[j][on];
-                    for k in 0..N {
-                        s += moved[i][k] * a[j][k];
+                let mut next: [f64; N] = core::array::from_fn(|j| q[i][j] + x * b[i][on] * b[j][on]);
+                for k in 0..N {
+                    for j in 0..N {
+                        next[j] += moved[i][k] * transposed[k][j];
                     }
-                    (p[i][j], p[j][i]) = (s, s);
+                }
+                moved[i] = next;
+            }
+            for i in 0..N {
+                for j in 0..=i {
+                    (p[i][j], p[j][i]) = (moved[i][j], moved[i][j]);
                 }
             }
             // When within the step it acted is not known either.
@@ -178,10 +183,25 @@ pub struct DataColumn {
 /// Where no kernel has these sizes.
 pub fn data_innovations(gains: &FilterGains<'_>, data: &DataColumn) -> Result<Vec<f64>, SizeError> {
     let mut out = vec![0.0; gains.variance.len()];
-    sized!(gains.input.size(), gains.input.forces, pass_data(gains, data, &mut out));
+    run(gains.input.size(), gains.input.forces, DataPass { gains, data, out: &mut out })?;
     Ok(out)
 }
 
+struct DataPass<'a> {
+    gains: &'a FilterGains<'a>,
+    data: &'a DataColumn,
+    out: &'a mut [f64],
+}
+
+impl SizedKernel for DataPass<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        pass_data::<N, F>(self.gains, self.data, self.out);
+    }
+}
+
+#[inline(always)]
 fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn, out: &mut [f64]) {
     let input = &g.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
@@ -236,17 +256,31 @@ pub fn lane_innovations(
 ) -> Result<(), SizeError> {
     out.clear();
     out.resize(gains.variance.len(), [0.0; LANES]);
-    sized!(gains.input.size(), gains.input.forces, pass_lanes(gains, block, out));
-    Ok(())
+    run(gains.input.size(), gains.input.forces, LanePass { gains, block, out })
 }
 
-#[inline]
+struct LanePass<'a> {
+    gains: &'a FilterGains<'a>,
+    block: &'a LaneBlock,
+    out: &'a mut [Lane],
+}
+
+impl SizedKernel for LanePass<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        pass_lanes::<N, F>(self.gains, self.block, self.out);
+    }
+}
+
+#[inline(always)]
 fn add(sum: &mut Lane, factor: f32, x: &Lane) {
     for l in 0..LANES {
         sum[l] += factor * x[l];
     }
 }
 
+#[inline(always)]
 fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneBlock, out: &mut [Lane]) {
     let input = &g.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();

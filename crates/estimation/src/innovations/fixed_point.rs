@@ -6,9 +6,9 @@
 
 use super::column::{AppliedLaw, Column, OwnForces};
 use super::evidence::{TRUST, log_evidence};
-use super::filter::SizeError;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
+use super::kernel::SizeError;
 use super::linear::Feedback;
 use super::numeric::over_steps;
 

@@ -4,9 +4,10 @@ use std::rc::Rc;
 
 use super::column::{AppliedLaw, Column, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
-use super::filter::{DataColumn, FilterGains, FilterInput, SizeError};
+use super::filter::{DataColumn, FilterGains, FilterInput};
 use super::gram::{BaseGram, GramSums, GroupGram, PackedColumns};
 use super::intake::{NodeIntake, input_force};
+use super::kernel::SizeError;
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;

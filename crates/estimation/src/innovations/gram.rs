@@ -4,7 +4,8 @@
 //! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
 //! evidence is a small difference of large sums.
 
-use super::filter::{FilterGains, LANES, Lane, LaneBlock, SizeError, data_innovations, lane_innovations};
+use super::filter::{FilterGains, LANES, Lane, LaneBlock, data_innovations, lane_innovations};
+use super::kernel::SizeError;
 use super::{column, column::Column, filter::DataColumn};
 
 /// Most columns of a group.

@@ -1,9 +1,9 @@
 //! Intensities of the latent forces, by the evidence of a base.
 
 use super::evidence::AmplitudePriors;
-use super::filter::SizeError;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::gram::PackedColumns;
+use super::kernel::SizeError;
 
 /// Logarithm of the factor up to which two intensities are about the same (4.5).
 pub const ALIKE: f64 = 1.5;

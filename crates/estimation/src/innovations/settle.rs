@@ -4,9 +4,9 @@
 use std::rc::Rc;
 
 use super::evidence::log_evidence;
-use super::filter::SizeError;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
+use super::kernel::SizeError;
 use super::numeric::quantile;
 use super::signs::DrySigns;
 

@@ -4,10 +4,10 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::UsualSizes;
 use super::candidate::{EffectCandidate, applied};

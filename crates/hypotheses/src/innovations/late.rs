@@ -3,8 +3,8 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::UsualSizes;
 use super::candidate::applied;

@@ -1,7 +1,7 @@
 //! The model without any effect: settled, as its owner has it, and with its parameters refitted.
 
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::UsualSizes;
 

@@ -1,9 +1,9 @@
 //! A second effect beside what the first leaves, in the first's own frame.
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use trueup_estimation::innovations::column::{AppliedLaw, Column};
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;

@@ -2,8 +2,8 @@
 
 use trueup_estimation::innovations::column::{AppliedLaw, Column};
 use trueup_estimation::innovations::evidence::log_evidence;
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;

@@ -4,10 +4,10 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
 use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
 use trueup_signals::Loaded;

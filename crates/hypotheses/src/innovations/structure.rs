@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::filter::SizeError;
 use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
 
 use super::along::{JointAlong, UsualSizes};
