@@ -6,6 +6,7 @@ mod claim;
 mod complete;
 mod contest;
 mod drift;
+mod evidence;
 mod field;
 mod ground;
 mod held_out;
@@ -19,6 +20,8 @@ pub mod record;
 mod strained;
 mod traces;
 mod watch;
+
+pub use evidence::diagnose_by_evidence;
 
 use std::borrow::Cow;
 
@@ -114,6 +117,9 @@ pub enum DiagnoseError {
     /// The filter cannot take it.
     #[error(transparent)]
     Filter(#[from] trueup_hypotheses::baseline::BaselineError),
+    /// The innovations engine cannot take it.
+    #[error(transparent)]
+    Innovations(#[from] trueup_hypotheses::innovations::search::JointSearchError),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"

@@ -89,7 +89,7 @@ fn pair(p: &FittedPair, names: &[&str]) -> Value {
 /// The trajectory along which the screen is made, and the evidence of the model alone along it.
 fn frozen(frame: &mut InnovationsFrame, fitted: &FittedNull) -> Said {
     let (packed, priors) = frame.packed(&[]);
-    let passed = frame.pass(&packed, &[], &fitted.begin)?;
+    let passed = frame.pass_base(&packed, &fitted.begin)?;
     let run = &frame.runs[0];
     let nodes = [0, 1, 2, run.nodes / 2];
     let size = run.states.len() / run.nodes;
@@ -98,8 +98,8 @@ fn frozen(frame: &mut InnovationsFrame, fitted: &FittedNull) -> Said {
     Ok(json!({
         "rest": frame.rest, "white": frame.white, "scale": frame.scale, "release": frame.release,
         "q": fitted.begin, "parameters": frame.theta, "x": some(&run.states, size), "score": some(&run.scores, width),
-        "base": { "count": passed.base.count, "log_S_sum": passed.base.log_variance, "G00": passed.base.product(0, 0),
-            "L": log_evidence(&passed.base, &priors).log },
+        "base": { "count": passed.gram.count, "log_S_sum": passed.gram.log_variance, "G00": passed.gram.product(0, 0),
+            "L": log_evidence(&passed.gram, &priors).log },
     }))
 }
 

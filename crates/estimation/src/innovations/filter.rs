@@ -3,6 +3,8 @@
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
 //! beside each other in single precision, [`LANES`] at a time.
 
+use std::rc::Rc;
+
 use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
@@ -42,9 +44,9 @@ pub struct FilterGains<'a> {
     /// Of what.
     pub input: FilterInput<'a>,
     /// Gain of each reading, `size` numbers each.
-    pub gain: Vec<f64>,
+    pub gain: Rc<[f64]>,
     /// Variance of each innovation; 1 without a reading.
-    pub variance: Vec<f64>,
+    pub variance: Rc<[f64]>,
     /// Covariance of each node before its readings; empty unless asked for.
     pub predicted: Vec<f64>,
 }
@@ -72,10 +74,15 @@ impl<'a> FilterGains<'a> {
     pub fn new(input: FilterInput<'a>, keep: bool) -> Result<Self, SizeError> {
         let size = input.size();
         let rows = input.mode.len() * input.channels;
-        let mut out =
-            Self { gain: vec![0.0; rows * size], variance: vec![1.0; rows], predicted: Vec::new(), input };
-        run(size, out.input.forces, Riccati { out: &mut out, keep })?;
-        Ok(out)
+        let (mut gain, mut variance, mut predicted) = (vec![0.0; rows * size], vec![1.0; rows], Vec::new());
+        let recursion = Riccati {
+            input: &input,
+            gain: &mut gain,
+            variance: &mut variance,
+            predicted: keep.then_some(&mut predicted),
+        };
+        run(size, input.forces, recursion)?;
+        Ok(Self { input, gain: gain.into(), variance: variance.into(), predicted })
     }
 }
 
@@ -84,24 +91,30 @@ impl FilterInput<'_> {
     pub fn size(&self) -> usize {
         self.first.len().isqrt()
     }
+    /// Readings that are there and count.
+    pub fn counted_rows(&self) -> Vec<usize> {
+        (0..self.counted.len()).filter(|k| self.counted[*k] && self.variance[*k] > 0.0).collect()
+    }
 }
 
-struct Riccati<'a, 'b> {
-    out: &'a mut FilterGains<'b>,
-    keep: bool,
+struct Riccati<'a> {
+    input: &'a FilterInput<'a>,
+    gain: &'a mut [f64],
+    variance: &'a mut [f64],
+    predicted: Option<&'a mut Vec<f64>>,
 }
 
-impl SizedKernel for Riccati<'_, '_> {
+impl SizedKernel for Riccati<'_> {
     type Output = ();
     #[inline(always)]
     fn run<const N: usize, const F: usize>(self) {
-        riccati::<N, F>(self.out, self.keep);
+        riccati::<N, F>(self);
     }
 }
 
 #[inline(always)]
-fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool) {
-    let input = &out.input;
+fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
+    let Riccati { input, gain, variance, mut predicted } = out;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
     let noise: Vec<Square<N>> = input.noise.iter().map(|q| core::array::from_fn(|i| row(q, i))).collect();
     let transpose = |(a, _): &(Square<N>, _)| -> Square<N> {
@@ -142,8 +155,8 @@ fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool
             // When within the step it acted is not known either.
             p[position][position] += 0.1 * x * b[position][on].powi(2);
         }
-        if keep {
-            out.predicted.extend(p.as_flattened());
+        if let Some(all) = predicted.as_mut() {
+            all.extend(p.as_flattened());
         }
         for at in input.channels * t..input.channels * (t + 1) {
             let r = input.variance[at];
@@ -160,8 +173,8 @@ fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool
                     p[j][i] = p[i][j];
                 }
             }
-            out.gain[N * at..N * (at + 1)].copy_from_slice(&k);
-            out.variance[at] = s;
+            gain[N * at..N * (at + 1)].copy_from_slice(&k);
+            variance[at] = s;
         }
     }
 }
@@ -295,8 +308,12 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                     add(sum, a[i][i] as f32, &z[i]);
                     continue;
                 }
-                (0..F).for_each(|k| add(sum, b[i][k] as f32, &before[k]));
-                (0..N).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
+                // Two chains of sums wait for each other less than one.
+                let mut other = [0f32; LANES];
+                (0..F).for_each(|k| add(&mut other, b[i][k] as f32, &before[k]));
+                (0..N / 2).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
+                (N / 2..N).for_each(|k| add(&mut other, a[i][k] as f32, &z[k]));
+                add(sum, 1.0, &other);
             }
             z = next;
         }
@@ -315,8 +332,12 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                     add(&mut e, half, &before[k]);
                 }
             }
-            (0..N).for_each(|i| add(&mut e, input.rows.h[N * at + i] as f32, &z[i]));
-            (0..N).for_each(|i| add(&mut z[i], -g.gain[N * at + i] as f32, &e));
+            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
+            let mut other = [0f32; LANES];
+            (0..N / 2).for_each(|i| add(&mut e, h[i] as f32, &z[i]));
+            (N / 2..N).for_each(|i| add(&mut other, h[i] as f32, &z[i]));
+            add(&mut e, 1.0, &other);
+            (0..N).for_each(|i| add(&mut z[i], -gain[i] as f32, &e));
             if input.counted[at] {
                 let r = (1.0 / g.variance[at].sqrt()) as f32;
                 out[at] = e.map(|e| e * r);

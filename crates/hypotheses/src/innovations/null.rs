@@ -27,6 +27,8 @@ pub struct FittedNull {
     pub q: Vec<f64>,
     /// Parameters there.
     pub theta: Vec<f64>,
+    /// Their names: FMU variables.
+    pub names: Vec<&'static str>,
     /// Squares that are left, per reading.
     pub squares: f64,
     /// Readings that count.
@@ -49,8 +51,10 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
     f.settle(false)?;
     let (packed, mut priors) = f.packed(&[]);
     priors.deviation[..f.unknown.len()].fill(HELD);
-    let (q, evidence) = f.search_intensities(&(packed, priors), &f.q.clone(), 2)?;
-    let nominal = (evidence, q);
+    let held = (packed, priors);
+    let from = f.best_of(&held, &[f.q.clone()])?;
+    let best = f.search_intensities(&held, from, 2)?;
+    let nominal = (best.found.log, best.q);
     let mut best = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;
     if best.evidence < f.evidence {
         (best.evidence, best.q) = (f.evidence, f.q.clone());
@@ -98,6 +102,7 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
         evidence: best.evidence,
         q: best.q,
         theta: best.theta,
+        names: parameters.iter().map(|p| p.name).collect(),
         squares: best.squares,
         count: best.count,
         farthest,

@@ -9,7 +9,7 @@ use trueup_estimation::innovations::kernel::SizeError;
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
 use super::laws::{PUSHES, pushes_at};
-use super::screen::{bank, screen};
+use super::screen::{Screening, bank};
 
 /// Widths that are looked for, s.
 const WIDTHS: [f64; 5] = [0.1, 0.2, 0.35, 0.55, 0.85];
@@ -58,7 +58,8 @@ pub fn pursue(
         let sets: Vec<Vec<[f64; 2]>> =
             places(frame, score).into_iter().map(|p| [&got[..], &[p]].concat()).collect();
         let mut all = make(frame, &sets);
-        screen(frame, &mut all, &bank(&current, &[1.0]), standing)?;
+        let mut screening = Screening::new(frame, standing);
+        screening.look(frame, &mut all, &bank(&current, &[1.0]))?;
         let better = |a: EffectCandidate, b: EffectCandidate| if b.evidence > a.evidence { b } else { a };
         let Some(mut found) = all.into_iter().reduce(better) else { break };
         for [by, factor] in STEPS {
@@ -73,7 +74,7 @@ pub fn pursue(
                 }
             }
             let mut all = make(frame, &sets);
-            screen(frame, &mut all, &[found.q.clone()], standing)?;
+            screening.look(frame, &mut all, &[found.q.clone()])?;
             found = all.into_iter().fold(found, |a, b| if b.evidence >= a.evidence { b } else { a });
         }
         if best.as_ref().is_some_and(|b| found.evidence - b.evidence < GAIN) {

@@ -1,8 +1,9 @@
 //! All shapes at once: the best evidence of each beside the base, over a few intensities.
 
 use trueup_estimation::innovations::column::{AppliedLaw, Column};
-use trueup_estimation::innovations::evidence::log_evidence;
+use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::gram::{PackedColumns, PassedBase};
 use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::{JointAlong, UsualSizes};
@@ -33,34 +34,54 @@ fn quieter(q: &[f64]) -> Vec<f64> {
     q.iter().map(|q| (QUIETER * q).max(INTENSITY[0])).collect()
 }
 
-/// Looks at candidates beside laws that stand; tells the evidence of these alone.
-///
-/// # Errors
-/// Where no filter was made for the plant's size.
-pub fn screen(
-    frame: &mut InnovationsFrame,
-    candidates: &mut [EffectCandidate],
-    bank: &[Vec<f64>],
-    standing: &[AppliedLaw],
-) -> Result<f64, SizeError> {
-    let (packed, priors) = frame.packed(standing);
-    let mut alone = f64::NEG_INFINITY;
-    candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
-    for q in bank {
-        let groups: Vec<&[Column]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
-        let passed = frame.pass(&packed, &groups, q)?;
-        alone = alone.max(log_evidence(&passed.base, &priors).log);
-        for (c, group) in candidates.iter_mut().zip(&passed.groups) {
-            let with = priors.with(&c.applied.mean, &c.applied.deviation);
-            let found = log_evidence(&passed.base.with(group), &with);
-            let own = &found.amplitudes[priors.mean.len()..];
-            let can_be = !c.positive || own.first().is_some_and(|a| *a > 0.0);
-            if found.log > c.evidence && can_be {
-                (c.evidence, c.amplitudes, c.q) = (found.log, own.to_vec(), q.clone());
+/// A base along the present trajectory of a frame, beside which candidates are looked at. What was passed at an intensity is kept:
+/// the frame must not change meanwhile.
+pub struct Screening {
+    packed: PackedColumns,
+    priors: AmplitudePriors,
+    passed: Vec<(Vec<f64>, PassedBase)>,
+}
+
+impl Screening {
+    /// Data, nuisances and laws that stand.
+    pub fn new(frame: &InnovationsFrame, standing: &[AppliedLaw]) -> Self {
+        let (packed, priors) = frame.packed(standing);
+        Self { packed, priors, passed: Vec::new() }
+    }
+
+    /// Looks at candidates at these intensities; tells the evidence of the base alone.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn look(
+        &mut self,
+        frame: &mut InnovationsFrame,
+        candidates: &mut [EffectCandidate],
+        bank: &[Vec<f64>],
+    ) -> Result<f64, SizeError> {
+        let mut alone = f64::NEG_INFINITY;
+        candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
+        for q in bank {
+            if !self.passed.iter().any(|p| p.0 == *q) {
+                let base = frame.pass_base(&self.packed, q)?;
+                self.passed.push((q.clone(), base));
+            }
+            let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
+            let groups: Vec<&[Column]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
+            let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
+            alone = alone.max(log_evidence(&base.gram, &self.priors).log);
+            for (c, group) in candidates.iter_mut().zip(&groups) {
+                let with = self.priors.with(&c.applied.mean, &c.applied.deviation);
+                let found = log_evidence(&base.gram.with(group), &with);
+                let own = &found.amplitudes[self.priors.mean.len()..];
+                let can_be = !c.positive || own.first().is_some_and(|a| *a > 0.0);
+                if found.log > c.evidence && can_be {
+                    (c.evidence, c.amplitudes, c.q) = (found.log, own.to_vec(), q.clone());
+                }
             }
         }
+        Ok(alone)
     }
-    Ok(alone)
 }
 
 /// Looks at all candidates at two intensities, then at the best of each form at the others too.
@@ -75,7 +96,8 @@ pub fn sift(
 ) -> Result<f64, SizeError> {
     let first = bank(q, &[1.0]);
     let rest: Vec<Vec<f64>> = bank(q, &[1.0, 0.1]).into_iter().filter(|b| !first.contains(b)).collect();
-    let mut alone = screen(frame, candidates, &first, standing)?;
+    let mut screening = Screening::new(frame, standing);
+    let mut alone = screening.look(frame, candidates, &first)?;
     let mut order: Vec<usize> = (0..candidates.len()).filter(|k| candidates[*k].is_possible()).collect();
     order.sort_by(|a, b| candidates[*b].evidence.total_cmp(&candidates[*a].evidence));
     let mut kept: Vec<usize> = Vec::new();
@@ -92,7 +114,7 @@ pub fn sift(
         return Ok(alone);
     }
     let mut again: Vec<EffectCandidate> = kept.iter().map(|k| candidates[*k].clone()).collect();
-    alone = alone.max(screen(frame, &mut again, &rest, standing)?);
+    alone = alone.max(screening.look(frame, &mut again, &rest)?);
     for (k, c) in kept.into_iter().zip(again) {
         if c.evidence >= candidates[k].evidence {
             candidates[k] = c;
@@ -134,6 +156,7 @@ pub fn refine(
     rounds: usize,
 ) -> Result<EffectCandidate, SizeError> {
     let mut best = candidate;
+    let mut screening = Screening::new(frame, standing);
     for Refinement { name, step, order } in best.law.refined(&best.shape) {
         let mut step = if order { step * sizes.order() } else { step };
         for _ in 0..rounds {
@@ -149,7 +172,7 @@ pub fn refine(
             let made = shapes.filter_map(|s| EffectCandidate::new(best.law, &along, s));
             let mut all: Vec<EffectCandidate> = made.collect();
             let q = [best.q.clone()];
-            screen(frame, &mut all, &q, standing)?;
+            screening.look(frame, &mut all, &q)?;
             step *= 0.5;
             let found = all.into_iter().filter(EffectCandidate::is_possible);
             if let Some(found) = found.reduce(|a, b| if b.evidence > a.evidence { b } else { a }) {

@@ -11,7 +11,7 @@ use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
 use super::hypothesis::{FittedEffect, of_structure};
 use super::laws::law_of;
-use super::screen::{bank, screen};
+use super::screen::{Screening, bank};
 use super::shape::LawShape;
 
 /// Factors of a tip's frequency that are tried, one after the other; squared for its share, cubed for its damping.
@@ -115,7 +115,7 @@ pub fn with_friction(
     let made = law.and_then(|l| EffectCandidate::new(l, &JointAlong::new(f, sizes), shape.clone()));
     let mut all: Vec<EffectCandidate> = made.into_iter().collect();
     let q = f.q.clone();
-    screen(f, &mut all, &bank(&q, &[1.0, 0.1]), &[])?;
+    Screening::new(f, &[]).look(f, &mut all, &bank(&q, &[1.0, 0.1]))?;
     let Some(found) = all.into_iter().find(EffectCandidate::is_possible) else { return Ok(Vec::new()) };
     let mut out = Vec::new();
     for k in [1.0, 0.5] {
