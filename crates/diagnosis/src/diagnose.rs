@@ -8,6 +8,7 @@ mod conclude;
 mod contest;
 mod drift;
 mod estimate;
+mod evidence;
 mod field;
 mod ground;
 mod held_out;
@@ -21,6 +22,8 @@ pub mod record;
 mod strained;
 mod traces;
 mod watch;
+
+pub use evidence::diagnose_by_evidence;
 
 use std::borrow::Cow;
 
@@ -110,6 +113,9 @@ pub enum DiagnoseError {
     /// The filter cannot take it.
     #[error(transparent)]
     Filter(#[from] trueup_hypotheses::baseline::BaselineError),
+    /// The innovations engine cannot take it.
+    #[error(transparent)]
+    Innovations(#[from] trueup_hypotheses::innovations::search::JointSearchError),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"

@@ -131,13 +131,17 @@ impl std::str::FromStr for Way {
 pub(crate) enum Engine {
     Balances,
     Filter,
+    /// On trial: verdicts alone.
+    #[value(hide = true)]
+    Innovations,
 }
 
 impl From<Engine> for trueup_diagnosis::diagnose::Engine {
     fn from(engine: Engine) -> Self {
         match engine {
-            Engine::Balances => Self::Balances,
             Engine::Filter => Self::Filter,
+            // The innovations engine is called by itself, before.
+            Engine::Balances | Engine::Innovations => Self::Balances,
         }
     }
 }

@@ -43,6 +43,8 @@ pub struct SetEvidence {
     pub amplitudes: Vec<f64>,
     /// What is left of the data with the priors, as a sum of squares.
     pub squares: f64,
+    /// Readings that count.
+    pub count: usize,
 }
 
 /// Evidence of all columns of a Gram matrix; not finite sums have an evidence of minus infinity.
@@ -57,7 +59,8 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let ridges = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
     let factor = ridges.iter().find_map(|e| Cholesky::new(&scaled + DMatrix::identity(n, n) * *e));
     let Some(factor) = factor else {
-        return SetEvidence { log: f64::NEG_INFINITY, amplitudes: vec![0.0; n], squares: f64::INFINITY };
+        let (log, squares) = (f64::NEG_INFINITY, f64::INFINITY);
+        return SetEvidence { log, amplitudes: vec![0.0; n], squares, count: g.count };
     };
     let right = DVector::from_fn(n, |i, _| b[i] / scale[i]);
     let solved = factor.solve(&right);
@@ -73,5 +76,8 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let middle = if steps.len() > 2 { median(steps.to_vec()) } else { 0.0 };
     let far = steps.iter().map(|x| (((x - middle).abs() - TRUST).max(0.0) / BEYOND).powi(2));
     log -= 0.5 * far.sum::<f64>();
-    SetEvidence { log: if log.is_finite() { log } else { f64::NEG_INFINITY }, amplitudes, squares }
+    if !log.is_finite() {
+        log = f64::NEG_INFINITY;
+    }
+    SetEvidence { log, amplitudes, squares, count: g.count }
 }

@@ -3,6 +3,9 @@
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
 //! beside each other in single precision, [`LANES`] at a time.
 
+use std::rc::Rc;
+
+use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
 /// Columns that pass beside each other.
@@ -41,46 +44,24 @@ pub struct FilterGains<'a> {
     /// Of what.
     pub input: FilterInput<'a>,
     /// Gain of each reading, `size` numbers each.
-    pub gain: Vec<f64>,
+    pub gain: Rc<[f64]>,
     /// Variance of each innovation; 1 without a reading.
-    pub variance: Vec<f64>,
+    pub variance: Rc<[f64]>,
     /// Covariance of each node before its readings; empty unless asked for.
     pub predicted: Vec<f64>,
 }
 
-/// A combination of sizes that no kernel was made for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error(
-    "no filter is made for {states} states with latents and {forces} coordinates; add the size to `filter::sized`"
-)]
-pub struct SizeError {
-    /// States with latents.
-    pub states: usize,
-    /// Coordinates.
-    pub forces: usize,
-}
-
-/// Calls a kernel that is generic over its sizes.
-macro_rules! sized {
-    ($size:expr, $forces:expr, $kernel:ident ( $($arg:expr),* )) => {
-        match ($size, $forces) {
-            (6, 2) => $kernel::<6, 2>($($arg),*),
-            (8, 2) => $kernel::<8, 2>($($arg),*),
-            (states, forces) => return Err($crate::innovations::filter::SizeError { states, forces }),
-        }
-    };
-}
-pub(super) use sized;
-
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
 /// Matrices of a mode as arrays.
+#[inline(always)]
 pub(super) fn arrays<const N: usize, const F: usize>(s: &PlantStep) -> (Square<N>, [[f64; F]; N]) {
     let a = core::array::from_fn(|i| core::array::from_fn(|j| s.a[N * i + j]));
     let b = core::array::from_fn(|i| core::array::from_fn(|j| s.b[F * i + j]));
     (a, b)
 }
 
+#[inline(always)]
 pub(super) fn row<const N: usize>(all: &[f64], at: usize) -> [f64; N] {
     core::array::from_fn(|i| all[N * at + i])
 }
@@ -93,10 +74,15 @@ impl<'a> FilterGains<'a> {
     pub fn new(input: FilterInput<'a>, keep: bool) -> Result<Self, SizeError> {
         let size = input.size();
         let rows = input.mode.len() * input.channels;
-        let mut out =
-            Self { gain: vec![0.0; rows * size], variance: vec![1.0; rows], predicted: Vec::new(), input };
-        sized!(size, out.input.forces, riccati(&mut out, keep));
-        Ok(out)
+        let (mut gain, mut variance, mut predicted) = (vec![0.0; rows * size], vec![1.0; rows], Vec::new());
+        let recursion = Riccati {
+            input: &input,
+            gain: &mut gain,
+            variance: &mut variance,
+            predicted: keep.then_some(&mut predicted),
+        };
+        run(size, input.forces, recursion)?;
+        Ok(Self { input, gain: gain.into(), variance: variance.into(), predicted })
     }
 }
 
@@ -105,40 +91,72 @@ impl FilterInput<'_> {
     pub fn size(&self) -> usize {
         self.first.len().isqrt()
     }
+    /// Readings that are there and count.
+    pub fn counted_rows(&self) -> Vec<usize> {
+        (0..self.counted.len()).filter(|k| self.counted[*k] && self.variance[*k] > 0.0).collect()
+    }
 }
 
-fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool) {
-    let input = &out.input;
+struct Riccati<'a> {
+    input: &'a FilterInput<'a>,
+    gain: &'a mut [f64],
+    variance: &'a mut [f64],
+    predicted: Option<&'a mut Vec<f64>>,
+}
+
+impl SizedKernel for Riccati<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        riccati::<N, F>(self);
+    }
+}
+
+#[inline(always)]
+fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
+    let Riccati { input, gain, variance, mut predicted } = out;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
     let noise: Vec<Square<N>> = input.noise.iter().map(|q| core::array::from_fn(|i| row(q, i))).collect();
+    let transpose = |(a, _): &(Square<N>, _)| -> Square<N> {
+        core::array::from_fn(|k| core::array::from_fn(|j| a[j][k]))
+    };
+    let transposes: Vec<Square<N>> = steps.iter().map(transpose).collect();
     let mut p: Square<N> = core::array::from_fn(|i| row(&input.first, i));
     let (on, position) = input.unknown_on;
     for t in 0..input.mode.len() {
         if t > 0 {
             let mode = usize::from(input.mode[t - 1]);
             let ((a, b), q, x) = (&steps[mode], &noise[mode], input.unknown[t - 1]);
+            let transposed = &transposes[mode];
             let mut moved: Square<N> = [[0.0; N]; N];
             for i in 0..N {
-                for k in 0..N {
+                // Latent forces follow nothing but themselves.
+                let from = if i < N - F { 0..N } else { i..i + 1 };
+                for k in from {
                     for j in 0..N {
                         moved[i][j] += a[i][k] * p[k][j];
                     }
                 }
             }
             for i in 0..N {
-                for j in 0..=i {
-                    let mut s = q[i][j] + x * b[i][on] * b[j][on];
-                    for k in 0..N {
-                        s += moved[i][k] * a[j][k];
+                let mut next: [f64; N] = core::array::from_fn(|j| q[i][j] + x * b[i][on] * b[j][on]);
+                for k in 0..N {
+                    for j in 0..N {
+                        next[j] += moved[i][k] * transposed[k][j];
                     }
-                    (p[i][j], p[j][i]) = (s, s);
+                }
+                moved[i] = next;
+            }
+            for i in 0..N {
+                for j in 0..=i {
+                    (p[i][j], p[j][i]) = (moved[i][j], moved[i][j]);
                 }
             }
             // When within the step it acted is not known either.
             p[position][position] += 0.1 * x * b[position][on].powi(2);
         }
-        if keep {
-            out.predicted.extend(p.as_flattened());
+        if let Some(all) = predicted.as_mut() {
+            all.extend(p.as_flattened());
         }
         for at in input.channels * t..input.channels * (t + 1) {
             let r = input.variance[at];
@@ -155,8 +173,8 @@ fn riccati<const N: usize, const F: usize>(out: &mut FilterGains<'_>, keep: bool
                     p[j][i] = p[i][j];
                 }
             }
-            out.gain[N * at..N * (at + 1)].copy_from_slice(&k);
-            out.variance[at] = s;
+            gain[N * at..N * (at + 1)].copy_from_slice(&k);
+            variance[at] = s;
         }
     }
 }
@@ -178,10 +196,25 @@ pub struct DataColumn {
 /// Where no kernel has these sizes.
 pub fn data_innovations(gains: &FilterGains<'_>, data: &DataColumn) -> Result<Vec<f64>, SizeError> {
     let mut out = vec![0.0; gains.variance.len()];
-    sized!(gains.input.size(), gains.input.forces, pass_data(gains, data, &mut out));
+    run(gains.input.size(), gains.input.forces, DataPass { gains, data, out: &mut out })?;
     Ok(out)
 }
 
+struct DataPass<'a> {
+    gains: &'a FilterGains<'a>,
+    data: &'a DataColumn,
+    out: &'a mut [f64],
+}
+
+impl SizedKernel for DataPass<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        pass_data::<N, F>(self.gains, self.data, self.out);
+    }
+}
+
+#[inline(always)]
 fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn, out: &mut [f64]) {
     let input = &g.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
@@ -236,17 +269,31 @@ pub fn lane_innovations(
 ) -> Result<(), SizeError> {
     out.clear();
     out.resize(gains.variance.len(), [0.0; LANES]);
-    sized!(gains.input.size(), gains.input.forces, pass_lanes(gains, block, out));
-    Ok(())
+    run(gains.input.size(), gains.input.forces, LanePass { gains, block, out })
 }
 
-#[inline]
+struct LanePass<'a> {
+    gains: &'a FilterGains<'a>,
+    block: &'a LaneBlock,
+    out: &'a mut [Lane],
+}
+
+impl SizedKernel for LanePass<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) {
+        pass_lanes::<N, F>(self.gains, self.block, self.out);
+    }
+}
+
+#[inline(always)]
 fn add(sum: &mut Lane, factor: f32, x: &Lane) {
     for l in 0..LANES {
         sum[l] += factor * x[l];
     }
 }
 
+#[inline(always)]
 fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneBlock, out: &mut [Lane]) {
     let input = &g.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
@@ -261,8 +308,12 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                     add(sum, a[i][i] as f32, &z[i]);
                     continue;
                 }
-                (0..F).for_each(|k| add(sum, b[i][k] as f32, &before[k]));
-                (0..N).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
+                // Two chains of sums wait for each other less than one.
+                let mut other = [0f32; LANES];
+                (0..F).for_each(|k| add(&mut other, b[i][k] as f32, &before[k]));
+                (0..N / 2).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
+                (N / 2..N).for_each(|k| add(&mut other, a[i][k] as f32, &z[k]));
+                add(sum, 1.0, &other);
             }
             z = next;
         }
@@ -281,8 +332,12 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                     add(&mut e, half, &before[k]);
                 }
             }
-            (0..N).for_each(|i| add(&mut e, input.rows.h[N * at + i] as f32, &z[i]));
-            (0..N).for_each(|i| add(&mut z[i], -g.gain[N * at + i] as f32, &e));
+            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
+            let mut other = [0f32; LANES];
+            (0..N / 2).for_each(|i| add(&mut e, h[i] as f32, &z[i]));
+            (N / 2..N).for_each(|i| add(&mut other, h[i] as f32, &z[i]));
+            add(&mut e, 1.0, &other);
+            (0..N).for_each(|i| add(&mut z[i], -gain[i] as f32, &e));
             if input.counted[at] {
                 let r = (1.0 / g.variance[at].sqrt()) as f32;
                 out[at] = e.map(|e| e * r);

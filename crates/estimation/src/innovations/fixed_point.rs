@@ -5,10 +5,10 @@
 //! when the evidence moves by less than a nat, or falls twice.
 
 use super::column::{AppliedLaw, Column, OwnForces};
-use super::evidence::{TRUST, log_evidence};
-use super::filter::SizeError;
+use super::evidence::TRUST;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
+use super::kernel::SizeError;
 use super::linear::Feedback;
 use super::numeric::over_steps;
 
@@ -77,22 +77,22 @@ impl InnovationsFrame {
             }
             let base = self.packed(&narrow);
             let own: usize = laws.iter().map(|l| l.columns.len()).sum();
+            let mut all = vec![q.clone()];
             if round < 2 {
                 let starts = [0.02, 0.002, INTENSITY[0]].map(|x| self.intensities(x, x));
-                let mut all = vec![q.clone()];
                 all.extend(starts.into_iter().filter(|x| !strictly_alike(x, &q)));
-                q = self.best_of(&base, &all)?.0;
             }
-            (q, _) = self.search_intensities(&base, &q, 1)?;
-            let passed = self.pass(&base.0, &[], &q)?;
-            let found = log_evidence(&passed.base, &base.1);
+            let from = self.best_of(&base, &all)?;
+            let best_here = self.search_intensities(&base, from, 1)?;
+            q = best_here.q;
+            let found = best_here.found;
             let nuisances = found.amplitudes.len() - own;
             let (nuisance, amplitudes) = found.amplitudes.split_at(nuisances);
             let zeros = nuisance[self.unknown.len()..].to_vec();
             let mut theta = self.theta.clone();
             self.unknown.iter().zip(nuisance).for_each(|(k, x)| theta[*k] *= 1.0 + x);
             let in_force = round > 0 || laws.is_empty() || !from_start;
-            let count = passed.base.count;
+            let count = found.count;
             let now = FixedPoint {
                 evidence: found.log,
                 amplitudes: amplitudes.to_vec(),

@@ -4,9 +4,10 @@ use std::rc::Rc;
 
 use super::column::{AppliedLaw, Column, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
-use super::filter::{DataColumn, FilterGains, FilterInput, SizeError};
-use super::gram::{BaseGram, GramSums, GroupGram, PackedColumns};
+use super::filter::{DataColumn, FilterGains, FilterInput};
+use super::gram::{GroupGram, GroupSums, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
+use super::kernel::SizeError;
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
 use super::numeric::{over_steps, quantile};
 use super::plant::ForcedPlant;
@@ -50,17 +51,6 @@ pub struct InnovationsFrame {
     pub least_rest: f64,
     /// Tangent of the laws in force.
     pub feedback: Feedback,
-}
-
-/// Gram matrices of a pass, and the innovations of data and base by reading for each recording.
-#[derive(Clone, Debug)]
-pub struct PassedColumns {
-    /// Of the base.
-    pub base: BaseGram,
-    /// Of each group.
-    pub groups: Vec<GroupGram>,
-    /// Whitened innovations, data first, `base.size` numbers a reading.
-    pub innovations: Vec<Vec<f64>>,
 }
 
 impl InnovationsFrame {
@@ -151,6 +141,15 @@ impl InnovationsFrame {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         self.set_signs(|r| r.state(velocity));
     }
+    /// Signs anew from the smoothed speed of another frame of the same recordings, with its misplaced events.
+    pub fn signs_along(&mut self, other: &Self) {
+        let velocity = self.plant.coordinates()[self.driven()].velocity;
+        for k in 0..self.runs.len() {
+            let rule = self.sign_rule(k);
+            let o = &other.runs[k];
+            self.runs[k].signs = Rc::new(DrySigns::new(&o.state(velocity), &o.signs.misplaced, &rule));
+        }
+    }
     fn set_signs(&mut self, speed: impl Fn(&NodeRecording) -> Vec<f64>) {
         for k in 0..self.runs.len() {
             let rule = self.sign_rule(k);
@@ -195,6 +194,11 @@ impl InnovationsFrame {
     /// # Errors
     /// Where no filter was made for the plant's size.
     pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> Result<FilterGains<'_>, SizeError> {
+        FilterGains::new(self.filter_input(recording, q)?, keep)
+    }
+
+    /// What the filter of a recording takes at these intensities.
+    fn filter_input(&self, recording: usize, q: &[f64]) -> Result<FilterInput<'_>, SizeError> {
         let r = &self.runs[recording];
         let raw = &self.intake.recordings[recording];
         let unit = self.plant.usual_force();
@@ -231,7 +235,7 @@ impl InnovationsFrame {
         let Some(linear) = &r.linear else { return Err(SizeError { states: size, forces }) };
         let plant = &*self.plant;
         let noise = linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
-        let input = FilterInput {
+        Ok(FilterInput {
             steps: &linear.steps,
             noise,
             mode: &r.signs.mode,
@@ -243,8 +247,7 @@ impl InnovationsFrame {
             first,
             forces,
             channels,
-        };
-        FilterGains::new(input, keep)
+        })
     }
 
     /// What pushes a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
@@ -325,22 +328,40 @@ impl InnovationsFrame {
         (PackedColumns::new(self.data(), &columns, self.channels()), priors)
     }
 
-    /// Gram matrices of a base and of groups beside it at these intensities.
+    /// Passes a base at these intensities.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
-    pub fn pass(
-        &mut self,
+    pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
+        self.linearise();
+        let (mut gram, mut gains, mut innovations) = (packed.nothing(), Vec::new(), Vec::new());
+        for k in 0..self.runs.len() {
+            let g = self.gains(k, q, false)?;
+            innovations.push(packed.pass_base(k, &g, &mut gram)?);
+            gains.push((g.gain, g.variance));
+        }
+        Ok(PassedBase { gram: gram.mirrored(), gains, innovations })
+    }
+
+    /// Gram matrices of groups beside a base that was passed at the same intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn pass_groups(
+        &self,
         packed: &PackedColumns,
+        base: &PassedBase,
         groups: &[&[Column]],
         q: &[f64],
-    ) -> Result<PassedColumns, SizeError> {
-        self.linearise();
-        let mut sums = GramSums::new(packed, groups);
-        let pass = |k: usize| sums.pass(k, &self.gains(k, q, false)?);
-        let innovations = (0..self.runs.len()).map(pass).collect::<Result<_, _>>()?;
-        let (base, groups) = sums.done();
-        Ok(PassedColumns { base, groups, innovations })
+    ) -> Result<Vec<GroupGram>, SizeError> {
+        let mut sums = GroupSums::new(packed, groups);
+        for (k, (gain, variance)) in base.gains.iter().enumerate() {
+            let (gain, variance) = (gain.clone(), variance.clone());
+            let input = self.filter_input(k, q)?;
+            let gains = FilterGains { input, gain, variance, predicted: Vec::new() };
+            sums.pass(k, &gains, &base.innovations[k])?;
+        }
+        Ok(sums.done())
     }
 
     /// Evidence of a base at these intensities.
@@ -352,7 +373,7 @@ impl InnovationsFrame {
         (packed, priors): &(PackedColumns, AmplitudePriors),
         q: &[f64],
     ) -> Result<SetEvidence, SizeError> {
-        Ok(log_evidence(&self.pass(packed, &[], q)?.base, priors))
+        Ok(log_evidence(&self.pass_base(packed, q)?.gram, priors))
     }
 
     /// Parameters and trajectory with which hypotheses begin.

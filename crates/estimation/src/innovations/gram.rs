@@ -4,8 +4,13 @@
 //! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
 //! evidence is a small difference of large sums.
 
-use super::filter::{FilterGains, LANES, Lane, LaneBlock, SizeError, data_innovations, lane_innovations};
-use super::{column, column::Column, filter::DataColumn};
+use std::rc::Rc;
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::column::{self, Column};
+use super::filter::{DataColumn, FilterGains, LANES, Lane, LaneBlock, data_innovations, lane_innovations};
+use super::kernel::SizeError;
 
 /// Most columns of a group.
 pub const GROUP: usize = 4;
@@ -52,10 +57,29 @@ impl BaseGram {
         }
         Self { size: n + k, products, ..self.clone() }
     }
+    /// The upper half as the lower one.
+    pub fn mirrored(mut self) -> Self {
+        let n = self.size;
+        for i in 0..n {
+            (0..i).for_each(|j| self.products[n * j + i] = self.products[n * i + j]);
+        }
+        self
+    }
     /// Product of two columns.
     pub fn product(&self, i: usize, j: usize) -> f64 {
         self.products[self.size * i + j]
     }
+}
+
+/// Base of a pass at some intensities, kept for further groups.
+#[derive(Debug)]
+pub struct PassedBase {
+    /// Its Gram matrix.
+    pub gram: BaseGram,
+    /// Gains of each recording: as [`FilterGains::gain`] and [`FilterGains::variance`].
+    pub gains: Vec<(Rc<[f64]>, Rc<[f64]>)>,
+    /// Whitened innovations of each recording by reading, `gram.size` numbers each, data first.
+    pub innovations: Vec<Vec<f64>>,
 }
 
 /// Columns as the filter takes them: the base packed once for every intensity.
@@ -79,25 +103,56 @@ impl PackedColumns {
         let blocks = (0..data.len()).map(blocks).collect();
         Self { data, base: blocks, width: base.len(), coordinates, channels }
     }
+
+    /// An empty matrix for the base.
+    pub fn nothing(&self) -> BaseGram {
+        let size = self.width + 1;
+        BaseGram { size, products: vec![0.0; size * size], ..BaseGram::default() }
+    }
+
+    /// Adds a recording to the matrix of the base (its lower half); tells the innovations of data and base.
+    ///
+    /// # Errors
+    /// Where no kernel has these sizes.
+    pub fn pass_base(
+        &self,
+        recording: usize,
+        gains: &FilterGains<'_>,
+        sum: &mut BaseGram,
+    ) -> Result<Vec<f64>, SizeError> {
+        let size = sum.size;
+        let rows = gains.input.counted_rows();
+        let data = data_innovations(gains, &self.data[recording])?;
+        let mut e = vec![0.0; size * data.len()];
+        data.iter().enumerate().for_each(|(k, d)| e[size * k] = *d);
+        let mut lanes = Vec::new();
+        for (b, block) in self.base[recording].iter().enumerate() {
+            lane_innovations(gains, block, &mut lanes)?;
+            let width = (self.width - LANES * b).min(LANES);
+            for k in &rows {
+                let to = &mut e[size * k + 1 + LANES * b..][..width];
+                to.iter_mut().zip(&lanes[*k]).for_each(|(x, l)| *x = f64::from(*l));
+            }
+        }
+        vectorised(BaseSums { rows: &rows, e: &e, size, products: &mut sum.products });
+        sum.log_variance += rows.iter().map(|k| gains.variance[*k].ln()).sum::<f64>();
+        sum.count += rows.len();
+        Ok(e)
+    }
 }
 
-/// Sums while recordings pass.
-pub struct GramSums<'a> {
+/// Sums of groups beside a base while recordings pass.
+pub struct GroupSums<'a> {
     packed: &'a PackedColumns,
     /// Groups of at most [`GROUP`] columns, as many as fit beside each other.
     blocks: Vec<Vec<&'a [Column]>>,
-    base: BaseGram,
     /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
-    with_base: Vec<Vec<[f64; LANES]>>,
-    with_own: Vec<[[f64; LANES]; GROUP]>,
+    with_base: Vec<Vec<Wide>>,
+    with_own: Vec<[Wide; GROUP]>,
 }
 
-fn wide(x: &Lane) -> [f64; LANES] {
-    x.map(f64::from)
-}
-
-impl<'a> GramSums<'a> {
-    /// Nothing yet, for these groups beside the base.
+impl<'a> GroupSums<'a> {
+    /// Nothing yet.
     pub fn new(packed: &'a PackedColumns, groups: &[&'a [Column]]) -> Self {
         let mut blocks: Vec<Vec<&'a [Column]>> = Vec::new();
         let mut used = LANES;
@@ -111,72 +166,31 @@ impl<'a> GramSums<'a> {
                 b.push(g);
             }
         }
-        let size = packed.width + 1;
-        let base = BaseGram { size, products: vec![0.0; size * size], ..BaseGram::default() };
-        let with_base = vec![vec![[0.0; LANES]; size]; blocks.len()];
+        let with_base = vec![vec![[0.0; LANES]; packed.width + 1]; blocks.len()];
         let with_own = vec![[[0.0; LANES]; GROUP]; blocks.len()];
-        Self { packed, blocks, base, with_base, with_own }
+        Self { packed, blocks, with_base, with_own }
     }
 
-    /// Passes recording `recording` with its gains; tells the whitened innovations of data and base, by reading.
+    /// Adds a recording; `e` has the innovations of data and base.
     ///
     /// # Errors
     /// Where no kernel has these sizes.
-    pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>) -> Result<Vec<f64>, SizeError> {
-        let size = self.base.size;
-        let counted = gains.input.counted.iter().zip(&gains.input.variance).map(|(c, v)| *c && *v > 0.0);
-        let rows: Vec<usize> = counted.enumerate().filter(|(_, c)| *c).map(|(k, _)| k).collect();
-        let data = data_innovations(gains, &self.packed.data[recording])?;
-        let mut e = vec![0.0; size * data.len()];
-        data.iter().enumerate().for_each(|(k, d)| e[size * k] = *d);
+    pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>, e: &[f64]) -> Result<(), SizeError> {
+        let rows = gains.input.counted_rows();
         let mut lanes = Vec::new();
-        for (b, block) in self.packed.base[recording].iter().enumerate() {
-            lane_innovations(gains, block, &mut lanes)?;
-            let width = (self.packed.width - LANES * b).min(LANES);
-            for k in &rows {
-                let to = &mut e[size * k + 1 + LANES * b..][..width];
-                to.iter_mut().zip(&lanes[*k]).for_each(|(x, l)| *x = f64::from(*l));
-            }
-        }
-        for k in &rows {
-            let x = &e[size * k..size * (k + 1)];
-            for i in 0..size {
-                let sums = &mut self.base.products[size * i..size * i + i + 1];
-                sums.iter_mut().zip(x).for_each(|(s, y)| *s += x[i] * y);
-            }
-            self.base.log_variance += gains.variance[*k].ln();
-        }
-        self.base.count += rows.len();
         for (b, groups) in self.blocks.iter().enumerate() {
             let columns: Vec<&Column> = groups.iter().flat_map(|g| g.iter()).collect();
             let block = column::beside(&columns, recording, self.packed.coordinates, self.packed.channels);
             lane_innovations(gains, &block, &mut lanes)?;
-            let (with_base, with_own) = (&mut self.with_base[b], &mut self.with_own[b]);
-            for k in &rows {
-                let l = wide(&lanes[*k]);
-                for (sums, x) in with_base.iter_mut().zip(&e[size * k..size * (k + 1)]) {
-                    for j in 0..LANES {
-                        sums[j] += x * l[j];
-                    }
-                }
-                for (d, sums) in with_own.iter_mut().enumerate() {
-                    for j in 0..LANES - d {
-                        sums[j] += l[j] * l[j + d];
-                    }
-                }
-            }
+            let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b]);
+            vectorised(BlockSums { rows: &rows, e, lanes: &lanes, with_base, with_own });
         }
-        Ok(e)
+        Ok(())
     }
 
-    /// The matrices: of the base, and of each group in order.
-    pub fn done(mut self) -> (BaseGram, Vec<GroupGram>) {
-        let size = self.base.size;
-        for i in 0..size {
-            for j in 0..i {
-                self.base.products[size * j + i] = self.base.products[size * i + j];
-            }
-        }
+    /// The matrices of all groups, in order.
+    pub fn done(self) -> Vec<GroupGram> {
+        let size = self.packed.width + 1;
         let mut out = Vec::new();
         for (b, groups) in self.blocks.iter().enumerate() {
             let mut first = 0;
@@ -190,6 +204,67 @@ impl<'a> GramSums<'a> {
                 first += k;
             }
         }
-        (self.base, out)
+        out
     }
+}
+
+type Wide = [f64; LANES];
+
+/// Products of the base, lower half.
+struct BaseSums<'a> {
+    rows: &'a [usize],
+    e: &'a [f64],
+    size: usize,
+    products: &'a mut [f64],
+}
+
+impl WithSimd for BaseSums<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let size = self.size;
+        for k in self.rows {
+            let x = &self.e[size * k..size * (k + 1)];
+            for i in 0..size {
+                let sums = &mut self.products[size * i..size * i + i + 1];
+                sums.iter_mut().zip(x).for_each(|(s, y)| *s += x[i] * y);
+            }
+        }
+    }
+}
+
+/// Products of a block of groups.
+struct BlockSums<'a> {
+    rows: &'a [usize],
+    e: &'a [f64],
+    lanes: &'a [Lane],
+    with_base: &'a mut [Wide],
+    with_own: &'a mut [Wide; GROUP],
+}
+
+impl WithSimd for BlockSums<'_> {
+    type Output = ();
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let size = self.with_base.len();
+        for k in self.rows {
+            let mut l = [0.0; LANES];
+            (0..LANES).for_each(|j| l[j] = f64::from(self.lanes[*k][j]));
+            for (sums, x) in self.with_base.iter_mut().zip(&self.e[size * k..size * (k + 1)]) {
+                for j in 0..LANES {
+                    sums[j] += x * l[j];
+                }
+            }
+            for d in 0..GROUP {
+                let sums = &mut self.with_own[d];
+                for j in 0..LANES - d {
+                    sums[j] += l[j] * l[j + d];
+                }
+            }
+        }
+    }
+}
+
+fn vectorised(sums: impl WithSimd<Output = ()>) {
+    Arch::new().dispatch(sums);
 }

@@ -1,9 +1,9 @@
 //! Intensities of the latent forces, by the evidence of a base.
 
-use super::evidence::AmplitudePriors;
-use super::filter::SizeError;
+use super::evidence::{AmplitudePriors, SetEvidence};
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::gram::PackedColumns;
+use super::kernel::SizeError;
 
 /// Logarithm of the factor up to which two intensities are about the same (4.5).
 pub const ALIKE: f64 = 1.5;
@@ -18,34 +18,45 @@ pub fn power(q: &[f64]) -> f64 {
     q.iter().map(|q| q * q).sum()
 }
 
+/// Intensities with what a base has there.
+#[derive(Clone, Debug, Default)]
+pub struct BestIntensities {
+    /// In usual forces.
+    pub q: Vec<f64>,
+    /// Evidence and amplitudes.
+    pub found: SetEvidence,
+}
+
+/// A base with the priors of its amplitudes.
+pub type BaseWithPriors = (PackedColumns, AmplitudePriors);
+
 impl InnovationsFrame {
-    /// Coordinate search from `q` by a factor 4 and, with each round, its root; also their evidence.
+    /// Coordinate search by a factor 4 and, with each round, its root.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
     pub fn search_intensities(
         &mut self,
-        base: &(PackedColumns, AmplitudePriors),
-        q: &[f64],
+        base: &BaseWithPriors,
+        from: BestIntensities,
         rounds: usize,
-    ) -> Result<(Vec<f64>, f64), SizeError> {
-        let (mut q, mut factor) = (q.to_vec(), 4.0f64);
-        let mut best = self.evidence_of(base, &q)?.log;
+    ) -> Result<BestIntensities, SizeError> {
+        let (mut best, mut factor) = (from, 4.0f64);
         for _ in 0..rounds {
-            for k in 0..q.len() {
+            for k in 0..best.q.len() {
                 let mut moved = false;
                 for by in [1.0 / factor, factor] {
                     loop {
-                        let mut tried = q.clone();
-                        tried[k] = (tried[k] * by).clamp(INTENSITY[0], INTENSITY[1]);
-                        if tried[k] == q[k] {
+                        let mut q = best.q.clone();
+                        q[k] = (q[k] * by).clamp(INTENSITY[0], INTENSITY[1]);
+                        if q[k] == best.q[k] {
                             break;
                         }
-                        let log = self.evidence_of(base, &tried)?.log;
-                        if log <= best + 0.1 {
+                        let found = self.evidence_of(base, &q)?;
+                        if found.log <= best.found.log + 0.1 {
                             break;
                         }
-                        (best, q, moved) = (log, tried, true);
+                        (best, moved) = (BestIntensities { q, found }, true);
                     }
                     if moved {
                         break;
@@ -54,26 +65,22 @@ impl InnovationsFrame {
             }
             factor = factor.sqrt();
         }
-        Ok((q, best))
+        Ok(best)
     }
 
-    /// That of these intensities at which a base has its best evidence, and that evidence.
+    /// That of these intensities at which a base has its best evidence.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
-    pub fn best_of(
-        &mut self,
-        base: &(PackedColumns, AmplitudePriors),
-        all: &[Vec<f64>],
-    ) -> Result<(Vec<f64>, f64), SizeError> {
-        let mut best = (Vec::new(), f64::NEG_INFINITY);
+    pub fn best_of(&mut self, base: &BaseWithPriors, all: &[Vec<f64>]) -> Result<BestIntensities, SizeError> {
+        let mut best: Option<BestIntensities> = None;
         for q in all {
-            let log = self.evidence_of(base, q)?.log;
-            if log > best.1 || best.0.is_empty() {
-                best = (q.clone(), log);
+            let found = self.evidence_of(base, q)?;
+            if best.as_ref().is_none_or(|b| found.log > b.found.log) {
+                best = Some(BestIntensities { q: q.clone(), found });
             }
         }
-        Ok(best)
+        Ok(best.unwrap_or_default())
     }
 
     /// Intensities and evidence of the model alone, parameters free, about the present trajectory; `wide`: from the best of
@@ -83,14 +90,14 @@ impl InnovationsFrame {
     /// Where no filter was made for the plant's size.
     pub fn null(&mut self, q: &[f64], rounds: usize, wide: bool) -> Result<(Vec<f64>, f64), SizeError> {
         let base = self.packed(&[]);
-        let mut q = q.to_vec();
+        let mut all = vec![q.to_vec()];
         if wide {
             let starts =
                 [(0.3, 0.3), (0.02, 0.02), (0.002, 0.02), (0.02, 0.002), (0.002, 0.002), (0.002, 0.1)];
-            let mut all = vec![q];
             all.extend(starts.map(|(driven, others)| self.intensities(driven, others)));
-            q = self.best_of(&base, &all)?.0;
         }
-        self.search_intensities(&base, &q, rounds)
+        let from = self.best_of(&base, &all)?;
+        let best = self.search_intensities(&base, from, rounds)?;
+        Ok((best.q, best.found.log))
     }
 }

@@ -14,6 +14,7 @@ pub mod frame;
 pub mod gram;
 pub mod intake;
 pub mod intensity;
+pub mod kernel;
 pub mod linear;
 pub mod nuisance;
 pub mod numeric;

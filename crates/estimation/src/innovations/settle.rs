@@ -4,9 +4,9 @@
 use std::rc::Rc;
 
 use super::evidence::log_evidence;
-use super::filter::SizeError;
 use super::frame::{INTENSITY, InnovationsFrame};
 use super::intensity::alike;
+use super::kernel::SizeError;
 use super::numeric::quantile;
 use super::signs::DrySigns;
 
@@ -48,7 +48,8 @@ impl InnovationsFrame {
             self.smooth(q, None)?;
             let base = self.packed(&[]);
             let tried = [q.to_vec(), self.intensities(0.02, 0.02), self.intensities(0.002, 0.02)];
-            let (at, evidence) = self.best_of(&base, &tried)?;
+            let found = self.best_of(&base, &tried)?;
+            let (at, evidence) = (found.q, found.found.log);
             if best.as_ref().is_none_or(|b| evidence > b.evidence) {
                 best = Some(Settling { evidence, rest: self.rest, q: at, signs: self.signs() });
             }
@@ -133,7 +134,8 @@ impl InnovationsFrame {
             let mut best: Option<(f64, f64, Vec<f64>)> = None;
             for x in grid {
                 *value(self) = x;
-                let (q, evidence) = self.best_of(&base, &tried)?;
+                let found = self.best_of(&base, &tried)?;
+                let (q, evidence) = (found.q, found.found.log);
                 if best.as_ref().is_none_or(|b| evidence > b.0) {
                     best = Some((evidence, x, q));
                 }
@@ -153,8 +155,8 @@ impl InnovationsFrame {
                 return Ok(());
             }
             let (packed, priors) = self.packed(&[]);
-            let passed = self.pass(&packed, &[], &self.q.clone())?;
-            let amplitudes = log_evidence(&passed.base, &priors).amplitudes;
+            let passed = self.pass_base(&packed, &self.q.clone())?;
+            let amplitudes = log_evidence(&passed.gram, &priors).amplitudes;
             let kept = (self.signs(), self.q.clone(), self.evidence);
             let mut hits = 0;
             for (k, e) in passed.innovations.iter().enumerate() {

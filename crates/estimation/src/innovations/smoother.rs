@@ -1,6 +1,7 @@
 //! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
 
-use super::filter::{DataColumn, FilterGains, SizeError, Square, arrays, row, sized};
+use super::filter::{DataColumn, FilterGains, Square, arrays, row};
+use super::kernel::{SizeError, SizedKernel, run};
 
 /// A smoothed recording.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -16,9 +17,23 @@ pub struct SmoothedRecording {
 /// # Errors
 /// Where no kernel has these sizes.
 pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> Result<SmoothedRecording, SizeError> {
-    Ok(sized!(gains.input.size(), gains.input.forces, smooth(gains, data)))
+    run(gains.input.size(), gains.input.forces, Smoothing { gains, data })
 }
 
+struct Smoothing<'a> {
+    gains: &'a FilterGains<'a>,
+    data: &'a DataColumn,
+}
+
+impl SizedKernel for Smoothing<'_> {
+    type Output = SmoothedRecording;
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) -> SmoothedRecording {
+        smooth::<N, F>(self.gains, self.data)
+    }
+}
+
+#[inline(always)]
 fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
     let input = &g.input;
     let (nodes, channels) = (input.mode.len(), input.channels);

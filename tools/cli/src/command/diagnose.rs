@@ -5,7 +5,9 @@ mod page;
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
+use trueup_diagnosis::diagnose::{
+    Augmented, Diagnosed, Options, began, diagnose, diagnose_by_evidence, record,
+};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
@@ -21,7 +23,7 @@ use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
-use crate::args::Diagnose;
+use crate::args::{Diagnose, Engine};
 use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
@@ -31,10 +33,33 @@ use crate::stages::Stages;
 use crate::templates;
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
+    if args.engine == Engine::Innovations {
+        return verdict_alone(args);
+    }
     let (found, written) = found(args)?;
     // What was found is said even where it could not be written.
     say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
+}
+
+/// By the engine on trial, which says verdicts alone.
+fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
+    if !args.verdict_only || args.watch {
+        let how = "--engine innovations says verdicts alone: give --verdict-only, and no --watch";
+        return Err(Error::Usage(how.into()));
+    }
+    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
+    can_be_made(&args.output)?;
+    let capped = !args.force && findings.iter().any(Finding::is_grave);
+    let found = diagnose_by_evidence(&loaded, capped);
+    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
+    found
+        .complete(&findings, &loaded.case.folder, Some(inputs))
+        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
+    let said = json(&found)?;
+    store(&args.output, &[("diagnosis.json".into(), said.clone().into_bytes())])?;
+    say(&if args.json { said } else { text(&found) })
 }
 
 fn json(d: &Diagnosis) -> Result<String, Error> {
