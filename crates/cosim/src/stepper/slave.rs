@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 use trueup_fmi_description::Version;
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
 use trueup_fmi_import::program::Following;
-use trueup_fmi_import::{StateId, Step, fmi3};
+use trueup_fmi_import::{StateId, Step, fmi3, interrupt};
 use trueup_numerics::Figure;
 
 use super::{Advance, SLOTS, Stepper, Within};
@@ -17,6 +17,8 @@ use crate::plan::Planned;
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
+/// Steps that end early on the way to one communication point, after which they are held to be without end.
+const EARLY: u32 = 100_000;
 /// Parts of a step in which inputs are held, where the FMU cannot follow lines itself.
 const PARTS: u32 = 2;
 /// Where on their lines inputs are held in each part, as a part of the step: so held, they have the moments of order 0, 1
@@ -200,7 +202,7 @@ impl SlaveStepper {
         mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let (mut time, mut step, mut halvings) = (from, length, 0);
+        let (mut time, mut step, mut halvings, mut early) = (from, length, 0, 0);
         loop {
             if lines {
                 self.tell(node, time)?;
@@ -237,11 +239,16 @@ impl SlaveStepper {
                     (done.time, done.terminate) = (if progress { result.time } else { time }, true);
                     return Ok(());
                 }
-                halvings += u32::from(!progress);
+                if interrupt::requested() {
+                    return Err(Error::Interrupted { time });
+                }
+                (halvings, early) = (halvings + u32::from(!progress), early + 1);
                 let reason = if !self.variable {
                     "and takes no other step"
                 } else if halvings > HALVINGS {
                     "however short the step"
+                } else if early > EARLY {
+                    "and has done so 100000 times within one communication step: it comes forward by next to nothing"
                 } else if !progress && (result.time - time).abs() > rounding {
                     "and does not say where it stands"
                 } else {
