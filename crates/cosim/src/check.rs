@@ -155,7 +155,9 @@ impl<'a> Parts<'a> {
             }
             list.push(part(component, files, report));
         }
-        only_once(system, &list, report);
+        if !system.own_processes {
+            only_once(system, &list, report);
+        }
         Self { list, by_name }
     }
 
@@ -214,7 +216,7 @@ fn only_once(system: &System, list: &[Option<Part>], report: &mut Report) {
         if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
             report.wrong_fmu(
                 component,
-                format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
+                format!("{} can be instantiated only once per process; give each component a process of its own (--isolate)", component.fmu.display()),
             );
         }
     }

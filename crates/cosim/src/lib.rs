@@ -34,6 +34,7 @@ mod master;
 mod mistake;
 pub mod model_exchange;
 pub mod node;
+mod pace;
 pub mod plan;
 mod record;
 mod results;

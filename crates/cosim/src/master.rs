@@ -234,11 +234,15 @@ impl Master {
                                 slave,
                                 unit[0],
                                 discrete_inputs(node, unit[0], wiring),
+                                [start, grid.stop - start],
                             )),
                             _ => Box::new(slave),
                         }
                     }
-                    None => Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance)?),
+                    None => {
+                        let span = grid.stop - grid.start;
+                        Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance, span)?)
+                    }
                 };
                 // Where an event stops all, it shows in the results.
                 if shares || alone && !rolls_back {

@@ -292,8 +292,8 @@ pub(crate) struct Simulate {
     /// before is kept (Linux)
     #[arg(long)]
     pub(crate) isolate: bool,
-    /// How long a single call of an FMU may take, s; else as long as it likes
-    #[arg(long, value_name = "S", requires = "isolate", value_parser = deadline)]
+    /// How long a single call of an FMU may take, s; else as long as it likes; gives each FMU a process of its own as --isolate
+    #[arg(long, value_name = "S", value_parser = deadline)]
     pub(crate) deadline: Option<f64>,
     /// Only check, and say what would be run
     #[arg(long)]

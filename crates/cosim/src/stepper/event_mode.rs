@@ -1,10 +1,13 @@
 //! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
 
+use trueup_fmi_import::interrupt;
+
 use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
 use crate::calls::Calls;
 use crate::error::Error;
 use crate::grid;
 use crate::node::Node;
+use crate::pace::Pace;
 use crate::plan::Planned;
 use crate::slave::{Block, Slave};
 use crate::system::Interface;
@@ -21,6 +24,10 @@ const CHATTER: u32 = 100;
 
 /// A [`SlaveStepper`] that is told of events.
 pub(crate) struct EventStepper {
+    pace: Pace,
+    /// Length of the run in s.
+    span: f64,
+    notes: Vec<String>,
     inner: SlaveStepper,
     node: usize,
     /// Discrete inputs that are connected or driven: they may be set in event mode only.
@@ -51,8 +58,12 @@ pub(crate) fn has_event_mode(planned: &Planned) -> bool {
 }
 
 impl EventStepper {
-    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>) -> Self {
+    /// In a run from `start` of `span` s.
+    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>, [start, span]: [f64; 2]) -> Self {
         Self {
+            pace: Pace::at(start),
+            span,
+            notes: Vec::new(),
             inner,
             node,
             inputs,
@@ -153,6 +164,9 @@ impl EventStepper {
 
     fn iterate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
         if self.pending {
+            if let Some(storm) = self.pace.event(time, self.span) {
+                self.notes.push(format!("{storm}, of instance \"{}\"", nodes[self.node].slave.name()));
+            }
             let (last, count) = self.chatter;
             self.chatter = (time, if time - last <= 1e-9 * time.abs().max(1.0) { count + 1 } else { 0 });
         }
@@ -210,6 +224,9 @@ impl Stepper for EventStepper {
         let mut all = Advance { time: from, ..Advance::default() };
         self.jumps = false;
         loop {
+            if interrupt::requested() {
+                return Err(Error::Interrupted { time: all.time });
+            }
             self.close(nodes, all.time)?;
             if self.ended {
                 return Ok(Advance { terminate: true, ..all });
@@ -267,6 +284,10 @@ impl Stepper for EventStepper {
 
     fn has_events(&self) -> bool {
         true
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {

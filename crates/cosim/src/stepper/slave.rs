@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
 use trueup_fmi_import::program::Following;
-use trueup_fmi_import::{StateId, Step, fmi3};
+use trueup_fmi_import::{StateId, Step, fmi3, interrupt};
 use trueup_numerics::Figure;
 
 use super::{Advance, SLOTS, Stepper, Within};
@@ -17,6 +17,8 @@ use crate::step_rule::{StepRule, Way, is_continuous_input};
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
+/// Steps that end early on the way to one communication point, after which they are held to be without end.
+const EARLY: u32 = 100_000;
 /// Where inputs are held that do not move.
 static ANYWHERE: [f64; 1] = [0.5];
 
@@ -155,7 +157,7 @@ impl SlaveStepper {
         mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let (mut time, mut step, mut halvings) = (from, length, 0);
+        let (mut time, mut step, mut halvings, mut early) = (from, length, 0, 0);
         loop {
             if lines {
                 self.tell(node, time)?;
@@ -193,11 +195,16 @@ impl SlaveStepper {
                     (done.time, done.terminate) = (if progress { result.time } else { time }, true);
                     return Ok(());
                 }
-                halvings += u32::from(!progress);
+                if interrupt::requested() {
+                    return Err(Error::Interrupted { time });
+                }
+                (halvings, early) = (halvings + u32::from(!progress), early + 1);
                 let reason = if !self.variable {
                     "and takes no other step"
                 } else if halvings > HALVINGS {
                     "however short the step"
+                } else if early > EARLY {
+                    "and has done so 100000 times within one communication step: it comes forward by next to nothing"
                 } else if !progress && (result.time - time).abs() > rounding {
                     "and does not say where it stands"
                 } else {

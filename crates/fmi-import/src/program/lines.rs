@@ -6,7 +6,7 @@ use std::ops::Range;
 use trueup_fmi::abi::fmi2;
 
 use super::{Block, Bound, Call, Either, Program, Stopped, do_step, good};
-use crate::core::Prepared;
+use crate::core::{Prepared, lent};
 use crate::exit;
 
 /// How an FMU follows its inputs.
@@ -119,8 +119,9 @@ impl<I: ?Sized> Bound<'_, I> {
                     let ones = &lines.ones[first..end];
                     // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `bind`; as many
                     // orders and slopes as references, see `follow`.
-                    let status =
-                        unsafe { f(b.component, b.references, b.count, ones.as_ptr(), slopes.as_ptr()) }.0;
+                    let status = unsafe {
+                        b.lent(|r| lent(ones, |o| lent(slopes, |s| f(b.component, r, b.count, o, s).0)))
+                    };
                     if !good(status) {
                         return Err(Stopped::Ahead { at, status });
                     }
@@ -137,7 +138,11 @@ impl<I: ?Sized> Bound<'_, I> {
                         for ((held, value), slope) in held.iter_mut().zip(value).zip(slope) {
                             *held = value + slope * t;
                         }
-                        let status = write(set, held);
+                        let (Call::Set2(_, b) | Call::Set3(_, b)) = set else { break };
+                        exit::calls(b.id);
+                        // SAFETY: the instance is live and exclusively ours, see `bind`; as many values as the block has, see
+                        // `follow`.
+                        let status = unsafe { set.set(held.as_ptr()) };
                         if !good(status) {
                             return Err(Stopped::Ahead { at, status });
                         }
@@ -155,23 +160,5 @@ impl<I: ?Sized> Bound<'_, I> {
             }
         }
         self.exchange(values)
-    }
-}
-
-/// Sets a block from the values of its own.
-#[inline]
-fn write(set: Call, held: &[f64]) -> c_int {
-    match set {
-        // SAFETY: the signatures are the standard's; the instance is live and exclusively ours, see `bind`; as many values as
-        // the block has, see `follow`.
-        Call::Set2(f, b) => {
-            exit::calls(b.id);
-            unsafe { f(b.component, b.references, b.count, held.as_ptr()) }.0
-        }
-        Call::Set3(f, b) => {
-            exit::calls(b.id);
-            unsafe { f(b.component, b.references, b.count, held.as_ptr(), b.values) }.0
-        }
-        _ => 0,
     }
 }

@@ -13,7 +13,7 @@ pub(crate) struct Fault {
 }
 
 /// How a process ended, as a sentence without its subject.
-pub(super) fn ended(status: ExitStatus) -> String {
+pub(crate) fn ended(status: ExitStatus) -> String {
     if let Some(code) = status.code() {
         return format!("called exit({code})");
     }
