@@ -126,8 +126,8 @@ fn what_drives_nothing_is_named() {
     let desk = Desk::new();
     let cases = [
         ("x", "an output"),
-        ("gain", "fixed during a run"),
-        ("matrix[1,2]", "fixed during a run"),
+        ("gain", "a parameter that is fixed during a run"),
+        ("matrix[1,2]", "a parameter that is fixed during a run"),
         ("fixed", "computed by the FMU"),
     ];
     for (name, what) in cases {
