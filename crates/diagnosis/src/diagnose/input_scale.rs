@@ -69,9 +69,13 @@ impl Gain {
     }
 }
 
-/// What an input does in a recording.
+/// What an input does in a channel of a recording.
 struct Seen<'a> {
     name: &'a str,
+    /// Output that the channel shows.
+    output: usize,
+    /// Power of what it does there, over that of what the readings accelerate.
+    acts: f64,
     gain: Option<Gain>,
     /// It has one value all along.
     constant: bool,
@@ -93,8 +97,14 @@ pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
     // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
     for inputs in all.into_iter().chain(each) {
-        let seen: Vec<Seen<'_>> =
-            runs.iter().filter_map(|(led, run)| seen(search, led, run, &inputs)).collect();
+        let all: Vec<Seen<'_>> =
+            runs.iter().filter_map(|(led, run)| seen(search, led, run, &inputs)).flatten().collect();
+        // Where it acts most over all recordings: one that is dead acts nowhere.
+        let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
+        let Some(at) = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b))) else {
+            continue;
+        };
+        let seen: Vec<Seen<'_>> = all.into_iter().filter(|s| s.output == at).collect();
         let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
         let channel = (inputs.len() == 1).then(|| called.clone());
         let told = judged(&seen, &called);
@@ -113,7 +123,7 @@ pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
     Vec::new()
 }
 
-fn seen<'a>(search: &Search<'_>, led: &'a Led, run: &Compared, inputs: &[usize]) -> Option<Seen<'a>> {
+fn seen<'a>(search: &Search<'_>, led: &'a Led, run: &Compared, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
     let case = search.case;
     if inputs.iter().any(|i| led.inputs[*i].is_empty()) {
         return None;
@@ -130,18 +140,19 @@ fn seen<'a>(search: &Search<'_>, led: &'a Led, run: &Compared, inputs: &[usize])
     let counts = led.counts.clone();
     let square = |x: &[f64]| x[counts.clone()].iter().map(|x| x * x).sum::<f64>();
     let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
-    // Where it acts most, as a share of what there is.
-    let acts = |c: &usize| square(&along(*c)) / square(&led.channels[*c].ddy).max(f64::MIN_POSITIVE);
-    let at = (0..with.len()).max_by(|a, b| acts(a).total_cmp(&acts(b)))?;
     let rms = |x: &[f64]| (square(x) / counts.len().max(1) as f64).sqrt();
     let still = |input: &usize| led.inputs[*input].iter().all(|u| *u == led.inputs[*input][0]);
-    Some(Seen {
+    let constant = inputs.iter().all(still);
+    let one = |at: usize| Seen {
         name: &led.name,
+        output: led.channels[at].output,
+        acts: square(&along(at)) / square(&led.channels[at].ddy).max(f64::MIN_POSITIVE),
         gain: Gain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
-        constant: inputs.iter().all(still),
+        constant,
         missed: rms(&with[at]),
         moved: rms(&led.channels[at].ddy),
-    })
+    };
+    Some((0..with.len()).map(one).collect())
 }
 
 /// Files with what is wrong in them.
