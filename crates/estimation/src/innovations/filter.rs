@@ -53,17 +53,64 @@ pub struct FilterGains<'a> {
 
 pub(super) type Square<const N: usize> = [[f64; N]; N];
 
+// Plain loops below: closures would be compiled apart, without the vector units.
+
 /// Matrices of a mode as arrays.
 #[inline(always)]
 pub(super) fn arrays<const N: usize, const F: usize>(s: &PlantStep) -> (Square<N>, [[f64; F]; N]) {
-    let a = core::array::from_fn(|i| core::array::from_fn(|j| s.a[N * i + j]));
-    let b = core::array::from_fn(|i| core::array::from_fn(|j| s.b[F * i + j]));
+    let (mut a, mut b) = ([[0.0; N]; N], [[0.0; F]; N]);
+    for i in 0..N {
+        a[i] = row(&s.a, i);
+        b[i] = row(&s.b, i);
+    }
     (a, b)
 }
 
 #[inline(always)]
 pub(super) fn row<const N: usize>(all: &[f64], at: usize) -> [f64; N] {
-    core::array::from_fn(|i| all[N * at + i])
+    let mut out = [0.0; N];
+    out.copy_from_slice(&all[N * at..N * (at + 1)]);
+    out
+}
+
+#[inline(always)]
+pub(super) fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..N {
+        sum += a[i] * b[i];
+    }
+    sum
+}
+
+/// A state one step on, with the force of the step.
+#[inline(always)]
+pub(super) fn moved<const N: usize, const F: usize>(
+    (a, b): &(Square<N>, [[f64; F]; N]),
+    x: &[f64; N],
+    force: &[f64; F],
+) -> [f64; N] {
+    let mut next = [0.0; N];
+    for i in 0..N {
+        next[i] = dot(&b[i], force) + dot(&a[i], x);
+    }
+    next
+}
+
+/// A reading less what forces and state say of it.
+#[inline(always)]
+pub(super) fn error_of<const N: usize, const F: usize>(
+    rows: &ReadingRows,
+    at: usize,
+    reading: f64,
+    x: &[f64; N],
+    forces: [&[f64; F]; 2],
+) -> f64 {
+    let (h, direct): ([f64; N], [f64; F]) = (row(&rows.h, at), row(&rows.direct, at));
+    let mut pushed = 0.0;
+    for k in 0..F {
+        pushed += 0.5 * direct[k] * (forces[0][k] + forces[1][k]);
+    }
+    reading - pushed - dot(&h, x)
 }
 
 impl<'a> FilterGains<'a> {
@@ -116,12 +163,13 @@ impl SizedKernel for Riccati<'_> {
 fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
     let Riccati { input, gain, variance, mut predicted } = out;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
-    let noise: Vec<Square<N>> = input.noise.iter().map(|q| core::array::from_fn(|i| row(q, i))).collect();
+    let square = |v: &Vec<f64>| -> Square<N> { core::array::from_fn(|i| row(v, i)) };
+    let noise: Vec<Square<N>> = input.noise.iter().map(square).collect();
     let transpose = |(a, _): &(Square<N>, _)| -> Square<N> {
         core::array::from_fn(|k| core::array::from_fn(|j| a[j][k]))
     };
     let transposes: Vec<Square<N>> = steps.iter().map(transpose).collect();
-    let mut p: Square<N> = core::array::from_fn(|i| row(&input.first, i));
+    let mut p = square(&input.first);
     let (on, position) = input.unknown_on;
     for t in 0..input.mode.len() {
         if t > 0 {
@@ -139,7 +187,10 @@ fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
                 }
             }
             for i in 0..N {
-                let mut next: [f64; N] = core::array::from_fn(|j| q[i][j] + x * b[i][on] * b[j][on]);
+                let mut next = q[i];
+                for j in 0..N {
+                    next[j] += x * b[i][on] * b[j][on];
+                }
                 for k in 0..N {
                     for j in 0..N {
                         next[j] += moved[i][k] * transposed[k][j];
@@ -164,13 +215,21 @@ fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
                 continue;
             }
             let h: [f64; N] = row(&input.rows.h, at);
-            let g: [f64; N] = core::array::from_fn(|i| (0..N).map(|j| p[i][j] * h[j]).sum());
-            let s = r + (0..N).map(|i| h[i] * g[i]).sum::<f64>();
-            let k = g.map(|g| g / s);
+            let mut g = [0.0; N];
             for i in 0..N {
-                for j in 0..=i {
-                    p[i][j] -= k[i] * g[j];
-                    p[j][i] = p[i][j];
+                for j in 0..N {
+                    // The covariance is symmetric: by its rows.
+                    g[j] += p[i][j] * h[i];
+                }
+            }
+            let s = r + dot(&h, &g);
+            let mut k = g;
+            for i in 0..N {
+                k[i] /= s;
+            }
+            for i in 0..N {
+                for j in 0..N {
+                    p[i][j] -= g[i] * g[j] / s;
                 }
             }
             gain[N * at..N * (at + 1)].copy_from_slice(&k);
@@ -188,6 +247,18 @@ pub struct DataColumn {
     pub readings: Vec<f64>,
     /// First state with latents.
     pub first: Vec<f64>,
+}
+
+impl DataColumn {
+    /// Forces over the step after a node.
+    #[inline(always)]
+    pub(super) fn force<const F: usize>(&self, node: usize) -> [f64; F] {
+        let mut out = [0.0; F];
+        for k in 0..F {
+            out[k] = self.forces[k][node];
+        }
+        out
+    }
 }
 
 /// Whitened innovations of the data, by node and channel; 0 where nothing counts.
@@ -222,22 +293,18 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
     let mut before = [0.0; F];
     for t in 0..input.mode.len() {
         if t > 0 {
-            let (a, b) = &steps[usize::from(input.mode[t - 1])];
-            x = core::array::from_fn(|i| {
-                let pushed: f64 = (0..F).map(|k| b[i][k] * before[k]).sum();
-                pushed + (0..N).map(|k| a[i][k] * x[k]).sum::<f64>()
-            });
+            x = moved(&steps[usize::from(input.mode[t - 1])], &x, &before);
         }
-        let now: [f64; F] = core::array::from_fn(|k| data.forces[k][t]);
+        let now: [f64; F] = data.force(t);
         for at in input.channels * t..input.channels * (t + 1) {
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let direct: [f64; F] = row(&input.rows.direct, at);
-            let mut e = data.readings[at];
-            e -= (0..F).map(|k| 0.5 * direct[k] * (now[k] + before[k])).sum::<f64>();
-            e -= (0..N).map(|i| input.rows.h[N * at + i] * x[i]).sum::<f64>();
-            (0..N).for_each(|i| x[i] += g.gain[N * at + i] * e);
+            let e = error_of(input.rows, at, data.readings[at], &x, [&now, &before]);
+            let gain: [f64; N] = row(&g.gain, at);
+            for i in 0..N {
+                x[i] += gain[i] * e;
+            }
             if input.counted[at] {
                 out[at] = e / g.variance[at].sqrt();
             }
@@ -294,6 +361,11 @@ fn add(sum: &mut Lane, factor: f32, x: &Lane) {
 }
 
 #[inline(always)]
+fn lane_of(all: &[Lane], node: usize) -> Lane {
+    if all.is_empty() { [0.0; LANES] } else { all[node] }
+}
+
+#[inline(always)]
 fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneBlock, out: &mut [Lane]) {
     let input = &g.input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
@@ -302,45 +374,58 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
         if t > 0 {
             let (a, b) = &steps[usize::from(input.mode[t - 1])];
             let mut next = [[0f32; LANES]; N];
-            for (i, sum) in next.iter_mut().enumerate() {
+            for i in 0..N {
                 // Latent forces follow nothing but themselves.
                 if i >= N - F {
-                    add(sum, a[i][i] as f32, &z[i]);
+                    add(&mut next[i], a[i][i] as f32, &z[i]);
                     continue;
                 }
                 // Two chains of sums wait for each other less than one.
                 let mut other = [0f32; LANES];
-                (0..F).for_each(|k| add(&mut other, b[i][k] as f32, &before[k]));
-                (0..N / 2).for_each(|k| add(sum, a[i][k] as f32, &z[k]));
-                (N / 2..N).for_each(|k| add(&mut other, a[i][k] as f32, &z[k]));
-                add(sum, 1.0, &other);
+                for k in 0..F {
+                    add(&mut other, b[i][k] as f32, &before[k]);
+                }
+                for k in 0..N / 2 {
+                    add(&mut next[i], a[i][k] as f32, &z[k]);
+                    add(&mut other, a[i][N / 2 + k] as f32, &z[N / 2 + k]);
+                }
+                add(&mut next[i], 1.0, &other);
             }
             z = next;
         }
-        let now: [Lane; F] =
-            core::array::from_fn(|k| block.forces[k].get(t).copied().unwrap_or([0.0; LANES]));
+        let mut now = [[0f32; LANES]; F];
+        for k in 0..F {
+            now[k] = lane_of(&block.forces[k], t);
+        }
         for c in 0..input.channels {
             let at = input.channels * t + c;
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let mut e = block.readings[c].get(t).copied().unwrap_or([0.0; LANES]);
+            let mut e = lane_of(&block.readings[c], t);
+            let direct: [f64; F] = row(&input.rows.direct, at);
+            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
             for k in 0..F {
-                let half = (0.5 * input.rows.direct[F * at + k]) as f32;
+                let half = (0.5 * direct[k]) as f32;
                 if half != 0.0 {
                     add(&mut e, half, &now[k]);
                     add(&mut e, half, &before[k]);
                 }
             }
-            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
             let mut other = [0f32; LANES];
-            (0..N / 2).for_each(|i| add(&mut e, h[i] as f32, &z[i]));
-            (N / 2..N).for_each(|i| add(&mut other, h[i] as f32, &z[i]));
+            for i in 0..N / 2 {
+                add(&mut e, h[i] as f32, &z[i]);
+                add(&mut other, h[N / 2 + i] as f32, &z[N / 2 + i]);
+            }
             add(&mut e, 1.0, &other);
-            (0..N).for_each(|i| add(&mut z[i], -gain[i] as f32, &e));
+            for i in 0..N {
+                add(&mut z[i], -gain[i] as f32, &e);
+            }
             if input.counted[at] {
                 let r = (1.0 / g.variance[at].sqrt()) as f32;
-                out[at] = e.map(|e| e * r);
+                for l in 0..LANES {
+                    out[at][l] = e[l] * r;
+                }
             }
         }
         before = now;

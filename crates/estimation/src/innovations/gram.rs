@@ -227,7 +227,9 @@ impl WithSimd for BaseSums<'_> {
             let x = &self.e[size * k..size * (k + 1)];
             for i in 0..size {
                 let sums = &mut self.products[size * i..size * i + i + 1];
-                sums.iter_mut().zip(x).for_each(|(s, y)| *s += x[i] * y);
+                for (s, y) in sums.iter_mut().zip(x) {
+                    *s += x[i] * y;
+                }
             }
         }
     }
@@ -249,7 +251,9 @@ impl WithSimd for BlockSums<'_> {
         let size = self.with_base.len();
         for k in self.rows {
             let mut l = [0.0; LANES];
-            (0..LANES).for_each(|j| l[j] = f64::from(self.lanes[*k][j]));
+            for j in 0..LANES {
+                l[j] = f64::from(self.lanes[*k][j]);
+            }
             for (sums, x) in self.with_base.iter_mut().zip(&self.e[size * k..size * (k + 1)]) {
                 for j in 0..LANES {
                     sums[j] += x * l[j];

@@ -1,6 +1,6 @@
 //! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
 
-use super::filter::{DataColumn, FilterGains, Square, arrays, row};
+use super::filter::{DataColumn, FilterGains, Square, arrays, dot, error_of, moved, row};
 use super::kernel::{SizeError, SizedKernel, run};
 
 /// A smoothed recording.
@@ -42,28 +42,25 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
     let mut predicted = vec![[0.0; N]; nodes];
     let mut errors = vec![0.0; nodes * channels];
     let mut x: [f64; N] = row(&data.first, 0);
-    let force = |t: usize| -> [f64; F] { core::array::from_fn(|k| data.forces[k][t]) };
+    let mut before = [0.0; F];
     for t in 0..nodes {
-        let before = if t > 0 { force(t - 1) } else { [0.0; F] };
         if t > 0 {
-            let (a, b) = &steps[usize::from(input.mode[t - 1])];
-            x = core::array::from_fn(|i| {
-                let pushed: f64 = (0..F).map(|k| b[i][k] * before[k]).sum();
-                pushed + (0..N).map(|k| a[i][k] * x[k]).sum::<f64>()
-            });
+            x = moved(&steps[usize::from(input.mode[t - 1])], &x, &before);
         }
         predicted[t] = x;
-        let now = force(t);
+        let now: [f64; F] = data.force(t);
         for at in channels * t..channels * (t + 1) {
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let mut e = data.readings[at];
-            e -= (0..F).map(|k| 0.5 * input.rows.direct[F * at + k] * (now[k] + before[k])).sum::<f64>();
-            e -= (0..N).map(|i| input.rows.h[N * at + i] * x[i]).sum::<f64>();
+            let e = error_of(input.rows, at, data.readings[at], &x, [&now, &before]);
             errors[at] = e;
-            (0..N).for_each(|i| x[i] += g.gain[N * at + i] * e);
+            let gain: [f64; N] = row(&g.gain, at);
+            for i in 0..N {
+                x[i] += gain[i] * e;
+            }
         }
+        before = now;
     }
     let (mut states, mut scores) = (vec![0.0; N * nodes], vec![0.0; width * nodes]);
     let mut l = [0.0; N];
@@ -73,8 +70,11 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let s = errors[at] / g.variance[at] + (0..N).map(|i| g.gain[N * at + i] * l[i]).sum::<f64>();
-            (0..N).for_each(|i| l[i] -= input.rows.h[N * at + i] * s);
+            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
+            let s = errors[at] / g.variance[at] + dot(&gain, &l);
+            for i in 0..N {
+                l[i] -= h[i] * s;
+            }
             scores[width * t + F + c] = s;
             for k in 0..F {
                 let direct = 0.5 * input.rows.direct[F * at + k] * s;
@@ -84,17 +84,22 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
                 }
             }
         }
-        let p = &g.predicted[N * N * t..N * N * (t + 1)];
         for i in 0..N {
-            let corrected: f64 = (0..N).map(|k| p[N * i + k] * l[k]).sum();
-            states[N * t + i] = predicted[t][i] - corrected;
+            let p: [f64; N] = row(&g.predicted, N * t + i);
+            states[N * t + i] = predicted[t][i] - dot(&p, &l);
         }
         if t > 0 {
             let (a, b) = &steps[usize::from(input.mode[t - 1])];
-            for k in 0..F {
-                scores[width * (t - 1) + k] -= (0..N).map(|i| b[i][k] * l[i]).sum::<f64>();
+            let mut earlier = [0.0; N];
+            for k in 0..N {
+                for i in 0..F {
+                    scores[width * (t - 1) + i] -= b[k][i] * l[k];
+                }
+                for i in 0..N {
+                    earlier[i] += a[k][i] * l[k];
+                }
             }
-            l = core::array::from_fn(|i| (0..N).map(|k| a[k][i] * l[k]).sum());
+            l = earlier;
         }
     }
     SmoothedRecording { states, scores }
