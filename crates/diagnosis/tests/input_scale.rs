@@ -45,7 +45,7 @@ fn one_file(seed: u64, count: usize) {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let degrees = std::f64::consts::PI / 180.0;
     for k in 0..count {
-        let slack = [0.0, 0.1, 0.3][rng.random_range(0..3)];
+        let slack: f64 = [0.0, 0.1, 0.3][rng.random_range(0..3)];
         let file = ["1.csv", "2.csv", "3.csv", "4.csv"][rng.random_range(0..4)];
         let (factor, said) = [
             (1e3, "thousandths were taken for units in this recording alone"),
@@ -55,6 +55,8 @@ fn one_file(seed: u64, count: usize) {
             (degrees, "radians were taken for degrees in this recording alone"),
             (1.0 / degrees, "degrees were taken for radians in this recording alone"),
         ][k % 6];
+        // A dead drive is told where the model misses three times what it misses elsewhere: beside a gap it may not be.
+        let slack = if factor == 0.0 { 0.0 } else { slack };
         let mut loaded = recorded(1.0, slack);
         times(&mut loaded, file, factor);
         let all = told(&loaded);
