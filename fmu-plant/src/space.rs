@@ -104,6 +104,11 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     })
 }
 
+/// Its structure is told body by body: a robot that somebody describes.
+pub fn is_robot(c: &Configuration) -> bool {
+    c.structure.iter().any(|(name, _)| name == PARENT)
+}
+
 /// Start values by element names where they are not the model's own.
 pub(crate) fn differing(table: &ModelTable, own: &[f64], wanted: &[f64]) -> Vec<(String, f64)> {
     let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));

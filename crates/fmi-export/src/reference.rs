@@ -23,9 +23,8 @@ pub struct Reference {
 /// Relative tolerance of the native run.
 const TOLERANCE: f64 = 1e-13;
 
-/// Steps, accepted and rejected, times states after which a run is given up: some seconds. Our own models need up to a
-/// tenth of it.
-const WORK: usize = 500_000;
+/// Steps, accepted and rejected, times states after which the run of a robot that nobody has tried is given up: a second or two.
+pub const WORK: usize = 500_000;
 
 /// Largest change of a rate of the model by a unit of the input `name` at its start, in SI units; `None`: there is no such
 /// input, or it acts on no rate there.
@@ -52,13 +51,14 @@ pub fn response<M: FmuModel>(configuration: &Configuration, name: &str) -> Resul
     Ok(Some(change).filter(|change| change.is_finite() && *change > 0.0))
 }
 
-/// Runs the model of a configuration over its default experiment under `schedule`.
+/// Runs the model of a configuration over its default experiment under `schedule`, with at most `work` steps times states.
 ///
 /// # Errors
 /// The configuration or the run failed: why.
 pub fn reference<M: FmuModel>(
     configuration: &Configuration,
     schedule: Schedule,
+    work: usize,
 ) -> Result<Reference, String> {
     let model = M::build(configuration)?;
     let mut table = model.table();
@@ -78,8 +78,9 @@ pub fn reference<M: FmuModel>(
         }
     };
     let n = model.sizes();
-    let most = WORK / n.states.max(1);
-    let options = Options { tolerance: TOLERANCE, max_steps: most, ..Options::default() };
+    let most = work / n.states.max(1);
+    let options = Options { tolerance: TOLERANCE, ..Options::default() };
+    let options = Options { max_steps: most.min(options.max_steps), ..options };
     let mut taken = 0;
     let mut driver = Driver::new(n, &nominals(&table), options);
     let (mut t, mut memory) = (0.0, Memory::default());

@@ -9,7 +9,7 @@ pub use fmu_plant::{Choice, Wanted, choices, of_arm, of_design};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
-use trueup_fmi_export::reference::{Reference, reference, response};
+use trueup_fmi_export::reference::{Reference, WORK, reference, response};
 use trueup_numerics::hybrid::At;
 
 /// Any model of the project.
@@ -100,15 +100,15 @@ pub fn table(c: &Configuration) -> Result<ModelTable, String> {
     Ok(table)
 }
 
-/// Inputs and outputs of the reference experiment of a configuration, run natively. What drives a robot of another
-/// structure is scaled so that each input accelerates it at its start as it does the model's own one.
+/// Inputs and outputs of the reference experiment of a configuration, run natively. What drives a robot that a file
+/// describes is scaled so that each input accelerates it at its start as it does the model's own one.
 ///
 /// # Errors
 /// As [`table`]; a run that failed, or took more steps than can be waited for.
 pub fn reference_result(c: &Configuration) -> Result<Reference, String> {
     let schedule = fmu_plant::schedule(c).or_else(|| fmu_controller::schedule(&c.model)).unwrap_or_default();
-    if c.structure.is_empty() {
-        return reference::<Model>(c, schedule);
+    if !fmu_plant::is_robot(c) {
+        return reference::<Model>(c, schedule, usize::MAX);
     }
     let own = Configuration::of(&c.model);
     let mut scaled = schedule.to_vec();
@@ -117,5 +117,5 @@ pub fn reference_result(c: &Configuration) -> Result<Reference, String> {
             *value *= of_own / of_this;
         }
     }
-    reference::<Model>(c, &scaled)
+    reference::<Model>(c, &scaled, WORK)
 }

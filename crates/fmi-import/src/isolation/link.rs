@@ -16,12 +16,12 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 use trueup_fmi::abi::fmi3::{fmi3Boolean, fmi3False};
 use trueup_fmi_description::Version;
 
 use self::ahead::Ahead;
 pub(crate) use self::fault::Fault;
+use self::fault::end;
 pub(crate) use self::fault::ended;
 use self::message::first;
 pub(super) use self::message::said;
@@ -31,7 +31,6 @@ use super::frame::{BEFORE, HEAD, Reader, Writer, aligned, note, status_of};
 use super::memory::{Memory, Note};
 use crate::error::Status;
 use crate::interrupt;
-use crate::keeper::children;
 use crate::log::{Live, Message, fmi3_intermediate_update};
 
 const FATAL: c_int = 4;
@@ -401,26 +400,8 @@ impl Link {
         self.fault.get_or_insert(Fault { function, how });
     }
 
-    /// With all processes that the FMU has made, in whatever session: as long as the host lives they are below it.
     fn kill(&mut self) {
-        if let Ok(None) = self.child.try_wait() {
-            let mut below: Vec<Pid> = self.id().into_iter().collect();
-            let mut at = 0;
-            while let Some(process) = below.get(at) {
-                below.extend(children(*process));
-                at += 1;
-            }
-            below.iter().skip(1).for_each(|it| _ = kill_process(*it, Signal::KILL));
-        }
-        if let Some(pid) = self.id() {
-            let _ = kill_process_group(pid, Signal::KILL);
-        }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
-    }
-
-    fn id(&self) -> Option<Pid> {
-        i32::try_from(self.child.id()).ok().and_then(Pid::from_raw)
+        end(&mut self.child);
     }
 
     /// Takes over what the FMU has logged.

@@ -26,7 +26,8 @@ pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
         None => {}
     }
     let Some(file) = &args.file else { return Err(Error::Usage("name the sweep's file".into())) };
-    let mut runner = Runner::open(file).map_err(failed)?;
+    let own_processes = args.isolate || args.deadline.is_some();
+    let mut runner = Runner::open_with(file, own_processes).map_err(failed)?;
     runner.plan().notes.iter().for_each(|note| voice::note(note));
     if let Some(tasks) = args.slurm {
         return slurm(file, tasks.map_or(TASKS, u64::from).min(runner.design().runs()));
