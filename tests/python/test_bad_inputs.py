@@ -553,7 +553,7 @@ def a_urdf_with_more_than_is_read(desk, rng):
 @way
 def a_robot_with_a_mistake(desk, rng):
     old, new, words = rng.choice([
-        ("position = [0.3", "positions = [0.3", ("robot.toml:9", "positions")),
+        ("position = [0.3", "positions = [0.3", ("robot.toml:10", "positions")),
         ("mass = 2.0", 'mass = "2"', ("robot.toml:7",)),
         ("mass = 2.0", "mass = 0.0", ("robot.toml", "`upper`", "mass")),
         ("axis = [0.0, 0.0, 1.0]", "axis = [0.0, 0.0, 0.0]", ("robot.toml", "`upper`", "axis")),

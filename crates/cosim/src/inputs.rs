@@ -391,6 +391,7 @@ mod tests {
             ("time,u\n0,1\n0,2\n0,3\n", ":3: at 0 s: the clock repeats"),
             ("time,u\n1,1\n0,2\n", ":3: at 0 s: the clock jumps back"),
             ("time,u\n0,1e999\n", "line 2, u: a value is infinite"),
+            ("time,u\n0,1\nsoon,2\n", ":3: time: \"soon\" is no number"),
             ("time,u\n0,\n", "column u has no value"),
             ("time,u\n", "no row"),
         ] {

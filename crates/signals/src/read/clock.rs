@@ -124,7 +124,14 @@ fn read(
         match calendar::dates(column) {
             Ok(ticks) => (Some(ticks), String::new()),
             Err(row) => {
-                let what = format!("{:?} is neither a number nor a date", column.texts[row]);
+                // Among numbers it is a word that is at fault, not that the others are no dates.
+                let numbers = column.values.iter().any(|t| t.is_finite());
+                let word = |row: &usize| column.values[*row].is_nan() && !column.texts[*row].is_empty();
+                let row = (0..column.texts.len()).find(word).filter(|_| numbers).unwrap_or(row);
+                let what = match numbers {
+                    true => format!("{:?} is no number", column.texts[row]),
+                    false => format!("{:?} is neither a number nor a date", column.texts[row]),
+                };
                 let mend = "write the time in s, or as 2024-03-01T12:00:00.000Z";
                 let finding = Finding::error(Kind::NotANumber, file, what, mend).line(table.line(row));
                 findings.push(finding.channel(&column.name));
