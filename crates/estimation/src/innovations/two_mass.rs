@@ -151,9 +151,10 @@ impl TwoMassPlant {
     pub fn missing(&self) -> Option<&'static str> {
         let needed = [p::LOAD_INERTIA, p::MOTOR_INERTIA, p::TORQUE_CONSTANT];
         let needed = needed.iter().chain((!self.rigid).then_some(&p::STIFFNESS));
-        let none = |k: &&usize| !(self.parameters[**k].value > 0.0);
-        let missing = needed.copied().find(|k| none(&k)).map(|k| self.parameters[k].name);
-        missing.or((!(self.gear_ratio > 0.0)).then_some("gearRatio"))
+        let none = |x: f64| x.is_nan() || x <= 0.0;
+        let missing =
+            needed.copied().find(|k| none(self.parameters[*k].value)).map(|k| self.parameters[k].name);
+        missing.or(none(self.gear_ratio).then_some("gearRatio"))
     }
 
     /// The same with other beliefs: values and relative standard deviations, in the order of the parameters.
