@@ -219,7 +219,7 @@ fn robots_are_packed() {
             "chaser has 6 joints",
         ),
         (
-            &["fmu", "pack", "SpatialFreeFlyer", "--set", "baseInertia[1,1]=9e9", "-o", to],
+            &["fmu", "pack", "SpatialFreeFlyer", "--set", "baseInertia[1,1]=-9e9", "-o", to],
             2,
             "baseInertia: its principal",
         ),
