@@ -10,6 +10,7 @@ const CRATES: &[&str] = &[
     "crates/fmu-library",
     "crates/models",
     "crates/numerics",
+    "crates/plant",
     "fmu-controller",
     "fmu-plant",
 ];

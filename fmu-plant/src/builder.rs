@@ -173,9 +173,7 @@ impl Builder {
     pub(crate) fn effects(&mut self, effects: &EffectSet, plant: Plant) {
         for e in effects.iter() {
             let (sites, choice) = (e.sites, e.choice);
-            let vector = choice.scope() == Scope::Joint && plant == Plant::Arm
-                || choice.scope() == Scope::Channel && sites > 1;
-            let dims: Vec<usize> = if vector { vec![sites] } else { Vec::new() };
+            let dims = e.dimensions(plant);
             for p in choice.parameters() {
                 let start = if plant == Plant::Joint { p.joint_start } else { p.arm_start };
                 let (name, unit) = (choice.variable(p.name), choice.unit(p.unit));

@@ -9,7 +9,8 @@ use crate::structure::{
 };
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, Kind, ModelTable};
-use trueup_models::arm::PlanarManipulator;
+use trueup_models::arm::layout::states;
+use trueup_models::arm::{PlanarManipulator, input, output, parameter};
 use trueup_models::contact::layout::{
     BodyInputs, BodyOutputs, BodyParameters, BodyStates, ChaserInputs, ChaserOutputs, ChaserParameters,
     ChaserStates, Command, HostParameters, Outputs, Parameters, Poses, SceneOutputs, SceneParameters,
@@ -238,15 +239,15 @@ impl Tabled for PlanarManipulator {
         arm::constants(b, self);
     }
     fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
-        arm::parameters(b, self, start);
+        b.parameters(&parameter::list(&self.layout()), start);
     }
     fn add_inputs(&self, b: &mut Builder) {
-        arm::inputs(b, self);
+        b.inputs(&input::list(&self.layout()));
         b.retell("tipForce", "On the last link at its tip beside the contact, inertial frame");
         b.retell("tipTorque", "On the last link beside the contact");
     }
     fn add_outputs(&self, b: &mut Builder) {
-        arm::outputs(b, self);
+        b.outputs(&output::list(&self.layout()));
         b.retell("linearMomentum", "Of manipulator, target and a ball on a mount");
         b.retell(
             "angularMomentum",
@@ -256,7 +257,7 @@ impl Tabled for PlanarManipulator {
         b.retell("potentialEnergy", "Of the joints, V (eq. 7)");
     }
     fn add_states(&self, b: &mut Builder) {
-        arm::states(b, self);
+        b.moved(&states(&self.layout()));
     }
     fn add_plugs(&self, b: &mut Builder) {
         arm::drive(b);

@@ -1,13 +1,27 @@
 //! Lists of a model's variables ([`trueup_models::layout`]) as a table.
 
 use crate::builder::Builder;
-use trueup_fmi::table::{Depends, Enumeration, Kind};
-use trueup_models::layout::{Allowed, Entry, Items, Parameter, Shows, Start, State};
+use trueup_fmi::table::{Depends, Enumeration, Factor, Kind};
+use trueup_models::layout::{Allowed, Entry, Items, Parameter, Shows, Start, State, TermFactor};
+
+fn owned(names: &[&str]) -> Vec<String> {
+    names.iter().map(|n| (*n).to_owned()).collect()
+}
 
 fn depends(shows: Shows) -> Depends {
     match shows {
         Shows::State(name) => Depends::copy(&format!("state.{name}")),
         Shows::States => Depends::StatesAnd(Vec::new()),
+        Shows::StatesAnd(inputs) => Depends::StatesAnd(owned(inputs)),
+        Shows::On(names) => Depends::On(owned(names)),
+        Shows::Linear(terms) => {
+            let factor = |f| match f {
+                TermFactor::Constant => Factor::Constant,
+                TermFactor::Fixed => Factor::Fixed,
+                TermFactor::Tunable => Factor::Tunable,
+            };
+            Depends::Linear(terms.iter().map(|(name, f)| ((*name).to_owned(), factor(*f))).collect())
+        }
         Shows::All | Shows::Flag | Shows::Item(_) => Depends::All,
     }
 }

@@ -16,87 +16,16 @@
 //! What it gets wrong: one linear spring for the whole gear, friction at the motor alone, a current that is
 //! there at once. Effects add what lacks.
 
+mod compiled;
+mod layout;
+
+pub use layout::{JointLayout, input, output, parameter, states};
+
 use crate::drive::{Base, Drive, Spring};
 use crate::effect::{EffectError, EffectSet, Plant};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
-
-/// Indices of the parameters.
-pub mod parameter {
-    #![allow(missing_docs)]
-    pub const MOTOR_INERTIA: usize = 0;
-    pub const LOAD_INERTIA: usize = 1;
-    pub const GEAR_RATIO: usize = 2;
-    pub const TORQUE_CONSTANT: usize = 3;
-    pub const STIFFNESS: usize = 4;
-    pub const DAMPING: usize = 5;
-    pub const COULOMB_FRICTION: usize = 6;
-    pub const STATIC_FRICTION: usize = 7;
-    pub const VISCOUS_FRICTION: usize = 8;
-    pub const INITIAL_MOTOR_ANGLE: usize = 9;
-    pub const INITIAL_MOTOR_VELOCITY: usize = 10;
-    pub const INITIAL_LOAD_ANGLE: usize = 11;
-    pub const INITIAL_LOAD_VELOCITY: usize = 12;
-    pub const COUNT: usize = 13;
-    /// FMU variables with their units.
-    pub const NAMES: [(&str, &str); COUNT] = [
-        ("motorInertia", "kg.m2"),
-        ("loadInertia", "kg.m2"),
-        ("gearRatio", "1"),
-        ("torqueConstant", "N.m/A"),
-        ("stiffness", "N.m/rad"),
-        ("damping", "N.m.s/rad"),
-        ("coulombFriction", "N.m"),
-        ("staticFriction", "N.m"),
-        ("viscousFriction", "N.m.s/rad"),
-        ("initialMotorAngle", "rad"),
-        ("initialMotorVelocity", "rad/s"),
-        ("initialLoadAngle", "rad"),
-        ("initialLoadVelocity", "rad/s"),
-    ];
-}
-
-/// Indices of the inputs.
-pub mod input {
-    #![allow(missing_docs)]
-    pub const MOTOR_CURRENT: usize = 0;
-    pub const EXTERNAL_TORQUE: usize = 1;
-    pub const COUNT: usize = 2;
-    /// FMU variables with their units.
-    pub const NAMES: [(&str, &str); COUNT] = [("motorCurrent", "A"), ("externalTorque", "N.m")];
-}
-
-/// Indices of the outputs.
-pub mod output {
-    #![allow(missing_docs)]
-    pub const MOTOR_ANGLE: usize = 0;
-    pub const MOTOR_VELOCITY: usize = 1;
-    pub const MOTOR_ACCELERATION: usize = 2;
-    pub const LOAD_ANGLE: usize = 3;
-    pub const LOAD_VELOCITY: usize = 4;
-    pub const LOAD_ACCELERATION: usize = 5;
-    pub const MOTOR_TORQUE: usize = 6;
-    pub const TRANSMISSION_TORQUE: usize = 7;
-    pub const FRICTION_TORQUE: usize = 8;
-    pub const STICKING: usize = 9;
-    pub const COUNT: usize = 10;
-    /// Those that the states alone tell.
-    pub const STATES: [usize; 4] = [MOTOR_ANGLE, MOTOR_VELOCITY, LOAD_ANGLE, LOAD_VELOCITY];
-    /// FMU variables with their units.
-    pub const NAMES: [(&str, &str); COUNT] = [
-        ("motorAngle", "rad"),
-        ("motorVelocity", "rad/s"),
-        ("motorAcceleration", "rad/s2"),
-        ("loadAngle", "rad"),
-        ("loadVelocity", "rad/s"),
-        ("loadAcceleration", "rad/s2"),
-        ("motorTorque", "N.m"),
-        ("transmissionTorque", "N.m"),
-        ("frictionTorque", "N.m"),
-        ("sticking", ""),
-    ];
-}
 
 /// Most modes: friction, and every effect in every place.
 const MAX_MODES: usize = 32;
@@ -104,6 +33,8 @@ const MAX_MODES: usize = 32;
 /// The structure of a two-mass joint.
 #[derive(Clone, Debug)]
 pub struct TwoMassJoint {
+    /// Without the effect that makes it flexible.
+    declared_flexible: bool,
     flexible: bool,
     effects: EffectSet,
     sizes: Sizes,
@@ -126,6 +57,7 @@ impl TwoMassJoint {
     /// A joint; `flexible` false makes it one rigid geared mass (TMJ-5), unless the effect
     /// `joint-flexibility` gives it its spring.
     pub fn new<S: AsRef<str>>(flexible: bool, effects: &[S]) -> Result<Self, EffectError> {
+        let declared_flexible = flexible;
         let flexible = flexible || effects.iter().any(|id| id.as_ref() == "joint-flexibility");
         let mut sizes = Sizes {
             states: if flexible { 4 } else { 2 },
@@ -136,7 +68,7 @@ impl TwoMassJoint {
             indicators: 2,
         };
         let effects = EffectSet::place(effects, Plant::Joint, 1, &mut sizes)?;
-        Ok(Self { flexible, effects, sizes })
+        Ok(Self { declared_flexible, flexible, effects, sizes })
     }
     /// Whether the joint has its spring.
     pub fn flexible(&self) -> bool {
@@ -193,12 +125,21 @@ impl TwoMassJoint {
     }
 
     fn balance<T: Scalar>(&self, at: &At<T>, d: &Drive<T>) -> Balance<T> {
+        self.balance_under(at, d, &[])
+    }
+
+    /// The same with forces on the coordinates, N.m: motor, and the load of a joint with a spring; empty: none.
+    fn balance_under<T: Scalar>(&self, at: &At<T>, d: &Drive<T>, force: &[T]) -> Balance<T> {
         let p = at.p;
         let (n, j_l) = (p[parameter::GEAR_RATIO], p[parameter::LOAD_INERTIA]);
         let motor_torque = self.effects.actuator(at, 0, d);
-        let tau_load = at.u[input::EXTERNAL_TORQUE]
+        let mut tau_load = at.u[input::EXTERNAL_TORQUE]
             + self.effects.link_torque(at, 0, d)
             + self.effects.joint_torque(at, 0, d);
+        if let [_, on_load] = force {
+            tau_load += *on_load;
+        }
+        let pushed = |applied: T| if let [on_motor, ..] = force { applied + *on_motor } else { applied };
         let spring = self.spring(at, d);
         let mode = at.modes[0];
         // Sticking, the friction torque is what is applied and the motor's acceleration is 0.
@@ -212,7 +153,7 @@ impl TwoMassJoint {
         };
         if self.flexible {
             let tau_lm = spring.torque(); // (TMJ-2)
-            let applied = motor_torque - tau_lm * (-d.slope + 1.0);
+            let applied = pushed(motor_torque - tau_lm * (-d.slope + 1.0));
             let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-1)
             let load_acceleration = (n * tau_lm + tau_load) / j_l; // (TMJ-3)
             Balance {
@@ -225,7 +166,7 @@ impl TwoMassJoint {
                 load_acceleration,
             }
         } else {
-            let applied = motor_torque + tau_load / n;
+            let applied = pushed(motor_torque + tau_load / n);
             let (friction_torque, motor_acceleration) = slide(applied, self.inertia(p)); // (TMJ-5)
             let load_acceleration = motor_acceleration / n;
             let transmission_torque = (j_l * load_acceleration - tau_load) / n;
@@ -253,6 +194,26 @@ impl TwoMassJoint {
         y[output::TRANSMISSION_TORQUE] = b.transmission_torque;
         y[output::FRICTION_TORQUE] = b.friction_torque;
         y[output::STICKING] = T::constant(if at.modes[0] == STUCK { 1.0 } else { 0.0 });
+    }
+
+    /// Rates of the states with forces on the coordinates, N.m: motor, and the load of a joint with a spring; empty: none. A
+    /// motor that sticks balances what acts on it.
+    pub(crate) fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
+        let d = self.drive(&at);
+        let b = self.balance_under(&at, &d, force);
+        dx[0] = d.omega;
+        dx[1] = b.motor_acceleration;
+        if self.flexible {
+            // The twist itself, whatever a gear makes of it.
+            dx[2] = d.omega - at.p[parameter::GEAR_RATIO] * d.link_rate;
+            dx[3] = b.load_acceleration;
+        }
+        self.effects.rates(&at, 0, &d, &b.spring, dx);
+        if self.effects.sensors_have_states() {
+            let mut y = [T::zero(); output::COUNT];
+            self.true_outputs(&at, &b, &d, &mut y);
+            self.effects.sensor_rates(&at, &mut y, dx);
+        }
     }
 
     /// What friction brakes, motor side, kg.m2.
@@ -308,21 +269,7 @@ impl Hybrid for TwoMassJoint {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let d = self.drive(&at);
-        let b = self.balance(&at, &d);
-        dx[0] = d.omega;
-        dx[1] = b.motor_acceleration;
-        if self.flexible {
-            // The twist itself, whatever a gear makes of it.
-            dx[2] = d.omega - at.p[parameter::GEAR_RATIO] * d.link_rate;
-            dx[3] = b.load_acceleration;
-        }
-        self.effects.rates(&at, 0, &d, &b.spring, dx);
-        if self.effects.sensors_have_states() {
-            let mut y = [T::zero(); output::COUNT];
-            self.true_outputs(&at, &b, &d, &mut y);
-            self.effects.sensor_rates(&at, &mut y, dx);
-        }
+        self.rates_under(at, &[], dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

@@ -78,13 +78,30 @@ impl Parameter {
     }
 }
 
-/// What an output depends on.
+/// What the factor of a linear term is made of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TermFactor {
+    /// Numbers.
+    Constant,
+    /// Parameters that are fixed once the run has begun.
+    Fixed,
+    /// Parameters, tunable ones among them.
+    Tunable,
+}
+
+/// What an output depends on. States are called `state.` and their name, inputs by their name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Shows {
     /// This state, element by element.
     State(&'static str),
     /// States.
     States,
+    /// States and these inputs.
+    StatesAnd(&'static [&'static str]),
+    /// These states and inputs.
+    On(&'static [&'static str]),
+    /// The same, linearly.
+    Linear(&'static [(&'static str, TermFactor)]),
     /// States and inputs.
     All,
     /// Changes at events only: 0 or 1.

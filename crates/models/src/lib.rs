@@ -10,6 +10,7 @@
 //! * [`controller`]: P/PI and wave-based joint control, continuous and sampled.
 
 pub mod arm;
+pub mod compiled;
 pub mod contact;
 pub mod controller;
 pub mod drive;
@@ -19,5 +20,6 @@ pub mod friction;
 pub mod gearbox;
 pub mod joint;
 pub mod layout;
+pub mod plants;
 pub mod presets;
 pub mod space;

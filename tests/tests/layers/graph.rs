@@ -18,7 +18,9 @@ const ARCHIVES: &[&str] = &["zip", "quick-xml", "roxmltree", "libloading", "clap
 
 const RULES: &[Rule] = &[
     Rule { name: "trueup-numerics", ours: &[], never: INPUT_OUTPUT },
-    Rule { name: "trueup-models", ours: &["trueup-numerics"], never: INPUT_OUTPUT },
+    // What is asked of a plant, whichever it is.
+    Rule { name: "trueup-plant", ours: &["trueup-numerics"], never: INPUT_OUTPUT },
+    Rule { name: "trueup-models", ours: &["trueup-numerics", "trueup-plant"], never: INPUT_OUTPUT },
     Rule { name: "trueup-fmi", ours: &[], never: &["*"] },
     Rule { name: "trueup-fmi-export", ours: &["trueup-fmi", "trueup-numerics"], never: ARCHIVES },
     Rule { name: "trueup-fmi-description", ours: &["trueup-fmi"], never: &["libloading", "clap"] },

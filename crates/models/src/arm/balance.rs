@@ -172,21 +172,23 @@ impl PlanarManipulator {
 
     /// Solves for the accelerations; a sticking motor has none, its friction is the reaction (ARM-9).
     pub(super) fn balance<T: Scalar>(&self, at: &At<T>, motion: &Motion<T>) -> Balance<T> {
-        self.balance_led(at, motion, &[])
+        self.balance_led(at, motion, &[], &[])
     }
 
     /// The same where these rows have accelerations that are given, whatever force that takes (ARM-14); one that sticks keeps to
-    /// that.
+    /// that. `force`: further forces on the rows that a base has free, in their order; empty: none.
     pub(super) fn balance_led<T: Scalar>(
         &self,
         at: &At<T>,
         motion: &Motion<T>,
         led: &[(usize, T)],
+        force: &[T],
     ) -> Balance<T> {
         let n = self.links();
         let mass = self.mass(at.p, motion);
         let mut springs = [Spring::default(); MAX_LINKS];
         let mut f = self.forces(at, motion, &mass, &mut springs);
+        f[self.fixed_rows()..].iter_mut().zip(force).for_each(|(own, more)| *own += *more);
         let mut friction_torque = [T::zero(); MAX_LINKS];
         if self.has_friction() {
             for j in (0..n).filter(|j| at.modes[*j] != STUCK) {

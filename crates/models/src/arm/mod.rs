@@ -8,6 +8,7 @@
 
 mod balance;
 pub mod chain;
+mod compiled;
 pub mod kinematics;
 pub mod layout;
 mod model;
@@ -17,7 +18,8 @@ pub mod rotor;
 pub mod solve;
 mod stick;
 
-pub use layout::{BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
+pub use compiled::ArmScalar;
+pub use layout::{ArmLayout, BASE, BASE_CHOICE, FIXED_BASE, input, output, parameter};
 pub use model::PlanarManipulator;
 pub use payload::{PAYLOAD, PayloadParameter};
 pub use replay::Replay;

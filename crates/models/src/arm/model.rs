@@ -19,6 +19,8 @@ use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 /// these in the same order, then those of the effects.
 #[derive(Clone, Debug)]
 pub struct PlanarManipulator {
+    /// Without the effect that makes all of them flexible.
+    pub(super) declared_flexible: Vec<bool>,
     flexible: Vec<bool>,
     /// Row of each joint's motor among the coordinates (of a rigid joint: the joint's own).
     motor: [usize; MAX_LINKS],
@@ -53,6 +55,7 @@ impl PlanarManipulator {
             return Err(ArmError::Links(n));
         }
         let all = effects.iter().any(|id| id.as_ref() == "joint-flexibility");
+        let declared_flexible = flexible.to_vec();
         let flexible: Vec<bool> = flexible.iter().map(|f| *f || all).collect();
         let mut motor = [0; MAX_LINKS];
         let mut dofs = 3 + n;
@@ -77,7 +80,7 @@ impl PlanarManipulator {
         if sizes.modes > MAX_MODES {
             return Err(ArmError::Modes(sizes.modes));
         }
-        Ok(Self { flexible, motor, dofs, friction, fixed, payload: None, effects, sizes })
+        Ok(Self { declared_flexible, flexible, motor, dofs, friction, fixed, payload: None, effects, sizes })
     }
     /// The same with a body fixed to a link (from 0; ARM-16): its parameters [`PAYLOAD`] are the last ones.
     pub fn with_payload(mut self, link: Option<usize>) -> Self {
@@ -272,8 +275,13 @@ impl PlanarManipulator {
     /// Rates of the states where these rows (x_0, y_0, q_0, q_1 .., motors) have accelerations that are given, whatever force
     /// that takes (ARM-14); a row that sticks has none.
     pub fn rates_led<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], dx: &mut [T]) {
+        self.rates_under(at, led, &[], dx);
+    }
+
+    /// The same with forces on the rows that a base has free, in their order, N and N.m; empty: none.
+    pub(super) fn rates_under<T: Scalar>(&self, at: At<T>, led: &[(usize, T)], force: &[T], dx: &mut [T]) {
         let motion = self.motion(&at);
-        let b = self.balance_led(&at, &motion, led);
+        let b = self.balance_led(&at, &motion, led, force);
         dx[..self.dofs].copy_from_slice(motion.v);
         dx[..self.fixed_rows()].fill(T::zero());
         dx[self.dofs..2 * self.dofs].copy_from_slice(&b.acceleration[..self.dofs]);

@@ -13,8 +13,8 @@ use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 /// initial states.
 #[derive(Clone, Debug)]
 pub struct Replay {
-    arm: PlanarManipulator,
-    led: Vec<usize>,
+    pub(super) arm: PlanarManipulator,
+    pub(super) led: Vec<usize>,
 }
 
 impl Replay {
@@ -34,6 +34,15 @@ impl Replay {
     pub fn acceleration(&self, i: usize) -> usize {
         input::count(self.arm.links()) + i
     }
+
+    /// Rates of the states with forces on the coordinates; empty: none. A led motor does not feel them.
+    pub(super) fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
+        let mut led = [(0, T::zero()); super::MAX_LINKS];
+        for (i, j) in self.led.iter().enumerate() {
+            led[i] = (self.arm.motor(*j), at.u[self.acceleration(i)]);
+        }
+        self.arm.rates_under(at, &led[..self.led.len()], force, dx);
+    }
 }
 
 impl Hybrid for Replay {
@@ -49,11 +58,7 @@ impl Hybrid for Replay {
     }
 
     fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
-        let mut led = [(0, T::zero()); super::MAX_LINKS];
-        for (i, j) in self.led.iter().enumerate() {
-            led[i] = (self.arm.motor(*j), at.u[self.acceleration(i)]);
-        }
-        self.arm.rates_led(at, &led[..self.led.len()], dx);
+        self.rates_under(at, &[], dx);
     }
 
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {

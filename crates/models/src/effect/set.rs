@@ -59,6 +59,10 @@ pub struct EffectSet {
 const MOST: usize = 8;
 
 impl EffectSet {
+    /// No effects.
+    pub const fn none() -> Self {
+        Self { placed: Vec::new(), friction: false, sensed: false }
+    }
     /// The effects of those ids in `plant` with `joints` joints; their values are laid behind `sizes`, which
     /// grows by them.
     pub fn place<S: AsRef<str>>(

@@ -1,0 +1,239 @@
+//! Models as objects: every kernel compiled here, once per scalar.
+
+use crate::effect::{self, EffectSet, Role, Scope};
+use crate::layout::{Allowed, Entry, Parameter, Shows, Start, State};
+use std::any::Any;
+use std::borrow::Cow;
+use std::fmt::Debug;
+use std::ops::Deref;
+use std::sync::OnceLock;
+use trueup_numerics::Scalar;
+use trueup_numerics::event::Direction;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_plant::{Coordinate, Lanes, Plant, PlantError, Quantity, VariableTable, elements};
+
+/// What a model says of itself beyond its equations, so that it is a [`Plant`].
+pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
+    /// Name of the model.
+    const NAME: &'static str;
+    /// Its variables.
+    fn table(&self) -> VariableTable;
+    /// Its coordinates.
+    fn coordinates(&self) -> Vec<Coordinate>;
+    /// Rates of the states with one generalised force per coordinate; empty: none. A coordinate that dry friction holds balances
+    /// them.
+    fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]);
+    /// The same with these effects in the place of its own.
+    ///
+    /// # Errors
+    /// An effect that it cannot have.
+    fn with(&self, effects: &[&str]) -> Result<Self, PlantError>
+    where
+        Self: Sized;
+    /// Its effects; none: it knows of none.
+    fn effect_set(&self) -> Option<&EffectSet> {
+        None
+    }
+    /// See [`Plant::affine`].
+    fn affine(&self) -> bool {
+        false
+    }
+    /// See [`Plant::followers`].
+    fn followers(&self) -> Vec<usize> {
+        Vec::new()
+    }
+    /// See [`Plant::rest`].
+    fn rest<T: Scalar>(&self, _p: &mut [T], _u: &[T]) {}
+}
+
+/// A model as a [`Plant`]. What it says of itself is put together when it is first asked for.
+#[derive(Clone, Debug)]
+pub struct Compiled<M> {
+    model: M,
+    table: OnceLock<VariableTable>,
+    coordinates: OnceLock<Vec<Coordinate>>,
+    followers: OnceLock<Vec<usize>>,
+}
+
+impl<M: PlantModel> Compiled<M> {
+    /// Of this model.
+    pub fn new(model: M) -> Self {
+        Self { model, table: OnceLock::new(), coordinates: OnceLock::new(), followers: OnceLock::new() }
+    }
+    /// The model.
+    pub fn inner(&self) -> &M {
+        &self.model
+    }
+}
+
+impl<M> Deref for Compiled<M> {
+    type Target = M;
+    fn deref(&self) -> &M {
+        &self.model
+    }
+}
+
+impl<M: PlantModel> Plant for Compiled<M> {
+    fn model(&self) -> &str {
+        M::NAME
+    }
+    fn table(&self) -> &VariableTable {
+        self.table.get_or_init(|| self.model.table())
+    }
+    fn coordinates(&self) -> &[Coordinate] {
+        self.coordinates.get_or_init(|| self.model.coordinates())
+    }
+    fn sizes(&self) -> Sizes {
+        self.model.sizes()
+    }
+    fn affine(&self) -> bool {
+        self.model.affine()
+    }
+    fn followers(&self) -> &[usize] {
+        self.followers.get_or_init(|| self.model.followers())
+    }
+    fn with(&self, effects: &[&str]) -> Result<Box<dyn Plant>, PlantError> {
+        Ok(Box::new(Self::new(self.model.with(effects)?)))
+    }
+    fn as_any(&self) -> &dyn Any {
+        self
+    }
+    fn start(&self, p: &[f64], x: &mut [f64]) {
+        self.model.start(p, x);
+    }
+    fn start_lanes(&self, p: &[Lanes], x: &mut [Lanes]) {
+        self.model.start(p, x);
+    }
+    fn rest(&self, p: &mut [f64], u: &[f64]) {
+        self.model.rest(p, u);
+    }
+    fn rest_lanes(&self, p: &mut [Lanes], u: &[Lanes]) {
+        self.model.rest(p, u);
+    }
+    fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
+        self.model.start_modes(at, modes);
+    }
+    fn rates(&self, at: At<f64>, force: &[f64], dx: &mut [f64]) {
+        self.model.rates_under(at, force, dx);
+    }
+    fn rates_lanes(&self, at: At<Lanes>, force: &[Lanes], dx: &mut [Lanes]) {
+        self.model.rates_under(at, force, dx);
+    }
+    fn outputs(&self, at: At<f64>, y: &mut [f64]) {
+        self.model.outputs(at, y);
+    }
+    fn outputs_lanes(&self, at: At<Lanes>, y: &mut [Lanes]) {
+        self.model.outputs(at, y);
+    }
+    fn indicators(&self, at: At<f64>, z: &mut [f64]) {
+        self.model.indicators(at, z);
+    }
+    fn indicators_lanes(&self, at: At<Lanes>, z: &mut [Lanes]) {
+        self.model.indicators(at, z);
+    }
+    fn direction(&self, indicator: usize) -> Direction {
+        self.model.direction(indicator)
+    }
+    fn update(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &mut [i32]) -> Update {
+        self.model.update(t, x, u, p, modes)
+    }
+    fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
+        self.model.next_event(p, modes)
+    }
+}
+
+fn quantities<K>(entries: &[Entry<K>], mut more: impl FnMut(&K, Quantity) -> Quantity) -> Vec<Quantity> {
+    let mut all = Vec::new();
+    for e in entries {
+        for name in elements(e.name, &e.dimensions) {
+            let own = Quantity { description: Cow::Borrowed(e.text), ..Quantity::new(name, e.unit) };
+            all.push(more(&e.kind, own));
+        }
+    }
+    all
+}
+
+/// Parameters of a list, with those start values.
+pub fn parameters(entries: &[Entry<Parameter>], start: &[f64]) -> Vec<Quantity> {
+    let mut start = start.iter();
+    quantities(entries, |kind, q| {
+        let (min, above_min, max) = match kind.allowed {
+            Allowed::Any => (f64::NEG_INFINITY, false, f64::INFINITY),
+            Allowed::Positive => (0.0, true, f64::INFINITY),
+            Allowed::NotNegative => (0.0, false, f64::INFINITY),
+            Allowed::OneUp => (1.0, false, f64::INFINITY),
+            Allowed::Item(items) => (1.0, false, items.items.len() as f64),
+        };
+        let items = if let Allowed::Item(items) = kind.allowed { items.items } else { &[] };
+        Quantity { min, above_min, max, items, start: start.next().copied().unwrap_or(0.0), ..q }
+    })
+}
+/// Inputs of a list.
+pub fn inputs(entries: &[Entry<Start>]) -> Vec<Quantity> {
+    quantities(entries, |_, q| q)
+}
+/// Outputs of a list.
+pub fn outputs(entries: &[Entry<Shows>]) -> Vec<Quantity> {
+    quantities(entries, |_, q| q)
+}
+/// States of a list.
+pub fn states(entries: &[Entry<State>]) -> Vec<Quantity> {
+    quantities(entries, |_, q| q)
+}
+
+/// Adds the variables of effects, which lie behind a plant's own: variable by variable, site by site.
+pub fn add_effects(set: &EffectSet, plant: effect::Plant, table: &mut VariableTable) {
+    for e in set.iter() {
+        let (spec, choice, dimensions) = (e.spec(), e.choice, e.dimensions(plant));
+        let put = |list: &mut Vec<Quantity>, name: &str, unit, description, more: Quantity| {
+            list.extend(elements(name, &dimensions).into_iter().map(|name| Quantity {
+                name,
+                unit,
+                description: Cow::Borrowed(description),
+                ..more.clone()
+            }));
+        };
+        let none = Quantity::new("", "");
+        for p in choice.parameters() {
+            let start = if plant == effect::Plant::Joint { p.joint_start } else { p.arm_start };
+            let more = Quantity {
+                min: p.min,
+                above_min: p.above_min,
+                max: p.max,
+                start,
+                neutral: (p.role == Role::Amplitude).then_some(p.neutral),
+                absolute_deviation: p.role == Role::Shape && p.unit == "rad" && !p.log,
+                ..none.clone()
+            };
+            put(&mut table.parameters, &choice.variable(p.name), choice.unit(p.unit), p.description, more);
+        }
+        for u in spec.inputs {
+            put(&mut table.inputs, u.name_in(plant), u.unit, u.description, none.clone());
+        }
+        for s in spec.states {
+            let name = choice.variable(s.name_in(plant));
+            put(&mut table.states, &name, choice.unit(s.unit), s.description, none.clone());
+        }
+        for y in spec.outputs {
+            put(&mut table.outputs, y.name_in(plant), y.unit, y.description, none.clone());
+        }
+    }
+}
+
+/// Indices of the states of effects that follow others ([`Plant::followers`]).
+pub fn followers(effects: &EffectSet) -> Vec<usize> {
+    let following = effects.iter().filter(|e| e.spec().bristles);
+    following.flat_map(|e| (0..e.spec().states.len() * e.sites).map(|k| e.begin.states + k)).collect()
+}
+
+impl effect::Placed {
+    /// Lengths of the dimensions of its variables; none: scalars.
+    pub fn dimensions(&self, plant: effect::Plant) -> Vec<usize> {
+        let vector = match self.choice.scope() {
+            Scope::Joint => plant == effect::Plant::Arm,
+            Scope::Channel => self.sites > 1,
+            Scope::Once => false,
+        };
+        if vector { vec![self.sites] } else { Vec::new() }
+    }
+}

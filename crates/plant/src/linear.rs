@@ -1,0 +1,153 @@
+//! What follows from a plant's equations by dual numbers: its tangent, and forces that have the effect of a parameter.
+//!
+//! With a the rates of the coordinates' velocities, x the states, f the forces on the coordinates and p the parameters,
+//!
+//! ```text
+//! dx/dt = F x + B f         F = d rates/d states, B = d rates/d forces
+//! B_v f = p_k da/dp_k       the force that has the effect of a relative change of p_k; B_v: rows of a
+//! ```
+//!
+//! B_v is the inverse of the mass matrix in these coordinates, so f = -d(M a - Q)/d(ln p_k) at the model's own accelerations.
+
+use crate::{LANES, Lanes, Plant, PlantError};
+use trueup_numerics::hybrid::At;
+use trueup_numerics::linear::{lu_factor, lu_solve};
+use trueup_numerics::{Dual, Scalar};
+
+/// The tangent of a plant at one instant; rows are states.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tangent {
+    /// F, states x states, row by row.
+    pub by_state: Vec<f64>,
+    /// B, states x coordinates, row by row.
+    pub by_force: Vec<f64>,
+}
+
+fn lanes(values: &[f64]) -> Vec<Lanes> {
+    values.iter().map(|v| Dual::constant(*v)).collect()
+}
+
+/// Where lanes are sown: which of the plant's values moves, one to one.
+enum Along {
+    State(usize),
+    Force(usize),
+    /// One to one with the logarithm of its magnitude.
+    Parameter(usize),
+}
+
+/// Derivatives of all rates along these values: one column of rates each.
+fn columns(plant: &dyn Plant, at: At<f64>, force: &[f64], along: &[Along]) -> Vec<Vec<f64>> {
+    let coordinates = plant.coordinates().len();
+    let mut all = Vec::with_capacity(along.len());
+    for group in along.chunks(LANES) {
+        let (mut x, u, mut p) = (lanes(at.x), lanes(at.u), lanes(at.p));
+        let mut f = lanes(force);
+        f.resize(coordinates, Dual::constant(0.0));
+        for (lane, value) in group.iter().enumerate() {
+            match value {
+                Along::State(i) => x[*i].eps[lane] = 1.0,
+                Along::Force(i) => f[*i].eps[lane] = 1.0,
+                Along::Parameter(i) => p[*i].eps[lane] = p[*i].re,
+            }
+        }
+        let mut dx = vec![Lanes::default(); at.x.len()];
+        let at = At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes };
+        plant.rates_lanes(at, &f, &mut dx);
+        all.extend((0..group.len()).map(|lane| dx.iter().map(|d| d.eps[lane]).collect()));
+    }
+    all
+}
+
+/// Solves for forces on these coordinates that give their rates these changes; `by_force` is B.
+fn forces_for(
+    plant: &dyn Plant,
+    by_force: &[f64],
+    coordinates: &[usize],
+    changes: &mut [&mut [f64]],
+) -> Result<(), PlantError> {
+    let (all, own, c) = (plant.coordinates(), coordinates.len(), plant.coordinates().len());
+    let mut inverse_mass: Vec<f64> = Vec::with_capacity(own * own);
+    for row in coordinates {
+        inverse_mass.extend(coordinates.iter().map(|column| by_force[all[*row].rate * c + column]));
+    }
+    let mut pivots = vec![0; own];
+    lu_factor(&mut inverse_mass, own, &mut pivots).map_err(|e| {
+        let name = coordinates.get(e.index).map_or("", |k| all[*k].name.as_str());
+        PlantError(format!("no force moves the coordinate {name:?} by itself here; let its friction slide"))
+    })?;
+    changes.iter_mut().for_each(|change| lu_solve(&inverse_mass, own, &pivots, change));
+    Ok(())
+}
+
+/// The tangent under these forces (one per coordinate; empty: none), the coordinates of `stuck` (empty: none) held by whatever
+/// force that takes: they keep their position, and what they are coupled to feels the force. `at.modes` has their dry friction
+/// sliding; one that it holds already stays as it is.
+///
+/// # Errors
+/// Coordinates that no forces hold apart from each other.
+pub fn tangent(plant: &dyn Plant, at: At<f64>, force: &[f64], stuck: &[bool]) -> Result<Tangent, PlantError> {
+    let (n, c) = (at.x.len(), plant.coordinates().len());
+    let rows = |columns: &[Vec<f64>]| -> Vec<f64> {
+        (0..n).flat_map(|row| columns.iter().map(move |column| column[row])).collect()
+    };
+    let mut by_force = rows(&columns(plant, at, force, &(0..c).map(Along::Force).collect::<Vec<_>>()));
+    let all = plant.coordinates();
+    let moves = |k: &usize| by_force[all[*k].rate * c + k] != 0.0;
+    let held: Vec<usize> = (0..c).filter(|k| stuck.get(*k) == Some(&true)).collect();
+    let reacting: Vec<usize> = held.iter().copied().filter(moves).collect();
+    let mut force = force.to_vec();
+    force.resize(c, 0.0);
+    if !reacting.is_empty() {
+        // F depends on the force that holds them, B does not.
+        let mut dx = vec![0.0; n];
+        plant.rates(at, &force, &mut dx);
+        let mut reaction: Vec<f64> = reacting.iter().map(|k| -dx[all[*k].rate]).collect();
+        forces_for(plant, &by_force, &reacting, &mut [&mut reaction])?;
+        reacting.iter().zip(reaction).for_each(|(k, r)| force[*k] += r);
+    }
+    let mut by_state = rows(&columns(plant, at, &force, &(0..n).map(Along::State).collect::<Vec<_>>()));
+    for k in reacting {
+        let own = all[k].rate;
+        let pivot = by_force[own * c + k];
+        for row in (0..n).filter(|row| *row != own) {
+            let share = by_force[row * c + k] / pivot;
+            (0..n).for_each(|i| by_state[row * n + i] -= share * by_state[own * n + i]);
+            (0..c).for_each(|i| by_force[row * c + i] -= share * by_force[own * c + i]);
+        }
+        by_state[own * n..(own + 1) * n].fill(0.0);
+        by_force[own * c..(own + 1) * c].fill(0.0);
+    }
+    for k in held {
+        for row in all[k].position.into_iter().chain([all[k].rate]) {
+            by_state[row * n..(row + 1) * n].fill(0.0);
+            by_force[row * c..(row + 1) * c].fill(0.0);
+        }
+        (0..n).for_each(|row| by_state[row * n + all[k].rate] = 0.0);
+    }
+    Ok(Tangent { by_state, by_force })
+}
+
+/// Force on each coordinate that has the effect of a relative change of each of these parameters, at the model's own
+/// accelerations under `force`: parameter by parameter, a row of coordinates each. Scaling all inertias, stiffnesses, dampings,
+/// friction levels and torque constants together, with the forces, changes no motion, so their sum is minus `force` less what
+/// inputs apply directly.
+///
+/// # Errors
+/// Coordinates that a force does not move by itself (held by friction, or by a base that is fixed).
+pub fn force_sensitivity(
+    plant: &dyn Plant,
+    at: At<f64>,
+    force: &[f64],
+    parameters: &[usize],
+) -> Result<Vec<f64>, PlantError> {
+    let (n, c) = (at.x.len(), plant.coordinates().len());
+    let along = (0..c).map(Along::Force).chain(parameters.iter().map(|p| Along::Parameter(*p)));
+    let columns = columns(plant, at, force, &along.collect::<Vec<_>>());
+    let by_force: Vec<f64> = (0..n).flat_map(|row| columns[..c].iter().map(move |b| b[row])).collect();
+    let rates = plant.coordinates().iter().map(|c| c.rate);
+    let mut all: Vec<f64> =
+        columns[c..].iter().flat_map(|column| rates.clone().map(|row| column[row])).collect();
+    let mut each: Vec<&mut [f64]> = all.chunks_mut(c.max(1)).collect();
+    forces_for(plant, &by_force, &(0..c).collect::<Vec<_>>(), &mut each)?;
+    Ok(all)
+}
