@@ -35,7 +35,7 @@ def test_an_arm_in_a_fall_keeps_its_energy(trueup, tmp_path):
     assert motion > 2 and off < 1e-5 * motion
 
 
-@pytest.mark.parametrize("version", (2, 3))
+@pytest.mark.parametrize("version", (pytest.param(2, marks=pytest.mark.full), 3))
 def test_both_kinds_agree_and_the_description_is_valid(fmu, version):
     """Currents that carry the weight, the shoulder driven away: Co-Simulation against Model Exchange by CVode."""
     path = fmu("FlexibleArm", version)

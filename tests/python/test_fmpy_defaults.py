@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import BY_VERSION
+from conftest import MODELS
 from fmpy import simulate_fmu
 
 T = np.arange(0, 5.0001, 0.01)
@@ -61,10 +61,15 @@ def table(model, version, amplitude, w):
     return out
 
 
-@pytest.mark.parametrize("model, version", BY_VERSION)
-def test_sampled_sines(full, fmu, model, version):
-    if model == "FlexibleArm" and not full:
-        pytest.skip("50 s of an arm with flexible links take minutes: --full")
+# Those that events and a stiff loop make hard; the others with --full.
+SHORT = ("TwoMassJoint", "GripperContact", "JointController")
+
+
+@pytest.mark.parametrize(
+    "model, version",
+    [pytest.param(m, v, marks=[] if m in SHORT and v == 3 else pytest.mark.full) for m in MODELS for v in (2, 3)],
+)
+def test_sampled_sines(fmu, model, version):
     shown = {
         "TwoMassJoint": "motorAngle", "PlanarManipulator": "jointAngle", "SpatialFreeFlyer": "jointAngle",
         "FlexibleArm": "jointAngle",
