@@ -3,7 +3,9 @@
 use crate::arm::{ArmError, PlanarManipulator, Replay};
 use crate::compiled::{Compiled, PlantModel};
 use crate::effect::{self, EffectSet};
+use crate::flexible_arm::FlexibleArm;
 use crate::joint::TwoMassJoint;
+use crate::space::SpatialFreeFlyer;
 use std::sync::Arc;
 use trueup_plant::Plant;
 
@@ -110,6 +112,16 @@ fn arm_of(s: &PlantStructure) -> Result<Arc<dyn Plant>, StructureError> {
     }
     let text = "a manipulator with friction cannot follow measured motion; record jointTorque";
     led(arm, &s.led).ok_or_else(|| StructureError::Structure(text.into()))
+}
+
+/// A robot on a base in space.
+pub fn flyer(model: SpatialFreeFlyer) -> Arc<dyn Plant> {
+    Arc::new(Compiled::new(model))
+}
+
+/// An arm on the ground.
+pub fn flexible_arm(model: FlexibleArm) -> Arc<dyn Plant> {
+    Arc::new(Compiled::new(model))
 }
 
 /// An arm whose motors of these joints (from 0) move as measured: after its own inputs it has their accelerations, rad/s2, in

@@ -10,7 +10,6 @@ use trueup_identification::predict::PredictError;
 use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
-use trueup_numerics::hybrid::Hybrid;
 
 use super::hypothesis::Hypothesis;
 use super::problem::{Belief, Compared, Comparison, Target, Unknown};

@@ -6,7 +6,6 @@ use super::problem::Compared;
 use super::recordings::{Prepared, first_states};
 use super::search::{Fitted, Search};
 use trueup_identification::run::Run;
-use trueup_numerics::hybrid::Hybrid;
 
 /// Length of a stretch, s,
 const LENGTH: f64 = 1.0;
