@@ -157,6 +157,10 @@ impl PlantModel for PlanarManipulator {
         Some(self.effects())
     }
 
+    fn followers(&self) -> Vec<usize> {
+        compiled::followers(self.effects())
+    }
+
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
         let made = Self::on_base(self.has_fixed_base(), &self.declared_flexible, effects);
         Ok(made.map_err(|e| PlantError(e.to_string()))?.with_payload(self.payload()))
@@ -183,6 +187,9 @@ impl PlantModel for Replay {
     }
     fn effect_set(&self) -> Option<&EffectSet> {
         Some(self.arm.effects())
+    }
+    fn followers(&self) -> Vec<usize> {
+        self.arm.followers()
     }
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
         Self::new(self.arm.with(effects)?, &self.led).ok_or_else(|| {
