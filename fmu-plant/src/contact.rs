@@ -2,7 +2,7 @@
 
 use crate::arm;
 use crate::builder::Builder;
-use crate::experiment::TOLERANCE;
+use crate::experiment::{CAPTURE_TOLERANCE, TOLERANCE};
 use crate::model::TEST_BED;
 use crate::structure::{
     BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, TOUCHES, Wanted, choices, chosen, planar,
@@ -155,7 +155,7 @@ fn numbers(s: &Structure) -> [usize; 4] {
 }
 
 fn body(m: &FreeBody) -> ModelTable {
-    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let experiment = Experiment { stop_time: 10.0, tolerance: CAPTURE_TOLERANCE, step_size: 1e-2 };
     let mut b =
         Builder::new("FreeBody", "Rigid body that floats in the plane, with docking points", experiment);
     let ports = m.ports();
@@ -202,6 +202,8 @@ fn gripper(m: &GripperContact) -> ModelTable {
 trait Tabled: Chaser {
     /// Its number among the choices.
     const CHOICE: u32;
+    /// Of the default experiment.
+    const TOLERANCE: f64;
     fn add_constants(&self, _b: &mut Builder) {}
     fn add_parameters(&self, b: &mut Builder, start: &[f64]);
     fn add_inputs(&self, b: &mut Builder);
@@ -212,6 +214,7 @@ trait Tabled: Chaser {
 
 impl Tabled for RigidChaser {
     const CHOICE: u32 = RIGID;
+    const TOLERANCE: f64 = CAPTURE_TOLERANCE;
     fn add_parameters(&self, b: &mut Builder, start: &[f64]) {
         b.parameters(&ChaserParameters::list(&()), start);
     }
@@ -231,6 +234,7 @@ impl Tabled for RigidChaser {
 
 impl Tabled for PlanarManipulator {
     const CHOICE: u32 = PLANAR;
+    const TOLERANCE: f64 = TOLERANCE;
     fn add_constants(&self, b: &mut Builder) {
         arm::constants(b, self);
     }
@@ -261,7 +265,7 @@ impl Tabled for PlanarManipulator {
 }
 
 fn scene<C: Tabled>(m: &CaptureScene<C>) -> ModelTable {
-    let experiment = Experiment { stop_time: 30.0, tolerance: TOLERANCE, step_size: 0.05 };
+    let experiment = Experiment { stop_time: 30.0, tolerance: C::TOLERANCE, step_size: 0.05 };
     let text =
         "Capture in the plane: chaser, gripper and target in one (dynamics of on-orbit capture, eq. 20-22)";
     let mut b = Builder::new("CaptureScene", text, experiment);

@@ -4,10 +4,15 @@ use crate::structure::planar;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_export::reference::Schedule;
 
-/// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication points and do
-/// not restart their solver there (FMPy with CVode) give up when it is tighter: inputs that jump are no part of a smooth
-/// solution. Co-Simulation has a tolerance of its own where the importer asks for none.
+/// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication
+/// points and do not restart their solver there (FMPy with CVode) give up when it is tighter: inputs that jump are no part of a
+/// smooth solution. Each model has the tightest that all of its sampled runs pass (table in docs/benchmarks.md).
+/// Co-Simulation has a tolerance of its own where the importer asks for none.
 pub(crate) const TOLERANCE: f64 = 1e-5;
+/// Of a robot in space.
+pub(crate) const SPACE_TOLERANCE: f64 = 1e-6;
+/// Of a body that floats, and of a capture by one.
+pub(crate) const CAPTURE_TOLERANCE: f64 = 1e-7;
 
 /// Inputs of the reference experiment of a configuration's model.
 pub fn schedule(c: &Configuration) -> Option<Schedule<'static>> {

@@ -14,7 +14,7 @@ mod structure;
 pub use experiment::schedule;
 pub use flexible_arm::of_arm;
 pub use model::{Plant, TEST_BED};
-pub use space::of_design;
+pub use space::{is_robot, of_design};
 pub use structure::{Choice, Wanted, choices};
 
 /// The models of this library.

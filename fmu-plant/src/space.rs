@@ -1,7 +1,7 @@
 //! The variable table of `SpatialFreeFlyer`, and robots as configurations.
 
 use crate::builder::Builder;
-use crate::experiment::TOLERANCE;
+use crate::experiment::SPACE_TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
 use trueup_models::flexible_arm::layout::LINK_MODES;
@@ -104,6 +104,11 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     })
 }
 
+/// Its structure is told body by body: a robot that somebody describes.
+pub fn is_robot(c: &Configuration) -> bool {
+    c.structure.iter().any(|(name, _)| name == PARENT)
+}
+
 /// Start values by element names where they are not the model's own.
 pub(crate) fn differing(table: &ModelTable, own: &[f64], wanted: &[f64]) -> Vec<(String, f64)> {
     let parameters = table.variables.iter().filter(|v| matches!(v.storage, Storage::Parameter(_)));
@@ -145,7 +150,7 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
 /// The table of a model with those start values (in the model's order).
 pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let s = model.structure();
-    let experiment = Experiment { stop_time: 10.0, tolerance: TOLERANCE, step_size: 1e-2 };
+    let experiment = Experiment { stop_time: 10.0, tolerance: SPACE_TOLERANCE, step_size: 1e-2 };
     let text = "Base with arms in space (dynamics of free-flying robots, eq. 1-18)";
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
     b.items(&COUPLING);

@@ -62,8 +62,8 @@ def judged(values, reference):
     return np.hypot(*off), v["contact.dissipatedEnergy"] - reference[1], made
 
 
-def ours(algorithm, step):
-    text = (EXAMPLES / "capture-coupled.toml").read_text().replace("../out", "out")
+def ours(algorithm, step, version=3):
+    text = (EXAMPLES / "capture-coupled.toml").read_text().replace("../out", "out").replace("fmi3", f"fmi{version}")
     for old, new in (("step = 0.001", f"step = {step}"), ('"extrapolate"', f'"{algorithm}"')):
         assert old in text
         text = text.replace(old, new)
@@ -185,6 +185,7 @@ def couplings(reference):
     table = {}
     for step in STEPS:
         runs = [(f"Trueup, {a}", lambda h, a=a: ours(a, h)) for a in ALGORITHMS] + list(others())
+        runs += [(f"Trueup, {a}, FMI 2.0", lambda h, a=a: ours(a, h, 2)) for a in ALGORITHMS]
         for who, run in runs:
             values, took = run(step)
             velocity, dissipated, made = table[who, step] = judged(values, reference)

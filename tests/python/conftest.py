@@ -54,7 +54,10 @@ def pytest_terminal_summary(terminalreporter, config):
         terminalreporter.write_line(f"{left_out} long tests left out: ./test --full runs them")
     began = os.environ.get("TRUEUP_TEST_BEGAN")
     if began:
-        terminalreporter.write_line(f"{time.time() - float(began):.0f} s since ./test began")
+        used = os.times()
+        busy = float(os.environ.get("TRUEUP_TEST_BUSY", 0)) + sum(used[:4])
+        passed = time.time() - float(began)
+        terminalreporter.write_line(f"{passed:.0f} s since ./test began, {busy:.0f} s busy (user + sys)")
 
 
 def from_environment(variable):

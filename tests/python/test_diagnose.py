@@ -132,6 +132,33 @@ def test_the_example_is_what_its_document_says(sealed):
     assert overall["after"] < 2 * overall["floor"] < overall["tuned"]
 
 
+def shipped_is_reported(found, diagnosis):
+    """Every value that `diagnosis.json` has is the start value of both FMUs, and lies in its interval."""
+    told = dict(diagnosis["parameters"])
+    for effect in diagnosis["effects"]:
+        told |= effect["parameters"]
+    assert len(told) > 1
+    for file in diagnosis["augmented"]:
+        start = {v.name: v.start for v in fmpy.read_model_description(str(found / file)).modelVariables}
+        for name, amount in told.items():
+            low, high = amount["ci95"]
+            value = float(start[name])
+            print(f"{file} {name}: {value}, reported {amount['value']} [{low}, {high}]")
+            assert value == pytest.approx(amount["value"], rel=1e-12)
+            assert (low is None or low <= value) and (high is None or value <= high)
+
+
+def test_what_is_shipped_is_what_is_reported(sealed):
+    _, found, diagnosis, _ = sealed
+    shipped_is_reported(found, diagnosis)
+    for gap in (diagnosis["gap"]["overall"], *diagnosis["gap"]["channels"].values()):
+        window = gap["window"]
+        assert set(window) == {"seconds", "before", "tuned", "after", "floor", "closed"}
+        assert 0 < window["after"] < window["tuned"] < window["before"]
+    page = (found / "report.html").read_text()
+    assert "Over windows" in page and "begins again every" in page
+
+
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_plays_the_augmented_fmu_with_the_gap_of_the_report(sealed, version):
     """The short one of test_diagnose_replay.py: first states as told, not estimated anew."""

@@ -211,6 +211,8 @@ def test_grave_findings_cap_the_verdict_unless_forced(trueup, tmp_path):
         done = trueup("diagnose", case, "-o", out, "--verdict-only", *force)
         assert done.returncode == 0, done.stderr
         assert "grave: " in done.stderr and "opposite sign" in done.stderr, done.stderr
+        # After a grave finding nothing is searched.
+        assert ("looking at every cause" in done.stderr) == bool(force), done.stderr
         found[bool(force)] = json.loads((out / "diagnosis.json").read_text())
     capped, forced = found[False], found[True]
     assert capped["verdict"] == "unknown" and capped["capped"] and not capped["effects"] and capped["augmented"] is None

@@ -7,7 +7,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use trueup_signals::keys::{self, Keys};
-use trueup_signals::{Case, Error, Finding, Recording};
+use trueup_signals::{Case, Declared, Error, Finding, Recording};
 
 fn path() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/cases.md")
@@ -91,7 +91,7 @@ fn every_key_is_read() {
         |text: &str| errors(Case::parse(Path::new("case.toml"), text, &[]).map(|(_, findings)| findings));
     let sidecar = |text: &str| {
         std::fs::write(folder.path().join("run.toml"), text).unwrap();
-        errors(Recording::read(&recording, &[], &BTreeMap::new()).map(|(_, findings)| findings))
+        errors(Recording::read(&recording, &[], &Declared::default()).map(|(_, findings)| findings))
     };
     let base = [("model", "model = \"TwoMassJoint\"\n"), ("train", "train = [\"run.csv\"]\n")];
     for keys in keys::ALL {
@@ -116,6 +116,7 @@ fn every_key_is_read() {
                 }
                 "a case" => case(&format!("{line}{without}")),
                 "fit" => case(&format!("{whole}[fit]\n{line}")),
+                "recordings" => case(&format!("{whole}[recordings]\n{line}")),
                 "channels" => case(&format!("{whole}[channels.motorAngle]\n{line}")),
                 "a sidecar" => sidecar(&line),
                 "columns" => sidecar(&format!("[columns.motorAngle]\n{line}")),
@@ -165,7 +166,8 @@ fn the_examples_are_read_and_use_every_key() {
     let table = "time,Encoder A,Tacho,Current,Temperature\n0,0,60,1,20\n1,1000,60,2,20\n";
     std::fs::write(folder.path().join("run.csv"), table).unwrap();
     std::fs::write(folder.path().join("run.toml"), sidecar).unwrap();
-    let (recording, _) = Recording::read(&folder.path().join("run.csv"), &[], &read.channels).unwrap();
+    let declared = Declared { channels: read.channels.clone(), rate: read.rate };
+    let (recording, _) = Recording::read(&folder.path().join("run.csv"), &[], &declared).unwrap();
     let last = |name: &str| recording.channels.iter().find(|c| c.name == name).unwrap().values[1];
     assert_eq!(recording.channels.len(), 3);
     assert!((last("motorAngle") - 1.7339808).abs() < 1e-9 && (last("motorCurrent") - 2.0).abs() < 1e-12);

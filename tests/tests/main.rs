@@ -7,5 +7,6 @@ mod closed_loops;
 mod dependencies;
 mod effects_document;
 mod hostile;
+mod innovations;
 mod layers;
 mod model_description;

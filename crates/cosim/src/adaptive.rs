@@ -15,7 +15,6 @@ use crate::exchange::Exchange;
 use crate::inputs::Inputs;
 use crate::node::Node;
 use crate::stepper::{Advance, Stepper, Within};
-use crate::system::Interface;
 
 /// Relative tolerance where none is asked for.
 pub(crate) const TOLERANCE: f64 = 1e-4;
@@ -398,7 +397,7 @@ impl Inlets {
                 let (mut value, mut slope) = (self.line[0][i], self.line[1][i]);
                 if let (Some((column, linear)), Some(inputs)) = (self.columns[i], parts.inputs) {
                     value = inputs.at(column, from, linear);
-                    slope = if linear { inputs.at(column, to, linear) - value } else { 0.0 };
+                    slope = if linear { inputs.before(column, to, linear) - value } else { 0.0 };
                 } else if self.held[i] {
                     (value, slope) = (history.newest(i), 0.0);
                 }
@@ -464,10 +463,17 @@ fn refuse(parts: &Parts) -> Result<(), Error> {
             wrong.push(format!("{}: the adaptive algorithm goes back, which this FMU cannot (canGetAndSetFMUstate is not true); choose another algorithm, such as \"extrapolate\"", names.join(", ")));
         }
     }
-    for node in parts.nodes.iter().filter(|n| n.planned.interface == Interface::CoSimulation) {
-        if !node.offered().is_some_and(|i| i.can_handle_variable_communication_step_size) {
-            wrong.push(format!("{}: the adaptive algorithm chooses its steps, but this FMU takes equal steps only (canHandleVariableCommunicationStepSize is not true); choose another algorithm", node.planned.name));
-        }
+    for node in parts.nodes.iter().filter(|n| !n.allows_any_step()) {
+        let equal = !node.offered().is_some_and(|i| i.can_handle_variable_communication_step_size);
+        let why = if equal {
+            "takes equal steps only (canHandleVariableCommunicationStepSize is not true)"
+        } else {
+            "takes whole multiples of its internal step only (fixedInternalStepSize)"
+        };
+        wrong.push(format!(
+            "{}: the adaptive algorithm chooses its steps, but this FMU {why}; choose another algorithm",
+            node.planned.name
+        ));
     }
     if wrong.is_empty() { Ok(()) } else { Err(Error::Setting(wrong)) }
 }

@@ -1,5 +1,6 @@
 //! From names to numbers: a [`System`] and its FMUs become a [`Plan`], or a list of all mistakes.
 
+mod driven;
 mod experiment;
 mod files;
 mod links;
@@ -7,7 +8,7 @@ pub mod names;
 mod record;
 mod start;
 mod types;
-mod units;
+pub(crate) mod units;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -39,7 +40,8 @@ pub fn check(system: &System) -> Result<Plan, Error> {
 pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     let mut report = Report { mistakes: Vec::new(), notes: system.notes.clone() };
     let parts = Parts::of(system, files, &mut report);
-    let inputs = system.inputs.as_ref().and_then(|wanted| read_inputs(wanted, files, &mut report));
+    let mut inputs =
+        system.inputs.as_ref().and_then(|wanted| read_inputs(system, wanted, files, &mut report));
     let (grid, every) = experiment::grid(system, &parts, inputs.as_ref(), &mut report);
     let mut components = Vec::new();
     for ((part, component), every) in parts.list.iter().zip(&system.components).zip(every) {
@@ -56,7 +58,10 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     }
     let mut driver = links::Drivers::default();
     let (links, maps) = links::links(system, &parts, &mut driver, &mut report);
-    let driven = links::driven(system, &parts, inputs.as_ref(), &mut driver, &mut report);
+    let driven = driven::driven(system, &parts, inputs.as_mut(), &mut driver, &mut report);
+    if let (Some(inputs), Some(grid)) = (&inputs, &grid) {
+        driven::span(inputs, grid, &mut report);
+    }
     let recorded = record::recorded(system, &parts, &mut report);
     let Report { mut mistakes, notes } = report;
     let (Some(grid), []) = (grid, &mistakes[..]) else {
@@ -80,9 +85,16 @@ pub fn check_with(system: &System, files: &mut Files) -> Result<Plan, Error> {
     })
 }
 
-fn read_inputs(wanted: &InputFile, files: &mut Files, report: &mut Report) -> Option<Inputs> {
-    let read = files.inputs(&wanted.file);
-    read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()
+fn read_inputs(
+    system: &System,
+    wanted: &InputFile,
+    files: &mut Files,
+    report: &mut Report,
+) -> Option<Inputs> {
+    let read = files.inputs(&wanted.file, &system.file, system.run.start);
+    let inputs = read.map_err(|why| report.wrong_of(&wanted.file, &wanted.place, why)).ok()?;
+    report.notes.extend(inputs.notes.iter().cloned());
+    Some(inputs)
 }
 
 /// What is to be told.
@@ -121,12 +133,6 @@ impl Part {
     fn d(&self) -> &Description {
         self.starts.resized.as_deref().unwrap_or_else(|| self.fmu.description())
     }
-    /// It steps itself, and every step must be of the same length.
-    fn takes_equal_steps(&self) -> bool {
-        let offered = self.d().co_simulation.as_ref();
-        self.interface == Interface::CoSimulation
-            && offered.is_some_and(|i| !i.can_handle_variable_communication_step_size)
-    }
 }
 
 /// The components; what could not be loaded is said once and left out.
@@ -149,7 +155,9 @@ impl<'a> Parts<'a> {
             }
             list.push(part(component, files, report));
         }
-        only_once(system, &list, report);
+        if !system.own_processes {
+            only_once(system, &list, report);
+        }
         Self { list, by_name }
     }
 
@@ -208,7 +216,7 @@ fn only_once(system: &System, list: &[Option<Part>], report: &mut Report) {
         if *count > 1 && offered.as_ref().is_some_and(|i| i.can_be_instantiated_only_once_per_process) {
             report.wrong_fmu(
                 component,
-                format!("{} can be instantiated only once per process; use a copy that is built under another name", component.fmu.display()),
+                format!("{} can be instantiated only once per process; give each component a process of its own (--isolate)", component.fmu.display()),
             );
         }
     }

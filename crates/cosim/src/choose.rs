@@ -2,8 +2,9 @@
 
 use crate::error::Error;
 use crate::graph;
-use crate::plan::{Plan, Planned};
-use crate::stepper::Way;
+use crate::mistake::quoted;
+use crate::plan::{Driven, Link, Plan, Planned};
+use crate::step_rule::StepRule;
 use crate::system::{Algorithm, Interface};
 
 /// What steps as one: each FMU in Co-Simulation, all in Model Exchange together.
@@ -40,11 +41,11 @@ pub(crate) fn order(plan: &Plan, units: &[Vec<usize>]) -> (Vec<usize>, bool, boo
     (components.concat(), edges.iter().any(|e| !e.is_empty()), circle)
 }
 
-/// The algorithm and the reason in words.
+/// The algorithm and the reason in words. `rules`: of each component, `None` of those in Model Exchange.
 ///
 /// # Errors
 /// [`Error::Setting`]: one was asked for that the FMUs cannot follow.
-pub(crate) fn choose(plan: &Plan) -> Result<(Algorithm, String), Error> {
+pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorithm, String), Error> {
     let units = units(&plan.components);
     let rigid: Vec<&str> = plan
         .components
@@ -58,51 +59,58 @@ pub(crate) fn choose(plan: &Plan) -> Result<(Algorithm, String), Error> {
             return Err(Error::Setting(vec![format!(
                 "the algorithm {algorithm} repeats steps, but the FMUs of {} cannot store and restore their state; \
                  choose extrapolate, which needs no repetition",
-                crate::mistake::quoted(&rigid)
+                quoted(&rigid)
             )]));
         }
         return Ok((algorithm, "as asked for".into()));
     }
     let (_, coupled, circle) = order(plan, &units);
-    let ways = plan.components.iter().map(|c| (c, Way::of(c.description())));
-    let lines = plan.driven.iter().any(|d| d.linear);
+    let samples = |component: usize| rules[component].is_some_and(|rule| rule.samples());
     if !coupled {
-        let native = plan.driven.iter().filter(|d| d.linear).all(|d| {
-            let c = &plan.components[d.to.component];
-            c.interface == Interface::ModelExchange || Way::of(c.description()) != Way::Parts(1)
-        });
-        return Ok(match (lines, native) {
-            (true, true) => (
-                Algorithm::Extrapolate,
-                "inputs from the file are followed on lines; nothing is coupled, so nothing is extrapolated"
-                    .into(),
-            ),
-            (true, false) => (
-                Algorithm::Jacobi,
-                "nothing is coupled, and the FMU cannot follow inputs within a step: they are held".into(),
-            ),
-            (false, _) => (Algorithm::Jacobi, "nothing is coupled".into()),
+        let lines = || plan.driven.iter().filter(|d| d.linear);
+        let follows = |d: &Driven| rules[d.to.component].is_none_or(|rule| rule.follows());
+        return Ok(if lines().any(follows) {
+            let reason =
+                "inputs from the file are followed on lines; nothing is coupled, so nothing is extrapolated";
+            (Algorithm::Extrapolate, reason.into())
+        } else if lines().next().is_some() {
+            let reason = "nothing is coupled, and the FMU does not say that it follows inputs within a step: they are held";
+            (Algorithm::Jacobi, reason.into())
+        } else {
+            (Algorithm::Jacobi, "nothing is coupled".into())
         });
     }
-    if !circle {
-        return Ok((
-            Algorithm::GaussSeidel,
-            "values are handed on in one direction only: each FMU steps when its inputs over the step are known".into(),
-        ));
+    // What samples has neither inputs nor outputs on lines; what the master integrates needs none.
+    let integrated = |l: &Link| rules[l.from.component].is_none() && rules[l.to.component].is_none();
+    let mut outer = plan.links.iter().filter(|l| !integrated(l));
+    if outer.all(|l| samples(l.from.component) || samples(l.to.component))
+        && !plan.driven.iter().any(|d| d.linear && !samples(d.to.component))
+    {
+        let reason = "no two FMUs that are connected say that they can be followed within a step (event mode, early return, intermediate update, \
+                      input derivatives, FMU state with a default step, continuous states): inputs are held";
+        return Ok((Algorithm::Jacobi, reason.into()));
     }
-    let parts: Vec<&str> = ways
-        .filter(|(c, way)| c.interface == Interface::CoSimulation && !way.is_native())
-        .map(|(c, _)| c.name.as_str())
-        .collect();
-    let how = if parts.is_empty() {
-        "all FMUs follow inputs on lines".to_owned()
+    let held = names(plan, samples);
+    let held = if held.is_empty() {
+        String::new()
     } else {
-        format!("{}: no lines within a step, so each step is made in parts", crate::mistake::quoted(&parts))
+        format!("; {}: whole steps, inputs and outputs held", quoted(&held))
     };
-    Ok((
-        Algorithm::Extrapolate,
-        format!(
-            "values go round in a circle; inputs extrapolated on lines are of second order without repeating steps; {how}"
-        ),
-    ))
+    if !circle {
+        let reason = "values are handed on in one direction only: each FMU steps when its inputs over the step are known";
+        return Ok((Algorithm::GaussSeidel, format!("{reason}{held}")));
+    }
+    let parts = names(plan, |i| rules[i].is_some_and(|rule| rule.splits()));
+    let parts = if parts.is_empty() {
+        String::new()
+    } else {
+        format!("; {}: no lines within a step, so each step is made in parts", quoted(&parts))
+    };
+    let reason = "values go round in a circle; inputs extrapolated on lines are of second order without repeating steps";
+    Ok((Algorithm::Extrapolate, format!("{reason}{parts}{held}")))
+}
+
+/// Of the components of which this holds.
+fn names(plan: &Plan, holds: impl Fn(usize) -> bool) -> Vec<&str> {
+    plan.components.iter().enumerate().filter(|(i, _)| holds(*i)).map(|(_, c)| c.name.as_str()).collect()
 }

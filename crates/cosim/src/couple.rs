@@ -4,12 +4,12 @@ mod anderson;
 mod shared_events;
 
 use crate::adaptive::Parts;
+use crate::calls::FmuCalls;
 use crate::error::{Error, Residual};
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::inputs::Inputs;
 use crate::node::{self, Node};
 use crate::stepper::{Advance, Settled, Stepper, Within};
-use crate::system::Interface;
 use anderson::Anderson;
 use shared_events::{How, SharedEvents};
 
@@ -246,7 +246,8 @@ impl Coupling {
             let before = self.exchange.reals().to_vec();
             self.exchange(time)?;
             for ((previous, new), old) in self.previous.iter_mut().zip(self.exchange.reals()).zip(&before) {
-                *previous += new - old;
+                // In this order: what was held and has jumped has a slope of 0, with no rounding.
+                *previous = new - (old - *previous);
             }
         }
         let reason =
@@ -369,7 +370,9 @@ impl Coupling {
         let reals = self.exchange.reals();
         let last = self.turns.first().map_or(0.0, |u| u.last);
         self.longest = self.longest.max(last);
-        let uniform = self.uniform && (self.shared.is_none() || self.turns.iter().all(|u| u.last == last));
+        let uniform = self.uniform
+            && (self.shared.is_none() || self.turns.iter().all(|u| u.last == last))
+            && !self.steppers.iter().any(|s| s.jumps());
         if uniform && last < SHORT * self.longest {
             self.previous.copy_from_slice(reals);
         } else if uniform {
@@ -381,15 +384,22 @@ impl Coupling {
                 *previous = *x;
             }
         } else {
-            for (unit, outputs) in self.turns.iter().zip(&self.outputs).filter(|(u, _)| u.due) {
+            let units = self.turns.iter().zip(&self.outputs).zip(&self.steppers);
+            for ((unit, outputs), stepper) in units.filter(|((turn, _), _)| turn.due) {
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
+                let tells = unit.last >= SHORT * self.longest && !stepper.jumps();
                 for &slot in outputs {
-                    self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
+                    if tells {
+                        self.slopes[slot] = (reals[slot] - self.previous[slot]) * rate * self.smooth[slot];
+                    }
                     self.previous[slot] = reals[slot];
                 }
             }
             self.exchange.hand_slopes(&mut self.slopes);
             self.slopes.iter_mut().zip(&self.smooth).for_each(|(slope, smooth)| *slope *= smooth);
+            if self.uniform {
+                self.previous.copy_from_slice(reals);
+            }
         }
         for (stepper, unit) in self.steppers.iter().zip(&self.turns).filter(|(_, t)| t.due) {
             let to = next(unit.every);
@@ -401,7 +411,7 @@ impl Coupling {
                 let line = &mut self.nodes[n].line;
                 let rate = if unit.last > 0.0 { 1.0 / unit.last } else { 0.0 };
                 for ((slot, value), slope) in line.slots.iter().zip(&mut line.value).zip(&mut line.slope) {
-                    let own = !uniform && self.sampled[*slot];
+                    let own = !self.uniform && self.sampled[*slot];
                     let sampled = (reals[*slot] - *value) * rate * self.smooth[*slot];
                     *slope = if own { sampled } else { self.slopes[*slot] };
                     *value = reals[*slot];
@@ -418,12 +428,20 @@ impl Coupling {
         names.collect::<Vec<_>>().join(", ")
     }
 
-    /// Some FMU takes steps of equal length only.
-    pub(crate) fn takes_equal_steps(&self) -> bool {
-        self.nodes
-            .iter()
-            .filter(|n| n.planned.interface == Interface::CoSimulation)
-            .any(|n| n.offered().is_some_and(|i| !i.can_handle_variable_communication_step_size))
+    /// Some FMU takes no shorter step than was asked for.
+    pub(crate) fn takes_whole_steps(&self) -> bool {
+        !self.nodes.iter().all(Node::allows_any_step)
+    }
+
+    /// Calls of doStep of each FMU that makes some.
+    pub(crate) fn calls(&self) -> Vec<FmuCalls> {
+        let of = |stepper: &dyn Stepper| {
+            let (calls, inputs) = stepper.calls()?;
+            let node = &self.nodes[*stepper.nodes().first()?];
+            let inputs = if node.line.slots.is_empty() { "" } else { inputs };
+            Some(FmuCalls { component: node.planned.name.clone(), calls: calls.clone(), inputs })
+        };
+        self.steppers.iter().filter_map(|stepper| of(stepper.as_ref())).collect()
     }
 
     /// Every unit that is due can save and restore.
@@ -504,6 +522,8 @@ impl Coupling {
             let advance = self.step(to, Within::Line)?;
             self.extrapolate_held(to);
             self.exchange(to)?;
+            let Self { turns, unit, exchange, inputs, .. } = self;
+            exchange.drive_before(inputs.as_ref(), to, |n| turns[unit[n]].due);
             let mut anderson = std::mem::take(&mut self.anderson);
             let mut settled = true;
             for (f, (_, nominal)) in self.lines(to).zip(&followed) {
@@ -514,6 +534,8 @@ impl Coupling {
             }
             self.anderson = anderson;
             if settled || advance.terminate || iterations == ITERATIONS {
+                let Self { turns, unit, exchange, inputs, .. } = self;
+                exchange.drive(inputs.as_ref(), to, |n| turns[unit[n]].due);
                 return Ok(Attempt { advance, iterations, settled: settled || advance.terminate });
             }
             let next = self.anderson.next();

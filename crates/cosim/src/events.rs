@@ -3,10 +3,12 @@
 use std::collections::BTreeSet;
 
 use trueup_fmi_description::description::{Type, Variability, Variable};
+use trueup_numerics::Figure;
 
 use crate::exchange::Wiring;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
+use crate::mistake::quoted;
 use crate::node::Node;
 use crate::plan::Driven;
 use crate::slave::{Block, Buffer};
@@ -22,37 +24,50 @@ pub(crate) struct Cuts {
 }
 
 impl Cuts {
-    /// Of all held inputs; of linear ones only those that are integrated by the master. None at all if an FMU takes
-    /// steps of equal length only. Samples at communication points but for rounding are moved there.
-    pub(crate) fn new(nodes: &[Node], driven: &[Driven], inputs: Option<&mut Inputs>, grid: &Grid) -> Self {
+    /// Of all jumps; of bends of linear inputs only where the master integrates. None at all if an FMU may not be given
+    /// parts of a step: a note says what is then late. Samples at communication points but for rounding are moved there.
+    pub(crate) fn new(
+        nodes: &[Node],
+        driven: &[Driven],
+        inputs: Option<&mut Inputs>,
+        grid: &Grid,
+        notes: &mut Vec<String>,
+    ) -> Self {
         let Some(inputs) = inputs else { return Self::default() };
-        for (_, times, _) in &mut inputs.columns {
-            for t in times.iter_mut() {
+        for signal in &mut inputs.columns {
+            for t in &mut signal.times {
                 let point = grid.time(((*t - grid.start) / grid.step).round().max(0.0) as u64);
                 if (*t - point).abs() <= SAME * grid.step {
                     *t = point;
                 }
             }
         }
-        let rigid = nodes.iter().any(|n| {
-            n.planned.interface == Interface::CoSimulation
-                && !n.offered().is_some_and(|i| i.can_handle_variable_communication_step_size)
-        });
         let mut times: Vec<(f64, bool)> = Vec::new();
-        for d in driven.iter().filter(|_| !rigid) {
-            let (_, t, x) = &inputs.columns[d.column];
+        for d in driven {
+            let signal = &inputs.columns[d.column];
             let node = &nodes[d.to.component];
             let integrated = node.planned.interface == Interface::ModelExchange;
-            match d.linear {
-                true if integrated => times.extend(t.iter().map(|t| (*t, false))),
-                true => {}
-                false => {
-                    let jumps = (1..t.len()).filter(|i| x[*i] != x[i - 1]);
-                    times.extend(jumps.map(|i| (t[i], true)));
-                }
+            times.extend(signal.jumps(d.linear).map(|t| (t, true)));
+            if d.linear && integrated {
+                times.extend(signal.times.iter().map(|t| (*t, false)));
             }
         }
         times.retain(|(t, _)| *t > grid.start && *t < grid.stop);
+        let whole: Vec<&str> =
+            nodes.iter().filter(|n| !n.allows_any_step()).map(|n| n.planned.name.as_str()).collect();
+        if !whole.is_empty() {
+            let point = |t: f64| grid.time(((t - grid.start) / grid.step).round() as u64);
+            let late = times.iter().filter(|(t, jumps)| *jumps && *t != point(*t));
+            if let (n @ 1.., Some((t, _))) = (late.clone().count(), late.clone().next()) {
+                let who = if whole == [""] { "the FMU".into() } else { quoted(&whole) };
+                notes.push(format!(
+                    "inputs from the file jump between communication points ({n} times, first at {} s) and are handed on at the next one: {who} is not said \
+                     to take parts of a step; choose a step that meets the jumps",
+                    Figure(*t)
+                ));
+            }
+            return Self::default();
+        }
         times.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
         times.dedup_by(|b, a| b.0 - a.0 <= SAME * grid.step);
         Self { times }

@@ -344,11 +344,12 @@ impl Exchange {
         blocks.flat_map(|b| b.first..b.end).collect()
     }
 
-    /// Which slots go continuously: outputs that do, inputs that are connected to such an output, inputs from a file on
-    /// lines.
+    /// Which slots go continuously: outputs that do, but of FMUs that sample; inputs that are connected to such an output, inputs
+    /// from a file on lines.
     pub(crate) fn smooth(&self, nodes: &[Node]) -> Vec<bool> {
         let continuous = |e: &Element| {
-            nodes[e.component].description().variables[e.variable].variability == Variability::Continuous
+            let node = &nodes[e.component];
+            !node.samples() && node.description().variables[e.variable].variability == Variability::Continuous
         };
         let mut smooth = vec![false; self.bank.reals.len()];
         for node in 0..self.calls.len() {
@@ -403,11 +404,21 @@ impl Exchange {
             if !due(d.node) {
                 continue;
             }
-            let x = inputs.at(d.column, time, d.linear);
             match d.to {
-                Spot::Real(at) => self.bank.reals[at] = x,
-                // Samples that do not fit were refused when the system was checked.
-                Spot::Other(block, at) => drop(self.bank.others[block].block.values.set_number(at, x)),
+                Spot::Real(at) => self.bank.reals[at] = inputs.at(d.column, time, d.linear),
+                Spot::Other(block, at) => {
+                    inputs.put(d.column, time, d.linear, &mut self.bank.others[block].block.values, at);
+                }
+            }
+        }
+    }
+
+    /// Values of inputs on lines just before `time`, of the nodes that are due: what their lines over a step lead to, where they jump then.
+    pub(crate) fn drive_before(&mut self, inputs: Option<&Inputs>, time: f64, due: impl Fn(usize) -> bool) {
+        let Some(inputs) = inputs else { return };
+        for d in self.driven.iter().filter(|d| d.linear && due(d.node)) {
+            if let Spot::Real(at) = d.to {
+                self.bank.reals[at] = inputs.before(d.column, time, true);
             }
         }
     }
@@ -430,7 +441,7 @@ impl Exchange {
         let Some(inputs) = inputs else { return };
         for d in self.driven.iter().filter(|d| d.linear) {
             if let Spot::Real(at) = d.to {
-                let [a, b] = [from, to].map(|t| inputs.at(d.column, t, true));
+                let (a, b) = (inputs.at(d.column, from, true), inputs.before(d.column, to, true));
                 slopes[at] = (b - a) / (to - from);
             }
         }

@@ -19,6 +19,7 @@
 
 mod adaptive;
 mod buffer;
+mod calls;
 mod check;
 mod choose;
 pub mod couple;
@@ -33,12 +34,14 @@ mod master;
 mod mistake;
 pub mod model_exchange;
 pub mod node;
+mod pace;
 pub mod plan;
 mod record;
 mod results;
 mod simulate;
 mod slave;
 mod ssp;
+mod step_rule;
 pub mod stepper;
 mod store;
 mod straight;
@@ -47,10 +50,11 @@ mod toml;
 mod value;
 
 pub use adaptive::Adapted;
+pub use calls::{Calls, FmuCalls};
 pub use check::{Files, check, check_with, names};
 pub use error::{Error, Residual};
 pub use grid::Grid;
-pub use inputs::Inputs;
+pub use inputs::{InputSignal, Inputs};
 pub use log::RunLog;
 pub use master::Master;
 pub use mistake::{Mistake, suggestion};

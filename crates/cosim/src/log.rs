@@ -1,6 +1,7 @@
 //! What a run did.
 
 use crate::adaptive::Adapted;
+use crate::calls::FmuCalls;
 use crate::exchange::LoopLog;
 use crate::system::Algorithm;
 
@@ -29,6 +30,8 @@ pub struct RunLog {
     pub loops: Vec<LoopLog>,
     /// Algebraic loops at initialization.
     pub initial_loops: Vec<LoopLog>,
+    /// Calls of doStep, of each FMU in Co-Simulation.
+    pub calls: Vec<FmuCalls>,
     /// What the adaptive algorithm did.
     pub adapted: Option<Adapted>,
     /// The FMU that ended the run before its stop time.
@@ -49,6 +52,7 @@ impl RunLog {
             events: 0,
             loops: Vec::new(),
             initial_loops: Vec::new(),
+            calls: Vec::new(),
             adapted: None,
             terminated_by: None,
         }

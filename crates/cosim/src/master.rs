@@ -29,9 +29,10 @@ use crate::grid::Grid;
 use crate::log::RunLog;
 use crate::mistake::quoted;
 use crate::node::Node;
-use crate::plan::{Plan, Planned};
+use crate::plan::Plan;
 use crate::record::Recorder;
 use crate::results::Sink;
+use crate::step_rule::{StepRule, Way};
 use crate::stepper::{
     Advance, EventStepper, GroupStepper, SlaveStepper, Stepper, Within, has_event_mode, intermediate,
 };
@@ -56,20 +57,16 @@ fn stays<'a>(folder: &Folder, time: f64, nodes: impl Iterator<Item = &'a Node>) 
 }
 
 /// Whether an event in one FMU can end the step of all of them; a note where it cannot.
-fn shares_events(plan: &mut Plan, algorithm: Algorithm) -> bool {
+fn shares_events(plan: &mut Plan, rules: &[Option<StepRule>], algorithm: Algorithm) -> bool {
     if matches!(algorithm, Algorithm::Iterative | Algorithm::Adaptive) {
         return false;
     }
-    let steps = |c: &&Planned| {
-        let offered = c.description().co_simulation.as_ref();
-        c.interface == Interface::ModelExchange
-            || offered.is_some_and(|i| i.can_handle_variable_communication_step_size)
-    };
-    let rigid: Vec<&str> = plan.components.iter().filter(|c| !steps(c)).map(|c| c.name.as_str()).collect();
+    let rigid = plan.components.iter().zip(rules).filter(|(_, rule)| rule.is_some_and(|r| !r.allows_any()));
+    let rigid: Vec<&str> = rigid.map(|(c, _)| c.name.as_str()).collect();
     let seldom: Vec<&str> = plan.components.iter().filter(|c| c.every > 1).map(|c| c.name.as_str()).collect();
     let why = match (rigid.is_empty(), seldom.is_empty()) {
         (true, true) => return true,
-        (false, _) => format!("steps of {} are of equal length only", quoted(&rigid)),
+        (false, _) => format!("{}: not said to take parts of a step", quoted(&rigid)),
         (true, false) => format!("{} steps less often (`every`)", quoted(&seldom)),
     };
     if plan.components.iter().any(|c| c.interface == Interface::ModelExchange || has_event_mode(c)) {
@@ -106,7 +103,8 @@ impl Master {
     /// # Errors
     /// [`Error::Setting`] if the FMUs cannot follow the algorithm that was asked for; whatever an FMU returns.
     pub fn new(mut plan: Plan) -> Result<Self, Error> {
-        let (algorithm, reason) = choose(&plan)?;
+        let rules: Vec<_> = plan.components.iter().map(|c| StepRule::of(c, &plan)).collect();
+        let (algorithm, reason) = choose(&plan, &rules)?;
         let units = units(&plan.components);
         let (order, ..) = order(&plan, &units);
         let follows = algorithm != Algorithm::Jacobi;
@@ -114,13 +112,12 @@ impl Master {
         let start = plan.grid.start;
         let mut event_mode = Vec::new();
         let alone = units.len() == 1;
-        let shares = !alone && shares_events(&mut plan, algorithm);
+        let shares = !alone && shares_events(&mut plan, &rules, algorithm);
         let folder = Folder::now();
-        for planned in std::mem::take(&mut plan.components) {
+        for (planned, rule) in std::mem::take(&mut plan.components).into_iter().zip(rules) {
             let slave_of = |event_mode: bool| {
-                let co_simulation = planned.interface == Interface::CoSimulation;
-                let (mut how, lines) =
-                    if follows && co_simulation { intermediate(&planned) } else { Default::default() };
+                let asks = follows && rule.is_some_and(|rule| rule.way == Way::Intermediate);
+                let (mut how, lines) = if asks { intermediate(&planned) } else { Default::default() };
                 (how.event_mode_used, how.early_return_allowed) = (event_mode, event_mode);
                 Node::instantiate(&planned, how).map(|slave| (slave, lines))
             };
@@ -138,6 +135,7 @@ impl Master {
                 other => other?,
             };
             let mut node = Node::new(planned, slave);
+            node.rule = rule;
             let at = |source| Error::Call { time: start, source };
             node.slave.configure(&node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
@@ -147,7 +145,8 @@ impl Master {
             event_mode.push(with_events);
         }
         let uniform = nodes.iter().all(|n| n.planned.every <= 1);
-        let cuts = Cuts::new(&nodes, &plan.driven, plan.inputs.as_mut().filter(|_| uniform), &plan.grid);
+        let inputs = plan.inputs.as_mut().filter(|_| uniform);
+        let cuts = Cuts::new(&nodes, &plan.driven, inputs, &plan.grid, &mut plan.notes);
         let log = RunLog::new(algorithm, reason, plan.notes.clone(), start);
         let ready = Some(Ready { nodes, shared, event_mode, shares });
         Ok(Self { plan, units, order, ready, cuts, log, folder })
@@ -170,6 +169,11 @@ impl Master {
         let (mut coupling, mut recorder) = self.initialize(ready, sink)?;
         let done = self.steps(&mut coupling, &mut recorder, sink);
         self.log.loops = coupling.values().loops().cloned().collect();
+        self.log.calls = coupling.calls();
+        if self.log.algorithm == Algorithm::Jacobi {
+            let held = self.log.calls.iter_mut().filter(|c| !c.inputs.is_empty());
+            held.for_each(|c| c.inputs = "inputs held");
+        }
         self.log.notes.extend(coupling.notes());
         for node in coupling.nodes() {
             let name = node.slave.name().to_owned();
@@ -219,22 +223,26 @@ impl Master {
             let mut list: Vec<(Box<dyn Stepper>, u64)> = Vec::new();
             for unit in units {
                 let every = u64::from(nodes[unit[0]].planned.every);
-                let mut stepper: Box<dyn Stepper> = match nodes[unit[0]].planned.interface {
-                    Interface::CoSimulation => {
+                let mut stepper: Box<dyn Stepper> = match nodes[unit[0]].rule {
+                    Some(rule) => {
                         let step = step * every as f64;
                         let lines = shared[unit[0]].clone();
                         let restored = rolls_back || shares && nodes[unit[0]].can_restore();
-                        let slave = SlaveStepper::new(nodes, unit[0], step, restored, lines);
+                        let slave = SlaveStepper::new(nodes, unit[0], rule, step, restored, lines);
                         match &nodes[unit[0]] {
                             node if event_mode[unit[0]] => Box::new(EventStepper::new(
                                 slave,
                                 unit[0],
                                 discrete_inputs(node, unit[0], wiring),
+                                [start, grid.stop - start],
                             )),
                             _ => Box::new(slave),
                         }
                     }
-                    Interface::ModelExchange => Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance)?),
+                    None => {
+                        let span = grid.stop - grid.start;
+                        Box::new(GroupStepper::new(nodes, unit, wiring, *tolerance, span)?)
+                    }
                 };
                 // Where an event stops all, it shows in the results.
                 if shares || alone && !rolls_back {
@@ -416,7 +424,7 @@ impl Master {
                 continue;
             }
             halvings += 1;
-            let rigid = coupling.takes_equal_steps();
+            let rigid = coupling.takes_whole_steps();
             if halvings > HALVINGS || rigid {
                 let why = if rigid { "and an FMU takes no shorter step" } else { "however short the step" };
                 let reason = format!("a step of {} s does not settle, {why}", Figure(step));

@@ -21,6 +21,7 @@ use self::calls::Columns;
 pub use self::linear::{Linear, Point};
 use crate::error::Error;
 use crate::node::Node;
+use crate::pace::Pace;
 use crate::slave::Block;
 
 /// What acts on the FMUs of a group, and what they do to each other.
@@ -128,12 +129,14 @@ pub struct Settings {
     pub inputs: Vec<(usize, Block)>,
     /// Inputs are set from outside at the end of every [`Group::advance`]: it ends in event mode, where all may be set.
     pub opens: bool,
+    /// Length of the whole run in s, of which steps and events are a part; 0: not known, and they may be as short as they like.
+    pub span: f64,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         let (integrator, inputs) = (Integrator::Automatic, Vec::new());
-        Self { integrator, tolerance: TOLERANCE, linked: false, inputs, opens: false }
+        Self { integrator, tolerance: TOLERANCE, linked: false, inputs, opens: false, span: 0.0 }
     }
 }
 
@@ -154,6 +157,7 @@ pub struct Group {
     /// Directional derivatives were compared with differences and are not to be trusted.
     distrusted: bool,
     statistics: Statistics,
+    pace: Pace,
     notes: Vec<String>,
 }
 
@@ -234,6 +238,7 @@ impl Group {
             suspicion: (0, 0),
             distrusted: false,
             statistics: Statistics::default(),
+            pace: Pace::at(time),
             notes: Vec::new(),
         };
         let terminated = group.iterate(nodes, around)?;
@@ -276,6 +281,7 @@ impl Group {
     /// Goes back; the states of the FMUs have been restored.
     pub fn restore(&mut self, to: &Snapshot) {
         (self.time, self.memory, self.suspicion) = (to.time, to.memory, to.suspicion);
+        self.pace = Pace::at(to.time);
         self.mode = Mode { fresh: true, nominals: true, ..to.mode };
         self.x.copy_from_slice(&to.x);
         self.settings.inputs.clone_from(&to.inputs);

@@ -6,6 +6,7 @@ use trueup_fmi_import::{Options, Prepared, fmi3};
 use crate::error::Error;
 use crate::plan::{Element, Planned};
 use crate::slave::Slave;
+use crate::step_rule::StepRule;
 use crate::system::Interface;
 use crate::value;
 
@@ -18,6 +19,8 @@ pub struct Node {
     pub slave: Slave,
     /// Its continuous inputs over a step.
     pub line: Line,
+    /// Its steps in Co-Simulation, where a master runs it.
+    pub(crate) rule: Option<StepRule>,
 }
 
 impl Node {
@@ -37,7 +40,7 @@ impl Node {
 
     /// With the instance made of it.
     pub fn new(planned: Planned, slave: Slave) -> Self {
-        Self { planned, slave, line: Line::default() }
+        Self { planned, slave, line: Line::default(), rule: None }
     }
 
     /// Its description, arrays sized as they are in this system.
@@ -51,6 +54,16 @@ impl Node {
             Interface::CoSimulation => self.description().co_simulation.as_ref(),
             Interface::ModelExchange => self.description().model_exchange.as_ref(),
         }
+    }
+
+    /// It makes samples: see [`StepRule::samples`].
+    pub(crate) fn samples(&self) -> bool {
+        self.rule.is_some_and(|rule| rule.samples())
+    }
+
+    /// It may be given steps of any length.
+    pub(crate) fn allows_any_step(&self) -> bool {
+        self.rule.is_none_or(|rule| rule.allows_any())
     }
 
     /// Its state can be stored and restored.

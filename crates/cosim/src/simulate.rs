@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Variability, Variable};
 use trueup_fmi_import::Fmu;
-use trueup_numerics::Figure;
 
 use crate::error::Error;
 use crate::grid::Grid;
@@ -13,6 +12,7 @@ use crate::master::Master;
 use crate::plan::{Driven, Element, Plan, Planned, Recorded};
 use crate::results::{Kind, Sink};
 use crate::slave::{Block, Buffer};
+use crate::step_rule::{internal_step, refusal};
 use crate::system::Interface;
 use crate::value;
 
@@ -69,7 +69,8 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
     let d = fmu.description();
     let mut wrong = Vec::new();
     let start = starts(d, options, &mut wrong);
-    let driven = driven(d, options.inputs.as_ref(), &mut wrong);
+    let mut inputs = options.inputs.clone();
+    let driven = driven(d, inputs.as_mut(), &mut wrong);
     let recorded = recorded(d, options, &mut wrong);
     let grid = grid(d, options, &mut wrong);
     let (Some(grid), []) = (grid, &wrong[..]) else { return Err(Error::Setting(wrong)) };
@@ -86,7 +87,7 @@ pub(crate) fn plan(fmu: &Arc<Fmu>, options: &Options) -> Result<Plan, Error> {
         components: vec![component],
         links: Vec::new(),
         driven,
-        inputs: options.inputs.clone(),
+        inputs,
         recorded,
         grid,
         tolerance: options.tolerance,
@@ -157,39 +158,36 @@ fn same(d: &Description, v: &Variable, values: &Buffer) -> bool {
         .is_some_and(|b| std::mem::discriminant(&b) == std::mem::discriminant(values))
 }
 
-/// Inputs that columns drive.
-fn driven(d: &Description, columns: Option<&Inputs>, wrong: &mut Vec<String>) -> Vec<Driven> {
-    let mut driven = Vec::new();
-    for (column, (name, _, samples)) in columns.iter().flat_map(|c| &c.columns).enumerate() {
+/// Inputs that columns drive; the columns become what they are to them.
+fn driven(d: &Description, inputs: Option<&mut Inputs>, wrong: &mut Vec<String>) -> Vec<Driven> {
+    let Some(inputs) = inputs else { return Vec::new() };
+    let (mut driven, mut signals, mut notes) = (Vec::new(), Vec::new(), Vec::new());
+    for column in &inputs.columns {
+        let name = &column.name;
         let (v, element) = match value::find(d, name) {
-            Ok((v, element))
-                if v.causality == Causality::Input && (element.is_some() || v.dimensions.is_empty()) =>
-            {
-                (v, element.unwrap_or(0))
-            }
-            Ok((v, _)) if v.causality == Causality::Input => {
+            Ok((v, _)) if v.causality != Causality::Input => continue, // recordings hold outputs besides the inputs
+            Ok((v, element)) if element.is_some() || v.dimensions.is_empty() => (v, element.unwrap_or(0)),
+            Ok(_) => {
                 wrong.push(format!(
                     "input column `{name}` is an array; give one column per element, `{name}[1]`"
                 ));
                 continue;
             }
-            Ok(_) => continue, // recordings hold outputs besides the inputs
             Err(why) => {
                 wrong.push(format!("input column: {why}"));
                 continue;
             }
         };
-        let one = Buffer::new(v.kind, d.version, 1).filter(|_| v.kind != Type::String);
-        let Some(mut one) = one else {
-            wrong.push(format!("input column `{name}` is a {:?}; only numbers can be read", v.kind));
-            continue;
-        };
-        if let Some(x) = samples.iter().find(|x| !one.set_number(0, **x)) {
-            wrong.push(format!("input column `{name}`: {x:?} is no {:?}", v.kind));
+        let continuous = v.kind.is_float() && v.variability == Variability::Continuous;
+        match column.drives(d, v, continuous, &mut notes) {
+            Ok((signal, linear)) => {
+                driven.push(Driven { to: element_of(d, v, element), column: signals.len(), linear });
+                signals.push(signal);
+            }
+            Err(why) => wrong.push(format!("input column `{name}`: {why}")),
         }
-        let linear = v.kind.is_float() && v.variability == Variability::Continuous;
-        driven.push(Driven { to: element_of(d, v, element), column, linear });
     }
+    inputs.columns = signals;
     driven
 }
 
@@ -232,22 +230,20 @@ fn grid(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Option<G
     let stop = options.stop.or(d.experiment.stop_time);
     let stop = stop.or(options.inputs.as_ref().map(|i| i.end)).unwrap_or(start + 1.0);
     let stepped = interface(d, options) == Interface::CoSimulation;
-    let offered = d.co_simulation.clone().filter(|_| stepped).unwrap_or_default();
+    let offered = d.co_simulation.as_ref().filter(|_| stepped);
     let default =
         d.experiment.step_size.filter(|h| *h > 0.0).unwrap_or((stop - start).max(f64::MIN_POSITIVE) / 500.0);
-    let step = options.step.unwrap_or_else(|| match offered.fixed_internal_step_size {
-        Some(h) if h > 0.0 => h * (default / h).round().max(1.0),
+    let step = options.step.unwrap_or_else(|| match offered.and_then(internal_step) {
+        Some(h) => h * (default / h).round().max(1.0),
         _ => default,
     });
     let grid = Grid::new(start, stop, step);
     match grid {
         None => wrong.push(format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step")),
-        Some(g) if stepped && !offered.can_handle_variable_communication_step_size && !g.is_even() => wrong.push(format!(
-            "the FMU takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
-            Figure(step),
-            Figure(stop - start)
-        )),
-        Some(_) => {}
+        Some(_) => {
+            let why = offered.and_then(|i| refusal(i, step, stop - start));
+            wrong.extend(why.map(|why| format!("the FMU {why}")));
+        }
     }
     grid
 }

@@ -7,11 +7,12 @@ mod slave;
 use trueup_fmi_import::Step;
 use trueup_fmi_import::program::Following;
 
+use crate::calls::Calls;
 use crate::error::Error;
 use crate::node::Node;
 pub(crate) use event_mode::{EventStepper, has_event_mode};
 pub(crate) use group::GroupStepper;
-pub(crate) use slave::{Shared, SlaveStepper, Way, intermediate, is_continuous_input};
+pub(crate) use slave::{Shared, SlaveStepper, intermediate};
 
 /// How inputs go within a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -106,6 +107,17 @@ pub trait Stepper: Send {
         None
     }
 
+    /// Of one that [is plain](Stepper::is_plain): so many regular steps have been made for it, `in_parts` of them in the parts
+    /// that [`following`](Stepper::following) says.
+    fn made(&mut self, steps: u64, in_parts: u64) {
+        let _ = (steps, in_parts);
+    }
+
+    /// The calls of doStep so far, and how inputs on lines go within them; `None`: it makes none.
+    fn calls(&self) -> Option<(&Calls, &'static str)> {
+        None
+    }
+
     /// Goes on to `to` from part `part` of a step from `from`, of one that [is plain](Stepper::is_plain): `first` is what the
     /// part came to if it did not go its whole way; `None`: it did.
     ///
@@ -141,6 +153,12 @@ pub trait Stepper: Send {
     fn next_event(&self, time: f64) -> Option<f64> {
         let _ = time;
         None
+    }
+
+    /// An event that came whatever the inputs did lies in its last step, or at its end, where outputs may show what comes of it before it is handled, as
+    /// those of a sampled controller do: by how much they changed is no slope.
+    fn jumps(&self) -> bool {
+        false
     }
 
     /// After a step: it is not taken back any more, and its outputs are about to be read and its inputs to be set, as of

@@ -80,7 +80,7 @@ impl Coupling {
             slots.extend_from_slice(&self.nodes[n].line.slots);
             spans.push((n, span));
         }
-        let lines = (within == Within::Line).then(|| Lines::new(slots.len()));
+        let lines = (within == Within::Line).then(|| Lines::new(slots.len(), self.steppers.len()));
         // Slopes of inputs are drawn from their own values.
         let whole = self.exchange.program(&mut program, &mut Owners(&mut self.nodes), lines.is_some());
         whole.then_some(Straight { program, lines, slots, spans })
@@ -149,6 +149,8 @@ impl Coupling {
         if at > first {
             self.stand_at(grid.time(at), grid.time(at) - grid.time(at - 1));
         }
+        let in_parts = lines.as_mut().map(|lines| &mut lines.in_parts[..]);
+        self.count(at - first, stopped.as_ref(), finite, in_parts);
         let time = grid.time(at + 1);
         match stopped {
             Some(Stopped::Step { at: unit, part, outcome }) => {
@@ -171,6 +173,27 @@ impl Coupling {
                 }
             }
             None => Ok((at - first, None)),
+        }
+    }
+
+    /// Counts the calls of `rounds` whole steps, and of the one that stopped. Apart from the loop, which has to stay small.
+    #[inline(never)]
+    fn count(
+        &mut self,
+        rounds: u64,
+        stopped: Option<&Stopped>,
+        finite: bool,
+        mut in_parts: Option<&mut [u64]>,
+    ) {
+        for (u, stepper) in self.steppers.iter_mut().enumerate() {
+            // Those before the step that stopped have made the last one too; where a call stopped, all have.
+            let last = match stopped {
+                Some(Stopped::Step { at, .. } | Stopped::Ahead { at, .. }) => u < *at,
+                Some(Stopped::Call { .. }) => true,
+                None => !finite,
+            };
+            let split = in_parts.as_mut().map_or(0, |all| std::mem::take(&mut all[u]));
+            stepper.made(rounds + u64::from(last), split);
         }
     }
 

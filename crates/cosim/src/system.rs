@@ -27,6 +27,8 @@ pub struct System {
     pub connectors: Vec<(String, Vec<Port>)>,
     /// What was left out or chosen while reading, to be told to the user.
     pub notes: Vec<String>,
+    /// Each component will have a process of its own, so that of an FMU that may be had once per process there may be many.
+    pub own_processes: bool,
 }
 
 /// A table that drives inputs.

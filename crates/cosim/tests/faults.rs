@@ -151,7 +151,7 @@ fn outputs_follow_the_input_of_their_own_time() {
     let Some((folder, fmu)) = fmu() else { return };
     let file = folder.path().join("in.csv");
     std::fs::write(&file, "time,u,y\n0,10,0\n1,20,0\n").unwrap();
-    let inputs = Inputs::read(&file).unwrap();
+    let inputs = Inputs::read(&file, "".as_ref(), None).unwrap();
     let (result, _, rows) = run(&fmu, &Options { inputs: Some(inputs), ..options(0) });
     result.unwrap();
     assert!(rows.iter().all(|[t, y]| (y - (t + 10.0 + 10.0 * t)).abs() < 1e-9), "{rows:?}");

@@ -9,4 +9,5 @@ mod faults;
 mod model_exchange;
 mod reference_fmus;
 mod results;
+mod steps;
 mod system;

@@ -41,7 +41,7 @@ fn matches_its_reference(version: u32, model: &str) {
     let inputs = extra("in").map(|text| {
         let file = out.path().join("in.csv");
         std::fs::write(&file, text).unwrap();
-        Inputs::read(&file)
+        Inputs::read(&file, "".as_ref(), None)
     });
     let time = |i: usize| expected[i][0].parse::<f64>().unwrap();
     let options = Options {

@@ -4,8 +4,11 @@ pub mod began;
 mod blind;
 mod claim;
 mod complete;
+mod conclude;
 mod contest;
 mod drift;
+mod estimate;
+mod evidence;
 mod field;
 mod ground;
 mod held_out;
@@ -20,6 +23,8 @@ mod strained;
 mod traces;
 mod watch;
 
+pub use evidence::diagnose_by_evidence;
+
 use std::borrow::Cow;
 
 use trueup_identification::parallel;
@@ -31,24 +36,18 @@ use crate::engine::hypothesis::{Claim, Hypothesis};
 use crate::engine::recordings::{Prepared, Unfit};
 use crate::engine::replay::{Complete, Polished};
 use crate::engine::search::{Fitted, Search, excess};
-use crate::engine::select::{Effort, Found, same};
+use crate::engine::select::{Effort, Found};
 use crate::engine::stretches::Stretches;
 use crate::engine::subject::Subject;
-use crate::experiment::{self, Experiment};
+use crate::experiment::Experiment;
 use crate::outcome::*;
-use crate::picture::{Picture, isolability};
+use crate::picture::Picture;
 use crate::thinned::{Thinning, thinned};
 use began::Began;
-use claim::{Estimated, FreeFits, augmented, candidates, effects, indistinguishable, parameters};
-use contest::{Contender, Contest, POLISH};
+use conclude::{Decided, conclude};
+use contest::{Contest, POLISH};
 use ground::Ground;
-use held_out::{closed_alone, held_out};
-use place::{look, where_it_lies};
 use record::Record;
-use traces::{gap_report, traces};
-
-/// A component with this share of an excess that nothing explains stands out.
-const STANDS_OUT: f64 = 0.5;
 
 /// Part of the work that is done when the sets are found: their free runs take longer than the search.
 const SEARCHED: f64 = 0.35;
@@ -114,6 +113,9 @@ pub enum DiagnoseError {
     /// The filter cannot take it.
     #[error(transparent)]
     Filter(#[from] trueup_hypotheses::baseline::BaselineError),
+    /// The innovations engine cannot take it.
+    #[error(transparent)]
+    Innovations(#[from] trueup_hypotheses::innovations::search::JointSearchError),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"
@@ -184,6 +186,10 @@ pub struct Augmented {
     pub fixed_base: bool,
     /// Its parameters by name.
     pub values: Vec<(String, f64)>,
+    /// Effects that are claimed and in it: id, component, joint from 1.
+    pub claims: Vec<(String, String, Option<usize>)>,
+    /// The link from 0 that has a payload in one with it.
+    pub payload: Option<usize>,
 }
 
 /// Diagnoses a case; `tell` hears how far it is (0 to 1) and what is being done.
@@ -216,10 +222,13 @@ fn diagnose_all(
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
     let raw = raw_excess(&search)?;
-    let mistaken = input_scale::mistaken(&search);
-    let options = &Options { capped: options.capped || mistaken.is_some() && !options.force, ..*options };
+    let noticed = input_scale::mistaken(&search);
+    let options = &Options { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
+    if options.capped {
+        return nothing_concluded(loaded, &search, (raw, noticed), options, tell);
+    }
     if options.engine == Engine::Filter {
-        return by_filter(loaded, &search, (raw, mistaken), options, tell);
+        return by_filter(loaded, &search, (raw, noticed), options, tell);
     }
     let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
@@ -251,9 +260,7 @@ fn diagnose_all(
     let claims = found.best.stated.set.iter().any(Hypothesis::is_effect);
     let near = |f: &Free| if claims { options.limits.free_runs.near * f.floor } else { f.noticed };
     let open = ground.free(&ground.tuned).is_some_and(|f| f.bare() > near(&f));
-    // With an input in another unit every cause is as wrong as the others.
-    let tells = options.force || mistaken.is_none();
-    let contenders = if open && tells { ground.contest(&mut found, effort) } else { Vec::new() };
+    let contenders = if open { ground.contest(&mut found, effort) } else { Vec::new() };
     // The contest may have found a model that tells the floor better.
     let mut free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &contenders, effort };
@@ -263,6 +270,9 @@ fn diagnose_all(
         && plain
         && free.before <= free.chance
         && has_gap_in_training(&search, &models[0], options);
+    if free.tuned <= options.limits.gap.refitted * free.before && free.tuned > free.chance {
+        free.windowed = ground.windowed(&models[1]);
+    }
     all_finite([
         ("what the nominal model misses", raw),
         ("what the fitted model misses", found.plain.excess()),
@@ -272,12 +282,9 @@ fn diagnose_all(
         ("what chance may leave", free.chance),
     ])?;
     let mut record = Record::new(case.subject.plant, &found, raw, free, &ran);
-    let mut decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
+    let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
     record.left_out = decision.left_out;
-    if options.capped {
-        decision.cap();
-    }
-    let decided = Decided { found, decision, contenders, record, mistaken };
+    let decided = Decided { found, decision, contenders, record, noticed };
     conclude(&search, options, models, ground, decided, loaded, tell)
 }
 
@@ -285,7 +292,7 @@ fn diagnose_all(
 fn by_filter(
     loaded: &Loaded,
     search: &Search<'_>,
-    (raw, mistaken): (f64, Option<Noticed>),
+    (raw, noticed): (f64, Vec<Noticed>),
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -294,15 +301,34 @@ fn by_filter(
     let fits = trueup_hypotheses::search::search(loaded)?;
     let judged = trueup_hypotheses::verdict::judge(&fits);
     let broken = || DiagnoseError::Nominal("the model with what was found cannot be run".into());
-    let (found, mut decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
-    if options.capped {
-        decision.cap();
-    }
+    let (found, decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
     let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
-    let decided = Decided { found, decision, contenders: Vec::new(), record, mistaken };
+    let decided = Decided { found, decision, contenders: Vec::new(), record, noticed };
+    conclude(search, options, models, ground, decided, loaded, tell)
+}
+
+/// After a grave finding nothing is looked for: how far the model as it was given is off, and where, as far as that can be told.
+fn nothing_concluded(
+    loaded: &Loaded,
+    search: &Search<'_>,
+    (raw, noticed): (f64, Vec<Noticed>),
+    options: &Options,
+    tell: &mut dyn FnMut(f64, &str),
+) -> Result<Diagnosed, DiagnoseError> {
+    tell(SEARCHED, "a grave finding: no cause is looked for");
+    let broken = || DiagnoseError::Nominal("it cannot be simulated".into());
+    let stated = search.state(&[]).map_err(DiagnoseError::Nominal)?;
+    let start = search.compare(&stated).start();
+    let plain = search.standing(stated, start).ok_or_else(broken)?;
+    let found = Found { best: plain.clone(), sets: Vec::new(), plain };
+    let (models, ground) = ground(search, &found, [], options)?;
+    let free = ground.free(&ground.tuned).unwrap_or_default();
+    let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
+    let record = Record::new(search.case.subject.plant, &found, raw, free, &ran);
+    let decided = Decided { decision: Decision::nothing(), found, contenders: Vec::new(), record, noticed };
     conclude(search, options, models, ground, decided, loaded, tell)
 }
 
@@ -329,133 +355,6 @@ fn ground<'a>(
     let floors = search.floors(&tuned, runs, options.seed).map_err(nominal)?;
     let ground = Ground::new(search, runs, [shown, shown_tuned], (fitted, misfit), floors, options);
     Ok(([before, tuned], ground))
-}
-
-/// What a verdict is told from.
-struct Decided {
-    found: Found,
-    decision: Decision,
-    /// Sets that ran freely.
-    contenders: Vec<Contender>,
-    record: Record,
-    /// An input in another unit.
-    mistaken: Option<Noticed>,
-}
-
-/// Runs freely what was decided, and tells where the gap lies and how far it closes.
-fn conclude(
-    search: &Search<'_>,
-    options: &Options,
-    [before, tuned]: [Complete; 2],
-    ground: Ground<'_>,
-    Decided { found, mut decision, contenders, record, mistaken }: Decided,
-    loaded: &Loaded,
-    tell: &mut dyn FnMut(f64, &str),
-) -> Result<Diagnosed, DiagnoseError> {
-    let (case, runs) = (search.case, ground.runs);
-    let replay = |c: &Complete| search.replay(c, runs).map_err(|e| DiagnoseError::Nominal(e.to_string()));
-    tell(0.85, "running freely what was decided, and how far noise goes");
-    let claimed = matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous);
-    let no_gap = decision.verdict == Verdict::NoGap;
-    let tuned = if no_gap { before.clone() } else { tuned };
-    let shown_tuned = if no_gap { ground.before.clone() } else { ground.tuned.clone() };
-    let gaps: Vec<(usize, f64)> =
-        contenders.iter().filter_map(|c| Some((c.at, ground.gap(&c.shown)?))).collect();
-    let free_fits: FreeFits = contenders.iter().filter_map(|c| Some((c.at, c.fitted.clone()?))).collect();
-    let chosen = contenders
-        .into_iter()
-        .find(|c| claimed && same(&found.sets[c.at].stated.set, &found.best.stated.set));
-    let (mut after, mut shown_after) = match chosen {
-        Some(c) => (c.complete, c.shown),
-        None if claimed => {
-            let complete = search.polish(&found.best, 16).complete;
-            let shown = replay(&complete)?;
-            (complete, shown)
-        }
-        None => (tuned.clone(), shown_tuned.clone()),
-    };
-    let mut notes = if case.holdout.is_empty() { vec![NO_HOLDOUT.into()] } else { Vec::new() };
-    if decision.unmoved {
-        notes.push("no fit of the model's own parameters runs nearer than those given: their values stay, and explain nothing".into());
-    }
-    if let Some((_, l)) = decision.left_out.filter(|(_, l)| l.does_worse(options.limits.free_runs.near)) {
-        notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
-    }
-    let worse = claimed.then(|| ground.worse(&shown_after)).flatten();
-    if let Some([with, without]) = worse {
-        decision.cap();
-        notes.push(format!(
-            "what explains the recordings for fitting leaves {:.0} % in those held out, the refitted model {:.0} %: nothing is claimed",
-            100.0 * with, 100.0 * without
-        ));
-        (after, shown_after) = (tuned.clone(), shown_tuned.clone());
-    }
-    notes.extend(blind::told(search, decision.verdict));
-    let claimed = claimed && worse.is_none();
-    let nominal = |e: PredictError| DiagnoseError::Nominal(e.to_string());
-    let settled = search.settled(&after, runs).map_err(nominal)?;
-    let floors = search.floors_around(&after, runs, &settled, options.seed).map_err(nominal)?;
-    let traces = traces(runs, [&ground.before, &shown_tuned, &shown_after], &floors);
-    let gap = gap_report(&traces, options.seed);
-    let (picture, location, next) = if options.verdict_only {
-        (None, Where::default(), None)
-    } else {
-        tell(0.95, "finding where the gap lies");
-        let picture = look(loaded, search, &found, &decision);
-        let location = where_it_lies(loaded, search, &found, &decision, &picture, &traces, options.seed);
-        tell(0.97, "choosing what to record next");
-        let next = experiment::propose(search, &found, &decision, &options.limits);
-        (Some(picture), location, next)
-    };
-    let best = Estimated::new(&found.best, &found, &free_fits).or_refitted(ground.fitted.as_ref());
-    let unknown = decision.verdict == Verdict::Unknown;
-    let most = location.components.first().filter(|c| unknown && c.share >= STANDS_OUT);
-    let place = most.map(|c| c.id.clone());
-    let far = if no_gap { Vec::new() } else { strained::told(&found.best, case) };
-    let mut diagnosis = Diagnosis {
-        schema: SCHEMA.into(),
-        model: loaded.case.model.clone(),
-        verdict: decision.verdict,
-        gap,
-        sensors: (&isolability(loaded, &case.subject)).into(),
-        location,
-        effects: effects(case.subject.plant, &found, &free_fits, &best, &decision),
-        candidates: candidates(case.subject.plant, &found, &decision),
-        parameters: parameters(&best, &decision),
-        indistinguishable: indistinguishable(&found, &decision),
-        unknown: Unknown { present: unknown, probability: decision.unknown, place },
-        next_experiment: next.as_ref().map(|n| n.said.clone()),
-        watch: options.watch.then(|| watch::watch(search, &tuned)),
-        augmented: None,
-        capped: options.capped,
-        findings: mistaken.into_iter().chain(far).collect(),
-        inputs: None,
-        notes,
-    };
-    let overall = diagnosis.gap.overall.as_ref().map(|g| g.after);
-    held_out(&found, decision.verdict, overall, &mut diagnosis.candidates, &gaps);
-    if let Some(overall) = &diagnosis.gap.overall {
-        closed_alone(&found, overall, &mut diagnosis.effects, &gaps);
-    }
-    drift::told(&mut diagnosis);
-    diagnosis.notes.extend(claim::elsewhere(case.subject.plant, &found, &decision));
-    if decision.verdict == Verdict::Ambiguous && next.is_none() && !options.verdict_only {
-        diagnosis.notes.push(experiment::NOTHING.into());
-    }
-    let began = |(run, settled)| Began::new(search, &after, run, settled);
-    let began: Vec<Began> = if claimed { runs.iter().zip(&settled).map(began).collect() } else { Vec::new() };
-    let augmented = claimed.then(|| augmented(search, &after, began.first()));
-    tell(1.0, "done");
-    Ok(Diagnosed {
-        diagnosis,
-        picture,
-        next,
-        traces,
-        flexible: case.subject.flexible.clone(),
-        augmented,
-        began,
-        record,
-    })
 }
 
 /// Nothing is decided by a figure that compares with nothing.

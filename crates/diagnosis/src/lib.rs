@@ -6,6 +6,7 @@
 //! - [`inputs`]: what a case was read from;
 //! - [`locate`]: where the excess over that floor sits: channels, times, frequencies, orders, regimes, balances;
 //! - [`picture`]: all that a case shows before any effect is named;
+//! - [`shipped`]: whether a model that is shipped is the one that is reported;
 //! - [`thinned`]: large recordings on a coarser grid;
 //! - [`words`]: effects in words.
 
@@ -19,5 +20,6 @@ mod json;
 pub mod locate;
 pub mod outcome;
 pub mod picture;
+pub mod shipped;
 pub mod thinned;
 pub mod words;

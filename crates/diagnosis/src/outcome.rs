@@ -38,6 +38,27 @@ pub struct Gap {
     pub closed: Option<f64>,
     /// 95 % interval of `closed`.
     pub ci95: Option<[f64; 2]>,
+    /// The same where the run begins again every few periods of the slowest mode; `null` where recordings hold no two
+    /// such windows or the model cannot be simulated in them.
+    #[serde(default)]
+    pub window: Option<WindowGap>,
+}
+
+/// A [`Gap`] of runs that begin again in every window, from first states that are estimated there.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct WindowGap {
+    /// Length of a window, s.
+    pub seconds: f64,
+    /// Nominal parameters.
+    pub before: f64,
+    /// Own parameters refitted, nothing added.
+    pub tuned: f64,
+    /// With the effects.
+    pub after: f64,
+    /// What noise alone leaves.
+    pub floor: f64,
+    /// (before - after) / (before - floor); `null` where before <= floor.
+    pub closed: Option<f64>,
 }
 
 /// Overall and by channel.

@@ -10,7 +10,7 @@ use trueup_diagnosis::locate::{JointColumns, joint_intervals, joint_unknown_inpu
 use trueup_diagnosis::outcome::Verdict;
 use trueup_models::joint::parameter as j;
 use trueup_signals::process::Grid;
-use trueup_signals::{Case, Recording};
+use trueup_signals::{Case, Declared, Recording};
 
 fn data() -> Option<PathBuf> {
     let folder = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
@@ -123,7 +123,7 @@ fn emps<const N: usize>(folder: &Path, file: &str, names: [&str; N]) -> (Vec<f64
     let copy = own.path().join("emps.mat");
     std::fs::copy(folder.join("real/emps").join(file), &copy).unwrap();
     std::fs::write(own.path().join("emps.mat.toml"), "[columns]\n\"t\" = \"time\"\n").unwrap();
-    let (run, _) = Recording::read(&copy, &[], &BTreeMap::new()).unwrap();
+    let (run, _) = Recording::read(&copy, &[], &Declared::default()).unwrap();
     let all = |name: &str| run.channel(name).unwrap().values.clone();
     (run.channel("qm").unwrap().time.clone(), names.map(all))
 }

@@ -10,6 +10,7 @@
 pub mod evidence;
 pub mod filter;
 pub mod fit;
+pub mod innovations;
 pub mod intake;
 pub mod joint;
 pub mod run;

@@ -91,6 +91,13 @@ impl std::fmt::Display for Platform {
     }
 }
 
+impl Version {
+    /// Name of this machine's folder under `binaries/`; on a machine for which FMUs are not packed, one that no FMU has.
+    pub fn platform(self) -> &'static str {
+        Platform::host().map_or("no-platform", |p| p.folder(self))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -3,7 +3,9 @@
 //! Tolerant where tools differ: unknown elements and attributes are skipped, a byte order mark, ISO-8859-1 and
 //! UTF-16 are understood. Strict where a value cannot be understood: an error with line and column.
 
+mod common;
 mod encoding;
+mod error;
 mod fmi2;
 mod fmi3;
 mod node;
@@ -13,21 +15,10 @@ use std::collections::HashMap;
 use roxmltree::Document;
 
 use crate::Version;
-use crate::description::{Description, Experiment, Interface, Unknown, Variable};
+use crate::description::{Description, Experiment, Variable};
 pub use encoding::decode;
+pub use error::ReadError;
 use node::{Lines, Node};
-
-/// A description that cannot be read, with the place (counted from 1).
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("modelDescription.xml, line {line}, column {column}: {message}")]
-pub struct ReadError {
-    /// Line.
-    pub line: u32,
-    /// Column.
-    pub column: u32,
-    /// What is wrong.
-    pub message: String,
-}
 
 /// Reads the bytes of a modelDescription.xml.
 ///
@@ -114,28 +105,5 @@ fn experiment(root: &Node) -> Result<Experiment, ReadError> {
         stop_time: n.value("stopTime")?,
         tolerance: n.value("tolerance")?,
         step_size: n.value("stepSize")?,
-    })
-}
-
-/// Attributes of an interface that both versions spell alike.
-fn interface(n: &Node) -> Result<Interface, ReadError> {
-    Ok(Interface {
-        model_identifier: n.text("modelIdentifier"),
-        needs_execution_tool: n.flag("needsExecutionTool")?,
-        can_be_instantiated_only_once_per_process: n.flag("canBeInstantiatedOnlyOncePerProcess")?,
-        can_handle_variable_communication_step_size: n.flag("canHandleVariableCommunicationStepSize")?,
-        max_output_derivative_order: n.value("maxOutputDerivativeOrder")?.unwrap_or(0),
-        line: n.line(),
-        ..Interface::default()
-    })
-}
-
-fn unknown(n: &Node, reference: &str) -> Result<Unknown, ReadError> {
-    let kinds = n.attribute("dependenciesKind").map(|k| k.split_whitespace().map(str::to_owned).collect());
-    Ok(Unknown {
-        reference: n.required_value(reference)?,
-        dependencies: n.list("dependencies")?,
-        kinds,
-        line: n.line(),
     })
 }

@@ -135,11 +135,15 @@ impl<M: FmuModel> Instance<M> {
         self.touch();
         Ok(())
     }
-    /// fmiXCompletedIntegratorStep: this model has no step events.
-    pub fn completed_integrator_step(&mut self) -> Outcome {
+    /// fmiXCompletedIntegratorStep: is an event due where the step ended? An integrator may have stepped over one.
+    pub fn completed_integrator_step(&mut self) -> Outcome<bool> {
         self.permit(Call::Integrator)?;
+        self.ready()?;
         self.watch();
-        Ok(())
+        let (m, (x, modes)) = (&self.memory, &mut self.tried);
+        x.copy_from_slice(&m.x);
+        modes.copy_from_slice(&m.modes);
+        Ok(!self.model.update(m.t, x, &m.u, &m.p, modes).settled())
     }
     /// fmiXGetContinuousStates.
     pub fn get_states(&mut self, x: &mut [f64]) -> Outcome {

@@ -77,6 +77,8 @@ pub struct Instance<M: FmuModel> {
     pub(crate) token: String,
     pub(crate) memory: Memory,
     pub(crate) cache: Cache,
+    /// States and modes of an event iteration that is only tried.
+    pub(crate) tried: (Vec<f64>, Vec<i32>),
     /// Bits of what was said of the states of this run, and whether of its communication steps.
     said: (u32, bool),
     /// Where messages go.
@@ -108,6 +110,11 @@ pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
 /// Relative tolerance of Co-Simulation while the importer asks for none. That of the default experiment may be looser: it is
 /// for solvers of importers, which an input that jumps can stop.
 const TOLERANCE: f64 = 1e-9;
+
+/// What an indicator of 0 is handed out as. 0 belongs to the domain below it ([`Direction::counts`](trueup_numerics::event::Direction)), which
+/// integrators of others cannot know: one that ends a step where an indicator from below is 0 finds no event due there, and
+/// does not see this indicator cross again. Far below all indicators, and the product of two is not 0.
+const BELOW: f64 = -1e-100;
 
 fn unasked(layout: &Layout) -> f64 {
     TOLERANCE.min(layout.table.experiment.tolerance)
@@ -152,6 +159,7 @@ impl<M: FmuModel> Instance<M> {
             token: configuration.token.clone(),
             memory,
             cache,
+            tried: (vec![0.0; sizes.states], vec![0; sizes.modes]),
             said: (0, false),
             log: Log::default(),
             snapshots: Vec::new(),
@@ -345,6 +353,7 @@ impl<M: FmuModel> Instance<M> {
                 self.singular("try a smaller step")
             ));
         }
+        self.cache.z.iter_mut().filter(|z| **z == 0.0).for_each(|z| *z = BELOW);
         self.cache.z_valid = true;
         Ok(())
     }

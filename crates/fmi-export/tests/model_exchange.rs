@@ -84,6 +84,42 @@ fn an_importer_integrates_over_the_bounce() {
     unsafe { fmi3FreeInstance(c) };
 }
 
+/// 0 belongs to the domain below it, and an indicator says so: an integrator that ends a step where one is 0 exactly, and takes such a
+/// root function out, would lose the event. What was stepped over all the same is asked for where the step ends.
+#[test]
+fn integrators_of_others_cannot_lose_an_event() {
+    let journal = Journal::default();
+    for height in [0.5, 1e-300, 0.0, -0.0, -1e-300, -0.1] {
+        let (due, below) = (height <= 0.0, if height == 0.0 { -1e-100 } else { height });
+        let (c3, c2) = (new3_me(&journal), new2(&journal, fmi2ModelExchange));
+        init3(c3, 1e-6);
+        init2(c2, 1e-6);
+        let x = [height, -1.0, 1.0, 0.0, 0.0];
+        let (mut z, mut info) = ([[7.0; 1]; 2], fmi2EventInfo::default());
+        let (mut event3, mut event2, mut stop3, mut stop2) = (fmi3False, 0, fmi3False, 0);
+        unsafe {
+            update3(c3);
+            assert_eq!(fmi2NewDiscreteStates(c2, &mut info), fmi2OK);
+            assert_eq!((fmi3EnterContinuousTimeMode(c3), fmi2EnterContinuousTimeMode(c2)), (fmi3OK, fmi2OK));
+            assert_eq!(fmi3SetContinuousStates(c3, x.as_ptr(), 5), fmi3OK);
+            assert_eq!(fmi2SetContinuousStates(c2, x.as_ptr(), 5), fmi2OK);
+            assert_eq!(fmi3GetEventIndicators(c3, z[0].as_mut_ptr(), 1), fmi3OK);
+            assert_eq!(fmi2GetEventIndicators(c2, z[1].as_mut_ptr(), 1), fmi2OK);
+            assert_eq!((z[0], z[1], get3::<1>(c3, vr::INDICATOR)), ([below], [below], [below]));
+            assert_eq!(fmi3CompletedIntegratorStep(c3, fmi3True, &mut event3, &mut stop3), fmi3OK);
+            assert_eq!(fmi2CompletedIntegratorStep(c2, 1, &mut event2, &mut stop2), fmi2OK);
+            assert_eq!((event3 != fmi3False, event2 != 0), (due, due), "{height}");
+            assert_eq!((stop3 != fmi3False, stop2 != 0), (false, false));
+            // It was only tried: nothing has changed.
+            let mut after = [0.0; 5];
+            assert_eq!(fmi3GetContinuousStates(c3, after.as_mut_ptr(), 5), fmi3OK);
+            assert_eq!(after.map(f64::to_bits), x.map(f64::to_bits));
+            fmi3FreeInstance(c3);
+            fmi2FreeInstance(c2);
+        }
+    }
+}
+
 #[test]
 fn threads_have_an_instance_each() {
     let results: Vec<f64> = std::thread::scope(|scope| {

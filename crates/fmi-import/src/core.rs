@@ -203,6 +203,13 @@ impl<F: Table> Core<F> {
         FmiError { function, status, instance: self.live.name.clone(), log: self.live.tail() }.into()
     }
 
+    /// Waits no longer for this instance, which is never called again.
+    #[cold]
+    pub(crate) fn give_up(&self, function: &'static str, how: String) -> Error {
+        self.lost.store(true, Ordering::Relaxed);
+        self.ended(function, how)
+    }
+
     fn ended(&self, function: &'static str, how: String) -> Error {
         Error::Ended {
             function,
@@ -277,6 +284,23 @@ impl<F: Table> Drop for Core<F> {
             // SAFETY: instantiated by this library, freed here only.
             unsafe { self.functions.free(self.component) }
         }
+    }
+}
+
+/// Elements of an array that are copied without allocating.
+const SMALL: usize = 16;
+
+/// Hands a copy of `of` to `call`: some FMUs write into what they may only read.
+#[inline]
+pub(crate) fn lent<T: Copy, R>(of: &[T], call: impl FnOnce(*const T) -> R) -> R {
+    match of {
+        [] => call(of.as_ptr()),
+        [first, ..] if of.len() <= SMALL => {
+            let mut copy = [*first; SMALL];
+            copy[..of.len()].copy_from_slice(of);
+            call(copy.as_ptr())
+        }
+        _ => call(of.to_vec().as_ptr()),
     }
 }
 

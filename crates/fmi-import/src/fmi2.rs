@@ -4,16 +4,17 @@
 
 use std::ffi::c_void;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use trueup_fmi::abi::fmi2::*;
 
 use crate::core::{
     Completed, Core, EventInfo, Experiment, Options, Prepared, StateId, States, Step, c_string, c_strings,
-    call, call_prepared, state_functions,
+    call, call_prepared, lent, state_functions,
 };
 use crate::error::{Error, Status};
 use crate::exit;
+use crate::interrupt;
 use crate::library::{Fmu, Interface};
 use crate::log::{Message, text, trueup_fmi2_logger};
 use crate::open;
@@ -155,7 +156,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2GetReal` returns.
     pub fn get_real(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
         self.core.length("fmi2GetReal", "values", references.len(), values.len())?;
-        call!(self.core, fmi2GetReal, references.as_ptr(), references.len(), values.as_mut_ptr())
+        lent(references, |r| call!(self.core, fmi2GetReal, r, references.len(), values.as_mut_ptr()))
     }
 
     /// Sets Reals.
@@ -164,7 +165,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2SetReal` returns.
     pub fn set_real(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
         self.core.length("fmi2SetReal", "values", references.len(), values.len())?;
-        call!(self.core, fmi2SetReal, references.as_ptr(), references.len(), values.as_ptr())
+        lent(references, |r| lent(values, |v| call!(self.core, fmi2SetReal, r, references.len(), v)))
     }
 
     /// Values of Integers and Enumerations.
@@ -173,7 +174,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2GetInteger` returns.
     pub fn get_integer(&mut self, references: &[u32], values: &mut [i32]) -> Result<(), Error> {
         self.core.length("fmi2GetInteger", "values", references.len(), values.len())?;
-        call!(self.core, fmi2GetInteger, references.as_ptr(), references.len(), values.as_mut_ptr())
+        lent(references, |r| call!(self.core, fmi2GetInteger, r, references.len(), values.as_mut_ptr()))
     }
 
     /// Sets Integers and Enumerations.
@@ -182,7 +183,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2SetInteger` returns.
     pub fn set_integer(&mut self, references: &[u32], values: &[i32]) -> Result<(), Error> {
         self.core.length("fmi2SetInteger", "values", references.len(), values.len())?;
-        call!(self.core, fmi2SetInteger, references.as_ptr(), references.len(), values.as_ptr())
+        lent(references, |r| lent(values, |v| call!(self.core, fmi2SetInteger, r, references.len(), v)))
     }
 
     /// Values of Booleans.
@@ -193,7 +194,7 @@ impl Instance {
         self.core.length("fmi2GetBoolean", "values", references.len(), values.len())?;
         self.raw.clear();
         self.raw.resize(values.len(), fmi2False);
-        call!(self.core, fmi2GetBoolean, references.as_ptr(), references.len(), self.raw.as_mut_ptr())?;
+        lent(references, |r| call!(self.core, fmi2GetBoolean, r, references.len(), self.raw.as_mut_ptr()))?;
         values.iter_mut().zip(&self.raw).for_each(|(value, raw)| *value = *raw != fmi2False);
         Ok(())
     }
@@ -206,7 +207,7 @@ impl Instance {
         self.core.length("fmi2SetBoolean", "values", references.len(), values.len())?;
         self.raw.clear();
         self.raw.extend(values.iter().map(|value| fmi2Boolean::from(*value)));
-        call!(self.core, fmi2SetBoolean, references.as_ptr(), references.len(), self.raw.as_ptr())
+        lent(references, |r| call!(self.core, fmi2SetBoolean, r, references.len(), self.raw.as_ptr()))
     }
 
     /// Values of Strings.
@@ -215,7 +216,7 @@ impl Instance {
     /// Whatever `fmi2GetString` returns.
     pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Error> {
         let mut raw = vec![std::ptr::null(); references.len()];
-        call!(self.core, fmi2GetString, references.as_ptr(), references.len(), raw.as_mut_ptr())?;
+        lent(references, |r| call!(self.core, fmi2GetString, r, references.len(), raw.as_mut_ptr()))?;
         // SAFETY: the FMU's texts are NULL or null-terminated, and valid until its next call.
         Ok(raw.into_iter().map(|pointer| unsafe { text(pointer) }).collect())
     }
@@ -228,7 +229,7 @@ impl Instance {
         self.core.length("fmi2SetString", "values", references.len(), values.len())?;
         let texts = c_strings("value", values)?;
         let raw: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
-        call!(self.core, fmi2SetString, references.as_ptr(), references.len(), raw.as_ptr())
+        lent(references, |r| call!(self.core, fmi2SetString, r, references.len(), raw.as_ptr()))
     }
 
     state_functions!(
@@ -260,8 +261,10 @@ impl Instance {
     /// As [`Instance::get_real`].
     #[inline]
     pub fn read(&mut self, block: &Prepared, values: &mut [f64]) -> Result<(), Box<Error>> {
-        let (n, references) = (values.len(), block.references.as_ptr());
-        call_prepared!(self.core, fmi2GetReal, block, 0, n, references, n, values.as_mut_ptr())
+        let n = values.len();
+        lent(&block.references, |r| {
+            call_prepared!(self.core, fmi2GetReal, block, 0, n, r, n, values.as_mut_ptr())
+        })
     }
 
     /// Sets Reals of a block.
@@ -270,8 +273,10 @@ impl Instance {
     /// As [`Instance::set_real`].
     #[inline]
     pub fn write(&mut self, block: &Prepared, values: &[f64]) -> Result<(), Box<Error>> {
-        let (n, references) = (values.len(), block.references.as_ptr());
-        call_prepared!(self.core, fmi2SetReal, block, 0, n, references, n, values.as_ptr())
+        let n = values.len();
+        lent(&block.references, |r| {
+            lent(values, |v| call_prepared!(self.core, fmi2SetReal, block, 0, n, r, n, v))
+        })
     }
 
     /// Partial derivatives of the unknowns times a direction of the knowns.
@@ -287,16 +292,12 @@ impl Instance {
     ) -> Result<(), Error> {
         self.core.length("fmi2GetDirectionalDerivative", "direction", knowns.len(), direction.len())?;
         self.core.length("fmi2GetDirectionalDerivative", "result", unknowns.len(), result.len())?;
-        call!(
-            self.core,
-            fmi2GetDirectionalDerivative,
-            unknowns.as_ptr(),
-            unknowns.len(),
-            knowns.as_ptr(),
-            knowns.len(),
-            direction.as_ptr(),
-            result.as_mut_ptr()
-        )
+        let (m, n, result) = (unknowns.len(), knowns.len(), result.as_mut_ptr());
+        lent(unknowns, |u| {
+            lent(knowns, |k| {
+                lent(direction, |d| call!(self.core, fmi2GetDirectionalDerivative, u, m, k, n, d, result))
+            })
+        })
     }
 }
 
@@ -368,7 +369,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi2SetContinuousStates` returns.
     pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Error> {
         self.states_length("fmi2SetContinuousStates", states.len())?;
-        call!(self.core, fmi2SetContinuousStates, states.as_ptr(), states.len())
+        lent(states, |x| call!(self.core, fmi2SetContinuousStates, x, states.len()))
     }
 
     /// The states.
@@ -454,8 +455,19 @@ impl Instance {
         time: f64,
     ) -> Result<Option<Box<Step>>, Box<Error>> {
         let mut result = self.core.check("fmi2DoStep", status.0);
+        let (begun, deadline) =
+            (Instant::now(), self.core.functions.remote.as_ref().and_then(|r| r.deadline()));
         while result.as_ref().is_err_and(|error| error.status() == Some(Status::Pending)) {
             std::thread::sleep(Duration::from_micros(100));
+            let overdue = deadline.filter(|deadline| begun.elapsed() >= *deadline);
+            let how = overdue
+                .map(|deadline| format!("answered Pending for {} s and was stopped", deadline.as_secs_f64()));
+            let how = how.or_else(|| {
+                interrupt::requested().then(|| "answered Pending, and the run is interrupted".to_owned())
+            });
+            if let Some(how) = how {
+                return Err(Box::new(self.core.give_up("fmi2DoStep", how)));
+            }
             let mut status = fmi2Pending;
             call!(self.core, fmi2GetStatus, fmi2DoStepStatus, &raw mut status)?;
             result = self.core.check("fmi2DoStep", status.0);
@@ -507,14 +519,9 @@ impl Instance {
         self.core.length("fmi2SetRealInputDerivatives", "orders", references.len(), orders.len())?;
         self.core.length("fmi2SetRealInputDerivatives", "values", references.len(), values.len())?;
         let n = references.len();
-        call!(
-            self.core,
-            fmi2SetRealInputDerivatives,
-            references.as_ptr(),
-            n,
-            orders.as_ptr(),
-            values.as_ptr()
-        )
+        lent(references, |r| {
+            lent(orders, |o| lent(values, |v| call!(self.core, fmi2SetRealInputDerivatives, r, n, o, v)))
+        })
     }
 
     /// Derivatives of outputs with respect to time, each of its order (from 1).

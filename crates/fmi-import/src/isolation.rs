@@ -29,7 +29,7 @@ mod open;
 mod link;
 
 #[cfg(target_os = "linux")]
-pub(crate) use link::{Fault, Remote};
+pub(crate) use link::{Fault, Remote, ended};
 #[cfg(target_os = "linux")]
 pub(crate) use open::{Three, three, two};
 

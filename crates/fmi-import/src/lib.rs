@@ -22,7 +22,10 @@ pub mod exit;
 pub mod fmi2;
 pub mod fmi3;
 mod folder;
+pub mod interrupt;
 pub mod isolation;
+#[cfg(target_os = "linux")]
+pub mod keeper;
 mod library;
 mod log;
 mod open;

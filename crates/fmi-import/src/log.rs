@@ -43,6 +43,9 @@ pub type Listener = Box<dyn Fn(&Message) + Send + Sync>;
 /// Messages kept per instance; older ones are dropped.
 pub const KEPT: usize = 1000;
 
+/// Bytes of a message that are kept; the ring of an isolated FMU takes them at once.
+const LONGEST: usize = 1 << 13;
+
 /// Lines of the log that an error carries.
 const TAIL: usize = 10;
 
@@ -181,6 +184,17 @@ pub(crate) fn panic_message(panic: &(dyn Any + Send)) -> String {
     text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
 }
 
+/// The beginning of a message that is too long, and how long it is.
+fn cut(mut text: String) -> String {
+    let length = text.len();
+    if length > LONGEST {
+        let end = (0..=LONGEST).rev().find(|at| text.is_char_boundary(*at)).unwrap_or(0);
+        text.truncate(end);
+        text.push_str(&format!(" ... (cut: the message has {length} bytes)"));
+    }
+    text
+}
+
 /// Where logger.c delivers the formatted message.
 ///
 /// # Safety
@@ -198,7 +212,7 @@ unsafe extern "C" fn trueup_fmi_log(
         // SAFETY: as the caller's.
         let (name, category, text) = unsafe { (text(instance), text(category), text(message)) };
         if let Some(live) = find(environment, Some(&name)) {
-            live.push(Message { status: status.into(), category, text });
+            live.push(Message { status: status.into(), category: cut(category), text: cut(text) });
         }
     });
 }

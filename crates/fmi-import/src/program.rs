@@ -16,7 +16,7 @@ use trueup_fmi::abi::fmi3;
 
 pub use lines::{Following, Lines};
 
-use crate::core::{Prepared, Step};
+use crate::core::{Prepared, Step, lent};
 use crate::error::Error;
 use crate::exit;
 use crate::{fmi2::Instance as V2, fmi3::Instance as V3};
@@ -77,6 +77,40 @@ enum Call {
         factor: f64,
         offset: f64,
     },
+}
+
+impl Block {
+    /// A copy of the references.
+    ///
+    /// # Safety
+    /// The program that keeps them lives.
+    #[inline]
+    unsafe fn lent<R>(&self, call: impl FnOnce(*const u32) -> R) -> R {
+        // SAFETY: the caller's word.
+        lent(unsafe { std::slice::from_raw_parts(self.references, self.count) }, call)
+    }
+}
+
+impl Call {
+    /// Sets copies of the block's `values`, as many as it has; OK of what sets nothing.
+    ///
+    /// # Safety
+    /// The program lives, the instance is live and exclusively the caller's.
+    #[inline]
+    unsafe fn set(self, values: *const f64) -> c_int {
+        let (Self::Set2(_, b) | Self::Set3(_, b)) = self else { return 0 };
+        // SAFETY: the caller's word.
+        unsafe {
+            let values = std::slice::from_raw_parts(values, b.values);
+            b.lent(|r| {
+                lent(values, |v| match self {
+                    Self::Set2(f, _) => f(b.component, r, b.count, v).0,
+                    Self::Set3(f, _) => f(b.component, r, b.count, v, b.values).0,
+                    _ => 0,
+                })
+            })
+        }
+    }
 }
 
 #[derive(Clone, Copy)]
@@ -366,10 +400,13 @@ impl<I: ?Sized> Bound<'_, I> {
             // for its sizes, see `bind`; the ranges and indices lie within `values`, by the assertion.
             let status = unsafe {
                 match *call {
-                    Call::Get2(f, b) => f(b.component, b.references, b.count, base.add(b.first)).0,
-                    Call::Get3(f, b) => f(b.component, b.references, b.count, base.add(b.first), b.values).0,
-                    Call::Set2(f, b) => f(b.component, b.references, b.count, base.add(b.first)).0,
-                    Call::Set3(f, b) => f(b.component, b.references, b.count, base.add(b.first), b.values).0,
+                    Call::Get2(f, b) => {
+                        b.lent(|references| f(b.component, references, b.count, base.add(b.first)).0)
+                    }
+                    Call::Get3(f, b) => b.lent(|references| {
+                        f(b.component, references, b.count, base.add(b.first), b.values).0
+                    }),
+                    Call::Set2(_, b) | Call::Set3(_, b) => call.set(base.add(b.first)),
                     Call::Hand { from, to, factor, offset } => {
                         *base.add(to) = factor * *base.add(from) + offset;
                         0

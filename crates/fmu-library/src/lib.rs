@@ -9,7 +9,7 @@ pub use fmu_plant::{Choice, Wanted, choices, of_arm, of_design};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
-use trueup_fmi_export::reference::{Reference, reference};
+use trueup_fmi_export::reference::{Reference, WORK, reference, response};
 use trueup_numerics::hybrid::At;
 
 /// Any model of the project.
@@ -100,11 +100,22 @@ pub fn table(c: &Configuration) -> Result<ModelTable, String> {
     Ok(table)
 }
 
-/// Inputs and outputs of the reference experiment of a configuration, run natively.
+/// Inputs and outputs of the reference experiment of a configuration, run natively. What drives a robot that a file
+/// describes is scaled so that each input accelerates it at its start as it does the model's own one.
 ///
 /// # Errors
-/// As [`table`]; a run that failed.
+/// As [`table`]; a run that failed, or took more steps than can be waited for.
 pub fn reference_result(c: &Configuration) -> Result<Reference, String> {
-    let schedule = fmu_plant::schedule(c).or_else(|| fmu_controller::schedule(&c.model));
-    reference::<Model>(c, schedule.unwrap_or_default())
+    let schedule = fmu_plant::schedule(c).or_else(|| fmu_controller::schedule(&c.model)).unwrap_or_default();
+    if !fmu_plant::is_robot(c) {
+        return reference::<Model>(c, schedule, usize::MAX);
+    }
+    let own = Configuration::of(&c.model);
+    let mut scaled = schedule.to_vec();
+    for (_, name, value) in &mut scaled {
+        if let (Some(of_own), Some(of_this)) = (response::<Model>(&own, name)?, response::<Model>(c, name)?) {
+            *value *= of_own / of_this;
+        }
+    }
+    reference::<Model>(c, &scaled, WORK)
 }

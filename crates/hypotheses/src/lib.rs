@@ -6,6 +6,7 @@
 
 pub mod baseline;
 pub mod catalogue;
+pub mod innovations;
 pub mod levels;
 pub mod parametrize;
 pub mod pushes;

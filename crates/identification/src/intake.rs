@@ -116,7 +116,7 @@ fn relations(model: &Model, case: &Case) -> Vec<Relation> {
         let n = case.number("gearRatio").unwrap_or_else(|| model.defaults()[2]);
         let (left, right) = ("motorAngle".into(), "loadAngle".into());
         return vec![
-            Relation::Proportional { left, right, factor: n },
+            Relation::Proportional { left, right, factor: n, parameter: "gearRatio".into() },
             rate("motorVelocity", "motorAngle"),
             rate("loadVelocity", "loadAngle"),
         ];

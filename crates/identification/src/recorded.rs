@@ -123,14 +123,20 @@ fn leader(model: &Model, recording: &Recording, joint: usize) -> Option<String> 
     names.into_iter().find(|n| recording.channel(n).is_some_and(|c| c.len() >= 5))
 }
 
-/// The joints (from 0) that no torque drives in one of these recordings and whose motors' motion is measured in all.
+/// The joints (from 0) that neither a torque nor the command of a servo drives in one of these recordings and whose motors' motion
+/// is measured in all.
 pub fn led(model: &Model, recordings: &[&Recording]) -> Vec<usize> {
     if model.arm().is_none() {
         return Vec::new();
     }
-    let torque = |r: &Recording, j: usize| r.channel(&element_name("jointTorque", &[j + 1])).is_some();
+    let driven = |r: &Recording, j: usize| {
+        ["jointTorque", "positionReference"].into_iter().any(|input| {
+            let name = element_name(input, &[j + 1]);
+            model.input(&name).is_some() && r.channel(&name).is_some()
+        })
+    };
     (0..model.structure().flexible.len())
-        .filter(|&j| recordings.iter().any(|r| !torque(r, j)))
+        .filter(|&j| recordings.iter().any(|r| !driven(r, j)))
         .filter(|&j| recordings.iter().all(|r| leader(model, r, j).is_some()))
         .collect()
 }

@@ -69,8 +69,8 @@ pub trait Hybrid {
     /// Outputs (length `outputs`).
     fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]);
     /// Event indicators (length `indicators`); an event is due where one leaves or enters `z > 0`.
-    /// [`Hybrid::update`] has to decide by the same expressions, `z = 0` counting as crossed: else an event
-    /// that falls on 0 exactly changes nothing and is not seen again.
+    /// [`Hybrid::update`] has to decide by the same expressions, `z = 0` as part of the lower domain: from above it counts as
+    /// crossed, from below not yet.
     fn indicators<T: Scalar>(&self, at: At<T>, z: &mut [T]);
     /// Which domain changes of an indicator matter; one that does not is no event.
     fn direction(&self, _indicator: usize) -> Direction {

@@ -16,7 +16,15 @@ fn amount(value: f64, unit: &str, ci95: [Option<f64>; 2]) -> Amount {
 }
 
 fn gap() -> Gap {
-    Gap { before: 0.21, tuned: 0.12, after: 0.013, floor: 0.011, closed: Some(0.99), ci95: Some([0.98, 1.0]) }
+    Gap {
+        before: 0.21,
+        tuned: 0.12,
+        after: 0.013,
+        floor: 0.011,
+        closed: Some(0.99),
+        ci95: Some([0.98, 1.0]),
+        window: None,
+    }
 }
 
 fn diagnosis(verdict: Verdict) -> Diagnosis {
@@ -287,8 +295,15 @@ fn a_diagnosis_with_nothing_in_it_is_a_page() {
     (d.candidates, d.indistinguishable, d.next_experiment, d.augmented) = (vec![], vec![], None, None);
     let html = diagnosis_page(&d, &Evidence::default());
     assert!(html.contains("agrees with the recordings") && html.contains("trueup.diagnosis/1"));
-    d.gap.overall =
-        Some(Gap { before: f64::NAN, tuned: 0.0, after: 0.0, floor: 0.0, closed: None, ci95: None });
+    d.gap.overall = Some(Gap {
+        before: f64::NAN,
+        tuned: 0.0,
+        after: 0.0,
+        floor: 0.0,
+        closed: None,
+        ci95: None,
+        window: None,
+    });
     assert!(diagnosis_page(&d, &Evidence::default()).contains("NaN"));
 }
 

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 pub use load::Loaded;
 
 use crate::names::base_name;
-use crate::recording::Settings;
+use crate::recording::{Declared, Settings};
 
 /// A parameter's value.
 #[derive(Clone, Debug, PartialEq)]
@@ -98,9 +98,16 @@ pub struct Case {
     pub with: Vec<String>,
     /// What holds for a channel in all recordings; an array's name for its elements.
     pub channels: BTreeMap<String, Settings>,
+    /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: the clocks are believed.
+    pub rate: Option<f64>,
 }
 
 impl Case {
+    /// What holds for all its recordings.
+    pub(crate) fn declared(&self) -> Declared {
+        Declared { channels: self.channels.clone(), rate: self.rate }
+    }
+
     /// The number that the owner believes for this parameter or element.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.parameters.get(name)?.number()

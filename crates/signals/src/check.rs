@@ -47,6 +47,9 @@ pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) ->
 pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
     let mut findings: Vec<_> =
         loaded.recordings.values().flat_map(|run| recording(run, known, relations)).collect();
+    for relation in relations {
+        relation.of_all(loaded, &mut findings);
+    }
     case::check(loaded, known, &mut findings);
     findings
 }

@@ -30,7 +30,8 @@ impl Keys {
 }
 
 /// All tables.
-pub const ALL: &[Keys] = &[CASE, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
+pub const ALL: &[Keys] =
+    &[CASE, RECORDINGS, EFFECTS, PAYLOAD, PAYLOAD_FIGURE, FIT, CHANNELS, GUESS, SIDECAR, COLUMNS];
 
 const fn key(name: &'static str, meaning: &'static str, unit: &'static str, default: &'static str) -> Key {
     Key { name, meaning, unit, default }
@@ -71,7 +72,24 @@ pub const CASE: Keys = Keys {
             "",
             "nothing is known",
         ),
+        key(
+            "recordings",
+            "table: what holds for the rows of all recordings, see below",
+            "",
+            "nothing is said",
+        ),
     ],
+};
+
+/// Of `[recordings]`.
+pub const RECORDINGS: Keys = Keys {
+    of: "recordings",
+    list: &[key(
+        "rate",
+        "rows a second: they are evenly spaced, whatever the column `time` shows (a logger whose clock is coarser than its rows)",
+        "Hz",
+        "the column `time` is believed",
+    )],
 };
 
 /// Of a known effect, beside the names of its parameters.
@@ -204,6 +222,12 @@ pub const SIDECAR: Keys = Keys {
             "parameters",
             "table: start values known for this run, such as `initialMotorAngle`",
             "the parameter's",
+            "as `case.toml` says",
+        ),
+        key(
+            "rate",
+            "as under `[recordings]` of `case.toml`, of this recording alone",
+            "Hz",
             "as `case.toml` says",
         ),
     ],

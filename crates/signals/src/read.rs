@@ -4,40 +4,25 @@ mod assemble;
 mod clock;
 mod csv;
 mod guard;
+mod input;
 mod mat;
 mod memory;
 mod parameters;
 mod parquet;
 mod sidecar;
+mod table;
 pub(crate) mod toml;
 
-use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::Error;
 use crate::finding::{Finding, Kind, verdict};
-use crate::recording::{Recording, Settings};
+use crate::recording::{Declared, Recording};
 use crate::variable::Variable;
+pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
-
-/// What stands in a file: columns of one length, `NaN` where nothing was measured.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Table {
-    pub(crate) names: Vec<String>,
-    pub(crate) columns: Vec<Vec<f64>>,
-    /// Line of each row; empty where a format has none.
-    pub(crate) lines: Vec<u64>,
-    /// What cannot be a column, and why.
-    pub(crate) skipped: Vec<String>,
-}
-
-impl Table {
-    /// Where row `i` stands: a line, or nothing.
-    pub(crate) fn line(&self, row: usize) -> Option<u64> {
-        self.lines.get(row).copied()
-    }
-}
+use table::{Table, Wanted};
 
 /// Errors of one kind that are told one by one; the rest is counted.
 pub(crate) const TOLD: usize = 5;
@@ -50,14 +35,10 @@ impl Recording {
     ///
     /// # Errors
     /// [`Error::Wrong`] with all findings.
-    pub fn read(
-        file: &Path,
-        known: &[Variable],
-        declared: &BTreeMap<String, Settings>,
-    ) -> Result<(Self, Vec<Finding>), Error> {
+    pub fn read(file: &Path, known: &[Variable], declared: &Declared) -> Result<(Self, Vec<Finding>), Error> {
         let mut findings = Vec::new();
-        let sidecar = Sidecar::beside(file, known, &mut findings);
-        let table = table(file, &mut findings);
+        let sidecar = Sidecar::beside(file, None, known, &mut findings);
+        let table = table_of(file, Wanted::Numbers, &mut findings);
         let (Some(table), Some(sidecar)) = (table, sidecar) else { return Err(Error::Wrong(findings)) };
         let recording = assemble::assemble(file, table, &sidecar, known, declared, &mut findings);
         verdict(recording, findings)
@@ -70,14 +51,16 @@ impl Recording {
     pub fn parse_csv(name: &str, bytes: &[u8], known: &[Variable]) -> Result<(Self, Vec<Finding>), Error> {
         let mut findings = Vec::new();
         let file = PathBuf::from(name);
-        let Some(table) = csv::read(&file, bytes, &mut findings) else { return Err(Error::Wrong(findings)) };
-        let none = BTreeMap::new();
+        let table = csv::read(&file, bytes, Wanted::Numbers, &mut findings);
+        let Some(table) = table else { return Err(Error::Wrong(findings)) };
+        let none = Declared::default();
         let recording = assemble::assemble(&file, table, &Sidecar::default(), known, &none, &mut findings);
         verdict(recording, findings)
     }
 }
 
-fn table(file: &Path, findings: &mut Vec<Finding>) -> Option<Table> {
+/// The columns of a file, by the end of its name.
+fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<Table> {
     let open = std::fs::File::open(file).map_err(|e| {
         let mend = match e.kind() {
             std::io::ErrorKind::NotFound => "write its name as it stands in the folder",
@@ -88,8 +71,8 @@ fn table(file: &Path, findings: &mut Vec<Finding>) -> Option<Table> {
     let open = open.ok()?;
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     match extension.as_str() {
-        "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), findings),
-        "parquet" => parquet::read(file, open, findings),
+        "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), wanted, findings),
+        "parquet" => parquet::read(file, open, wanted, findings),
         "mat" => match std::fs::read(file) {
             Ok(bytes) => mat::read(file, bytes, findings),
             Err(e) => {

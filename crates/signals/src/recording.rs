@@ -79,6 +79,15 @@ pub struct Settings {
     pub interpolation: Option<Interpolation>,
 }
 
+/// What a case declares for all its recordings; what a sidecar says goes before it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Declared {
+    /// By the names of channels; an array's name stands for its elements.
+    pub channels: BTreeMap<String, Settings>,
+    /// Rows a second, in Hz, evenly spaced whatever the clock shows; `None`: the clock is believed.
+    pub rate: Option<f64>,
+}
+
 /// One signal with samples of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {

@@ -51,6 +51,9 @@ impl Unit {
     /// No unit.
     pub const ONE: Self = Self { exponents: [0; 7], factor: 1.0, offset: 0.0 };
 
+    /// That of time.
+    pub const SECOND: Self = Self { exponents: [0, 0, 1, 0, 0, 0, 0], factor: 1.0, offset: 0.0 };
+
     /// Reads `N.m/rad`, `kg.m2`, `1/s`, `mA`, `deg/s`, `rpm`, `m/s^2`; empty is 1. One divisor follows each `/`.
     /// `None`: not a unit that is known here.
     pub fn parse(text: &str) -> Option<Self> {

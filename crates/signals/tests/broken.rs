@@ -30,8 +30,14 @@ fn files_that_cannot_be_read_as_they_are() {
         ("binary", b"PK\x03\x04\0\0\0\0", Encoding, &["zero bytes", "CSV"]),
         ("Latin-1 header", latin, Encoding, &["run.csv:1", "not UTF-8"]),
         ("Latin-1 cell", b"time,motorAngle\n0,1\xb0\n", Encoding, &["run.csv:2", "motorAngle", "not UTF-8"]),
-        ("semicolons", b"time;motorAngle\n0,0;1,5\n", Separator, &["semicolons", "commas", "0.5, not 0,5"]),
-        ("tabs", b"time\tmotorAngle\n0\t1\n", Separator, &["tabs"]),
+        ("blanks", b"time motorAngle\n0 1\n", Separator, &["run.csv:1", "separated by blanks", "commas"]),
+        (
+            "both marks",
+            b"time;motorAngle\n0;1.5\n1;2,5\n",
+            NotANumber,
+            &["run.csv:3", "decimal comma here", "point in line 2"],
+        ),
+        ("thousands", b"time;motorAngle\n0;1\n1;1.234,5\n", NotANumber, &["run.csv:3", "\"1.234,5\""]),
         ("no header", b"0,1,2\n0.1,1,2\n", NoHeader, &["run.csv:1", "name the columns", "time"]),
         ("nameless column", b",time,motorAngle\n0,0,1\n", NoHeader, &["column 1 has no name", "index"]),
         (
@@ -64,7 +70,24 @@ fn files_that_cannot_be_read_as_they_are() {
             ClockBack,
             &["run.csv:4", "from 2 s to 1 s", "sort"],
         ),
-        ("clock stands", b"time,motorAngle\n0,1\n1,1\n1,1\n", ClockRepeats, &["run.csv:4", "repeats 1 s"]),
+        (
+            "clock stands",
+            b"time,motorAngle\n0,1\n1,1\n1,1\n1,2\n2,1\n",
+            ClockRepeats,
+            &["run.csv:4", "repeats 1 s", "3 rows", "rate = N"],
+        ),
+        (
+            "coarse clock",
+            b"time,motorAngle\n0,1\n0,1\n1,1\n1,2\n",
+            ClockRepeats,
+            &["run.csv:3", "2 of 2 times", "rate = N"],
+        ),
+        (
+            "no date",
+            b"time,motorAngle\nsoon,1\nlater,2\n",
+            NotANumber,
+            &["run.csv:2", "\"soon\"", "nor a date"],
+        ),
         ("infinite", b"time,motorAngle\n0,1\n1,inf\n", InfiniteValue, &["run.csv:3", "motorAngle at 1 s"]),
         ("overflow", b"time,motorAngle\n0,1\n1,1e999\n", InfiniteValue, &["run.csv:3"]),
         ("no value", b"time,motorAngle\n0,\n1,nan\n", NoValue, &["motorAngle", "no value"]),
@@ -419,7 +442,12 @@ fn swing(spoil: impl Fn(usize, &mut [f64; 4])) -> String {
 
 fn relations() -> Vec<Relation> {
     vec![
-        Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 },
+        Relation::Proportional {
+            left: "motorAngle".into(),
+            right: "loadAngle".into(),
+            factor: 160.0,
+            parameter: "gearRatio".into(),
+        },
         Relation::Rate { rate: "motorVelocity".into(), of: "motorAngle".into() },
     ]
 }

@@ -4,9 +4,11 @@
 
 mod broken;
 mod common;
+mod formats;
 mod mutants;
 mod noise;
 mod parameters;
 mod process;
 mod properties;
 mod reading;
+mod relations;

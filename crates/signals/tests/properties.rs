@@ -2,12 +2,11 @@
 
 #![allow(clippy::unwrap_used)]
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use proptest::collection::vec;
 use proptest::prelude::*;
-use trueup_signals::{Case, Channel, Recording, Unit};
+use trueup_signals::{Case, Channel, Declared, Recording, Unit};
 
 fn finite() -> impl Strategy<Value = f64> {
     any::<f64>().prop_filter("finite", |x| x.is_finite())
@@ -46,7 +45,7 @@ proptest! {
         for name in ["run.csv", "run.parquet"] {
             let file = folder.path().join(name);
             run.write(&file).unwrap();
-            let (read, _) = Recording::read(&file, &[], &BTreeMap::new()).unwrap();
+            let (read, _) = Recording::read(&file, &[], &Declared::default()).unwrap();
             prop_assert_eq!(bits(&read), bits(&run), "{}", name);
         }
         // Nothing but the two is left.
@@ -64,7 +63,7 @@ proptest! {
         for (name, bytes) in [("a.csv", &bytes), ("a.mat", &mat), ("b.mat", &bytes), ("a.parquet", &parquet)] {
             let file = folder.path().join(name);
             std::fs::write(&file, bytes).unwrap();
-            let _ = Recording::read(&file, &[], &BTreeMap::new());
+            let _ = Recording::read(&file, &[], &Declared::default());
         }
     }
 

@@ -9,7 +9,7 @@ use std::path::Path;
 use crate::common::{data, joint};
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{
-    Case, Channel, Finding, Guess, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
+    Case, Channel, Declared, Finding, Guess, Interpolation, Kind, Recording, Role, Severity, Value, Variable,
 };
 
 fn csv(text: &str, known: &[Variable]) -> (Recording, Vec<Finding>) {
@@ -107,7 +107,7 @@ fn a_sidecar_maps_names_scales_and_units() {
         ),
     ]);
     let file = folder.path().join("run.csv");
-    let (run, findings) = Recording::read(&file, &joint(), &BTreeMap::new()).unwrap();
+    let (run, findings) = Recording::read(&file, &joint(), &Declared::default()).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
     assert_eq!(run.end, 0.5);
     assert_eq!(values(&run, "motorCurrent"), [36.15065, 71.3013]);
@@ -207,8 +207,12 @@ fn example_cases_are_read() {
         assert_eq!(run.channel("motorCurrent").unwrap().interpolation, Interpolation::Hold);
         assert!(run.channels.iter().all(|c: &Channel| !c.unit.is_empty()));
         // Healthy recordings: nothing but that an input was not recorded.
-        let geared =
-            Relation::Proportional { left: "motorAngle".into(), right: "loadAngle".into(), factor: 160.0 };
+        let geared = Relation::Proportional {
+            left: "motorAngle".into(),
+            right: "loadAngle".into(),
+            factor: 160.0,
+            parameter: "gearRatio".into(),
+        };
         let found = check::case(&loaded, &joint(), &[geared]);
         assert!(found.iter().all(|f| f.severity == Severity::Note), "{name}: {found:#?}");
     }
@@ -219,7 +223,7 @@ fn example_cases_are_read() {
 #[test]
 fn mat_files_of_all_levels_read_alike() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/files");
-    let read = |name: &str| Recording::read(&folder.join(name), &[], &Default::default()).unwrap();
+    let read = |name: &str| Recording::read(&folder.join(name), &[], &Declared::default()).unwrap();
     let (v5, _) = read("v5.mat");
     assert_eq!(v5.channels.len(), 4);
     let squares: Vec<f64> = (0..60).map(|k| f64::from(k) * 0.01).map(|t| t * t).collect();

@@ -253,6 +253,7 @@ impl RawSweep {
             let more = format!("a Sobol sequence has {MOST_SOBOL} factors at most; use \"latin-hypercube\"");
             mistakes.wrong(0..0, more);
         }
+        varied_once(&factors, mistakes);
         let mut names: Vec<(&str, &Place)> = factors.iter().map(|f| (f.name.as_str(), &f.place)).collect();
         names.extend(outputs.iter().map(|o| (o.name.as_str(), &o.place)));
         for (i, (name, place)) in names.iter().enumerate() {
@@ -266,6 +267,30 @@ impl RawSweep {
         let folder = file.parent().unwrap_or(Path::new(""));
         let system = folder.join(self.system);
         Sweep { file: file.into(), system, kind, runs, seed: self.seed, run, factors, outputs }
+    }
+}
+
+/// A variable has one value in a run: two factors on it, or on an array and an element of it, would leave one of them without effect.
+fn varied_once(factors: &[Factor], mistakes: &mut Mistakes) {
+    let stem =
+        |name: &str| name.strip_suffix(']').and_then(|n| n.rsplit_once('[')).map(|(stem, _)| stem.to_owned());
+    let meet = |a: &str, b: &str| a == b || stem(a).as_deref() == Some(b) || stem(b).as_deref() == Some(a);
+    let mut seen: Vec<(&str, &Factor)> = Vec::new();
+    for factor in factors {
+        for variable in &factor.variables {
+            if let Some((_, other)) = seen.iter().find(|(before, _)| meet(before, variable)) {
+                let (name, first, place) = (&factor.name, &other.name, &other.place);
+                let message = if std::ptr::eq(*other, factor) {
+                    format!("`{name}` names `{variable}` twice; take one out")
+                } else {
+                    format!(
+                        "`{variable}` is varied by `{first}` already, see {place}; take it out of one of the two"
+                    )
+                };
+                mistakes.list.push(Mistake { place: factor.place.clone(), message });
+            }
+            seen.push((variable, factor));
+        }
     }
 }
 

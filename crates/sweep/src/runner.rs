@@ -84,9 +84,17 @@ impl Runner {
     /// # Errors
     /// [`Error::Mistakes`] of the sweep with lines, [`Error::System`] of what is run, [`Error::File`].
     pub fn open(file: &Path) -> Result<Self, Error> {
+        Self::open_with(file, false)
+    }
+
+    /// As [`Self::open`]; `own_processes`: each component will have one, see [`System::own_processes`].
+    ///
+    /// # Errors
+    /// As [`Self::open`].
+    pub fn open_with(file: &Path, own_processes: bool) -> Result<Self, Error> {
         let sweep = Sweep::read(file)?;
         let design = Design::of(&sweep);
-        let mut system = System::read(&sweep.system)?;
+        let mut system = System { own_processes, ..System::read(&sweep.system)? };
         over(&mut system, &sweep);
         let record = sweep.outputs.iter().map(|o| Recorded {
             name: o.variable.clone(),

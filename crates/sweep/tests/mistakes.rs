@@ -38,6 +38,17 @@ fn each_has_its_line_and_its_mend() {
         ("\"grid\"", "\"sobol\"\nruns = 5", "s.toml:6: `a`: `points` belongs to a grid"),
         ("\"grid\"", "\"list\"", "s.toml:5: `a`: a list needs `values"),
         ("b = {", "y = {", "s.toml:9: the column `y` is there already"),
+        (
+            "b = {",
+            "b = { variable = \"a\",",
+            "s.toml:6: `a` is varied by `a` already, see s.toml:5; take it out of one of the two",
+        ),
+        (
+            "b = {",
+            "b = { variable = [\"c\", \"a[2]\"],",
+            "s.toml:6: `a[2]` is varied by `a` already, see s.toml:5",
+        ),
+        ("b = {", "b = { variable = [\"c\", \"c\"],", "s.toml:6: `b` names `c` twice; take one out"),
         ("y = {", "reason = {", "s.toml:9: the column `reason` is there already"),
         ("take = \"max\"", "take = \"time\"", "s.toml:9: `y`: the time of what? write either `above = X`"),
         ("take = \"max\"", "take = \"max\", above = 1", "s.toml:9: `y`: `above` and `below` belong to"),

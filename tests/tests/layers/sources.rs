@@ -20,6 +20,8 @@ const UNSAFE: &[&str] = &[
     "crates/fmi-import/src/isolation/link/remote.rs",
     "crates/fmi-import/src/isolation/memory.rs",
     "crates/fmi-import/src/isolation/open.rs",
+    // A process that waits for the one with the FMUs.
+    "crates/fmi-import/src/keeper.rs",
     "crates/fmi-import/src/library.rs",
     "crates/fmi-import/src/log.rs",
     "crates/fmi-import/src/program.rs",
@@ -121,6 +123,20 @@ fn unnamed_modules(main: &File, others: &[File], manifest: &File) -> Complaints 
         .collect()
 }
 
+/// Tests within the sources of a crate whose library has no harness (`test = false`): they would never run.
+fn tests_without_harness(manifest: &File, sources: &[File]) -> Complaints {
+    let library = manifest.text.split("\n[").find(|section| section.starts_with("lib]")).unwrap_or_default();
+    if !library.lines().any(|l| l.trim() == "test = false") {
+        return Vec::new();
+    }
+    let folder = manifest.path.replace("Cargo.toml", "src/");
+    let inside = sources.iter().filter(|f| f.path.starts_with(&folder));
+    let tested = inside.filter(|f| Source::of(f).code.contains("#[cfg(test)]") || f.text.contains("#[test]"));
+    tested
+        .map(|f| format!("{}: its tests never run; take `test = false` out of {}", f.path, manifest.path))
+        .collect()
+}
+
 fn check(endings: &[&str], rule: impl Fn(&File) -> Complaints) {
     none(files(endings).iter().flat_map(rule).collect());
 }
@@ -150,6 +166,12 @@ fn every_file_of_tests_is_run() {
         }
     }
     none(complaints);
+}
+
+#[test]
+fn every_test_within_a_library_is_run() {
+    let (sources, manifests) = (files(&[".rs"]), files(&["Cargo.toml"]));
+    none(manifests.iter().flat_map(|m| tests_without_harness(m, &sources)).collect());
 }
 
 #[test]
@@ -197,6 +219,15 @@ fn broken_rules_are_found() {
         assert!(unnamed(&format!("crates/a/tests/{named}")).is_empty(), "{named}");
     }
     assert!(unnamed("crates/b/tests/c.rs").is_empty());
+
+    let bare = file("crates/a/Cargo.toml", "[package]\n\n[lib]\ntest = false\n\n[[test]]\n");
+    let inline = file("crates/a/src/b.rs", "#[cfg(test)]\nmod tests {\n#[test]\nfn f() {}\n}\n");
+    says(
+        &tests_without_harness(&bare, std::slice::from_ref(&inline)),
+        &["a/src/b.rs", "never run", "test = false"],
+    );
+    assert!(tests_without_harness(&bare, &[file("crates/a/src/b.rs", "fn f() {}\n")]).is_empty());
+    assert!(tests_without_harness(&file("crates/a/Cargo.toml", "[package]\n"), &[inline]).is_empty());
 
     says(&length(&file(library, &"\n".repeat(801))), &["801 lines", "split"]);
     assert!(length(&file(library, &"\n".repeat(800))).is_empty());

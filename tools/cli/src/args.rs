@@ -131,13 +131,17 @@ impl std::str::FromStr for Way {
 pub(crate) enum Engine {
     Balances,
     Filter,
+    /// On trial: verdicts alone.
+    #[value(hide = true)]
+    Innovations,
 }
 
 impl From<Engine> for trueup_diagnosis::diagnose::Engine {
     fn from(engine: Engine) -> Self {
         match engine {
-            Engine::Balances => Self::Balances,
             Engine::Filter => Self::Filter,
+            // The innovations engine is called by itself, before.
+            Engine::Balances | Engine::Innovations => Self::Balances,
         }
     }
 }
@@ -202,6 +206,9 @@ pub(crate) struct Pack {
     /// Robot of a SpatialFreeFlyer or a FlexibleArm: a file of TOML (see docs/robots.md) or URDF
     #[arg(long, value_name = "FILE", conflicts_with = "preset")]
     pub(crate) robot: Option<PathBuf>,
+    /// Hold the robot's base: it is bolted to the ground, and the FMU has a parameter `gravity`
+    #[arg(long, requires = "robot")]
+    pub(crate) held: bool,
     /// Start value: a number, `true`, an item of an enumeration; of an array one element (`linkMass[1]=4`)
     /// or all of them (`linkMass=4,3,1`)
     #[arg(long, value_name = "NAME=VALUE", allow_hyphen_values = true)]
@@ -285,8 +292,8 @@ pub(crate) struct Simulate {
     /// before is kept (Linux)
     #[arg(long)]
     pub(crate) isolate: bool,
-    /// How long a single call of an FMU may take, s; else as long as it likes
-    #[arg(long, value_name = "S", requires = "isolate", value_parser = deadline)]
+    /// How long a single call of an FMU may take, s; else as long as it likes; gives each FMU a process of its own as --isolate
+    #[arg(long, value_name = "S", value_parser = deadline)]
     pub(crate) deadline: Option<f64>,
     /// Only check, and say what would be run
     #[arg(long)]

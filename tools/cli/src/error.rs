@@ -1,7 +1,5 @@
 //! One message and an exit code.
 
-use std::process::ExitCode;
-
 /// Why a command did not do its work.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Error {
@@ -11,17 +9,23 @@ pub(crate) enum Error {
     Failed(String),
     /// Everything is said already: exit code 1.
     Said,
+    /// Another process has done or said everything, with this exit code.
+    Elsewhere(u8),
 }
 
 impl Error {
     pub(crate) fn message(&self) -> Option<&str> {
         match self {
             Self::Usage(m) | Self::Failed(m) => Some(m),
-            Self::Said => None,
+            Self::Said | Self::Elsewhere(_) => None,
         }
     }
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(if matches!(self, Self::Usage(_)) { 2 } else { 1 })
+    pub(crate) fn status(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Failed(_) | Self::Said => 1,
+            Self::Elsewhere(status) => *status,
+        }
     }
     /// A failure that concerns this file.
     pub(crate) fn at(path: &std::path::Path, why: impl std::fmt::Display) -> Self {

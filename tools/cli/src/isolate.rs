@@ -3,7 +3,13 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use trueup_fmi_import::{Isolation, NoIsolation, isolation};
+use trueup_cosim::plan::Planned;
+use trueup_cosim::system::Interface as SystemInterface;
+#[cfg(target_os = "linux")]
+use trueup_fmi_import::keeper::{self, End, Side};
+use trueup_fmi_import::{Interface, Isolation, NoIsolation, isolation};
+
+use crate::error::Error;
 
 /// Of the hidden command that serves.
 const COMMAND: &str = "__fmu-host";
@@ -11,6 +17,71 @@ const COMMAND: &str = "__fmu-host";
 /// `deadline`: how long a single call may take, s.
 pub(crate) fn isolation(deadline: Option<f64>) -> Result<Isolation, NoIsolation> {
     Isolation::new([COMMAND], deadline.map(Duration::from_secs_f64))
+}
+
+/// Gives each of these FMUs a process of its own if that is wanted. Else those that are not ours have this process for
+/// themselves, and another one waits for it: an FMU that ends its process ends no program that would say nothing of it.
+///
+/// # Errors
+/// Not on this platform; in the process that waits: all is done and said.
+pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -> Result<(), Error> {
+    if isolate || deadline.is_some() {
+        let isolation = isolation(deadline).map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
+        of.iter().for_each(|component| component.fmu.isolate(&isolation));
+        #[cfg(target_os = "linux")]
+        let _ = keeper::adopt(); // else what an FMU that crashed has started lives on
+        return Ok(());
+    }
+    let strange = of.iter().filter(|component| {
+        !component.fmu.is_ours(match component.interface {
+            SystemInterface::CoSimulation => Interface::CoSimulation,
+            SystemInterface::ModelExchange => Interface::ModelExchange,
+        })
+    });
+    let mut files: Vec<String> = strange.map(|c| c.fmu.file().display().to_string()).collect();
+    files.dedup();
+    if files.is_empty() { Ok(()) } else { keep(&files.join(", ")) }
+}
+
+/// The rest of the program in a process that another one waits for; `files` are the FMUs that will run there.
+///
+/// # Errors
+/// In the one that waits: what the other one said, or that it ended without a word.
+#[cfg(target_os = "linux")]
+pub(crate) fn keep(files: &str) -> Result<(), Error> {
+    use nix::sys::signal::{Signal, kill};
+    if keeper::is_worker() {
+        return Ok(());
+    }
+    let Ok(Side::Keeper(keeper)) = keeper::divide() else {
+        return Ok(()); // the worker; or there is no other process to be had, and the work is done all the same
+    };
+    let worker = nix::unistd::Pid::from_raw(keeper.worker());
+    let _ = ctrlc::set_handler(move || _ = kill(worker, Signal::SIGTERM));
+    match keeper.wait() {
+        End::Said(status) => Err(Error::Elsewhere(status)),
+        End::Silent(how) => Err(Error::Failed(format!(
+            "{files}: the process in which the FMU ran {how} before the run had ended, and nothing of this run is kept; with \
+             --isolate it has a process of its own: then its last call is named, and what was computed before is kept"
+        ))),
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+pub(crate) fn keep(_: &str) -> Result<(), Error> {
+    Ok(())
+}
+
+/// This process is about to end with this exit status: to the one that waits for it, if there is one. What FMUs have started
+/// ends before.
+pub(crate) fn say(status: u8) {
+    #[cfg(target_os = "linux")]
+    {
+        keeper::end_children();
+        keeper::say(status);
+    }
+    #[cfg(not(target_os = "linux"))]
+    let _ = status;
 }
 
 /// Is the process of an FMU.

@@ -35,14 +35,14 @@ fn main() -> ExitCode {
     let _watch = trueup_fmi_import::exit::watch(|time, what| {
         let at = time.map_or_else(String::new, |t| format!("at t = {} s: ", Figure(t)));
         voice::error(&format!("{at}{what}"));
+        isolate::say(1);
     });
-    match command::run(command) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(e) => {
-            if let Some(message) = e.message() {
-                voice::error(message);
-            }
-            e.exit_code()
+    let status = command::run(command).err().map_or(0, |e| {
+        if let Some(message) = e.message() {
+            voice::error(message);
         }
-    }
+        e.status()
+    });
+    isolate::say(status);
+    ExitCode::from(status)
 }

@@ -1,12 +1,11 @@
 //! Progress of a run on standard error, and its end by Ctrl-C or SIGTERM.
 
 use std::io::IsTerminal;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use trueup_cosim::{Column, Error, Row, Sink};
+use trueup_fmi_import::interrupt;
 
 /// Divisions of the bar.
 pub(crate) const PARTS: f64 = 1000.0;
@@ -18,7 +17,6 @@ pub(crate) struct Progress {
     stop: f64,
     begun: Instant,
     next: Instant,
-    interrupted: Arc<AtomicBool>,
 }
 
 enum Shown {
@@ -37,17 +35,18 @@ impl Progress {
             false if asked_for => Shown::Lines,
             false => Shown::Nothing,
         };
-        let interrupted = Arc::new(AtomicBool::new(false));
-        let flag = interrupted.clone();
         // Ctrl-C and SIGTERM alike. The second one ends the program at once. Where no handler can be set, the first one does.
+        let mut first = None;
         let _ = ctrlc::set_handler(move || {
-            if flag.swap(true, Ordering::Relaxed) {
+            let begun = *first.get_or_insert_with(Instant::now);
+            if interrupt::request() && begun.elapsed() >= ONCE {
                 trueup_fmi_import::exit::expect();
+                crate::isolate::say(130);
                 std::process::exit(130);
             }
         });
         let now = Instant::now();
-        Self { shown, start, stop, begun: now, next: now + FIRST, interrupted }
+        Self { shown, start, stop, begun: now, next: now + FIRST }
     }
 
     fn show(&mut self, time: f64, now: Instant) {
@@ -75,6 +74,10 @@ fn message(time: f64, part: f64, spent: Duration) -> String {
     format!("t = {time:.6} s, {left:#} left")
 }
 
+/// Signals that come closer to the first one are the same wish: a terminal sends Ctrl-C to all processes of the program, and
+/// the one that waits hands it on.
+const ONCE: Duration = Duration::from_millis(300);
+
 /// A short run shows nothing.
 const FIRST: Duration = Duration::from_millis(500);
 
@@ -98,7 +101,7 @@ impl Sink for Progress {
     }
 
     fn row(&mut self, row: Row<'_>) -> Result<(), Error> {
-        if self.interrupted.load(Ordering::Relaxed) {
+        if interrupt::requested() {
             return Err(Error::Interrupted { time: row.time });
         }
         let now = Instant::now();

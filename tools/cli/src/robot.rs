@@ -15,6 +15,7 @@ use trueup_models::space::tree::Joint;
 
 use crate::error::Error;
 use crate::near::suggestion;
+pub(crate) use urdf::JointFriction;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -138,15 +139,35 @@ fn along_z() -> [f64; 3] {
     [0.0, 0.0, 1.0]
 }
 
+/// A robot with what was read of it beyond its design.
+pub(crate) struct Robot {
+    pub(crate) design: Design,
+    /// What joints lose, of each moving body; empty where the file has no words for it.
+    pub(crate) friction: Vec<JointFriction>,
+    /// What of the file is not used, or was chosen.
+    pub(crate) notes: Vec<String>,
+    /// Why the base is free where nobody asked for that.
+    pub(crate) floats: Option<String>,
+    /// That joints lose what a model without friction does not.
+    pub(crate) without_friction: Option<String>,
+}
+
 /// A robot by the name of a preset, or read from a file and checked.
-pub(crate) fn read(path: &Path) -> Result<Design, Error> {
+pub(crate) fn read(path: &Path) -> Result<Robot, Error> {
     read_among(path, &[])
 }
 
 /// The same where there are presets of other names, too, which the caller knows.
-pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Design, Error> {
+pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
+    let plain = |design| Robot {
+        design,
+        friction: Vec::new(),
+        notes: Vec::new(),
+        floats: None,
+        without_friction: None,
+    };
     if let Some(preset) = PRESETS.iter().find(|p| path.to_str() == Some(p.name)) {
-        return Ok((preset.design)());
+        return Ok(plain((preset.design)()));
     }
     let presets: Vec<&str> = PRESETS.iter().map(|p| p.name).chain(others.iter().copied()).collect();
     let text = std::fs::read_to_string(path).map_err(|e| {
@@ -155,8 +176,16 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Design, Error> 
         Error::at(path, format!("{e}; {}", suggestion(&named, presets.iter().copied(), &all)))
     })?;
     let urdf = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("urdf"));
-    let design = if urdf || text.trim_start().starts_with('<') {
-        urdf::read(path, &text)?
+    let mut robot = if urdf || text.trim_start().starts_with('<') {
+        let made = urdf::read(path, &text)?;
+        let without_friction = made.without_friction();
+        Robot {
+            design: made.design,
+            friction: made.friction,
+            notes: made.notes,
+            floats: made.floats,
+            without_friction,
+        }
     } else {
         let line = |byte: usize| text.as_bytes().iter().take(byte).filter(|b| **b == b'\n').count() + 1;
         let file: File = toml::from_str(&text).map_err(|e| {
@@ -164,13 +193,26 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Design, Error> 
             Error::Failed(format!("{}:{line}: {}; see docs/robots.md", path.display(), e.message()))
         })?;
         let fallback = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        file.design(fallback).map_err(|wrong| match wrong.at {
+        plain(file.design(fallback).map_err(|wrong| match wrong.at {
             Some(byte) => Error::Failed(format!("{}:{}: {}", path.display(), line(byte), wrong.why)),
             None => Error::at(path, wrong.why),
-        })?
+        })?)
     };
+    let design = &robot.design;
+    design.check_bodies().map_err(|faults| {
+        let all: Vec<_> = faults.iter().map(ToString::to_string).collect();
+        Error::at(path, all.join("\n  "))
+    })?;
     design.check().map_err(|why| Error::at(path, why))?;
-    Ok(design)
+    let doubts: Vec<_> = design.doubts().iter().map(ToString::to_string).collect();
+    robot.notes.extend(doubts.into_iter().map(|doubt| format!("{doubt} It is taken as it stands")));
+    let others = robot.floats.iter_mut().chain(&mut robot.without_friction);
+    robot
+        .notes
+        .iter_mut()
+        .chain(others)
+        .for_each(|note| note.insert_str(0, &format!("{}: ", path.display())));
+    Ok(robot)
 }
 
 impl File {

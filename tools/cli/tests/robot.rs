@@ -144,7 +144,7 @@ fn mistakes_name_line_body_and_mend() {
         (("mass = 2.0", "mass = \"2\""), 1, "arm.toml:7: invalid type: string"),
         (("position = [0.3", "positions = [0.3"), 1, "unknown field `positions`"),
         (("joint = \"prismatic\"", "joint = \"ball\""), 1, "unknown variant `ball`"),
-        (("0.02]]\nposition = [0.3", "0.9]]\nposition = [0.3"), 1, "`shoulder`: its principal moments"),
+        (("0.02]]\nposition = [0.3", "-0.9]]\nposition = [0.3"), 1, "`shoulder`: its principal moments"),
         (("name = \"slide\"", "name = \"slide\"\nparent = \"shoulde\""), 1, "did you mean `shoulder`?"),
         (("axis = [1.0,", "axis = [0.0,"), 1, "`slide`: axis = [0, 0, 0]"),
     ] {
@@ -345,12 +345,134 @@ fn tables_of_modes_are_packed_and_checked() {
             ("mass = 8.0", "mass = 8.0\nshapes = [1, 1, 1]"),
             "`array`: a table of modes has mass, center-of-mass, inertia",
         ),
-        (("[[11.0,", "[[99.0,"), "`array`: its principal moments"),
+        (("[[11.0,", "[[-99.0,"), "`array`: its principal moments"),
         (("participation = [2.2, 0.0, 0.0, 0.0, 6.4, 0.0]", "participation = [2.2]"), "invalid length 1"),
     ] {
         assert!(text.contains(old), "{old}");
         std::fs::write(&file, text.replacen(old, new, 1)).unwrap();
         let (code, said) = run(&["robot", name]);
         assert!(code == Some(1) && said.contains(words) && said.contains("arm.toml"), "{said}");
+    }
+}
+
+/// Tables of papers and identified robots break the triangle inequality: that is named, all bodies at once, and the motion is computed. What no
+/// motion can be computed with is refused, all bodies at once. Inertias are drawn.
+#[test]
+fn inertias_that_no_body_has_are_named_all_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("drawn.urdf");
+    for seed in 1..6_u64 {
+        let mut state = seed;
+        let mut draw = move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f64 / f64::from(1 << 24)
+        };
+        let (mut links, mut joints, mut doubted, mut refused) =
+            (String::new(), String::new(), Vec::new(), Vec::new());
+        let bad = draw() < 0.5;
+        for k in 0..5 {
+            let (a, b) = (0.1 + draw(), 0.1 + draw());
+            let c = match k % 3 {
+                0 => (a + b) * (0.5 * draw() + (a - b).abs() / (a + b) * 0.5 + 0.4),
+                1 => (a + b) * (1.1 + draw()),
+                _ if bad => -draw(),
+                _ => 0.9 * (a + b),
+            };
+            let mut sorted = [a, b, c];
+            sorted.sort_by(f64::total_cmp);
+            if sorted[0] <= 0.0 {
+                refused.push(k);
+            } else if sorted[2] > sorted[0] + sorted[1] {
+                doubted.push(k);
+            }
+            links += &format!(
+                "<link name=\"body{k}\"><inertial><mass value=\"2\"/><inertia ixx=\"{a}\" ixy=\"0\" ixz=\"0\" iyy=\"{b}\" iyz=\"0\" izz=\"{c}\"/></inertial></link>\n"
+            );
+            if k > 0 {
+                joints += &format!(
+                    "<joint name=\"j{k}\" type=\"revolute\"><parent link=\"body{}\"/><child link=\"body{k}\"/><origin xyz=\"1 0 0\"/><axis xyz=\"0 0 1\"/></joint>\n",
+                    k - 1
+                );
+            }
+        }
+        std::fs::write(&file, format!("<robot name=\"drawn\">\n{links}{joints}</robot>")).unwrap();
+        let out = trueup(&["robot", file.to_str().unwrap()]);
+        let said = String::from_utf8_lossy(&out.stderr);
+        assert_eq!(out.status.code(), Some(i32::from(!refused.is_empty())), "seed {seed}: {said}");
+        let named = if refused.is_empty() { &doubted } else { &refused };
+        for k in 0..5 {
+            let name = if k == 0 { "`base`".to_owned() } else { format!("`body{k}`") };
+            assert_eq!(
+                said.contains(&format!("{name}: its principal")),
+                named.contains(&k),
+                "seed {seed}, {name}: {said}"
+            );
+        }
+    }
+}
+
+/// What a maker says of an arm's joints is in the FMU or named, and so is a base that floats.
+#[test]
+fn what_urdf_says_of_joints_is_in_the_fmu_or_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.urdf");
+    let joint = |name: &str, parent: &str, child: &str, damping: f64, friction: f64| {
+        format!(
+            "<joint name=\"{name}\" type=\"revolute\"><parent link=\"{parent}\"/><child link=\"{child}\"/><origin xyz=\"0 0 0.4\"/><axis xyz=\"0 1 0\"/><limit lower=\"-1.5\" upper=\"1.5\" effort=\"60\" velocity=\"2\"/><dynamics damping=\"{damping}\" friction=\"{friction}\"/></joint>"
+        )
+    };
+    let link = |name: &str| {
+        format!(
+            "<link name=\"{name}\"><inertial><mass value=\"2\"/><inertia ixx=\"0.02\" ixy=\"0\" ixz=\"0\" iyy=\"0.02\" iyz=\"0\" izz=\"0.02\"/></inertial></link>"
+        )
+    };
+    let text = format!(
+        "<robot name=\"arm\">{}{}{}{}{}</robot>",
+        link("foot"),
+        link("upper"),
+        link("fore"),
+        joint("shoulder", "foot", "upper", 1.25, 0.75),
+        joint("elbow", "upper", "fore", 0.5, 0.25)
+    );
+    std::fs::write(&file, text).unwrap();
+    let pack = |model: &str, more: &[&str]| {
+        let (name, out) = (file.to_str().unwrap(), folder.path().to_str().unwrap());
+        let all = [&["fmu", "pack", model, "--fmi", "3", "--robot", name, "-o", out], more].concat();
+        let done = trueup(&all);
+        let said = String::from_utf8_lossy(&done.stderr).into_owned();
+        assert_eq!(done.status.code(), Some(0), "{said}");
+        said
+    };
+    let info = |model: &str| {
+        let fmu = folder.path().join(format!("{model}.fmi3.fmu"));
+        let out = trueup(&["fmu", "info", fmu.to_str().unwrap(), "--json"]);
+        String::from_utf8_lossy(&out.stdout).into_owned()
+    };
+    let said = pack("SpatialFreeFlyer", &[]);
+    for words in [
+        "the base (`foot`, 2 kg) floats; --held",
+        "<limit> of 2 joints (shoulder, elbow) is not read",
+        "<dynamics> (damping, friction) of the joints of 2 links (upper, fore)",
+    ] {
+        assert!(said.contains(words), "{words}: {said}");
+    }
+    assert!(!info("SpatialFreeFlyer").contains("\"gravity\""));
+    let said = pack("SpatialFreeFlyer", &["--held"]);
+    assert!(!said.contains("floats"), "{said}");
+    assert!(info("SpatialFreeFlyer").contains("\"gravity\""), "a held base has weight");
+    let said = pack("FlexibleArm", &[]);
+    assert!(!said.contains("floats") && !said.contains("<dynamics>"), "{said}");
+    let found: Value = serde_json::from_str(&info("FlexibleArm")).unwrap();
+    let start = |name: &str| {
+        let variables = found["variables"].as_array().unwrap();
+        variables.iter().find(|v| v["name"] == name).map(|v| v["start"].to_string()).unwrap_or_default()
+    };
+    for (name, values) in [
+        ("viscousFriction", ["1.25", "0.5"]),
+        ("coulombFriction", ["0.75", "0.25"]),
+        ("staticFriction", ["0.75", "0.25"]),
+    ] {
+        let text = start(name);
+        assert!(values.iter().all(|v| text.contains(v)), "{name}: {text}");
     }
 }

@@ -5,6 +5,7 @@ use trueup_numerics::Figure;
 use super::{Parts, Report};
 use crate::grid::Grid;
 use crate::inputs::Inputs;
+use crate::step_rule::{internal_step, refusal};
 use crate::system::{Interface, Place, System};
 
 /// Two times are the same within this part of a step.
@@ -58,7 +59,7 @@ pub(super) fn grid(
         report.wrong(place, format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step"));
         return (None, every);
     };
-    for (i, (part, component)) in parts.list.iter().zip(&system.components).enumerate() {
+    for (at, (part, component)) in parts.list.iter().zip(&system.components).enumerate() {
         let Some(part) = part else { continue };
         if let Some(own) = component.step {
             let n = (own / step).round();
@@ -69,34 +70,17 @@ pub(super) fn grid(
                 ));
                 continue;
             }
-            every[i] = n as u32;
+            every[at] = n as u32;
         }
-        let whole = grid.is_even() && grid.steps % u64::from(every[i]) == 0;
-        if part.takes_equal_steps() && !whole {
-            let own = step * f64::from(every[i]);
+        let stepped = part.interface == Interface::CoSimulation;
+        let offered = part.d().co_simulation.as_ref().filter(|_| stepped);
+        if let Some(why) = offered.and_then(|i| refusal(i, step * f64::from(every[at]), stop - start)) {
             let name = if component.name.is_empty() {
                 "the FMU".to_owned()
             } else {
                 format!("the FMU of `{}`", component.name)
             };
-            report.wrong(&component.place, format!(
-                "{name} takes steps of equal length only, and {} s does not divide {} s; choose another step or stop",
-                Figure(own),
-                Figure(stop - start)
-            ));
-        }
-        let fixed =
-            part.d().co_simulation.as_ref().and_then(|i| i.fixed_internal_step_size).filter(|h| *h > 0.0);
-        if let (Some(h), Interface::CoSimulation) = (fixed, part.interface) {
-            let n = step * f64::from(every[i]) / h;
-            if (n - n.round()).abs() > 1e-6 * n.max(1.0) || n < 0.5 {
-                report.note(format!(
-                    "the step {} s is no whole multiple of the internal step {} s of {}",
-                    Figure(step * f64::from(every[i])),
-                    Figure(h),
-                    part.d().model_name
-                ));
-            }
+            report.wrong(&component.place, format!("{name} {why}"));
         }
     }
     (Some(grid), every)
@@ -106,8 +90,8 @@ pub(super) fn grid(
 fn step(system: &System, parts: &Parts, start: f64, stop: f64, report: &mut Report) -> f64 {
     let loaded = parts.list.iter().zip(&system.components).filter_map(|(p, c)| p.as_ref().map(|p| (p, c)));
     let wanted = loaded.filter_map(|(part, c)| {
-        let fixed =
-            part.d().co_simulation.as_ref().and_then(|i| i.fixed_internal_step_size).filter(|h| *h > 0.0);
+        let stepped = part.interface == Interface::CoSimulation;
+        let fixed = part.d().co_simulation.as_ref().filter(|_| stepped).and_then(internal_step);
         let default = part.d().experiment.step_size.filter(|h| *h > 0.0);
         let h = c.step.or(match (default, fixed) {
             (Some(d), Some(h)) => Some(h * (d / h).round().max(1.0)),

@@ -39,20 +39,26 @@ impl Files {
                 // In an archive: as the user knows it.
                 e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())
             }),
-            Err(_) if file.parent().is_some_and(Path::is_dir) => Err(missing()),
+            Err(_) if folder(file).is_dir() => Err(missing()),
             Err(why) => Err(format!("{}: {why}, or pack it with `trueup fmu pack`", file.display())),
         };
         self.fmus.insert(file.to_owned(), opened.clone());
         opened
     }
 
-    pub(super) fn inputs(&mut self, file: &Path) -> Result<Inputs, String> {
+    /// Of a run of this system from this start in s.
+    pub(super) fn inputs(
+        &mut self,
+        file: &Path,
+        system: &Path,
+        start: Option<f64>,
+    ) -> Result<Inputs, String> {
         if let Some(known) = self.inputs.get(file) {
             return known.clone();
         }
         let read = match self.store.on_disk(file) {
             Err(why) => Err(format!("{}: {why}", file.display())),
-            Ok(disk) => Inputs::read(&disk)
+            Ok(disk) => Inputs::read(&disk, system, start)
                 .map(|inputs| Inputs { file: file.to_owned(), ..inputs })
                 .map_err(|e| e.to_string().replace(&*disk.to_string_lossy(), &file.to_string_lossy())),
         };
@@ -61,10 +67,14 @@ impl Files {
     }
 }
 
+/// Where a file lies.
+fn folder(file: &Path) -> &Path {
+    file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
 /// The nearest file name in the same folder.
 fn beside(file: &Path) -> String {
-    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let names: Vec<String> = std::fs::read_dir(folder)
+    let names: Vec<String> = std::fs::read_dir(folder(file))
         .into_iter()
         .flatten()
         .flatten()

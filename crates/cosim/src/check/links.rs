@@ -2,17 +2,13 @@
 
 use std::collections::HashMap;
 
-use trueup_fmi_description::description::{Causality, Variability};
+use trueup_fmi_description::description::Causality;
 
 use super::types::{Hand, Typed, hand_on};
 use super::units::Conversion;
 use super::{Part, Parts, Report, names, units};
-use crate::inputs::Inputs;
-use crate::mistake::suggestion;
-use crate::plan::{Driven, Element, Link};
-use crate::slave::Buffer;
+use crate::plan::{Element, Link};
 use crate::system::{Connection, Hop, Place, Port, System};
-use crate::toml::Names;
 
 /// Which element is driven from where: nothing has two sources.
 #[derive(Default)]
@@ -20,7 +16,7 @@ pub(super) struct Drivers<'a>(HashMap<Element, &'a Place>);
 
 impl<'a> Drivers<'a> {
     /// Claims an input; says where it was claimed before.
-    fn claim(&mut self, to: Element, place: &'a Place) -> Result<(), &'a Place> {
+    pub(super) fn claim(&mut self, to: Element, place: &'a Place) -> Result<(), &'a Place> {
         match self.0.insert(to, place) {
             Some(before) => Err(before),
             None => Ok(()),
@@ -50,7 +46,7 @@ pub(super) fn links<'a>(
 }
 
 /// The elements of a port.
-fn end(part: &Part, port: &Port, place: &Place, report: &mut Report) -> Option<names::Found> {
+pub(super) fn end(part: &Part, port: &Port, place: &Place, report: &mut Report) -> Option<names::Found> {
     names::find(part.d(), &port.variable).map_err(|why| report.wrong(place, format!("`{port}`: {why}"))).ok()
 }
 
@@ -200,79 +196,4 @@ fn connect<'a>(
 
 fn plus(offset: f64) -> String {
     if offset == 0.0 { String::new() } else { format!(", plus {offset:?}") }
-}
-
-/// Inputs from a file. Recordings hold outputs besides inputs: without a list of columns these are left alone.
-pub(super) fn driven<'a>(
-    system: &'a System,
-    parts: &Parts,
-    inputs: Option<&Inputs>,
-    drivers: &mut Drivers<'a>,
-    report: &mut Report,
-) -> Vec<Driven> {
-    let (Some(wanted), Some(inputs)) = (&system.inputs, inputs) else { return Vec::new() };
-    let names = Names::of(&system.components);
-    let mut driven = Vec::new();
-    let mut drive = |column: usize, port: &Port, asked: bool, report: &mut Report| {
-        let name = &inputs.columns[column].0;
-        let Some((i, part)) = parts.find(port, &wanted.place, report) else { return };
-        let Some(found) = end(part, port, &wanted.place, report) else { return };
-        let [(variable, element)] = found.elements[..] else {
-            let size = names::size(&found.shape);
-            return report.wrong(&wanted.place, format!("column `{name}`: `{port}` is an array of size {size}; give one column per element, as in `{port}[1]`"));
-        };
-        let v = &part.d().variables[variable];
-        if v.causality != Causality::Input {
-            if asked {
-                report.wrong(&wanted.place, format!("column `{name}`: `{port}` is no input"));
-            }
-            return;
-        }
-        let place = &wanted.place;
-        let to = Element { component: i, variable, element };
-        if let Err(before) = drivers.claim(to, place) {
-            return report.wrong(
-                place,
-                format!("column `{name}`: `{port}` is driven twice, see {before}; name the columns that are meant under [inputs] columns"),
-            );
-        }
-        let fits = Buffer::new(v.kind, part.d().version, 1)
-            .map(|mut b| inputs.columns[column].2.iter().find(|x| !b.set_number(0, **x)));
-        match fits {
-            Some(None) => {}
-            Some(Some(x)) => {
-                report.wrong(place, format!("column `{name}`: {x:?} is no {}", v.kind.name(part.d().version)))
-            }
-            None => report.wrong(place, format!("column `{name}`: `{port}` takes no numbers")),
-        }
-        let linear = v.kind.is_float() && v.variability == Variability::Continuous;
-        driven.push(Driven { to, column, linear });
-    };
-    for (name, port) in &wanted.columns {
-        match inputs.columns.iter().position(|(column, ..)| column == name) {
-            Some(column) => drive(column, port, true, report),
-            None => {
-                let near = suggestion(name, inputs.columns.iter().map(|(n, ..)| n.as_str()));
-                report
-                    .wrong(&wanted.place, format!("{} has no column `{name}`{near}", wanted.file.display()));
-            }
-        }
-    }
-    if wanted.columns.is_empty() {
-        for (column, (name, ..)) in inputs.columns.iter().enumerate() {
-            let own = system.connectors.iter().find(|(own, _)| own == name);
-            if let Some((_, ports)) = own {
-                ports.iter().for_each(|port| drive(column, port, false, report));
-                continue;
-            }
-            match names.port(name) {
-                Some(port) => drive(column, &port, false, report),
-                None => report.wrong(
-                    &wanted.place,
-                    format!("column `{name}` names no input; call it component.input, or say what it drives under [inputs] columns"),
-                ),
-            }
-        }
-    }
-    driven
 }

@@ -79,7 +79,7 @@ fn blocks(
 ) -> Vec<Block> {
     let mut making: BTreeMap<usize, Making> = BTreeMap::new();
     for start in starts {
-        match set(d, start, &mut making, report) {
+        match set(d, start, &mut making) {
             Ok(()) => {}
             Err(None) => skipped.push(start.variable.clone()),
             Err(Some(why)) => {
@@ -112,12 +112,7 @@ fn called(component: &Component, start: &Start) -> String {
 }
 
 /// `Err(None)`: there is no such variable, and there need not be one.
-fn set(
-    d: &Description,
-    start: &Start,
-    making: &mut BTreeMap<usize, Making>,
-    report: &mut Report,
-) -> Result<(), Option<String>> {
+fn set(d: &Description, start: &Start, making: &mut BTreeMap<usize, Making>) -> Result<(), Option<String>> {
     let found = match names::find(d, &start.variable) {
         Err(_) if start.optional => return Err(None),
         found => found?,
@@ -136,7 +131,7 @@ fn set(
     for ((variable, element), text) in found.elements.into_iter().zip(texts) {
         let v = &d.variables[variable];
         settable(d, v)?;
-        let text = converted(d, v, start, text, report)?;
+        let text = converted(d, v, start, text)?;
         let made = match making.entry(variable) {
             std::collections::btree_map::Entry::Occupied(made) => made.into_mut(),
             std::collections::btree_map::Entry::Vacant(slot) => {
@@ -177,13 +172,7 @@ fn settable(d: &Description, v: &Variable) -> Result<(), String> {
 }
 
 /// The text in the unit of the variable.
-fn converted(
-    d: &Description,
-    v: &Variable,
-    start: &Start,
-    text: &str,
-    report: &mut Report,
-) -> Result<String, String> {
+fn converted(d: &Description, v: &Variable, start: &Start, text: &str) -> Result<String, String> {
     if start.unit.is_none() && start.linear.is_none() {
         return Ok(text.to_owned());
     }
@@ -200,10 +189,12 @@ fn converted(
                 match units::conversion(&given, own, d.attributes(v).relative_quantity) {
                     units::Conversion::Same => {}
                     units::Conversion::By(f, o) | units::Conversion::Angle(f, o) => (factor, offset) = (f, o),
-                    units::Conversion::Unknown => report.note(format!(
-                        "start of `{}` is given in {}, the variable is in {}: one of them is not defined, the number is taken as it is",
-                        v.name, given.name, own.name
-                    )),
+                    units::Conversion::Unknown => {
+                        return Err(format!(
+                            "it is given in {}, its own unit is {}, and nobody says what both are; define them, or give the value in {}",
+                            given.name, own.name, own.name
+                        ));
+                    }
                     units::Conversion::Different => {
                         return Err(format!(
                             "its unit is {} ({}), the value is in {} ({})",
@@ -217,15 +208,11 @@ fn converted(
             }
             (None, _) => {} // no unit: a plain number
             (Some(_), None) if same => {}
-            (Some(own), None) if start.optional => report.note(format!(
-                "start of `{}`: nobody says what the unit {} is; the number is taken in {}",
-                v.name, given.name, own.name
-            )),
             (Some(own), None) => {
                 let shown = own.display.iter().map(|u| u.name.as_str());
                 let shown: Vec<&str> = std::iter::once(own.name.as_str()).chain(shown).collect();
                 return Err(format!(
-                    "the unit {} is not known here; give it in {}",
+                    "nobody says what the unit {} is; define it (SSP: <Units>), or give the value in {}",
                     given.name,
                     shown.join(" or ")
                 ));

@@ -2,9 +2,25 @@
 
 use trueup_fmi_description::description::{BaseUnit, Description, Unit, Variable};
 
+/// A unit that everybody knows by its name (mm, deg, rpm), as sidecars of recordings do.
+pub(crate) fn of_everybody(name: &str) -> Option<Unit> {
+    // Some tools write `[rad]`.
+    let bare = name.strip_prefix('[').and_then(|n| n.strip_suffix(']')).unwrap_or(name);
+    let known = trueup_signals::Unit::parse(bare)?;
+    let [kg, m, s, a, k, rad, _cycles] = known.exponents.map(i32::from);
+    let base =
+        BaseUnit { exponents: [kg, m, s, a, k, 0, 0, rad], factor: known.factor, offset: known.offset };
+    Some(Unit { name: name.into(), base: Some(base), display: Vec::new(), line: 0 })
+}
+
+/// What a unit is, by its definition, else by what everybody means by its name.
+fn base(unit: &Unit) -> Option<BaseUnit> {
+    unit.base.or_else(|| of_everybody(&unit.name)?.base)
+}
+
 /// Result of a comparison.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Conversion {
+pub(crate) enum Conversion {
     /// Nothing to do.
     Same,
     /// target = factor * source + offset
@@ -18,22 +34,23 @@ pub(super) enum Conversion {
 }
 
 /// The unit of a variable, as far as it is described.
-pub(super) fn of(d: &Description, v: &Variable) -> Option<Unit> {
+pub(crate) fn of(d: &Description, v: &Variable) -> Option<Unit> {
     let name = d.attributes(v).unit?;
     let unit = d.unit(&name).cloned();
     Some(unit.unwrap_or(Unit { name, base: None, display: Vec::new(), line: 0 }))
 }
 
 /// Values in `from` become values in `to`. A relative quantity (a difference of temperatures) has no offset.
-pub(super) fn conversion(from: &Unit, to: &Unit, relative: bool) -> Conversion {
-    let (Some(a), Some(b)) = (&from.base, &to.base) else {
-        return if from.name == to.name { Conversion::Same } else { Conversion::Unknown };
-    };
+pub(crate) fn conversion(from: &Unit, to: &Unit, relative: bool) -> Conversion {
+    if from.name == to.name && (from.base.is_none() || to.base.is_none()) {
+        return Conversion::Same;
+    }
+    let (Some(a), Some(b)) = (base(from), base(to)) else { return Conversion::Unknown };
     let same = a.exponents == b.exponents;
     if !same && a.exponents[..7] != b.exponents[..7] {
         return Conversion::Different;
     }
-    let (factor, offset) = between(a, b, relative);
+    let (factor, offset) = between(&a, &b, relative);
     match (same, (factor, offset) == (1.0, 0.0)) {
         (true, true) => Conversion::Same,
         (true, false) => Conversion::By(factor, offset),
@@ -47,14 +64,13 @@ fn between(a: &BaseUnit, b: &BaseUnit, relative: bool) -> (f64, f64) {
 }
 
 /// A unit that is known by its name alone, looked up among those of the FMU and among the display units of the
-/// variable's own.
+/// variable's own, and among those of everybody.
 pub(super) fn named(d: &Description, own: Option<&Unit>, name: &str) -> Option<Unit> {
     if let Some(unit) = d.unit(name) {
         return Some(unit.clone());
     }
-    let own = own?;
-    let shown = own.display.iter().find(|u| u.name == name && !u.inverse)?;
-    let base = own.base?;
+    let shown = own.and_then(|own| own.display.iter().find(|u| u.name == name && !u.inverse));
+    let (Some(shown), Some(base)) = (shown, own.and_then(|own| own.base)) else { return of_everybody(name) };
     // displayed = factor * value + offset, base = base.factor * value + base.offset
     let factor = base.factor / shown.factor;
     let base = BaseUnit { factor, offset: base.offset - factor * shown.offset, ..base };
@@ -62,8 +78,8 @@ pub(super) fn named(d: &Description, own: Option<&Unit>, name: &str) -> Option<U
 }
 
 /// Exponents as text, for messages.
-pub(super) fn dimension(unit: &Unit) -> String {
-    let Some(base) = &unit.base else { return "unknown".into() };
+pub(crate) fn dimension(unit: &Unit) -> String {
+    let Some(base) = base(unit) else { return "unknown".into() };
     let names = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
     let factors: Vec<String> = names
         .iter()

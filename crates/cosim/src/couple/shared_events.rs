@@ -2,6 +2,7 @@
 
 use super::{Coupling, join};
 use crate::error::Error;
+use crate::grid::ROUNDING;
 use crate::stepper::{Advance, Within};
 
 /// How often a step may turn out to be shorter yet. What stops earlier each time is left where it is then.
@@ -63,7 +64,9 @@ impl SharedEvents {
             (*begun, *did) = ((turn.time, false), Advance::default());
         }
         // Events whose time is known beforehand need nobody to go back.
-        let known = all.steppers.iter().zip(&all.turns).filter_map(|(s, turn)| s.next_event(turn.time));
+        let known = all.steppers.iter().zip(&all.turns).filter_map(|(s, turn)| {
+            s.next_event(turn.time).filter(|next| to - next > ROUNDING * (to - turn.time))
+        });
         let mut end = known.fold(to, f64::min);
         for _ in 0..PASSES {
             match self.pass(all, end, how)? {

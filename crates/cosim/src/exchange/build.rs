@@ -11,7 +11,7 @@ use crate::graph;
 use crate::node::Node;
 use crate::plan::{Driven, Element, Link, Planned};
 use crate::slave::{Block, Buffer};
-use crate::stepper::is_continuous_input;
+use crate::step_rule::is_continuous_input;
 use crate::value;
 
 /// A variable that takes part.

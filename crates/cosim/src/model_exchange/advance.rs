@@ -1,5 +1,6 @@
 //! [`Group::advance`]: steps of the integrator, located events, time events.
 
+use trueup_fmi_import::interrupt;
 use trueup_numerics::Figure;
 use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper as OneStep, System};
 use trueup_numerics::event::Direction;
@@ -48,6 +49,9 @@ impl Group {
     ) -> Result<Reached, Error> {
         let ended = Reached { event: false, terminated: true };
         loop {
+            if interrupt::requested() {
+                return Err(Error::Interrupted { time: self.time });
+            }
             if self.close(nodes, around)? {
                 return Ok(ended);
             }
@@ -150,6 +154,7 @@ impl Group {
         );
         self.statistics.accepted += done.accepted;
         self.statistics.rejected += done.rejected;
+        let steps = done.accepted + done.rejected;
         let looks_stiff = field.stiffness(self.time - before).is_some_and(|hl| hl > STABLE);
         let Field { nodes, value, failure, refused, directional: still, .. } = field;
         if let Some(error) = failure {
@@ -163,6 +168,11 @@ impl Group {
             ));
         }
         let crossed = result.map_err(|error| self.stuck(nodes, error, value, refused))?;
+        if let Some(slow) = self.pace.steps(steps, self.time, self.settings.span) {
+            let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].slave.name()).collect();
+            let reason = format!("integration of {names:?}: {slow}");
+            return Err(Error::Stuck { time: self.time, reason, log: Vec::new() });
+        }
         if detect {
             self.suspect(looks_stiff);
         }
@@ -227,9 +237,11 @@ impl Group {
         let stands = t - m.event_time <= 1e-9 * t.abs().max(1.0);
         m.chatter = if stands { m.chatter + 1 } else { 0 };
         m.event_time = t;
-        if m.chatter <= CHATTER {
+        let storm = self.pace.event(t, self.settings.span);
+        if m.chatter <= CHATTER && storm.is_none() {
             return Ok(());
         }
+        let without_end = m.chatter > CHATTER;
         let (node, what) = match cause {
             Cause::Indicator(i) => self.indicator(nodes, i),
             Cause::Time => {
@@ -239,6 +251,10 @@ impl Group {
             Cause::Step(node) => (Some(node), "completedIntegratorStep".into()),
         };
         let name = node.map(|n| nodes[n].slave.name().to_owned()).unwrap_or_default();
+        if let Some(storm) = storm.filter(|_| !without_end) {
+            self.notes.push(format!("{storm}, the last one by {what} of instance \"{name}\""));
+            return Ok(());
+        }
         let reason = format!(
             "events do not end: {CHATTER} in a row within a nanosecond, the last one by {what} of instance \"{name}\""
         );

@@ -1,6 +1,6 @@
 //! Parameter sets (.ssv), mappings (.ssm), units, transformations.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use trueup_fmi_description::description::{BaseUnit, Unit};
 
@@ -117,18 +117,22 @@ pub(super) fn transformation(node: Node) -> Result<Transformation> {
     Ok(t)
 }
 
-/// The parameters under their new names: only those that the `ParameterMapping` lists.
-pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<Vec<Start>> {
+/// The parameters under their new names: only those that the `ParameterMapping` lists; and what is left over on either side.
+pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<(Vec<Start>, Vec<String>)> {
     if root.name() != "ParameterMapping" {
         return Err(root.wrong(format!("the element is `{}`, not `ParameterMapping`", root.name())));
     }
     let by_name: HashMap<&str, &Start> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
-    let mut mapped = Vec::new();
+    let (mut mapped, mut used, mut unknown) = (Vec::new(), HashSet::new(), Vec::new());
     for entry in root.children().filter(|n| n.name() == "MappingEntry") {
         let (source, target) = (entry.required("source")?, entry.required("target")?);
         let t = transformation(entry)?;
         let suppress = entry.flag("suppressUnitConversion")?;
-        let Some(start) = by_name.get(source) else { continue };
+        let Some(start) = by_name.get(source) else {
+            unknown.push(source);
+            continue;
+        };
+        used.insert(source);
         mapped.push(Start {
             variable: target.to_owned(),
             values: start.values.iter().map(|v| t.replaced(v)).collect(),
@@ -138,5 +142,20 @@ pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<Vec<Start>> {
             place: start.place.clone(),
         });
     }
-    Ok(mapped)
+    let left: Vec<&str> = starts.iter().map(|s| s.variable.as_str()).filter(|n| !used.contains(n)).collect();
+    let mut notes = Vec::new();
+    let mut note = |names: &[&str], what: &str| {
+        if !names.is_empty() {
+            notes.push(format!("{}: {what}: {}", root.place(), names.join(", ")));
+        }
+    };
+    note(
+        &left,
+        "values that this mapping does not name are left out; add an entry for each that is meant, or take the mapping out",
+    );
+    note(
+        &unknown,
+        "this mapping names parameters that the set does not have, they map nothing; look at their names",
+    );
+    Ok((mapped, notes))
 }

@@ -251,7 +251,7 @@ impl Reader {
             starts.iter_mut().for_each(|s| s.variable.insert_str(0, prefix));
         }
         let Some(mapping) = binding.child("ParameterMapping") else { return Some(starts) };
-        match mapping.attribute("source").filter(|s| !s.is_empty()) {
+        let (mapped, notes) = match mapping.attribute("source").filter(|s| !s.is_empty()) {
             Some(_) => {
                 let file = self.reference(mapping, owner, context)?;
                 self.with(&file, &mapping.place(), |_, root, _| parameters::mapped(root, &starts))
@@ -262,7 +262,9 @@ impl Reader {
                 let mapped = parameters::mapped(root, &starts);
                 self.keep(mapped)
             }
-        }
+        }?;
+        self.notes.extend(notes);
+        Some(mapped)
     }
 
     /// The file that `source` names, beside the description or inside the component.

@@ -1,8 +1,13 @@
 //! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
 
+use trueup_fmi_import::interrupt;
+
 use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
+use crate::calls::Calls;
 use crate::error::Error;
+use crate::grid;
 use crate::node::Node;
+use crate::pace::Pace;
 use crate::plan::Planned;
 use crate::slave::{Block, Slave};
 use crate::system::Interface;
@@ -19,6 +24,10 @@ const CHATTER: u32 = 100;
 
 /// A [`SlaveStepper`] that is told of events.
 pub(crate) struct EventStepper {
+    pace: Pace,
+    /// Length of the run in s.
+    span: f64,
+    notes: Vec<String>,
     inner: SlaveStepper,
     node: usize,
     /// Discrete inputs that are connected or driven: they may be set in event mode only.
@@ -29,6 +38,8 @@ pub(crate) struct EventStepper {
     pending: bool,
     /// Discrete states were updated there.
     updated: bool,
+    /// An event whose time was known beforehand came up in the last step.
+    jumps: bool,
     next_event: Option<f64>,
     ended: bool,
     stop: bool,
@@ -47,14 +58,19 @@ pub(crate) fn has_event_mode(planned: &Planned) -> bool {
 }
 
 impl EventStepper {
-    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>) -> Self {
+    /// In a run from `start` of `span` s.
+    pub(crate) fn new(inner: SlaveStepper, node: usize, inputs: Vec<Block>, [start, span]: [f64; 2]) -> Self {
         Self {
+            pace: Pace::at(start),
+            span,
+            notes: Vec::new(),
             inner,
             node,
             inputs,
             open: true,
             pending: false,
             updated: false,
+            jumps: false,
             next_event: None,
             ended: false,
             stop: false,
@@ -101,20 +117,23 @@ impl EventStepper {
         self.inner.step(nodes, from, to, within)
     }
 
-    /// After a step from `from` that stopped on the way to `to` with inputs held in parts, where they are not what they are on
+    /// After a step from `from` that stopped at `stopped` on the way to `to` with inputs held in parts, where they are not what they are on
     /// their lines: goes back, and to where there is an event with inputs on their lines. `None`: it is where it stopped.
     fn locate(
         &mut self,
         nodes: &mut [Node],
         [from, to]: [f64; 2],
+        stopped: f64,
         within: Within,
     ) -> Result<Option<Advance>, Error> {
-        if !self.locates {
+        let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
+        // One that its inputs do not move.
+        let known = self.next_event.is_some_and(|next| (next - stopped).abs() <= least);
+        if !self.locates || known {
             return Ok(None);
         }
         // No event up to `low`, one up to `high`.
         let (mut low, mut high) = (from, to);
-        let least = (LOCATED * (to - from)).max(ROUNDING * from.abs().max(1.0));
         while high - low > least {
             let middle = 0.5 * (low + high);
             self.inner.restore_from(START, nodes, from)?;
@@ -145,6 +164,9 @@ impl EventStepper {
 
     fn iterate(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
         if self.pending {
+            if let Some(storm) = self.pace.event(time, self.span) {
+                self.notes.push(format!("{storm}, of instance \"{}\"", nodes[self.node].slave.name()));
+            }
             let (last, count) = self.chatter;
             self.chatter = (time, if time - last <= 1e-9 * time.abs().max(1.0) { count + 1 } else { 0 });
         }
@@ -200,24 +222,33 @@ impl Stepper for EventStepper {
 
     fn step(&mut self, nodes: &mut [Node], from: f64, to: f64, within: Within) -> Result<Advance, Error> {
         let mut all = Advance { time: from, ..Advance::default() };
+        self.jumps = false;
         loop {
+            if interrupt::requested() {
+                return Err(Error::Interrupted { time: all.time });
+            }
             self.close(nodes, all.time)?;
             if self.ended {
                 return Ok(Advance { terminate: true, ..all });
             }
-            let next = self.next_event.filter(|next| *next > all.time && *next < to);
+            let rounding = grid::ROUNDING * (to - from);
+            let next = self.next_event.filter(|next| *next > all.time && to - *next > rounding);
+            let next = next.filter(|next| self.inner.allows(next - all.time));
             let mut done = self.go(nodes, all.time, next.unwrap_or(to), within)?;
             if let Some(event) =
-                done.event.then(|| self.locate(nodes, [all.time, next.unwrap_or(to)], within))
+                done.event.then(|| self.locate(nodes, [all.time, next.unwrap_or(to)], done.time, within))
             {
                 done = event?.unwrap_or(done);
             }
-            all.time = done.time;
+            // Its clock and ours differ by rounding, which is no step of its own.
+            all.time = if to - done.time <= rounding { to } else { done.time };
             all.discarded += done.discarded;
             if done.terminate {
                 return Ok(Advance { terminate: true, ..all });
             }
-            self.pending = done.event || self.next_event.is_some_and(|next| next <= all.time);
+            let due = self.next_event.is_some_and(|next| next <= all.time + rounding);
+            self.jumps |= due;
+            self.pending = done.event || due;
             if self.pending && !(self.stop || all.time >= to) {
                 all.events += 1;
                 self.open(nodes, all.time)?;
@@ -226,6 +257,14 @@ impl Stepper for EventStepper {
             }
         }
         Ok(Advance { event: self.pending && all.time < to, ..all })
+    }
+
+    fn jumps(&self) -> bool {
+        self.jumps
+    }
+
+    fn calls(&self) -> Option<(&Calls, &'static str)> {
+        self.inner.calls()
     }
 
     fn may_stop(&self, nodes: &[Node]) -> bool {
@@ -245,6 +284,10 @@ impl Stepper for EventStepper {
 
     fn has_events(&self) -> bool {
         true
+    }
+
+    fn notes(&self) -> Vec<String> {
+        self.notes.clone()
     }
 
     fn settle(&mut self, nodes: &mut [Node], time: f64) -> Result<Settled, Error> {

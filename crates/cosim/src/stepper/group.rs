@@ -43,7 +43,7 @@ impl Surroundings for Around {
 }
 
 impl GroupStepper {
-    /// Of these nodes, with lines installed.
+    /// Of these nodes, with lines installed, in a run of `span` s.
     ///
     /// # Errors
     /// [`Error::Setting`]: an array is connected to the group and to others; sizes of arrays cannot be had.
@@ -52,6 +52,7 @@ impl GroupStepper {
         members: &[usize],
         wiring: Wiring<'_>,
         tolerance: Option<f64>,
+        span: f64,
     ) -> Result<Self, Error> {
         let within = |n: usize| members.contains(&n);
         let inner = |l: &&Link| within(l.from.component) && within(l.to.component);
@@ -89,6 +90,7 @@ impl GroupStepper {
             linked: !links.is_empty(),
             inputs,
             opens,
+            span,
             ..Settings::default()
         };
         Ok(Self {

@@ -3,67 +3,24 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
 
-use trueup_fmi_description::Version;
-use trueup_fmi_description::description::{Causality, Description, Type, Variability};
 use trueup_fmi_import::program::Following;
-use trueup_fmi_import::{StateId, Step, fmi3};
+use trueup_fmi_import::{StateId, Step, fmi3, interrupt};
 use trueup_numerics::Figure;
 
 use super::{Advance, SLOTS, Stepper, Within};
+use crate::calls::Calls;
 use crate::error::Error;
 use crate::grid::ROUNDING;
 use crate::node::Node;
 use crate::plan::Planned;
+use crate::step_rule::{StepRule, Way, is_continuous_input};
 
 /// Halvings of a discarded step before the run is given up.
 const HALVINGS: u32 = 20;
-/// Parts of a step in which inputs are held, where the FMU cannot follow lines itself.
-const PARTS: u32 = 2;
-/// Where on their lines inputs are held in each part, as a part of the step: so held, they have the moments of order 0, 1
-/// and 2 of the line, and act on a smooth system as the line does but for the fifth order of the step.
-static HELD: [f64; PARTS as usize] = [1.0 / 6.0, 5.0 / 6.0];
-/// Where they are held in a step of one part, and where they do not move.
-const MIDDLE: &[f64] = &[0.5];
-
-/// How an FMU follows its inputs on lines.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Way {
-    /// FMI 2.0, `canInterpolateInputs`: `fmi2SetRealInputDerivatives`.
-    Derivatives,
-    /// FMI 3.0, `providesIntermediateUpdate` of an FMU that takes equal steps only: it asks within its steps.
-    Intermediate,
-    /// The step in this many parts, inputs held in each; of one part if the FMU takes equal steps only.
-    Parts(u32),
-}
-
-impl Way {
-    /// The best that an FMU offers.
-    pub(crate) fn of(d: &Description) -> Self {
-        let Some(offered) = &d.co_simulation else { return Self::Parts(1) };
-        let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
-        match d.version {
-            Version::V2 if offered.can_interpolate_inputs => Self::Derivatives,
-            // Asked for its inputs, an FMU holds them over its next internal step, of unknown length: first order. Held at
-            // the middle of a line they are of second order.
-            _ if offered.can_handle_variable_communication_step_size => Self::Parts(PARTS),
-            Version::V3
-                if offered.provides_intermediate_update && inputs().all(|v| v.intermediate_update) =>
-            {
-                Self::Intermediate
-            }
-            _ => Self::Parts(1),
-        }
-    }
-
-    /// The FMU itself knows what to do.
-    pub(crate) fn is_native(self) -> bool {
-        !matches!(self, Self::Parts(_))
-    }
-}
-
-pub(crate) fn is_continuous_input(v: &trueup_fmi_description::description::Variable) -> bool {
-    v.causality == Causality::Input && v.kind == Type::Float64 && v.variability == Variability::Continuous
-}
+/// Steps that end early on the way to one communication point, after which they are held to be without end.
+const EARLY: u32 = 100_000;
+/// Where inputs are held that do not move.
+static ANYWHERE: [f64; 1] = [0.5];
 
 /// A line as the callback of the intermediate update reads it, bits of doubles.
 #[derive(Default)]
@@ -76,9 +33,6 @@ pub(crate) struct Shared {
 /// The settings of Co-Simulation that let an FMU ask for its inputs, and what it is told then.
 pub(crate) fn intermediate(planned: &Planned) -> (fmi3::CoSimulation, Option<Arc<Shared>>) {
     let d = planned.description();
-    if Way::of(d) != Way::Intermediate {
-        return (fmi3::CoSimulation::default(), None);
-    }
     let inputs = || d.variables.iter().filter(|v| is_continuous_input(v));
     let references: Vec<u32> = inputs().map(|v| v.value_reference).collect();
     let elements: usize = inputs().map(|v| d.elements(v).unwrap_or(1)).sum();
@@ -125,11 +79,12 @@ pub(crate) fn intermediate(planned: &Planned) -> (fmi3::CoSimulation, Option<Arc
 /// One FMU in Co-Simulation.
 pub(crate) struct SlaveStepper {
     node: [usize; 1],
-    way: Way,
+    rule: StepRule,
     /// The regular step in s.
     regular: f64,
     /// The FMU takes steps of other lengths too.
     variable: bool,
+    calls: Calls,
     /// States may be restored, so the FMU is not promised the contrary.
     rolls_back: bool,
     states: [Option<StateId>; SLOTS],
@@ -144,6 +99,7 @@ impl SlaveStepper {
     pub(crate) fn new(
         nodes: &[Node],
         node: usize,
+        rule: StepRule,
         step: f64,
         rolls_back: bool,
         shared: Option<Arc<Shared>>,
@@ -167,9 +123,10 @@ impl SlaveStepper {
         }
         Self {
             node: [node],
-            way: Way::of(d),
+            rule,
             regular: step,
             variable,
+            calls: Calls::default(),
             rolls_back,
             states: Default::default(),
             shared,
@@ -200,7 +157,7 @@ impl SlaveStepper {
         mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let (mut time, mut step, mut halvings) = (from, length, 0);
+        let (mut time, mut step, mut halvings, mut early) = (from, length, 0, 0);
         loop {
             if lines {
                 self.tell(node, time)?;
@@ -213,6 +170,7 @@ impl SlaveStepper {
                     Err(source) => return Err(Error::Call { time, source: *source }),
                 },
             };
+            self.calls.add(step, 1);
             if result.event && !result.terminate && !result.discarded {
                 (done.time, done.event) = (if result.early { result.time } else { time + step }, true);
                 if !result.early && step >= (to - time) * (1.0 - ROUNDING) {
@@ -237,11 +195,16 @@ impl SlaveStepper {
                     (done.time, done.terminate) = (if progress { result.time } else { time }, true);
                     return Ok(());
                 }
-                halvings += u32::from(!progress);
+                if interrupt::requested() {
+                    return Err(Error::Interrupted { time });
+                }
+                (halvings, early) = (halvings + u32::from(!progress), early + 1);
                 let reason = if !self.variable {
                     "and takes no other step"
                 } else if halvings > HALVINGS {
                     "however short the step"
+                } else if early > EARLY {
+                    "and has done so 100000 times within one communication step: it comes forward by next to nothing"
                 } else if !progress && (result.time - time).abs() > rounding {
                     "and does not say where it stands"
                 } else {
@@ -270,7 +233,7 @@ impl SlaveStepper {
         mut first: Option<Step>,
         done: &mut Advance,
     ) -> Result<(), Error> {
-        let places = if node.line.slope.iter().all(|s| *s == 0.0) { MIDDLE } else { self.places_of_parts() };
+        let places = self.places(node, self.length(from, to));
         let n = places.len();
         let at = |k: usize| if k == n { to } else { from + (to - from) * k as f64 / n as f64 };
         let part = self.length(from, to) / n as f64;
@@ -289,13 +252,14 @@ impl SlaveStepper {
     /// Over a step in which continuous inputs go on lines they are held in parts, and these lines are no constants.
     pub(crate) fn holds(&self, node: &Node, within: Within) -> bool {
         within == Within::Line
-            && matches!(self.way, Way::Parts(_))
+            && matches!(self.rule.way, Way::Held(_))
             && node.line.slope.iter().any(|slope| *slope != 0.0)
     }
 
     /// Whether the inputs on their lines at `time` are an event at once, of an FMU that stands there; it tries a step of `h` s.
-    pub(crate) fn is_event(&self, node: &mut Node, time: f64, h: f64) -> Result<bool, Error> {
+    pub(crate) fn is_event(&mut self, node: &mut Node, time: f64, h: f64) -> Result<bool, Error> {
         node.set_on_line(time)?;
+        self.calls.add(h, 1);
         match node.slave.step(time, h, !self.rolls_back) {
             Ok(None) => Ok(false),
             Ok(Some(step)) => Ok(step.event && step.early && step.time <= time),
@@ -303,8 +267,14 @@ impl SlaveStepper {
         }
     }
 
-    fn places_of_parts(&self) -> &'static [f64] {
-        if self.way == Way::Parts(PARTS) { &HELD } else { MIDDLE }
+    /// Where inputs are held in a step of this length.
+    fn places(&self, node: &Node, step: f64) -> &'static [f64] {
+        if node.line.slope.iter().any(|s| *s != 0.0) { self.rule.places(step) } else { &ANYWHERE }
+    }
+
+    /// It may be given a step of `length` s.
+    pub(crate) fn allows(&self, length: f64) -> bool {
+        self.rule.allows(length)
     }
 
     /// Tells the FMU how its inputs go on from `time`.
@@ -313,7 +283,7 @@ impl SlaveStepper {
             node.set_on_line(time)?;
             node.line.dirty = false;
         }
-        match (self.way, &self.shared) {
+        match (self.rule.way, &self.shared) {
             (Way::Derivatives, _) => {
                 let Some(references) = &node.line.references else { return Ok(()) };
                 node.slave
@@ -353,8 +323,8 @@ impl Stepper for SlaveStepper {
         let node = &mut nodes[self.node[0]];
         let mut done = Advance { time: to, ..Advance::default() };
         let lines = within == Within::Line && !node.line.slots.is_empty();
-        match self.way {
-            Way::Parts(_) if lines => self.parts(node, [from, to], 0, None, &mut done)?,
+        match self.rule.way {
+            Way::Held(_) if lines => self.parts(node, [from, to], 0, None, &mut done)?,
             _ => self.advance(node, [from, to], self.length(from, to), lines, None, &mut done)?,
         }
         Ok(done)
@@ -372,7 +342,10 @@ impl Stepper for SlaveStepper {
         let held = within == Within::Held || node.line.slots.is_empty();
         if held && self.is_regular(from, to) {
             return match node.slave.step(from, self.regular, !self.rolls_back) {
-                Ok(None) => Ok(None),
+                Ok(None) => {
+                    self.calls.add(self.regular, 1);
+                    Ok(None)
+                }
                 Ok(Some(first)) => {
                     Ok(Some(Box::new(self.resume(nodes, [from, to], Within::Held, 0, Some(*first))?)))
                 }
@@ -390,9 +363,19 @@ impl Stepper for SlaveStepper {
         !self.rolls_back
     }
 
+    fn made(&mut self, steps: u64, in_parts: u64) {
+        let parts = self.rule.places(self.regular).len() as u64;
+        self.calls.add(self.regular, steps - in_parts);
+        self.calls.add(self.regular / parts as f64, in_parts * parts);
+    }
+
+    fn calls(&self) -> Option<(&Calls, &'static str)> {
+        Some((&self.calls, self.rule.words()))
+    }
+
     fn following(&self) -> Option<Following> {
-        match self.way {
-            Way::Parts(_) => Some(Following::Parts(self.places_of_parts())),
+        match self.rule.way {
+            Way::Held(places) => Some(Following::Parts(places)),
             Way::Derivatives => Some(Following::Derivatives),
             Way::Intermediate => None,
         }
@@ -410,15 +393,17 @@ impl Stepper for SlaveStepper {
         let mut done = Advance { time: to, ..Advance::default() };
         let node = &mut nodes[self.node[0]];
         let lines = within == Within::Line && !node.line.slots.is_empty();
-        match self.way {
-            Way::Parts(_) if lines => {
+        match self.rule.way {
+            Way::Held(_) if lines => {
+                // Those before were made by the program.
                 let begin = if first.is_some() { part } else { part + 1 };
+                self.calls.add(self.regular / self.places(node, self.regular).len() as f64, begin as u64);
                 self.parts(node, [from, to], begin, first, &mut done)?;
             }
             _ if first.is_some() => {
                 self.advance(node, [from, to], self.regular, lines, first, &mut done)?;
             }
-            _ => {}
+            _ => self.calls.add(self.regular, 1),
         }
         Ok(done)
     }

@@ -150,7 +150,7 @@ fn of_start_values() {
         ),
         (
             "gain = { value = 1, unit = 'mile' }",
-            "start of `a.gain`: the unit mile is not known here; give it in rad or deg",
+            "start of `a.gain`: nobody says what the unit mile is; define it (SSP: <Units>), or give the value in rad or deg",
         ),
         ("fixed = 1", "start of `a.fixed`: it is a constant and cannot be set"),
         (
@@ -248,7 +248,7 @@ fn of_records_and_inputs() {
         ("inputs = 'none.csv'", "none.csv"),
         ("inputs = 'in.csv'", "column `other` names no input"),
         ("inputs = 'odd.csv'", "column `u` names no input"),
-        ("inputs = 'big.csv'", "column `a.small`: 300.0 is no Int8"),
+        ("inputs = 'big.csv'", "column `a.small`: line 2, a.small: \"300\" is no Int8"),
         (
             "inputs = { file = 'in.csv', columns = { othr = 'a.u' } }",
             "in.csv has no column `othr`; did you mean `other`?",

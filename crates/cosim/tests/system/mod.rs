@@ -4,6 +4,7 @@
 mod document;
 mod elements;
 mod hostile;
+mod inputs;
 mod mistakes;
 mod plans;
 mod round_trip;
@@ -70,6 +71,8 @@ const ALL: &str = r#"<?xml version="1.0"?>
     <Float64 name="matrix" valueReference="28" causality="parameter" variability="fixed" start="1 2 3 4 5 6"><Dimension start="2"/><Dimension start="3"/></Float64>
     <Float64 name="bare" valueReference="29" causality="input"><Dimension start="2"/></Float64>
     <Float64 name="der(x)" valueReference="30" causality="output"/>
+    <UInt64 name="huge" valueReference="31" causality="input" start="0"/>
+    <Float64 name="knob" valueReference="32" causality="parameter" variability="tunable" unit="m" start="1"/>
   </ModelVariables>
   <ModelStructure/>
 </fmiModelDescription>"#;

@@ -2,17 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
 use trueup_models::effect;
 
 use super::Augmented;
 use super::began::Began;
+use super::estimate::Estimated;
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::{Target, Unknown};
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::{Found, same};
+use crate::engine::select::Found;
 use crate::engine::subject::Model;
 use crate::outcome::{Amount, Candidate, Claimed, Verdict};
 use trueup_numerics::order::descending;
@@ -23,92 +23,6 @@ pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
     match plant {
         effect::Plant::Joint => Some(1),
         effect::Plant::Arm => counted.then_some(h.site + 1),
-    }
-}
-
-impl Fitted {
-    /// Standard deviations of its coordinates, misfit included.
-    pub(crate) fn deviations(&self) -> Vec<f64> {
-        let information = self.information.clone();
-        let inflation = (1.0 + self.excess()).max(1.0);
-        let n = information.nrows();
-        if n == 0 {
-            return Vec::new();
-        }
-        let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
-        (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
-    }
-}
-
-/// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
-const LAW_SPREAD: f64 = 0.025;
-
-/// Free-running fits of some of the sets that led, by their place among those.
-pub(super) type FreeFits = Vec<(usize, Fitted)>;
-
-/// A set with what its free run made of it: two estimates that err for different reasons.
-pub(super) struct Estimated<'a> {
-    led: &'a Fitted,
-    sd: Vec<f64>,
-    free: Option<(&'a Fitted, Vec<f64>)>,
-    /// Free-running fit of the model's own parameters, for those to which the balances are blind.
-    refitted: Option<(&'a Fitted, Vec<f64>)>,
-}
-
-impl<'a> Estimated<'a> {
-    pub(super) fn new(led: &'a Fitted, found: &Found, free: &'a FreeFits) -> Self {
-        let own = |r: &&(usize, Fitted)| same(&found.sets[r.0].stated.set, &led.stated.set);
-        let free = free.iter().find(own).map(|r| (&r.1, r.1.deviations()));
-        Self { led, sd: led.deviations(), free, refitted: None }
-    }
-    /// Of a set without effects: with the free-running fit of the model's own parameters.
-    pub(super) fn or_refitted(self, refitted: Option<&'a Fitted>) -> Self {
-        let bare = !self.led.stated.set.iter().any(Hypothesis::is_effect);
-        Self { refitted: refitted.filter(|_| bare).map(|f| (f, f.deviations())), ..self }
-    }
-    /// The surer estimate of an unknown of the led set; its interval has in it what the other says, as far as that is sure,
-    /// and `form` times the value.
-    fn amount(&self, k: usize, form: f64) -> Amount {
-        let u = &self.led.stated.unknowns[k];
-        let led = (self.led.theta[k], self.sd[k]);
-        let of = |fit: &Option<(&Fitted, Vec<f64>)>| {
-            fit.as_ref().and_then(|(f, sd)| f.place_of(u).map(|k| (f.theta[k], sd[k])))
-        };
-        // Balances that say less than what was believed before are blind to it: what runs freely is all that speaks.
-        let blind = u.prior.is_some_and(|p| led.1 > core::f64::consts::FRAC_1_SQRT_2 * p.deviation);
-        let (best, other) = match (of(&self.free), of(&self.refitted).filter(|_| blind)) {
-            (None, Some(refitted)) => (refitted, None),
-            (Some(free), _) if free.1 < led.1 => (free, Some(led)),
-            (free, _) => (led, free),
-        };
-        let at = |x: f64| u.scale.value(x).0;
-        let value = at(best.0);
-        let apart = other.map_or(0.0, |o| (at(o.0) - value) * best.1 / o.1.max(f64::MIN_POSITIVE));
-        let end = |sign: f64| {
-            let chance = at(best.0 + sign * 1.96 * best.1) - value;
-            value + sign * chance.hypot(apart).hypot(1.96 * form * value)
-        };
-        Amount::within([u.lower, u.upper], value, u.unit.clone(), [end(-1.0), end(1.0)])
-    }
-    /// One of its causes, as it is told.
-    fn claimed(&self, h: &Hypothesis, probability: f64, plant: effect::Plant, found: &Found) -> Claimed {
-        let stated = &self.led.stated;
-        let at = stated.set.iter().position(|o| o == h).unwrap_or(0);
-        let end = stated.begin.get(at + 1).copied().unwrap_or(stated.unknowns.len());
-        let free = (stated.begin[at]..end).filter(|&k| stated.unknowns[k].lower < stated.unknowns[k].upper);
-        // Where it stood when a recording began is a first state.
-        let free = free.filter(|k| !stated.posed[at].initial.contains(&(k - stated.begin[at])));
-        let named = |k: usize| (stated.unknowns[k].stem().to_owned(), self.amount(k, LAW_SPREAD));
-        let alone = found.sets.iter().find(|s| s.stated.set.len() == 1 && s.stated.set[0] == *h);
-        let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
-        Claimed {
-            id: h.id.clone(),
-            component: h.component.clone(),
-            joint: joint_of(h, plant),
-            probability,
-            parameters: free.map(named).collect(),
-            closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
-        }
     }
 }
 
@@ -132,11 +46,12 @@ fn probabilities(found: &Found, decision: &Decision, i: usize) -> impl Fn(f64) -
 /// Rivals of a claimed effect that are told beside it.
 const RIVALS: usize = 2;
 
+/// What is claimed. `best` is the estimate of the chosen set, `of` makes that of a rival's.
 pub(super) fn effects(
     plant: effect::Plant,
     found: &Found,
-    free: &FreeFits,
-    best: &Estimated<'_>,
+    best: &Estimated,
+    of: &dyn Fn(&Fitted) -> Estimated,
     decision: &Decision,
 ) -> Vec<Claimed> {
     let rivals = match decision.verdict {
@@ -152,8 +67,7 @@ pub(super) fn effects(
         for r in others.filter(|r| r.cause.is_effect()) {
             let known = |c: &Claimed| c.id == r.cause.id && c.component == r.cause.component;
             if !all.iter().any(known) {
-                let claim = Estimated::new(r.set, found, free);
-                all.push(claim.claimed(r.cause, probability(r.odds), plant, found));
+                all.push(of(r.set).claimed(r.cause, probability(r.odds), plant, found));
             }
         }
     }
@@ -200,11 +114,9 @@ pub(super) fn candidates(plant: effect::Plant, found: &Found, decision: &Decisio
     all
 }
 
-pub(super) fn parameters(best: &Estimated<'_>, decision: &Decision) -> BTreeMap<String, Amount> {
-    if decision.verdict == Verdict::NoGap {
-        return BTreeMap::new();
-    }
-    let stated = &best.led.stated;
+/// The plant's own parameters and what was estimated of its sensors.
+pub(super) fn parameters(best: &Estimated) -> BTreeMap<String, Amount> {
+    let stated = best.stated();
     let own = stated.begin.first().copied().unwrap_or(stated.unknowns.len());
     let fitted = |u: &Unknown| u.run.is_none() && u.lower < u.upper;
     let shared = stated.unknowns[..own].iter().enumerate().filter(|(_, u)| fitted(u));
@@ -310,7 +222,11 @@ pub(super) fn augmented(search: &Search<'_>, after: &Complete, began: Option<&Be
         Model::Arm(m) => m.flexible().to_vec(),
         Model::Joint(_) => search.case.subject.flexible.clone(),
     };
-    Augmented { effects, flexible, fixed_base: search.case.subject.fixed_base, values: all }
+    let subject = &search.case.subject;
+    let claim = |h: &Hypothesis| (h.id.clone(), h.component.clone(), joint_of(h, subject.plant));
+    let claims = stated.set.iter().filter(|h| h.is_effect()).map(claim).collect();
+    let (fixed_base, payload) = (subject.fixed_base, subject.payload);
+    Augmented { effects, flexible, fixed_base, values: all, claims, payload }
 }
 
 #[cfg(test)]

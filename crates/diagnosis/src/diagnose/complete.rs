@@ -7,9 +7,9 @@ use trueup_signals::Finding;
 
 use super::Diagnosed;
 use crate::finite::{self, NotFinite};
-use crate::outcome::{Inputs, Noticed};
+use crate::outcome::{Diagnosis, Inputs, Noticed};
 
-impl Diagnosed {
+impl Diagnosis {
     /// Adds what the intake noticed in a case of this folder, and what was read (`None`: it came from memory).
     ///
     /// # Errors
@@ -20,9 +20,24 @@ impl Diagnosed {
         folder: &Path,
         inputs: Option<Inputs>,
     ) -> Result<(), NotFinite> {
-        self.diagnosis.inputs = inputs;
-        self.diagnosis.findings.splice(0..0, Noticed::of(intake, folder));
-        self.diagnosis.findings.sort_by_key(|f| Reverse(f.severity));
-        finite::check(&self.diagnosis)
+        self.inputs = inputs;
+        self.findings.splice(0..0, Noticed::of(intake, folder));
+        self.findings.sort_by_key(|f| Reverse(f.severity));
+        finite::check(self)
+    }
+}
+
+impl Diagnosed {
+    /// See [`Diagnosis::complete`].
+    ///
+    /// # Errors
+    /// See [`Diagnosis::complete`].
+    pub fn complete(
+        &mut self,
+        intake: &[Finding],
+        folder: &Path,
+        inputs: Option<Inputs>,
+    ) -> Result<(), NotFinite> {
+        self.diagnosis.complete(intake, folder, inputs)
     }
 }

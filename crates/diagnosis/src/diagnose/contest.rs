@@ -39,6 +39,13 @@ pub(super) struct Contender {
     pub fitted: Option<Fitted>,
 }
 
+impl Contender {
+    /// As it was fitted; what it misses of the recordings for fitting is not kept.
+    pub(super) fn polished(&self) -> Polished {
+        Polished { complete: self.complete.clone(), misfit: f64::NAN, fitted: self.fitted.clone() }
+    }
+}
+
 impl Ground<'_> {
     fn run(&self, found: &Found, at: usize) -> Option<Contender> {
         let set = &found.sets[at];

@@ -57,6 +57,7 @@ mod tests {
             floor: 0.01,
             closed: Some(0.99),
             ci95: Some([0.98, 1.0]),
+            window: None,
         };
         let mut d = Diagnosis {
             schema: String::new(),

@@ -8,7 +8,7 @@ use trueup_signals::process::overall;
 use super::Options;
 use crate::engine::decide::{self, Free, Thresholds};
 use crate::engine::problem::Compared;
-use crate::engine::replay::{DRAWS, Replayed};
+use crate::engine::replay::{Complete, DRAWS, Replayed, joined};
 use crate::engine::search::{Fitted, Search};
 use crate::floor::{self, Gap, Pooled};
 
@@ -131,7 +131,29 @@ impl<'a> Ground<'a> {
             chance: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.near).into_iter())?,
             noticed: self.together(&pooled, self.chance(&pooled, self.limits.free_runs.even).into_iter())?,
             trained: false,
+            windowed: None,
         })
+    }
+
+    /// Gap of a model over windows of these recordings, in units of what noise leaves there.
+    pub(super) fn windowed(&self, model: &Complete) -> Option<f64> {
+        let seconds = self.search.window()?;
+        let windows = self.search.in_windows(model, self.runs, seconds, None).ok()?;
+        let floors = self.search.window_floors(model, &windows, self.seed).ok()?;
+        let mut all = Vec::new();
+        let shown = joined(&windows);
+        for (r, run) in self.runs.iter().enumerate() {
+            for (c, channel) in run.run.channels.iter().enumerate() {
+                let [before, tuned, after] = [&shown[r][c]; 3];
+                let (recording, measured) = (&*run.run.name, &*channel.y);
+                let floor = floors[r][c];
+                let channel = &*channel.name;
+                all.push(floor::Replayed { recording, channel, measured, before, tuned, after, floor });
+            }
+        }
+        let each = Pooled::new(&all).each();
+        let figure = |of: fn(&Gap) -> f64| overall(&each.iter().map(of).collect::<Vec<_>>());
+        Some(figure(|g| g.after)? / figure(|g| g.floor)?)
     }
 
     /// Recording by recording what is left above the floor, as a power; see [`Ran::each`].

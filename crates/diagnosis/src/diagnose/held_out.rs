@@ -59,8 +59,15 @@ mod tests {
 
     #[test]
     fn what_ran_alone_closes_what_its_free_run_closes() {
-        let overall =
-            Gap { before: 11.0, tuned: 11.0, after: 2.0, floor: 1.0, closed: Some(0.9), ci95: None };
+        let overall = Gap {
+            before: 11.0,
+            tuned: 11.0,
+            after: 2.0,
+            floor: 1.0,
+            closed: Some(0.9),
+            ci95: None,
+            window: None,
+        };
         let claimed = |id: &str| Claimed {
             id: id.into(),
             component: crate::engine::made::cause(id).component,

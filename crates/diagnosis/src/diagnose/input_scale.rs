@@ -1,7 +1,10 @@
-//! Inputs in another unit or with the opposite sign: a free gain of each of them, before any cause is looked for.
+//! The gain of each input, recording by recording, before any cause is looked for: another unit, the opposite sign, a drive
+//! that is dead.
+
+use trueup_identification::sensors::Sensors;
 
 use crate::engine::balance::Led;
-use crate::engine::problem::Comparison;
+use crate::engine::problem::Compared;
 use crate::engine::search::Search;
 use crate::outcome::{Noticed, Severity};
 
@@ -16,71 +19,216 @@ const CAUSES: [(f64, &str); 5] = [
 ];
 /// As near to it (logarithm of a factor of 3): what is missing besides moves the gain. Causes are a factor of 17 apart.
 const NEAR: f64 = 1.1;
-/// The balances then miss less than this of what they missed, as a power, octave by octave alike.
-const LEFT: f64 = 0.1;
+/// Parts of a recording whose gains tell how sure that of the whole is.
+const PARTS: usize = 8;
+/// Deviations from which on a gain is one.
+const SURE: f64 = 4.0;
+/// A sign is told where the gain leaves less than this of what is missed with the gain as recorded (as powers).
+const LEFT: f64 = 0.5;
+/// Times what is missed elsewhere that is missed where a drive is dead, root mean square.
+const DEAD: f64 = 3.0;
 
-/// Says so where one gain of an input, or of all of them alike, takes nearly all of what the nominal model misses, and is that of a
-/// unit or a sign. The gain is the one of least squares: what the balances miss is linear in it, but for dry friction.
-pub fn mistaken(search: &Search<'_>) -> Option<Noticed> {
-    let stated = search.state(&[]).ok()?;
-    let (whole, start) = (search.compare(&stated), search.compare(&stated).start());
+/// The gain of an input in a recording, by least squares of the accelerations that the nominal model misses.
+#[derive(Clone, Copy, Debug)]
+struct Gain {
+    value: f64,
+    /// Standard deviation, by leaving parts of the recording out in turn.
+    deviation: f64,
+    /// Share of what is missed with the input as recorded that it leaves, as a power.
+    left: f64,
+}
+
+impl Gain {
+    /// Of the equation `without + gain along = 0`, row by row.
+    fn new(without: &[f64], along: &[f64]) -> Option<Self> {
+        let n = without.len();
+        let part = |k: usize| {
+            let rows = k * n / PARTS..(k + 1) * n / PARTS;
+            let both = without[rows.clone()].iter().zip(&along[rows]);
+            both.fold([0.0; 2], |[num, den], (a, d)| [num - a * d, den + d * d])
+        };
+        let parts: Vec<[f64; 2]> = (0..PARTS).map(part).collect();
+        let [num, den] = parts.iter().fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+        let value = num / den;
+        let each = parts.iter().map(|p| (num - p[0]) / (den - p[1]) - value);
+        let variance = each.map(|d| d * d).sum::<f64>() * (PARTS - 1) as f64 / PARTS as f64;
+        let power =
+            |gain: f64| -> f64 { without.iter().zip(along).map(|(a, d)| (a + gain * d).powi(2)).sum() };
+        let own = Self { value, deviation: variance.sqrt(), left: power(value) / power(1.0) };
+        (den > 0.0 && value.is_finite() && own.deviation.is_finite()).then_some(own)
+    }
+
+    /// What it is near, beside `usual`; `None` where it is as usual, or near nothing.
+    fn cause(&self, usual: f64) -> Option<&'static (f64, &'static str)> {
+        let times = self.value / usual;
+        let near = |c: f64| (times / c).ln().abs() < NEAR;
+        let sure = self.value.abs() > SURE * self.deviation;
+        let cause = CAUSES.iter().find(|(c, _)| near(*c))?;
+        (sure && !near(1.0) && (cause.0 > 0.0 || self.left < LEFT)).then_some(cause)
+    }
+}
+
+/// What an input does in a channel of a recording.
+struct Seen<'a> {
+    name: &'a str,
+    /// Output that the channel shows.
+    output: usize,
+    /// Power of what it does there, over that of what the readings accelerate.
+    acts: f64,
+    gain: Option<Gain>,
+    /// It has one value all along.
+    constant: bool,
+    /// What the model misses where it acts most, root mean square.
+    missed: f64,
+    /// What the readings accelerate there.
+    moved: f64,
+}
+
+/// Says which inputs are in another unit, have the opposite sign or are dead: recording by recording where the others tell
+/// otherwise, else of the case. Those held out are looked at as well, for nothing is fitted here.
+pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
     let names = search.case.subject.inputs();
-    let runs = &search.led[..search.case.train.len()];
-    let recorded = |input: &usize| runs.iter().all(|l| l.inputs.get(*input).is_some_and(|u| !u.is_empty()));
+    let runs: Vec<(&Led, &Compared)> =
+        search.led.iter().zip(search.case.train.iter().chain(&search.case.holdout)).collect();
+    let recorded = |input: &usize| runs.iter().any(|r| !r.0.inputs[*input].is_empty());
     let recorded: Vec<usize> = (0..names.len()).filter(recorded).collect();
-    let missed = |without: &[usize]| -> Option<Vec<f64>> {
-        let silenced: Vec<Led> = runs.iter().map(|led| silenced(led, without)).collect();
-        let led = silenced.iter().zip(&whole.led).map(|(led, (_, links))| (led, links.clone())).collect();
-        let mut all = Comparison { led, ..whole.clone() }.residuals(&start).ok()?;
-        all.truncate(whole.readings());
-        // Octaves count alike, as they do for an excess: what is fast would drown what is slow.
-        let octaves = search.octaves(&all);
-        let parts = runs.iter().flat_map(|led| led.parts.iter().map(|p| (p.octave, led.channels.len())));
-        let weights = parts.flat_map(|(octave, m)| std::iter::repeat_n(octaves[octave].count.sqrt(), m));
-        all.iter_mut().zip(weights).for_each(|(r, w)| *r /= w);
-        Some(all)
-    };
-    let with = missed(&[])?;
     let each = recorded.iter().map(|input| vec![*input]);
+    // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
     for inputs in all.into_iter().chain(each) {
-        let (gain, left) = gain(&missed(&inputs)?, &with);
-        let cause = CAUSES.iter().find(|(c, _)| (gain / c).ln().abs() < NEAR);
-        if let Some((_, cause)) = cause.filter(|_| left < LEFT) {
-            let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
-            return Some(Noticed {
+        let all: Vec<Seen<'_>> =
+            runs.iter().filter_map(|(led, run)| seen(search, led, run, &inputs)).flatten().collect();
+        // Where it acts most over all recordings: one that is dead acts nowhere.
+        let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
+        let Some(at) = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b))) else {
+            continue;
+        };
+        let seen: Vec<Seen<'_>> = all.into_iter().filter(|s| s.output == at).collect();
+        let called = inputs.iter().map(|i| names[*i].as_str()).collect::<Vec<_>>().join(", ");
+        let channel = (inputs.len() == 1).then(|| called.clone());
+        let told = judged(&seen, &called);
+        if !told.is_empty() {
+            let one = |(file, text)| Noticed {
                 severity: Severity::Grave,
                 kind: "input-scale".into(),
-                file: "case.toml".into(),
+                file,
                 line: None,
-                channel: (inputs.len() == 1).then(|| called.clone()),
-                text: format!(
-                    "{called}: it looks as if {cause}: times {gain:.3e} the model misses {:.1} % of what it misses (as powers); \
-                     give the unit or the scale of the column in the sidecar",
-                    100.0 * left
-                ),
-            });
+                channel: channel.clone(),
+                text,
+            };
+            return told.into_iter().map(one).collect();
         }
     }
-    None
+    Vec::new()
 }
 
-/// A recording in which these inputs are 0.
-fn silenced(led: &Led, without: &[usize]) -> Led {
-    let mut led = led.clone();
-    without.iter().for_each(|input| led.inputs[*input].fill(0.0));
-    led
-}
-
-/// The gain g at which `without` + g (`with` - `without`) is least, and its square over that of `with`.
-fn gain(without: &[f64], with: &[f64]) -> (f64, f64) {
-    let (mut along, mut square, mut before) = (0.0, 0.0, 0.0);
-    for (a, b) in without.iter().zip(with) {
-        along -= a * (b - a);
-        square += (b - a) * (b - a);
-        before += b * b;
+fn seen<'a>(search: &Search<'_>, led: &'a Led, run: &Compared, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
+    let case = search.case;
+    if inputs.iter().any(|i| led.inputs[*i].is_empty()) {
+        return None;
     }
-    let gain = along / square;
-    let left: f64 = without.iter().zip(with).map(|(a, b)| (a + gain * (b - a)).powi(2)).sum();
-    (gain, left / before)
+    let sizes = case.model.sizes();
+    let (links, sensors) =
+        (led.links(&case.model, &case.coordinates), Sensors::none(sizes.inputs, sizes.outputs));
+    let mut p = case.nominal.clone();
+    run.known.iter().for_each(|(i, v)| p[*i] = *v);
+    let missing = |led: &Led| led.missing(&case.model, &links, &p, &sensors).ok();
+    let mut silent = led.clone();
+    inputs.iter().for_each(|i| silent.inputs[*i].fill(0.0));
+    let (with, without) = (missing(led)?, missing(&silent)?);
+    let counts = led.counts.clone();
+    let square = |x: &[f64]| x[counts.clone()].iter().map(|x| x * x).sum::<f64>();
+    let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
+    let rms = |x: &[f64]| (square(x) / counts.len().max(1) as f64).sqrt();
+    let still = |input: &usize| led.inputs[*input].iter().all(|u| *u == led.inputs[*input][0]);
+    let constant = inputs.iter().all(still);
+    let one = |at: usize| Seen {
+        name: &led.name,
+        output: led.channels[at].output,
+        acts: square(&along(at)) / square(&led.channels[at].ddy).max(f64::MIN_POSITIVE),
+        gain: Gain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
+        constant,
+        missed: rms(&with[at]),
+        moved: rms(&led.channels[at].ddy),
+    };
+    Some((0..with.len()).map(one).collect())
+}
+
+/// Files with what is wrong in them.
+fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
+    let dead = dead(seen);
+    if !dead.is_empty() {
+        let text = |s: &&Seen<'_>| {
+            let text = format!(
+                "{called}: it has one value all along while the motor moves as under a drive: the channel is dead; look at the \
+                 logger, and leave the recording out"
+            );
+            (s.name.to_owned(), text)
+        };
+        return dead.iter().map(text).collect();
+    }
+    let gains: Vec<(&str, Gain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
+    // Beside what others tell a gap in the model, which all have, drops out.
+    let usual = |own: usize| {
+        let sure = |g: &Gain| g.value.abs() > SURE * g.deviation;
+        let others = gains.iter().enumerate().filter(|(k, g)| *k != own && sure(&g.1)).map(|g| g.1.1.value);
+        let mut others: Vec<f64> = others.collect();
+        others.sort_by(f64::total_cmp);
+        let alike = others.len() > 1 && (others[others.len() - 1] / others[0]).ln().abs() < NEAR;
+        alike.then(|| others[others.len() / 2])
+    };
+    let whole: Vec<_> = gains.iter().map(|(_, g)| g.cause(1.0)).collect();
+    if let Some(Some(cause)) = whole.first()
+        && whole.iter().all(|c| c.is_some_and(|c| c.0 == cause.0))
+    {
+        let all = gains.iter().map(|(name, g)| format!("{:.3e} in {name}", g.value));
+        let text = format!(
+            "{called}: it looks as if {} in every recording: the model needs it times {}; give the unit or the scale of the column in the \
+             sidecar",
+            cause.1,
+            all.collect::<Vec<_>>().join(", ")
+        );
+        return vec![("case.toml".into(), text)];
+    }
+    let one = |(k, (name, gain)): (usize, &(&str, Gain))| {
+        let beside = usual(k);
+        let (_, cause) = gain.cause(beside.unwrap_or(1.0))?;
+        let beside = beside.map_or(String::new(), |b| format!(" where the others need {b:.3e}"));
+        let text = format!(
+            "{called}: it looks as if {cause} in this recording alone: the model needs it times {:.3e}{beside}; give the unit or the scale of \
+             the column in its sidecar",
+            gain.value
+        );
+        Some(((*name).to_owned(), text))
+    };
+    gains.iter().enumerate().filter_map(one).collect()
+}
+
+/// Recordings whose drive has one value all along, and in which the model misses far more than where it has not; where it has
+/// one in all, more than the readings accelerate.
+fn dead<'a, 'b>(seen: &'b [Seen<'a>]) -> Vec<&'b Seen<'a>> {
+    let (still, live): (Vec<_>, Vec<_>) = seen.iter().partition(|s| s.constant);
+    let mut usual: Vec<f64> = live.iter().map(|s| s.missed).collect();
+    usual.sort_by(f64::total_cmp);
+    let lacks = |s: &&Seen<'_>| match usual.get(usual.len() / 2) {
+        Some(usual) => s.missed > DEAD * usual && s.missed > 0.5 * s.moved,
+        None => s.missed > s.moved,
+    };
+    still.into_iter().filter(lacks).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_gain_is_that_of_least_squares_and_its_deviation_that_of_its_parts() {
+        let along: Vec<f64> = (0..800).map(|k| (0.1 * f64::from(k)).sin()).collect();
+        let noise: Vec<f64> = (0..800).map(|k| (1.7 * f64::from(k * k)).sin()).collect();
+        let without: Vec<f64> = along.iter().zip(&noise).map(|(d, e)| -2.5 * d + 0.3 * e).collect();
+        let g = Gain::new(&without, &along).unwrap();
+        assert!((g.value - 2.5).abs() < 4.0 * g.deviation && g.deviation < 0.03, "{g:?}");
+        assert!((g.left - 0.09 / (2.25 + 0.09)).abs() < 0.01, "{g:?}");
+        assert!(Gain::new(&without, &vec![0.0; 800]).is_none());
+    }
 }

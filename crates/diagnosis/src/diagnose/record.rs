@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use trueup_models::effect::{Choice, Plant};
 use trueup_models::joint::TwoMassJoint;
 
-use super::claim::{Estimated, candidates, effects, indistinguishable};
+use super::claim::{candidates, effects, indistinguishable};
+use super::estimate::Estimated;
 use crate::engine::decide::{Free, LeftOut, Ran, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis, Times};
 use crate::engine::search::{Fitted, Octave, Stated};
@@ -202,12 +203,11 @@ impl Record {
             Found { plain: self.plain.fitted(plant)?, best: self.best.fitted(plant)?, sets: sets? };
         let mut free = self.free;
         let decision = decide(&mut found, self.raw_excess, &mut free, self, limits);
-        let none = Vec::new();
-        let best = Estimated::new(&found.best, &found, &none);
+        let of = |set: &Fitted| Estimated::new(set, None);
         let present = decision.verdict == Verdict::Unknown;
         Ok(Again {
             verdict: decision.verdict,
-            effects: effects(plant, &found, &none, &best, &decision),
+            effects: effects(plant, &found, &of(&found.best), &of, &decision),
             candidates: candidates(plant, &found, &decision),
             indistinguishable: indistinguishable(&found, &decision),
             unknown: Unknown { present, probability: decision.unknown, place: None },
@@ -338,11 +338,10 @@ mod tests {
         record.left_out = first.left_out;
         let text = serde_json::to_string(&record).unwrap();
         let again = Record::parse(&text).unwrap().decide(&Thresholds::default()).unwrap();
-        let none = Vec::new();
-        let best = Estimated::new(&found.best, &found, &none);
+        let of = |set: &Fitted| Estimated::new(set, None);
         let claims = |list: Vec<Claimed>| list.into_iter().map(|c| (c.id, c.probability)).collect();
         [
-            (first.verdict, claims(effects(Plant::Joint, &found, &none, &best, &first)), free.after),
+            (first.verdict, claims(effects(Plant::Joint, &found, &of(&found.best), &of, &first)), free.after),
             (again.verdict, claims(again.effects), again.after),
         ]
     }

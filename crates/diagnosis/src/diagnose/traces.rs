@@ -4,7 +4,7 @@ use super::Trace;
 use crate::engine::problem::Compared;
 use crate::engine::replay::Replayed;
 use crate::floor;
-use crate::outcome::{Gap, GapReport};
+use crate::outcome::{Gap, GapReport, WindowGap};
 
 pub(super) fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64>]) -> Vec<Trace> {
     let mut all = Vec::new();
@@ -25,7 +25,17 @@ pub(super) fn traces(runs: &[Compared], shown: [&Replayed; 3], floors: &[Vec<f64
     all
 }
 
-fn replayed(traces: &[Trace]) -> Vec<floor::Replayed<'_>> {
+/// Simulations of recordings over windows: nominal, refitted, with what is claimed; and what noise leaves.
+pub(super) struct Windowed {
+    /// Length of a window, s.
+    pub seconds: f64,
+    /// Readings by recording and channel.
+    pub shown: [Replayed; 3],
+    /// Deviations by recording and channel.
+    pub floors: Vec<Vec<f64>>,
+}
+
+fn figures(traces: &[Trace], seed: u64) -> floor::Gaps {
     fn of(t: &Trace) -> floor::Replayed<'_> {
         floor::Replayed {
             recording: &t.recording,
@@ -37,22 +47,43 @@ fn replayed(traces: &[Trace]) -> Vec<floor::Replayed<'_>> {
             floor: t.floor,
         }
     }
-    traces.iter().map(of).collect()
+    floor::gaps(&traces.iter().map(of).collect::<Vec<_>>(), seed)
 }
 
-pub(super) fn gap_report(traces: &[Trace], seed: u64) -> GapReport {
-    let found = floor::gaps(&replayed(traces), seed);
-    let of = |g: &floor::Gap| Gap {
+/// Gaps of whole recordings, with those over windows beside them.
+pub(super) fn gap_report(
+    runs: &[Compared],
+    traces: &[Trace],
+    windowed: Option<&Windowed>,
+    seed: u64,
+) -> GapReport {
+    let found = figures(traces, seed);
+    let windows = windowed.map(|w| {
+        let [before, tuned, after] = &w.shown;
+        (w.seconds, figures(&self::traces(runs, [before, tuned, after], &w.floors), seed))
+    });
+    let window = |of: &dyn Fn(&floor::Gaps) -> Option<floor::Gap>| {
+        let (seconds, gaps) = windows.as_ref()?;
+        let floor::Gap { before, tuned, after, floor, closed, .. } = of(gaps)?;
+        let finite = [before, tuned, after, floor].iter().all(|x| x.is_finite());
+        finite.then_some(WindowGap { seconds: *seconds, before, tuned, after, floor, closed })
+    };
+    let of = |g: &floor::Gap, window| Gap {
         before: g.before,
         tuned: g.tuned,
         after: g.after,
         floor: g.floor,
         closed: g.closed,
         ci95: g.ci95,
+        window,
+    };
+    let channel = |(name, g): &(String, floor::Gap)| {
+        let own = window(&|gaps| gaps.channels.iter().find(|c| c.0 == *name).map(|c| c.1));
+        (name.clone(), of(g, own))
     };
     GapReport {
-        overall: found.overall.as_ref().map(of),
-        channels: found.channels.iter().map(|(name, g)| (name.clone(), of(g))).collect(),
+        overall: found.overall.as_ref().map(|g| of(g, window(&|gaps| gaps.overall))),
+        channels: found.channels.iter().map(channel).collect(),
         left_out: found.left_out,
     }
 }

@@ -40,12 +40,21 @@ pub struct Free {
     pub noticed: f64,
     /// Chance does not leave so much on the recordings for fitting, though it may on those held out.
     pub trained: bool,
+    /// Gap of the refitted model over windows, in floors of these; `None`: not asked, or there are none.
+    #[serde(default)]
+    pub windowed: Option<f64>,
 }
 
 impl Free {
     /// Without any effect: parameters that were refitted may do worse on what was held out than those that were given.
     pub(crate) fn bare(&self) -> f64 {
         self.tuned.min(self.before)
+    }
+    /// What the refitted model leaves is near what noise leaves: of whole recordings, or over windows, which gather nothing at
+    /// stops and slips.
+    fn is_enough(&self, limits: &Thresholds) -> bool {
+        let windows = self.windowed.is_some_and(|w| w <= limits.free_runs.near);
+        self.tuned <= limits.gap.missed * self.chance || windows
     }
     /// With the causes it does worse than without them, by more than chance.
     pub(crate) fn does_worse(&self) -> bool {
@@ -113,6 +122,21 @@ pub struct Rival<'a> {
 }
 
 impl Decision {
+    /// Nothing was looked for.
+    pub(crate) fn nothing() -> Self {
+        Self {
+            verdict: Verdict::Unknown,
+            rivals: Vec::new(),
+            probability: Vec::new(),
+            explained: 0.0,
+            blind: false,
+            closed: 0.0,
+            unknown: 1.0,
+            odds: 0.0,
+            unmoved: false,
+            left_out: None,
+        }
+    }
     /// Nothing is claimed: what the recordings say cannot be relied on. As likely as not none of the candidates is right.
     pub fn cap(&mut self) {
         self.verdict = Verdict::Unknown;
@@ -156,6 +180,9 @@ impl Fitted {
 /// Share of the effects of a claim that are there, by how many it has: what a law's form leaves asks for others. Counted on
 /// trials whose seeds are not those reported.
 const MEMBERS: [f64; 3] = [1.0, 0.75, 0.4];
+
+/// Readings of the balances below which they say nothing: an octave has more.
+const NEXT_TO_NONE: f64 = 12.0;
 
 /// How well a free-running simulation does: its gap above the floor, as a power. What is below a tenth of the floor's does not count.
 pub(crate) fn left(gap: f64, floor: f64) -> f64 {
@@ -217,9 +244,9 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
     } else {
         !as_good && (explained < limits.gap.explained && account.left > limits.gap.left || missed)
     };
-    // Refitting that takes nearly all of the gap is enough, whatever is left beyond the sensors' noise, and whatever might be
-    // added to it without being known.
-    let refitted = free.tuned <= limits.gap.refitted * free.before;
+    // Refitting that takes nearly all of the gap and leaves little more than noise is enough, whatever might be added to it
+    // without being known.
+    let refitted = free.tuned <= limits.gap.refitted * free.before && free.is_enough(limits);
     let unexplained = unexplained && !refitted;
     if refitted && claims && known < limits.gap.explained {
         best = found.without_effects().clone();
@@ -249,9 +276,12 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         odds = vec![Vec::new(); best.stated.set.len()];
         (claims, worse, free.after) = (false, false, free.tuned);
     }
+    // Where balances have next to no readings nothing but a free run that comes near the floor speaks for anything.
+    let few = found.plain.count() < NEXT_TO_NONE && free.after > limits.free_runs.near * free.floor;
+    let few = few && free.after > free.chance;
     let verdict = if !gap || luck {
         Verdict::NoGap
-    } else if unexplained || unmoved || worse {
+    } else if unexplained || unmoved || worse || few {
         Verdict::Unknown
     } else if !claims {
         Verdict::Parameters
@@ -261,7 +291,7 @@ pub fn decide(found: &mut Found, raw: f64, free: &mut Free, ran: &dyn Ran, limit
         Verdict::Effects
     };
     let unknown = 1.0 / (1.0 + ((known - limits.gap.explained) * limits.gap.steep).exp());
-    let unknown = if !unexplained && (unmoved || worse) { unknown.max(0.5) } else { unknown };
+    let unknown = if !unexplained && (unmoved || worse || few) { unknown.max(0.5) } else { unknown };
     let unmoved = unmoved && verdict == Verdict::Unknown;
     let unknown = match verdict {
         Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),

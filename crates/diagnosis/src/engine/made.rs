@@ -91,5 +91,14 @@ impl Ran for Shown {
 
 /// A nominal model and a tuned one with that gap, in units of the floor.
 pub(crate) fn free(tuned: f64) -> Free {
-    Free { before: tuned, tuned, after: tuned, floor: 1.0, chance: 1.5, noticed: 1.2, trained: false }
+    Free {
+        before: tuned,
+        tuned,
+        after: tuned,
+        floor: 1.0,
+        chance: 1.5,
+        noticed: 1.2,
+        trained: false,
+        windowed: None,
+    }
 }

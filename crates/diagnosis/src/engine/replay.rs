@@ -1,6 +1,7 @@
 //! Free-running simulations: the last polish of a fit, and the gap on recordings that were never fitted.
 
 mod settle;
+mod windows;
 
 use super::unknown::Prior;
 use nalgebra::DMatrix;
@@ -10,6 +11,7 @@ use trueup_identification::predict::PredictError;
 use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
+pub use windows::{Window, joined};
 
 use super::hypothesis::Hypothesis;
 use super::problem::{Belief, Compared, Comparison, Target, Unknown};
@@ -320,10 +322,10 @@ impl Search<'_> {
         runs: &[Compared],
         seed: u64,
     ) -> Result<Vec<Vec<f64>>, PredictError> {
-        self.floors_around(complete, runs, &self.settled(complete, runs)?, seed)
+        self.floors_around(complete, runs, &self.settled(complete, runs)?, (seed, DRAWS))
     }
 
-    /// The same around recordings that are settled already.
+    /// The same around recordings that are settled already; noise is drawn so often from this seed.
     ///
     /// # Errors
     /// The model cannot be simulated.
@@ -332,7 +334,7 @@ impl Search<'_> {
         complete: &Complete,
         runs: &[Compared],
         settled: &[Settled],
-        seed: u64,
+        (seed, draws): (u64, u32),
     ) -> Result<Vec<Vec<f64>>, PredictError> {
         let floors = |(run, settled): (&Compared, &Settled)| {
             let inputs: Vec<Vec<f64>> = run.run.drives.iter().map(|d| d.u.clone()).collect();
@@ -340,7 +342,7 @@ impl Search<'_> {
                 run.run.drives.iter().map(|d| self.case.input_noise_of(d.input)).collect();
             let options =
                 Options { max_iterations: 4, cost_tolerance: 0.01, radius: 10.0, ..Options::default() };
-            let carried = crate::floor::carried(&inputs, &noise, DRAWS as usize, seed, |inputs| {
+            let carried = crate::floor::carried(&inputs, &noise, draws as usize, seed, |inputs| {
                 let mut noisy = run.run.clone();
                 noisy.drives.iter_mut().zip(inputs).for_each(|(d, u)| d.u.clone_from(u));
                 let noisy = Compared::new(noisy, run.known.clone(), complete.stated.model.sizes().inputs);

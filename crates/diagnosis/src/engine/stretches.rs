@@ -1,6 +1,8 @@
 //! Free runs over stretches of the recordings for fitting, each from a first state of its own (multiple shooting without
 //! continuity): what speaks where balances are blind and a free run over a whole recording strays.
 
+use std::ops::Range;
+
 use super::coordinate::median_step;
 use super::problem::Compared;
 use super::recordings::{Prepared, first_states};
@@ -8,7 +10,7 @@ use super::search::{Fitted, Search};
 use trueup_identification::run::Run;
 
 /// Length of a stretch, s,
-const LENGTH: f64 = 1.0;
+pub(super) const LENGTH: f64 = 1.0;
 /// and readings of a channel that it has at least.
 const READINGS: f64 = 200.0;
 
@@ -62,18 +64,24 @@ fn pieces(whole: &Run) -> Vec<Run> {
     let count = (span / LENGTH.max(READINGS * step)).floor().max(1.0);
     let edge = |k: f64| if k < count { whole.start + span * k / count } else { f64::INFINITY };
     let piece = |k: f64| {
-        let mut run = whole.clone();
-        for c in &mut run.channels {
-            let kept = c.t.partition_point(|t| *t < edge(k))..c.t.partition_point(|t| *t < edge(k + 1.0));
-            c.t = c.t[kept.clone()].to_vec();
-            c.y = c.y[kept.clone()].to_vec();
-            c.spread = c.spread.get(kept).unwrap_or_default().to_vec();
-        }
-        (run.start, run.at_rest) = (edge(k), run.at_rest && k == 0.0);
+        let mut run = part(whole, edge(k)..edge(k + 1.0));
         run.name = format!("{} from {} s", run.name, run.start);
         run
     };
     (0..count as u32).map(|k| piece(f64::from(k))).collect()
+}
+
+/// The readings of a recording within these times, with its inputs and its name; it begins where they do.
+pub(super) fn part(whole: &Run, within: Range<f64>) -> Run {
+    let first = whole.start == within.start;
+    let mut run = Run { start: within.start, at_rest: whole.at_rest && first, ..whole.clone() };
+    for c in &mut run.channels {
+        let kept = c.t.partition_point(|t| *t < within.start)..c.t.partition_point(|t| *t < within.end);
+        c.t = c.t[kept.clone()].to_vec();
+        c.y = c.y[kept.clone()].to_vec();
+        c.spread = c.spread.get(kept).unwrap_or_default().to_vec();
+    }
+    run
 }
 
 impl Fitted {

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::Findings;
+use super::finding::Findings;
 use crate::Version;
 use crate::description::{Attributes, Description, Type};
 

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeSet;
 
-use super::{Finding, Findings, Severity, binary};
+use super::binary;
+use super::finding::{Finding, Findings, Severity};
 use crate::Version;
 use crate::archive::Archive;
 use crate::description::Description;
@@ -44,7 +45,7 @@ pub fn archive(archive: &mut Archive) -> Vec<Finding> {
     };
     match read::read(&bytes) {
         Ok(d) => {
-            f.0.extend(super::description(&d));
+            f.0.extend(super::whole::description(&d));
             binaries(archive, &d, &mut f);
             terminals(archive, &d, &mut f);
             licences(archive, &d, &mut f);

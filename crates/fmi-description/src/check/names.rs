@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::Findings;
+use super::finding::Findings;
 use crate::Version;
 use crate::description::{Causality, Description, Type, Variability, Variable};
 

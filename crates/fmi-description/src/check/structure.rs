@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeSet, HashSet};
 
-use super::Findings;
+use super::finding::Findings;
 use crate::Version;
 use crate::description::{Causality, Description, Initial, Unknown, Variability};
 

@@ -2,7 +2,8 @@
 
 use std::collections::HashSet;
 
-use super::{Findings, definitions};
+use super::definitions;
+use super::finding::Findings;
 use crate::Version;
 use crate::description::{Causality, Description, Dimension, Initial, Type, Values, Variability, Variable};
 

@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::ReadError;
+use super::error::ReadError;
 
 /// The text of an XML file: UTF-8, UTF-16 or ISO-8859-1, as its first bytes and its declaration say.
 ///

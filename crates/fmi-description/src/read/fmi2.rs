@@ -1,7 +1,8 @@
 //! What FMI 2.0 writes in its own way.
 
+use super::common::{self, unknown};
+use super::error::ReadError;
 use super::node::Node;
-use super::{ReadError, unknown};
 use crate::Version;
 use crate::description::{Interface, Structure, Type, TypeDefinition, Unknown, Variability, Variable};
 
@@ -19,7 +20,7 @@ pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
         can_interpolate_inputs: n.flag("canInterpolateInputs")?,
         can_run_asynchronously: n.flag("canRunAsynchronuously")?,
         source_files: files.collect(),
-        ..super::interface(n)?
+        ..common::interface(n)?
     })
 }
 

@@ -1,7 +1,8 @@
 //! What FMI 3.0 writes in its own way.
 
+use super::common::{self, unknown};
+use super::error::ReadError;
 use super::node::Node;
-use super::{ReadError, unknown};
 use crate::Version;
 use crate::description::{
     Alias, Causality, Dimension, Interface, Structure, Type, TypeDefinition, Unknown, Values, Variability,
@@ -27,7 +28,7 @@ pub(super) fn interface(n: &Node) -> Result<Interface, ReadError> {
         might_return_early_from_do_step: n.flag("mightReturnEarlyFromDoStep")?,
         can_return_early_after_intermediate_update: n.flag("canReturnEarlyAfterIntermediateUpdate")?,
         has_event_mode: n.flag("hasEventMode")?,
-        ..super::interface(n)?
+        ..common::interface(n)?
     })
 }
 

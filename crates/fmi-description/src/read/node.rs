@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use super::ReadError;
+use super::error::ReadError;
 use crate::Version;
 use crate::description::{
     Attributes, BaseUnit, Causality, Clock, DisplayUnit, Initial, Item, Type, Unit, Values, Variability,

@@ -2,39 +2,41 @@
 
 use trueup_fmi::table::{Causality, Kind, ModelTable, Variable};
 
+use super::error::WriteError;
 use super::xml::Xml;
-use super::{WriteError, structure};
+use super::{common, structure};
 use crate::Version;
 
 pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteError> {
     let mut x = Xml::new()?;
-    let mut root = super::root(table, Version::V2, token);
+    let mut root = common::root(table, Version::V2, token);
     root.push(("numberOfEventIndicators", table.indicators.to_string()));
     x.open("fmiModelDescription", &root)?;
 
     let identifier = [("modelIdentifier", table.name.clone())];
     let common =
-        super::yes(["canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative"]);
-    let model_exchange = super::yes(["completedIntegratorStepNotNeeded"]);
+        common::yes(["canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative"]);
+    // An integrator that steps over an event is told so where the step ends.
+    let model_exchange = [("completedIntegratorStepNotNeeded", (table.indicators == 0).to_string())];
     x.element("ModelExchange", &[&identifier[..], &model_exchange, &common].concat())?;
-    let co_simulation = super::yes(["canHandleVariableCommunicationStepSize", "canInterpolateInputs"]);
+    let co_simulation = common::yes(["canHandleVariableCommunicationStepSize", "canInterpolateInputs"]);
     let order = [("maxOutputDerivativeOrder", "1".to_owned())];
     x.element("CoSimulation", &[&identifier[..], &co_simulation, &order, &common].concat())?;
 
-    super::unit_definitions(&mut x, table)?;
+    common::unit_definitions(&mut x, table)?;
     if !table.enumerations.is_empty() {
         x.group("TypeDefinitions")?;
         for (i, e) in table.enumerations.iter().enumerate() {
             x.open("SimpleType", &[("name", e.name), ("description", e.description)])?;
             x.group("Enumeration")?;
-            super::items(&mut x, table, i)?;
+            common::items(&mut x, table, i)?;
             x.close()?;
             x.close()?;
         }
         x.close()?;
     }
-    super::log_categories(&mut x)?;
-    super::default_experiment(&mut x, table)?;
+    common::log_categories(&mut x)?;
+    common::default_experiment(&mut x, table)?;
     variables(&mut x, table)?;
     model_structure(&mut x, table)?;
     x.finish()
@@ -62,22 +64,22 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
             let mut attributes = vec![
                 ("name", v.element_name(e)),
                 ("valueReference", (v.value_reference + e as u32).to_string()),
-                ("description", super::description(v)),
-                ("causality", super::causality(v).to_owned()),
-                ("variability", super::variability(v).to_owned()),
+                ("description", common::description(v)),
+                ("causality", common::causality(v).to_owned()),
+                ("variability", common::variability(v).to_owned()),
             ];
-            attributes.extend(super::initial(v).map(|i| ("initial", i.to_owned())));
+            attributes.extend(common::initial(v).map(|i| ("initial", i.to_owned())));
             x.open("ScalarVariable", &attributes)?;
             let mut attributes = Vec::new();
             if let Kind::Enumeration(i) = v.kind {
                 attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
             }
-            attributes.extend(super::measure(v));
-            attributes.extend(super::bounds(v));
+            attributes.extend(common::measure(v));
+            attributes.extend(common::bounds(v));
             attributes
                 .extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
             attributes.extend(state.map(|first| ("derivative", (first + e).to_string())));
-            attributes.extend(v.start.get(e).map(|s| ("start", super::value(v.kind, *s))));
+            attributes.extend(v.start.get(e).map(|s| ("start", common::value(v.kind, *s))));
             if is_state {
                 attributes.push(("reinit", "true".to_owned()));
             }
@@ -124,7 +126,7 @@ fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         }
         x.close()?;
     }
-    let unknowns = super::initial_unknowns(table, &states);
+    let unknowns = common::initial_unknowns(table, &states);
     if !unknowns.is_empty() {
         x.group("InitialUnknowns")?;
         for at in unknowns {

@@ -2,25 +2,27 @@
 
 use trueup_fmi::table::{Causality, Kind, ModelTable, Variability};
 
+use super::error::WriteError;
 use super::xml::Xml;
-use super::{WriteError, structure};
+use super::{common, structure};
 use crate::Version;
 
 pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteError> {
     let mut x = Xml::new()?;
-    x.open("fmiModelDescription", &super::root(table, Version::V3, token))?;
+    x.open("fmiModelDescription", &common::root(table, Version::V3, token))?;
 
     let identifier = [("modelIdentifier", table.name.clone())];
-    let common = super::yes([
+    let common = common::yes([
         "canGetAndSetFMUState",
         "canSerializeFMUState",
         "providesDirectionalDerivatives",
         "providesAdjointDerivatives",
     ]);
-    let no_completed_step = [("needsCompletedIntegratorStep", "false".to_owned())];
-    x.element("ModelExchange", &[&identifier[..], &common, &no_completed_step].concat())?;
+    // An integrator that steps over an event is told so where the step ends.
+    let completed_step = [("needsCompletedIntegratorStep", (table.indicators > 0).to_string())];
+    x.element("ModelExchange", &[&identifier[..], &common, &completed_step].concat())?;
     let order = [("maxOutputDerivativeOrder", "1".to_owned())];
-    let co_simulation = super::yes([
+    let co_simulation = common::yes([
         "canHandleVariableCommunicationStepSize",
         "providesIntermediateUpdate",
         "mightReturnEarlyFromDoStep",
@@ -29,18 +31,18 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
     ]);
     x.element("CoSimulation", &[&identifier[..], &common, &order, &co_simulation].concat())?;
 
-    super::unit_definitions(&mut x, table)?;
+    common::unit_definitions(&mut x, table)?;
     if !table.enumerations.is_empty() {
         x.group("TypeDefinitions")?;
         for (i, e) in table.enumerations.iter().enumerate() {
             x.open("EnumerationType", &[("name", e.name), ("description", e.description)])?;
-            super::items(&mut x, table, i)?;
+            common::items(&mut x, table, i)?;
             x.close()?;
         }
         x.close()?;
     }
-    super::log_categories(&mut x)?;
-    super::default_experiment(&mut x, table)?;
+    common::log_categories(&mut x)?;
+    common::default_experiment(&mut x, table)?;
     variables(&mut x, table)?;
     model_structure(&mut x, table)?;
     x.finish()
@@ -53,11 +55,11 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         let mut attributes = vec![
             ("name", v.name.clone()),
             ("valueReference", v.value_reference.to_string()),
-            ("description", super::description(v)),
-            ("causality", super::causality(v).to_owned()),
-            ("variability", super::variability(v).to_owned()),
+            ("description", common::description(v)),
+            ("causality", common::causality(v).to_owned()),
+            ("variability", common::variability(v).to_owned()),
         ];
-        attributes.extend(super::initial(v).map(|i| ("initial", i.to_owned())));
+        attributes.extend(common::initial(v).map(|i| ("initial", i.to_owned())));
         let crosses = matches!(v.causality, Causality::Input | Causality::Output);
         if crosses && v.variability == Variability::Continuous {
             attributes.push(("intermediateUpdate", "true".to_owned()));
@@ -65,14 +67,14 @@ fn variables(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
         if let Kind::Enumeration(i) = v.kind {
             attributes.push(("declaredType", table.enumerations[i].name.to_owned()));
         }
-        attributes.extend(super::measure(v));
-        attributes.extend(super::bounds(v));
+        attributes.extend(common::measure(v));
+        attributes.extend(common::bounds(v));
         attributes.extend(v.nominal.filter(|_| v.kind == Kind::Real).map(|n| ("nominal", format!("{n:?}"))));
         if let Some((state, _)) = states.iter().find(|(_, rate)| *rate == at) {
             attributes.push(("derivative", table.variables[*state].value_reference.to_string()));
         }
         if !v.start.is_empty() {
-            let start: Vec<String> = v.start.iter().map(|s| super::value(v.kind, *s)).collect();
+            let start: Vec<String> = v.start.iter().map(|s| common::value(v.kind, *s)).collect();
             attributes.push(("start", start.join(" ")));
         }
         if states.iter().any(|(state, _)| *state == at) {
@@ -132,7 +134,7 @@ fn model_structure(x: &mut Xml, table: &ModelTable) -> Result<(), WriteError> {
             x.element(name, &attributes)?;
         }
     }
-    for at in super::initial_unknowns(table, &states) {
+    for at in common::initial_unknowns(table, &states) {
         x.element("InitialUnknown", &[("valueReference", table.variables[at].value_reference.to_string())])?;
     }
     for k in 0..table.indicators {

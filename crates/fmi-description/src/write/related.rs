@@ -4,7 +4,7 @@
 
 use trueup_fmi::table::ModelTable;
 
-use super::WriteError;
+use super::error::WriteError;
 use super::xml::Xml;
 
 /// Folder of both files.

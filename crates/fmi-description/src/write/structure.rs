@@ -2,7 +2,7 @@
 
 use trueup_fmi::table::{Causality, Depends, Factor, ModelTable, Storage, Variable};
 
-use super::WriteError;
+use super::error::WriteError;
 
 /// Positions in the table: variable, element.
 pub(super) type Element = (usize, usize);

@@ -2,7 +2,7 @@
 
 use trueup_fmi::table::ModelTable;
 
-use super::WriteError;
+use super::error::WriteError;
 use super::xml::Xml;
 
 /// terminalsAndIcons.xml.

@@ -3,7 +3,7 @@
 use quick_xml::events::{BytesDecl, BytesEnd, BytesStart, Event};
 use quick_xml::writer::Writer;
 
-use super::WriteError;
+use super::error::WriteError;
 
 /// An XML text in the making.
 pub(super) struct Xml {

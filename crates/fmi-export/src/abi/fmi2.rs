@@ -309,8 +309,8 @@ pub unsafe fn fmi2CompletedIntegratorStep<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi2CompletedIntegratorStep", |i| {
-            i.completed_integrator_step()?;
-            write("enterEventMode", event, fmi2False)?;
+            let due = i.completed_integrator_step()?;
+            write("enterEventMode", event, due.into())?;
             write("terminateSimulation", terminate, fmi2False)
         })
     }

@@ -358,8 +358,8 @@ pub unsafe fn fmi3CompletedIntegratorStep<E: Exported>(
     // SAFETY: the importer's pointers, see the module.
     unsafe {
         call::<E::Model>(c, "fmi3CompletedIntegratorStep", |i| {
-            i.completed_integrator_step()?;
-            write("enterEventMode", event, fmi3False)?;
+            let due = i.completed_integrator_step()?;
+            write("enterEventMode", event, due.into())?;
             write("terminateSimulation", terminate, fmi3False)
         })
     }

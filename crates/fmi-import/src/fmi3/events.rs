@@ -3,7 +3,7 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::Instance;
-use crate::core::{Completed, EventInfo, Step, call};
+use crate::core::{Completed, EventInfo, Step, call, lent};
 use crate::error::{Error, Status};
 use crate::exit;
 
@@ -147,7 +147,7 @@ impl Instance {
     /// [`Error::Length`]; whatever `fmi3SetContinuousStates` returns.
     pub fn set_continuous_states(&mut self, states: &[f64]) -> Result<(), Error> {
         self.states_length("fmi3SetContinuousStates", states.len())?;
-        call!(self.core, fmi3SetContinuousStates, states.as_ptr(), states.len())
+        lent(states, |x| call!(self.core, fmi3SetContinuousStates, x, states.len()))
     }
 
     /// The states.

@@ -4,7 +4,7 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::{Instance, Intermediate};
-use crate::core::{Prepared, c_strings, call, call_prepared};
+use crate::core::{Prepared, c_strings, call, call_prepared, lent};
 use crate::error::Error;
 use crate::log::text;
 
@@ -45,16 +45,18 @@ macro_rules! numeric {
             #[inline]
             fn read(instance: &mut Instance, block: &Prepared, values: &mut [Self]) -> Result<(), Box<Error>> {
                 let core = &instance.core;
-                let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
-                let epoch = instance.epoch;
-                call_prepared!(core, $fmi_get, block, epoch, length, references, n, values.as_mut_ptr(), length)
+                let (n, length, epoch) = (block.references.len(), values.len(), instance.epoch);
+                lent(&block.references, |r| {
+                    call_prepared!(core, $fmi_get, block, epoch, length, r, n, values.as_mut_ptr(), length)
+                })
             }
             #[inline]
             fn write(instance: &mut Instance, block: &Prepared, values: &[Self]) -> Result<(), Box<Error>> {
                 let core = &instance.core;
-                let (references, n, length) = (block.references.as_ptr(), block.references.len(), values.len());
-                let epoch = instance.epoch;
-                call_prepared!(core, $fmi_set, block, epoch, length, references, n, values.as_ptr(), length)
+                let (n, length, epoch) = (block.references.len(), values.len(), instance.epoch);
+                lent(&block.references, |r| {
+                    lent(values, |v| call_prepared!(core, $fmi_set, block, epoch, length, r, n, v, length))
+                })
             }
         })*
     };
@@ -68,7 +70,7 @@ macro_rules! numeric {
                 pub fn $get(&mut self, references: &[u32], values: &mut [$type]) -> Result<(), Error> {
                     self.core.length(stringify!($fmi_get), "values", self.core.count(references)?, values.len())?;
                     let (n, length) = (references.len(), values.len());
-                    call!(self.core, $fmi_get, references.as_ptr(), n, values.as_mut_ptr(), length)
+                    lent(references, |r| call!(self.core, $fmi_get, r, n, values.as_mut_ptr(), length))
                 }
 
                 #[doc = concat!("`", stringify!($fmi_set), "`.")]
@@ -78,7 +80,7 @@ macro_rules! numeric {
                 pub fn $set(&mut self, references: &[u32], values: &[$type]) -> Result<(), Error> {
                     self.core.length(stringify!($fmi_set), "values", self.core.count(references)?, values.len())?;
                     let (n, length) = (references.len(), values.len());
-                    call!(self.core, $fmi_set, references.as_ptr(), n, values.as_ptr(), length)
+                    lent(references, |r| lent(values, |v| call!(self.core, $fmi_set, r, n, v, length)))
                 }
             )*
         }
@@ -106,7 +108,9 @@ impl Instance {
     pub fn get_boolean(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
         self.core.length("fmi3GetBoolean", "values", self.core.count(references)?, values.len())?;
         let mut raw = vec![fmi3False; values.len()];
-        call!(self.core, fmi3GetBoolean, references.as_ptr(), references.len(), raw.as_mut_ptr(), raw.len())?;
+        lent(references, |r| {
+            call!(self.core, fmi3GetBoolean, r, references.len(), raw.as_mut_ptr(), raw.len())
+        })?;
         values.iter_mut().zip(raw).for_each(|(value, raw)| *value = raw.into());
         Ok(())
     }
@@ -118,7 +122,7 @@ impl Instance {
     pub fn set_boolean(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
         self.core.length("fmi3SetBoolean", "values", self.core.count(references)?, values.len())?;
         let raw: Vec<fmi3Boolean> = values.iter().map(|value| (*value).into()).collect();
-        call!(self.core, fmi3SetBoolean, references.as_ptr(), references.len(), raw.as_ptr(), raw.len())
+        lent(references, |r| call!(self.core, fmi3SetBoolean, r, references.len(), raw.as_ptr(), raw.len()))
     }
 
     /// Values of Strings.
@@ -127,7 +131,9 @@ impl Instance {
     /// Whatever `fmi3GetString` returns.
     pub fn get_string(&mut self, references: &[u32]) -> Result<Vec<String>, Error> {
         let mut raw = vec![std::ptr::null(); self.core.count(references)?];
-        call!(self.core, fmi3GetString, references.as_ptr(), references.len(), raw.as_mut_ptr(), raw.len())?;
+        lent(references, |r| {
+            call!(self.core, fmi3GetString, r, references.len(), raw.as_mut_ptr(), raw.len())
+        })?;
         // SAFETY: the FMU's texts are NULL or null-terminated, and valid until its next call.
         Ok(raw.into_iter().map(|pointer| unsafe { text(pointer) }).collect())
     }
@@ -140,7 +146,7 @@ impl Instance {
         self.core.length("fmi3SetString", "values", self.core.count(references)?, values.len())?;
         let texts = c_strings("value", values)?;
         let raw: Vec<_> = texts.iter().map(|text| text.as_ptr()).collect();
-        call!(self.core, fmi3SetString, references.as_ptr(), references.len(), raw.as_ptr(), raw.len())
+        lent(references, |r| call!(self.core, fmi3SetString, r, references.len(), raw.as_ptr(), raw.len()))
     }
 
     /// Values of Binaries.
@@ -151,7 +157,9 @@ impl Instance {
         let count = self.core.count(references)?;
         let (mut sizes, mut raw) = (vec![0_usize; count], vec![std::ptr::null(); count]);
         let n = references.len();
-        call!(self.core, fmi3GetBinary, references.as_ptr(), n, sizes.as_mut_ptr(), raw.as_mut_ptr(), count)?;
+        lent(references, |r| {
+            call!(self.core, fmi3GetBinary, r, n, sizes.as_mut_ptr(), raw.as_mut_ptr(), count)
+        })?;
         let copy = |(pointer, size): (fmi3Binary, usize)| {
             if pointer.is_null() {
                 return Vec::new();
@@ -171,7 +179,7 @@ impl Instance {
         let sizes: Vec<usize> = values.iter().map(|value| value.len()).collect();
         let raw: Vec<fmi3Binary> = values.iter().map(|value| value.as_ptr()).collect();
         let n = references.len();
-        call!(self.core, fmi3SetBinary, references.as_ptr(), n, sizes.as_ptr(), raw.as_ptr(), raw.len())
+        lent(references, |r| call!(self.core, fmi3SetBinary, r, n, sizes.as_ptr(), raw.as_ptr(), raw.len()))
     }
 
     /// Which clocks tick.
@@ -181,7 +189,7 @@ impl Instance {
     pub fn get_clock(&mut self, references: &[u32], values: &mut [bool]) -> Result<(), Error> {
         self.core.length("fmi3GetClock", "values", references.len(), values.len())?;
         let mut raw = vec![fmi3False; values.len()];
-        call!(self.core, fmi3GetClock, references.as_ptr(), references.len(), raw.as_mut_ptr())?;
+        lent(references, |r| call!(self.core, fmi3GetClock, r, references.len(), raw.as_mut_ptr()))?;
         values.iter_mut().zip(raw).for_each(|(value, raw)| *value = raw.into());
         Ok(())
     }
@@ -193,7 +201,7 @@ impl Instance {
     pub fn set_clock(&mut self, references: &[u32], values: &[bool]) -> Result<(), Error> {
         self.core.length("fmi3SetClock", "values", references.len(), values.len())?;
         let raw: Vec<fmi3Clock> = values.iter().map(|value| (*value).into()).collect();
-        call!(self.core, fmi3SetClock, references.as_ptr(), references.len(), raw.as_ptr())
+        lent(references, |r| call!(self.core, fmi3SetClock, r, references.len(), raw.as_ptr()))
     }
 }
 
@@ -212,8 +220,14 @@ macro_rules! derivative {
         $self.core.length(stringify!($function), "result", $self.core.count($($results)*)?, $result.len())?;
         let (unknowns, knowns) = ($of.unknowns, $of.knowns);
         let (n_unknowns, n_knowns, n_seed, n_result) = (unknowns.len(), knowns.len(), $seed.len(), $result.len());
-        let (unknowns, knowns, result) = (unknowns.as_ptr(), knowns.as_ptr(), $result.as_mut_ptr());
-        call!($self.core, $function, unknowns, n_unknowns, knowns, n_knowns, $seed.as_ptr(), n_seed, result, n_result)
+        let result = $result.as_mut_ptr();
+        lent(unknowns, |u| {
+            lent(knowns, |k| {
+                lent($seed, |s| {
+                    call!($self.core, $function, u, n_unknowns, k, n_knowns, s, n_seed, result, n_result)
+                })
+            })
+        })
     }};
 }
 

@@ -3,6 +3,7 @@
 use std::ffi::{CStr, c_int, c_void};
 use std::path::Path;
 use std::sync::Arc;
+use std::time::Duration;
 
 use super::{Isolation, NoIsolation};
 use crate::log::Live;
@@ -47,6 +48,9 @@ impl Remote {
         match *self {}
     }
     pub(crate) fn abandon(&self) {
+        match *self {}
+    }
+    pub(crate) fn deadline(&self) -> Option<Duration> {
         match *self {}
     }
     pub(crate) fn fault(&self) -> Option<Fault> {

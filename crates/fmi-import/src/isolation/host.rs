@@ -76,6 +76,8 @@ pub(super) fn serve() -> Result<ExitCode, String> {
         signal(SIGBUS, DEFAULT);
         signal(SIGSEGV, DEFAULT);
     }
+    // What the FMU starts stays below this process, so that its master finds it.
+    let _ = rustix::process::set_child_subreaper(Some(rustix::process::getpid()));
     let master = memory.master();
     thread::spawn(move || {
         // However the master ends, and whatever the FMU is doing then.
@@ -107,6 +109,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
         // Unloads the library: what it does at its end belongs to this process.
         (*host).functions = Functions::None;
     }
+    crate::keeper::end_children();
     Ok(ExitCode::SUCCESS)
 }
 

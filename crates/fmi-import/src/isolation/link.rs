@@ -16,13 +16,13 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process_group};
 use trueup_fmi::abi::fmi3::{fmi3Boolean, fmi3False};
 use trueup_fmi_description::Version;
 
 use self::ahead::Ahead;
 pub(crate) use self::fault::Fault;
-use self::fault::ended;
+use self::fault::end;
+pub(crate) use self::fault::ended;
 use self::message::first;
 pub(super) use self::message::said;
 pub(crate) use self::remote::Remote;
@@ -30,6 +30,7 @@ use super::Isolation;
 use super::frame::{BEFORE, HEAD, Reader, Writer, aligned, note, status_of};
 use super::memory::{Memory, Note};
 use crate::error::Status;
+use crate::interrupt;
 use crate::log::{Live, Message, fmi3_intermediate_update};
 
 const FATAL: c_int = 4;
@@ -38,6 +39,8 @@ const POSTED: usize = 1 << 15;
 /// How often a master that waits looks after the host.
 const FIRST_LOOK: Duration = Duration::from_millis(1);
 const LAST_LOOK: Duration = Duration::from_millis(50);
+/// How long a call may still take once the user has ended the run.
+const GRACE: Duration = Duration::from_secs(1);
 /// How long a host may take to end when nothing else is said.
 const PATIENCE: Duration = Duration::from_secs(5);
 
@@ -349,7 +352,7 @@ impl Link {
             return None; // of a call amid this one
         }
         let mut look = self.deadline.unwrap_or(FIRST_LOOK).min(FIRST_LOOK);
-        let mut begun = None;
+        let (mut begun, mut interrupted) = (None, None);
         while !self.memory.wait(look) {
             let begun =
                 *begun.get_or_insert_with(|| Instant::now().checked_sub(look).unwrap_or_else(Instant::now));
@@ -368,6 +371,10 @@ impl Link {
                     return None;
                 }
                 look = look.min(deadline.saturating_sub(spent)).max(Duration::from_micros(100));
+            }
+            if interrupt::requested() && interrupted.get_or_insert_with(Instant::now).elapsed() >= GRACE {
+                self.fail("did not return after the run was interrupted and was stopped".into());
+                return None;
             }
         }
         self.hear();
@@ -393,13 +400,8 @@ impl Link {
         self.fault.get_or_insert(Fault { function, how });
     }
 
-    /// With all processes that the FMU has made.
     fn kill(&mut self) {
-        if let Some(pid) = i32::try_from(self.child.id()).ok().and_then(Pid::from_raw) {
-            let _ = kill_process_group(pid, Signal::KILL);
-        }
-        let _ = self.child.kill();
-        let _ = self.child.wait();
+        end(&mut self.child);
     }
 
     /// Takes over what the FMU has logged.
@@ -430,6 +432,11 @@ impl Link {
     pub(super) fn abandon(&mut self) {
         self.kill();
         self.fault.get_or_insert(Fault { function: "", how: "was stopped".into() });
+    }
+
+    /// How long a call may take.
+    pub(super) fn deadline(&self) -> Option<Duration> {
+        self.deadline
     }
 
     /// Texts that lie at `at`; they live until the next ones are read.

@@ -32,14 +32,22 @@ fn fmi2_messages_are_formatted_as_printf_does() {
 }
 
 #[test]
-fn a_long_message_comes_whole() {
+fn a_long_message_comes_whole_and_one_without_measure_is_cut() {
     let live = Live::register("long", "x.fmu".as_ref(), None);
-    let long = std::ffi::CString::new("y".repeat(100_000)).unwrap();
+    let long = std::ffi::CString::new("y".repeat(8_000)).unwrap();
     // SAFETY: as above.
     unsafe {
         trueup_fmi2_logger(live.environment(), null(), fmi2OK, null(), c"<%s>".as_ptr(), long.as_ptr())
     };
-    assert_eq!(live.messages()[0].text, format!("<{}>", "y".repeat(100_000)));
+    assert_eq!(live.messages()[0].text, format!("<{}>", "y".repeat(8_000)));
+    // Cut between characters.
+    let longer = std::ffi::CString::new("\u{20ac}".repeat(1_000_000)).unwrap();
+    // SAFETY: as above.
+    unsafe {
+        trueup_fmi2_logger(live.environment(), null(), fmi2OK, null(), c"%s".as_ptr(), longer.as_ptr())
+    };
+    let expected = format!("{} ... (cut: the message has 3000000 bytes)", "\u{20ac}".repeat(LONGEST / 3));
+    assert_eq!(live.messages()[1].text, expected);
 }
 
 #[test]

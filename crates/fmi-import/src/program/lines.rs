@@ -6,7 +6,7 @@ use std::ops::Range;
 use trueup_fmi::abi::fmi2;
 
 use super::{Block, Bound, Call, Either, Program, Stopped, do_step, good};
-use crate::core::Prepared;
+use crate::core::{Prepared, lent};
 use crate::exit;
 
 /// How an FMU follows its inputs.
@@ -38,13 +38,15 @@ pub struct Lines {
     pub slope: Vec<f64>,
     held: Vec<f64>,
     ones: Vec<c_int>,
+    /// Per step how often it was made in more than one part, which are counted as one here.
+    pub in_parts: Vec<u64>,
 }
 
 impl Lines {
-    /// For so many inputs, all 0.
-    pub fn new(count: usize) -> Self {
+    /// For so many inputs, all 0, of so many steps.
+    pub fn new(count: usize, steps: usize) -> Self {
         let zeros = || vec![0.0; count];
-        Self { value: zeros(), slope: zeros(), held: zeros(), ones: vec![1; count] }
+        Self { value: zeros(), slope: zeros(), held: zeros(), ones: vec![1; count], in_parts: vec![0; steps] }
     }
 }
 
@@ -117,8 +119,9 @@ impl<I: ?Sized> Bound<'_, I> {
                     let ones = &lines.ones[first..end];
                     // SAFETY: the signature is the standard's; the instance is live and exclusively ours, see `bind`; as many
                     // orders and slopes as references, see `follow`.
-                    let status =
-                        unsafe { f(b.component, b.references, b.count, ones.as_ptr(), slopes.as_ptr()) }.0;
+                    let status = unsafe {
+                        b.lent(|r| lent(ones, |o| lent(slopes, |s| f(b.component, r, b.count, o, s).0)))
+                    };
                     if !good(status) {
                         return Err(Stopped::Ahead { at, status });
                     }
@@ -135,7 +138,11 @@ impl<I: ?Sized> Bound<'_, I> {
                         for ((held, value), slope) in held.iter_mut().zip(value).zip(slope) {
                             *held = value + slope * t;
                         }
-                        let status = write(set, held);
+                        let (Call::Set2(_, b) | Call::Set3(_, b)) = set else { break };
+                        exit::calls(b.id);
+                        // SAFETY: the instance is live and exclusively ours, see `bind`; as many values as the block has, see
+                        // `follow`.
+                        let status = unsafe { set.set(held.as_ptr()) };
                         if !good(status) {
                             return Err(Stopped::Ahead { at, status });
                         }
@@ -144,6 +151,7 @@ impl<I: ?Sized> Bound<'_, I> {
                             return Err(Stopped::Step { at, part: k, outcome });
                         }
                     }
+                    lines.in_parts[at] += u64::from(whole.len() > 1);
                     continue;
                 }
             }
@@ -152,23 +160,5 @@ impl<I: ?Sized> Bound<'_, I> {
             }
         }
         self.exchange(values)
-    }
-}
-
-/// Sets a block from the values of its own.
-#[inline]
-fn write(set: Call, held: &[f64]) -> c_int {
-    match set {
-        // SAFETY: the signatures are the standard's; the instance is live and exclusively ours, see `bind`; as many values as
-        // the block has, see `follow`.
-        Call::Set2(f, b) => {
-            exit::calls(b.id);
-            unsafe { f(b.component, b.references, b.count, held.as_ptr()) }.0
-        }
-        Call::Set3(f, b) => {
-            exit::calls(b.id);
-            unsafe { f(b.component, b.references, b.count, held.as_ptr(), b.values) }.0
-        }
-        _ => 0,
     }
 }

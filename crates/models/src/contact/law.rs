@@ -66,12 +66,12 @@ fn threshold(mode: i32) -> f64 {
     if mode == PARTING { PARTED } else { 0.0 }
 }
 
-/// The mode that follows for a pair that stands so. Exactly touching counts as free, as for the indicators.
+/// The mode that follows for a pair that stands so. Where its depth is 0 it touches if it approaches.
 pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
     let (depth, approach) = (pair.penetration.value() - threshold(mode), pair.approach.value());
     if depth.is_nan() {
         FREE
-    } else if depth <= 0.0 {
+    } else if depth < 0.0 || depth == 0.0 && approach <= 0.0 {
         if approach > turn(mode) { FREE } else { PARTING } // (CON-3)
     } else {
         let turned = if touches(mode) { turn(mode) } else { 0.0 };
@@ -174,9 +174,17 @@ mod tests {
             next_mode(mode, &Pair { normal: [1.0, 0.0], penetration, approach })
         };
         assert_eq!(
-            [next(FREE, 0.0, 1.0), next(COMPRESSING, -1e-18, -1.0), next(RESTITUTING, f64::NAN, 0.0)],
+            [next(FREE, -0.0, 0.0), next(COMPRESSING, -1e-18, -1.0), next(RESTITUTING, f64::NAN, 0.0)],
             [FREE, PARTING, FREE]
         );
+        for approach in [1e-15, 1.0] {
+            let at = |mode| next(mode, threshold(mode), approach);
+            assert_eq!([FREE, PARTING, COMPRESSING].map(at), [COMPRESSING; 3], "approaching at depth 0");
+            assert_eq!(
+                at(COMPRESSING),
+                next_mode(at(FREE), &Pair { normal: [1.0, 0.0], penetration: 0.0, approach })
+            );
+        }
         assert_eq!([next(PARTING, -1.0, 1e-9), next(FREE, -1.0, -1e-9)], [FREE, PARTING]);
         assert_eq!([next(PARTING, 1e-9, 1e-15), next(PARTING, 1e-9, -1.0)], [COMPRESSING, RESTITUTING]);
         // Rounding of a depth makes no touch of a parting.

@@ -122,8 +122,8 @@ impl Search {
     }
 }
 
-/// Orders of a shaft that an estimator tries: one period in fifty turns, two hundred in one.
-pub const SEARCHED_ORDERS: [f64; 2] = [0.02, 200.0];
+/// Orders of a shaft that an estimator tries: one period in fifty turns, four hundred in one (cogging of a direct drive).
+pub const SEARCHED_ORDERS: [f64; 2] = [0.02, 400.0];
 
 /// A parameter of an effect.
 #[derive(Clone, Copy, Debug)]

@@ -203,13 +203,18 @@ pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
             moments[0], moments[1], moments[2]
         ));
     }
-    if moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING) {
-        return Some(format!(
+    None
+}
+
+/// What no body of matter has, though its motion can be computed: published tables and identified robots have it.
+fn inertia_doubt(i: &Matrix<f64>) -> Option<String> {
+    let moments = principal(i);
+    (moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING)).then(|| {
+        format!(
             "its principal moments of inertia are {:.4e}, {:.4e}, {:.4e}: no body has one larger than the sum of the other two; is the inertia about another point than the centre of mass, or a unit wrong?",
             moments[0], moments[1], moments[2]
-        ));
-    }
-    None
+        )
+    })
 }
 
 /// Eigenvalues of a symmetric matrix, ascending (Smith 1961).
@@ -241,6 +246,36 @@ impl Design {
         body.checked_sub(1).map_or([0.0; 3], |k| self.links[k].position)
     }
 
+    /// Bodies with an inertia that no body of matter has, though the equations of motion do with it.
+    pub fn doubts(&self) -> Vec<DesignError> {
+        let base = std::iter::once(("base", &self.base_inertia)).filter(|_| !self.held);
+        let tables = self.tables.iter().chain(self.link_tables.iter().map(|l| &l.table));
+        let all = base.chain(self.links.iter().map(|l| (l.name.as_str(), &l.inertia)));
+        let all = all.chain(tables.map(|t| (t.name.as_str(), &t.inertia)));
+        let doubt = |(body, inertia): (&str, &Matrix<f64>)| {
+            inertia_doubt(inertia).map(|message| DesignError { body: body.into(), message })
+        };
+        all.filter_map(doubt).collect()
+    }
+
+    /// Every mass and inertia that cannot be; `Ok` where there is none.
+    ///
+    /// # Errors
+    /// All of them, from the base outwards.
+    pub fn check_bodies(&self) -> Result<(), Vec<DesignError>> {
+        let mut faults = Vec::new();
+        let base = ("base", self.base_mass, &self.base_inertia);
+        let links = self.links.iter().map(|l| (l.name.as_str(), l.mass, &l.inertia));
+        for (body, mass, inertia) in std::iter::once(base).chain(links) {
+            let mut fault = |message: String| faults.push(DesignError { body: body.into(), message });
+            if !(mass > 0.0 && mass.is_finite()) {
+                fault(format!("mass = {mass}: give it a mass above 0"));
+            }
+            inertia_fault(inertia).into_iter().for_each(&mut fault);
+        }
+        if faults.is_empty() { Ok(()) } else { Err(faults) }
+    }
+
     /// Whether this can be a robot.
     ///
     /// # Errors
@@ -253,12 +288,7 @@ impl Design {
                 format!("there are {} moving bodies, at most {MAX_BODIES} can be had", self.links.len());
             return fault(&self.name, message);
         }
-        if !(self.base_mass > 0.0 && self.base_mass.is_finite()) {
-            return fault("base", format!("mass = {}: give it a mass above 0", self.base_mass));
-        }
-        if let Some(why) = inertia_fault(&self.base_inertia) {
-            return fault("base", why);
-        }
+        self.check_bodies().map_err(|mut faults| faults.swap_remove(0))?;
         for (k, link) in self.links.iter().enumerate() {
             if link.parent > k {
                 let message = format!(
@@ -267,12 +297,6 @@ impl Design {
                     k + 1
                 );
                 return fault(&link.name, message);
-            }
-            if !(link.mass > 0.0 && link.mass.is_finite()) {
-                return fault(&link.name, format!("mass = {}: give it a mass above 0", link.mass));
-            }
-            if let Some(why) = inertia_fault(&link.inertia) {
-                return fault(&link.name, why);
             }
             let length = dot(link.axis, link.axis).sqrt();
             if !(length > 0.0 && length.is_finite()) {

@@ -1,6 +1,7 @@
 //! A hybrid model between events as an ordinary differential equation; its Jacobian by forward duals.
 
-use super::{Inputs, System};
+use super::step::System;
+use super::terms::Inputs;
 use crate::Dual;
 use crate::hybrid::{At, Hybrid, Sizes};
 use crate::integrate::{Fault, Ode};

@@ -1,6 +1,6 @@
 //! One accepted step of a one-step method, with step control and event location: [`Stepper`].
 
-use super::{DriveError, Memory, Options, Quantity, Reached, Solver};
+use super::terms::{DriveError, Memory, Options, Quantity, Reached, Solver};
 use crate::event::{Direction, Locator};
 use crate::integrate::{Dopri5, Euler, Fault, Method, Ode, Rk4, Rodas4, Ros2, Tolerance};
 

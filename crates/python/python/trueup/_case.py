@@ -309,7 +309,7 @@ class Diagnosis:
 
     @property
     def gap(self) -> dict[str, Any]:
-        """Before, tuned, after and floor, overall and by channel."""
+        """Before, tuned, after and floor, overall and by channel; `window`: the same over windows of a few periods."""
         return dict(self.json["gap"])
 
     @property

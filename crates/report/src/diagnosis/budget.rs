@@ -102,7 +102,7 @@ mod tests {
         for k in 0..VALUES.len().pow(4) {
             let [before, tuned, after, floor] =
                 [0, 1, 2, 3].map(|at| VALUES[k / VALUES.len().pow(at) % VALUES.len()]);
-            let g = Gap { before, tuned, after, floor, closed: None, ci95: None };
+            let g = Gap { before, tuned, after, floor, closed: None, ci95: None, window: None };
             for effects in [false, true] {
                 let of = parts(&g, effects);
                 let sum: f64 = of.iter().map(|p| p.square).sum();
@@ -110,7 +110,8 @@ mod tests {
                 assert!(of.iter().all(|p| p.square >= 0.0), "{g:?}");
             }
         }
-        let g = Gap { before: 0.5, tuned: 0.4, after: 0.1, floor: 0.06, closed: None, ci95: None };
+        let g =
+            Gap { before: 0.5, tuned: 0.4, after: 0.1, floor: 0.06, closed: None, ci95: None, window: None };
         let of: Vec<f64> = parts(&g, true).iter().map(|p| (1e4 * p.square).round() / 1e4).collect();
         assert_eq!(of, [0.09, 0.15, 0.0036, 0.0064]);
     }

@@ -1,10 +1,11 @@
 //! How far the gap shrinks.
 
-use trueup_diagnosis::outcome::{Diagnosis, Gap, Verdict};
+use trueup_diagnosis::outcome::{Diagnosis, Gap, Verdict, WindowGap};
 
 use super::bars::{Bar, decades};
 use super::budget::budget;
-use super::words::{closed, judged_on, size};
+use super::words::{closed, judged_on, percent, size};
+use crate::number;
 use crate::page::Page;
 
 /// Gaps of all stages, overall and by channel, and what the gap before is made of.
@@ -31,6 +32,7 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
     page.html("<details><summary>The figures</summary>");
     page.table(&["channel", "before", "tuned", "after", "noise alone", "closed (95 % interval)"], &rows);
     page.html("</details>");
+    windows(page, d);
     if !d.gap.left_out.is_empty() {
         page.text(&format!("Without variation and left out: {}.", d.gap.left_out.join(", ")));
     }
@@ -41,6 +43,27 @@ pub(super) fn gap(page: &mut Page, d: &Diagnosis) {
         ),
         _ => budget(page, d),
     }
+}
+
+/// Gaps of runs that begin again every few periods.
+fn windows(page: &mut Page, d: &Diagnosis) {
+    let all = d.gap.overall.iter().map(|g| ("overall", g));
+    let all = all.chain(d.gap.channels.iter().map(|(name, g)| (name.as_str(), g)));
+    let all: Vec<(&str, WindowGap)> = all.filter_map(|(name, g)| Some((name, g.window?))).collect();
+    let Some((_, first)) = all.first() else { return };
+    page.html("<h3>Over windows</h3>");
+    page.text(&format!(
+        "The same where the run begins again every {} s, a few periods of the slowest mode, from first states that are \
+         estimated there: how well the model predicts, without what a free run of a whole recording gathers at every stop and \
+         slip. Which of two estimates of the parameters is reported was decided by such windows of the recordings for fitting.",
+        number(first.seconds)
+    ));
+    let closed = |w: &WindowGap| w.closed.map_or_else(|| "–".to_owned(), |c| percent(c.clamp(0.0, 1.0)));
+    let row = |(name, w): &(&str, WindowGap)| {
+        vec![(*name).to_owned(), size(w.before), size(w.tuned), size(w.after), size(w.floor), closed(w)]
+    };
+    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
+    page.table(&["channel", "before", "tuned", "after", "noise alone", "closed"], &rows);
 }
 
 fn stages(d: &Diagnosis, g: &Gap) -> Vec<Bar> {

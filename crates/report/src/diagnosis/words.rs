@@ -287,7 +287,7 @@ mod tests {
     #[test]
     fn what_is_closed_is_never_more_than_all_or_less_than_nothing() {
         let told = |before, closed: Option<f64>, ci95| {
-            let g = Gap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95 };
+            let g = Gap { before, tuned: 0.1, after: 0.1, floor: 0.01, closed, ci95, window: None };
             super::closed(&g).replace('\u{a0}', " ")
         };
         assert_eq!(told(0.5, Some(0.9), Some([0.8, 1.1])), "90.0 % (80.0 % to 100 %)");

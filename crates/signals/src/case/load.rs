@@ -56,7 +56,7 @@ impl Case {
         variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
     ) -> Result<(Loaded, Vec<Finding>), Error> {
         let read = |case: &Case, name: &str, known: &[Variable]| {
-            Recording::read(&case.folder.join(name), known, &case.channels)
+            Recording::read(&case.folder.join(name), known, &case.declared())
         };
         gather(|known| Self::read(path, known), variables, read)
     }
@@ -72,7 +72,7 @@ impl Case {
         variables: impl FnOnce(&Case) -> Result<Vec<Variable>, Error>,
     ) -> Result<(Loaded, Vec<Finding>), Error> {
         let read = |case: &Case, name: &str, known: &[Variable]| match tables.get(name) {
-            Some(columns) => Recording::of_columns(name, columns, known, &case.channels),
+            Some(columns) => Recording::of_columns(name, columns, known, &case.declared()),
             None => {
                 let what = "there is no recording of this name";
                 let mend = "give it, or take its name out of the case";

@@ -86,6 +86,10 @@ impl Case {
         if let Some(table) = root.get("fit").and_then(|n| reader.table(n, "fit")) {
             self.fitted(reader, table, known);
         }
+        if let Some(table) = root.get("recordings").and_then(|n| reader.table(n, keys::RECORDINGS.of)) {
+            reader.known(table, keys::RECORDINGS.of, keys::RECORDINGS);
+            self.rate = table.get("rate").and_then(|n| reader.rate(n));
+        }
         if let Some(table) = root.get("channels").and_then(|n| reader.table(n, "channels")) {
             for (key, node) in table.iter() {
                 let name = key.get_ref().as_ref();

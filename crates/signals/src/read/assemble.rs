@@ -1,48 +1,44 @@
 //! A table and what is known of it become a recording.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::clock;
+use super::TOLD;
+use super::clock::{self, Use};
 use super::sidecar::{Column, Sidecar};
-use super::{TOLD, Table};
+use super::table::{Table, TableColumn};
 use crate::finding::{Finding, Kind};
 use crate::names::{base_name, nearest, suggestion};
-use crate::recording::{Channel, Recording, Settings};
+use crate::recording::{Channel, Declared, Recording};
 use crate::unit::Unit;
 use crate::variable::{Role, Variable};
+
+/// A jump is a line over this part of the step before it: times grow strictly, and no sum of them makes two of them one.
+const JUMP: f64 = 1e-6;
 
 pub(super) fn assemble(
     file: &Path,
     mut table: Table,
     sidecar: &Sidecar,
     known: &[Variable],
-    declared: &BTreeMap<String, Settings>,
+    declared: &Declared,
     findings: &mut Vec<Finding>,
 ) -> Recording {
     let name = file.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
     let mut recording =
         Recording { name, file: file.into(), parameters: sidecar.parameters.clone(), ..Recording::default() };
+    let is_known = |name: &str| known.iter().any(|v| v.name == name);
+    prepare(file, &mut table, sidecar, is_known, findings);
     rename_elements(&mut table, known);
-    for skipped in &table.skipped {
-        let mend = "nothing, if it is no signal; else save it as a numeric column as long as the time";
-        findings.push(Finding::note(Kind::Skipped, file, skipped.clone(), mend));
-    }
-    for (name, column) in &sidecar.columns {
-        let has = |n: &String| n == name || base_name(n) == name;
-        if !table.names.iter().any(has) {
-            let mend = suggestion(name, table.names.iter().map(String::as_str), "remove it");
-            let what = format!("{} has no column `{name}`", file.display());
-            findings.push(Finding::error(Kind::UnknownColumn, &sidecar.file, what, mend).line(column.line));
-        }
-    }
-    let Some(time) = clock::take(file, &mut table, sidecar, !known.is_empty(), findings) else {
+    let wanted = if known.is_empty() { Use::Look } else { Use::Recording };
+    let rate = sidecar.rate.or(declared.rate);
+    let Some(clock) = clock::take(file, &mut table, sidecar, rate, wanted, findings) else {
         return recording;
     };
+    let time = clock.time;
     (recording.start, recording.end) =
         (time.first().copied().unwrap_or(0.0), time.last().copied().unwrap_or(0.0));
-    for i in 0..table.names.len() {
-        let reading = std::mem::take(&mut table.columns[i]);
+    for i in 0..table.columns.len() {
+        let reading = std::mem::take(&mut table.columns[i].values);
         let column = Source { file, table: &table, index: i, sidecar };
         if let Some(channel) = column.channel(&time, reading, known, findings) {
             if recording.channel(&channel.name).is_some() {
@@ -61,16 +57,58 @@ pub(super) fn assemble(
     recording
 }
 
-/// What the case says of channels, then what the sidecar says; an array's name holds for its elements.
-fn declare(
-    recording: &mut Recording,
+/// Units in names become units; what cannot be a column, and what a sidecar says of columns that are not there, is said.
+pub(super) fn prepare(
+    file: &Path,
+    table: &mut Table,
     sidecar: &Sidecar,
-    declared: &BTreeMap<String, Settings>,
+    is_known: impl Fn(&str) -> bool,
     findings: &mut Vec<Finding>,
 ) {
+    let names: Vec<String> = table.names().map(str::to_owned).collect();
+    for column in &mut table.columns {
+        let mapped = sidecar.columns.contains_key(&column.name);
+        if let Some((name, unit)) = with_unit(&column.name).filter(|_| !mapped && !is_known(&column.name))
+            && !names.iter().any(|n| n == name)
+        {
+            (column.unit, column.name) = (Some(unit.to_owned()), name.to_owned());
+        }
+    }
+    for skipped in &table.skipped {
+        let mend = "nothing, if it is no signal; else save it as a numeric column as long as the time";
+        findings.push(Finding::note(Kind::Skipped, file, skipped.clone(), mend));
+    }
+    for (name, column) in &sidecar.columns {
+        let has = |n: &str| n == name || base_name(n) == name;
+        if !table.names().any(has) {
+            let mend = suggestion(name, table.names(), "remove it");
+            let what = format!("{} has no column `{name}`", file.display());
+            findings.push(Finding::error(Kind::UnknownColumn, &sidecar.file, what, mend).line(column.line));
+        }
+    }
+}
+
+/// `angle` and `deg` of `angle [deg]` or `angle (deg)`; an index is no unit.
+fn with_unit(name: &str) -> Option<(&str, &str)> {
+    let (name, unit) = [('[', ']'), ('(', ')')].into_iter().find_map(|(open, close)| {
+        let (name, unit) = name.strip_suffix(close)?.rsplit_once(open)?;
+        Some((name.trim(), unit.trim()))
+    })?;
+    let index = unit.bytes().all(|b| b.is_ascii_digit() || b == b',' || b == b' ');
+    (!index && !name.is_empty() && Unit::parse(unit).is_some()).then_some((name, unit))
+}
+
+/// The unit that the file itself gives a column, if it is known here.
+pub(super) fn unit_of(column: &TableColumn) -> Option<(String, Unit)> {
+    let text = column.unit.as_deref()?;
+    Some((text.to_owned(), Unit::parse(text)?))
+}
+
+/// What the case says of channels, then what the sidecar says; an array's name holds for its elements.
+fn declare(recording: &mut Recording, sidecar: &Sidecar, declared: &Declared, findings: &mut Vec<Finding>) {
     for channel in &mut recording.channels {
         let names = [base_name(&channel.name).to_owned(), channel.name.clone()];
-        for settings in names.iter().filter_map(|n| declared.get(n)) {
+        for settings in names.iter().filter_map(|n| declared.channels.get(n)) {
             channel.declare(settings);
         }
         for (settings, _) in names.iter().filter_map(|n| sidecar.channels.get(n)) {
@@ -91,20 +129,20 @@ fn declare(
 /// FMPy writes a matrix as one column: its elements are counted through, those of the model have two indices.
 fn rename_elements(table: &mut Table, known: &[Variable]) {
     let mut renamed = Vec::new();
-    for (i, name) in table.names.iter().enumerate() {
+    for (i, name) in table.names().enumerate() {
         let base = base_name(name);
-        if base == name || known.iter().any(|v| v.name == *name) {
+        if base == name || known.iter().any(|v| v.name == name) {
             continue;
         }
         let elements: Vec<_> = known.iter().filter(|v| base_name(&v.name) == base).collect();
         let columns: Vec<_> =
-            (0..table.names.len()).filter(|k| base_name(&table.names[*k]) == base).collect();
+            (0..table.columns.len()).filter(|k| base_name(&table.columns[*k].name) == base).collect();
         if let (true, Some(k)) = (elements.len() == columns.len(), columns.iter().position(|k| *k == i)) {
             renamed.push((i, elements[k].name.clone()));
         }
     }
     for (i, name) in renamed {
-        table.names[i] = name;
+        table.columns[i].name = name;
     }
 }
 
@@ -124,11 +162,15 @@ impl Source<'_> {
         known: &[Variable],
         findings: &mut Vec<Finding>,
     ) -> Option<Channel> {
-        let own = &self.table.names[self.index];
-        let name = self.sidecar.variable(own)?;
+        let own = self.column();
+        let name = self.sidecar.variable(&own.name)?;
         let found = known.iter().find(|v| v.name == name && v.role != Role::Parameter);
         if found.is_none() && !known.is_empty() {
             findings.push(self.unknown(&name, known));
+            return None;
+        }
+        if own.words > 0 || own.ticks.as_ref().is_some_and(|t| t.of_epoch) {
+            findings.extend(self.no_numbers(&name, found.is_some()));
             return None;
         }
         let unit = self.convert(&mut reading, found, findings)?;
@@ -136,8 +178,7 @@ impl Source<'_> {
         let mut infinite = 0;
         for (row, (&t, &x)) in time.iter().zip(&reading).enumerate() {
             if x.is_finite() {
-                times.push(t);
-                values.push(x);
+                sample(&mut times, &mut values, t, x);
             } else if x.is_infinite() {
                 infinite += 1;
                 if infinite <= TOLD {
@@ -157,8 +198,39 @@ impl Source<'_> {
         Some(Channel::new(&name, &unit, times, values))
     }
 
+    fn column(&self) -> &TableColumn {
+        &self.table.columns[self.index]
+    }
+
+    /// A column of text or of dates: of a variable that is compared a mistake, else left out.
+    fn no_numbers(&self, name: &str, known: bool) -> Vec<Finding> {
+        let own = self.column();
+        let holds = if own.ticks.is_some() { "dates" } else { "text" };
+        if !known {
+            let mend = "nothing, if it is no signal; else write numbers";
+            let what = format!("the column holds {holds} and is left out");
+            return vec![Finding::note(Kind::Skipped, self.file, what, mend).line(1).channel(name)];
+        }
+        let word = |(row, text): (usize, &String)| {
+            (!text.is_empty() && text.parse::<f64>().is_err()).then(|| {
+                let what = format!("{text:?} is no number");
+                let finding = Finding::error(Kind::NotANumber, self.file, what, super::csv::mend(text));
+                finding.line(self.table.line(row)).channel(name)
+            })
+        };
+        let mut wrong: Vec<_> = own.texts.iter().enumerate().filter_map(word).take(TOLD + 1).collect();
+        if let Some(rest) = wrong.get_mut(TOLD) {
+            (rest.what, rest.channel) = ("and more of this kind".into(), None);
+        }
+        if wrong.is_empty() {
+            let what = format!("the column holds {holds}, no numbers");
+            wrong.push(Finding::error(Kind::NotANumber, self.file, what, "write numbers").channel(name));
+        }
+        wrong
+    }
+
     fn unknown(&self, name: &str, known: &[Variable]) -> Finding {
-        let free = |v: &&Variable| v.role != Role::Parameter && !self.table.names.contains(&v.name);
+        let free = |v: &&Variable| v.role != Role::Parameter && !self.table.names().any(|n| n == v.name);
         let mend = match nearest(name, known.iter().filter(free).map(|v| v.name.as_str())) {
             Some(near) => format!("did you mean `{near}`? Rename it, or map it in the sidecar's [columns]"),
             None => {
@@ -177,12 +249,15 @@ impl Source<'_> {
         findings: &mut Vec<Finding>,
     ) -> Option<String> {
         let own = known.map(|v| v.unit.clone());
-        let Some(column) = self.sidecar.column(&self.table.names[self.index]) else {
-            return Some(own.unwrap_or_default());
-        };
-        let Column { scale, unit, line, .. } = column;
+        let said = self.sidecar.column(&self.column().name);
+        // The sidecar's word goes before that of the file itself.
+        let (place, line) = said.map_or((self.file, 1), |c| (self.sidecar.file.as_path(), c.line));
+        let scale = said.and_then(|c: &Column| c.scale);
+        let unit = said.and_then(|c| c.unit.clone()).or_else(|| unit_of(self.column()));
+        let duration = || self.column().ticks.is_some().then(|| ("s".to_owned(), Unit::SECOND));
+        let unit = unit.or_else(duration);
         let mut to_si = Unit::ONE;
-        if let Some((text, unit)) = unit {
+        if let Some((text, unit)) = &unit {
             let wanted = own.as_deref().and_then(Unit::parse);
             match wanted {
                 Some(wanted) if unit.fits(&wanted) => {
@@ -193,7 +268,7 @@ impl Source<'_> {
                     let own = own.unwrap_or_default();
                     let what = format!("`{text}` cannot be the unit of a variable in `{own}`");
                     let mend = format!("correct it, or give the `scale` from {text} to {own}");
-                    findings.push(Finding::error(Kind::Unit, &self.sidecar.file, what, mend).line(*line));
+                    findings.push(Finding::error(Kind::Unit, place, what, mend).line(line));
                     return None;
                 }
                 // The scale leads from that unit to the variable's.
@@ -202,8 +277,22 @@ impl Source<'_> {
             }
         }
         for x in reading {
-            *x = to_si.to_si(column.value(*x));
+            *x = to_si.to_si(said.map_or(*x, |c| c.value(*x)));
         }
         Some(own.unwrap_or_else(|| unit.as_ref().map_or_else(String::new, |(_, u)| u.si())))
     }
+}
+
+/// One more sample; of two at one time the first is what was there just before.
+fn sample(times: &mut Vec<f64>, values: &mut Vec<f64>, t: f64, x: f64) {
+    if times.last() == Some(&t) {
+        let n = times.len();
+        if values[n - 1] == x || n == 1 {
+            values[n - 1] = x;
+            return;
+        }
+        times[n - 1] = t - JUMP * (t - times[n - 2]);
+    }
+    times.push(t);
+    values.push(x);
 }

@@ -1,95 +1,85 @@
 //! CSV: one header line of names; FMPy's results too.
 
-use std::io::{BufRead, Read};
+mod dialect;
+
+use std::io::{BufRead, Cursor, Read};
 use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
-use super::{TOLD, Table};
+use super::TOLD;
+use super::table::{LONG, Table, TableColumn, Wanted};
 use crate::finding::{Finding, Kind};
-use crate::names::element_name;
+use dialect::{Cell, Dialect};
 
 /// Reads all of it, row by row; `None` if there is an error.
-pub(super) fn read(file: &Path, mut source: impl BufRead, findings: &mut Vec<Finding>) -> Option<Table> {
-    let mut head = Vec::new();
-    // The first bytes tell an encoding, the first line a separator.
-    let mut first = source.by_ref().take(1 << 16);
-    if let Err(e) = first.read_until(b'\n', &mut head) {
-        findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), "make it a readable file"));
-        return None;
+pub(super) fn read(
+    file: &Path,
+    mut source: impl BufRead,
+    wanted: Wanted,
+    findings: &mut Vec<Finding>,
+) -> Option<Table> {
+    // The first bytes tell an encoding, the first two lines a separator.
+    let (mut head, mut below) = (Vec::new(), Vec::new());
+    for line in [&mut head, &mut below] {
+        if let Err(e) = source.by_ref().take(1 << 16).read_until(b'\n', line) {
+            findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), "make it a readable file"));
+            return None;
+        }
     }
-    if let Some(wrong) = first_line(file, &head) {
-        findings.push(wrong);
-        return None;
-    }
-    let reader = ReaderBuilder::new().flexible(true).trim(Trim::All).from_reader(head.chain(source));
-    let mut rows =
-        Rows { file, names: Vec::new(), columns: Vec::new(), lines: Vec::new(), wrong: Vec::new() };
+    let dialect = match Dialect::of(file, &head, &below) {
+        Ok(dialect) => dialect,
+        Err(wrong) => {
+            findings.push(wrong);
+            return None;
+        }
+    };
+    let reader = ReaderBuilder::new()
+        .flexible(true)
+        .trim(Trim::All)
+        .delimiter(dialect.separator as u8)
+        .from_reader(Cursor::new([head, below].concat()).chain(source));
+    let mut rows = Rows {
+        file,
+        dialect,
+        wanted,
+        names: Vec::new(),
+        columns: Vec::new(),
+        lines: Vec::new(),
+        marks: [None; 2],
+        wrong: Vec::new(),
+    };
     rows.read(reader);
+    rows.one_mark();
     let failed = !rows.wrong.is_empty();
     told(&mut rows.wrong, findings);
     findings.extend(rows.nan());
-    let Rows { names, columns, lines, .. } = rows;
-    (!failed).then(|| expand(names, columns, lines))
-}
-
-trait Chain: Sized {
-    fn chain<R: Read>(self, rest: R) -> std::io::Chain<std::io::Cursor<Vec<u8>>, R>;
-}
-
-impl Chain for Vec<u8> {
-    fn chain<R: Read>(self, rest: R) -> std::io::Chain<std::io::Cursor<Vec<u8>>, R> {
-        Read::chain(std::io::Cursor::new(self), rest)
-    }
-}
-
-/// What can be said from the first line alone.
-fn first_line(file: &Path, head: &[u8]) -> Option<Finding> {
-    let wrong = |kind, what: &str, mend: &str| Some(Finding::error(kind, file, what, mend).line(1));
-    if head.is_empty() {
-        let mend = "export the recording again";
-        return Some(Finding::error(Kind::EmptyFile, file, "the file is empty", mend));
-    }
-    if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
-        return wrong(Kind::Encoding, "the file is UTF-16", "save it as UTF-8");
-    }
-    if head.contains(&0) {
-        return wrong(Kind::Encoding, "there are zero bytes: this is no text", "save it as CSV in UTF-8");
-    }
-    let Ok(text) = std::str::from_utf8(head.strip_prefix(b"\xef\xbb\xbf").unwrap_or(head)) else {
-        return wrong(Kind::Encoding, "the header is not UTF-8", "save the file as UTF-8");
-    };
-    let count = |c| text.matches(c).count();
-    if !text.contains(',') {
-        for (separator, name) in [(';', "semicolons"), ('\t', "tabs"), ('|', "vertical bars")] {
-            if count(separator) > 0 {
-                let what = format!("the columns are separated by {name}");
-                let mend = "separate them by commas, with a point in the numbers (0.5, not 0,5)";
-                return wrong(Kind::Separator, &what, mend);
-            }
-        }
-    }
-    let cells: Vec<_> = text.trim().split(',').map(str::trim).collect();
-    if cells.iter().all(|c| c.parse::<f64>().is_ok()) {
-        let mend = "name the columns in the first line, the first one `time`";
-        return wrong(Kind::NoHeader, "the first line holds numbers, no names", mend);
-    }
-    None
+    findings.extend(rows.separated());
+    (!failed).then(|| rows.table())
 }
 
 struct Rows<'a> {
     file: &'a Path,
+    dialect: Dialect,
+    wanted: Wanted,
     names: Vec<String>,
-    columns: Vec<Column>,
+    columns: Vec<Filling>,
     lines: Vec<u64>,
+    /// The first lines with a number that has a decimal point, and one that has a decimal comma.
+    marks: [Option<u64>; 2],
     wrong: Vec<Finding>,
 }
 
-/// Values, row by row, `width` in each.
+/// A column on its way: values, row by row, `width` in each.
 #[derive(Default)]
-struct Column {
+struct Filling {
     width: usize,
     values: Vec<f64>,
+    /// The cells as they are written, where they are kept.
+    texts: Vec<String>,
+    /// Cells that are neither numbers nor empty.
+    words: usize,
+    numbers: usize,
     /// Lines with a cell that says `nan`.
     nan: Vec<u64>,
 }
@@ -107,18 +97,14 @@ impl Rows<'_> {
             let name = name.trim().trim_matches('"');
             if name.is_empty() {
                 let what = format!("column {} has no name", i + 1);
-                self.push(
-                    Kind::NoHeader,
-                    what,
-                    "name it, or remove it (an index column, a comma at the end)",
-                    1,
-                );
+                let mend = "name it, or remove it (an index column, a separator at the end)";
+                self.push(Kind::NoHeader, what, mend, 1);
             } else if self.names.iter().any(|n| n == name) {
                 let what = format!("two columns are named `{name}`");
                 self.push(Kind::DuplicateName, what, "rename or remove one", 1);
             }
             self.names.push(name.into());
-            self.columns.push(Column::default());
+            self.columns.push(Filling::default());
         }
         let mut record = ByteRecord::new();
         // Many mistakes of one file have one cause: what follows is only counted.
@@ -139,6 +125,21 @@ impl Rows<'_> {
 
     fn push(&mut self, kind: Kind, what: impl Into<String>, mend: &str, line: u64) {
         self.wrong.push(Finding::error(kind, self.file, what, mend).line(line));
+    }
+
+    /// Which mark is meant cannot be known where both are there: `1,250` may be a thousand or one.
+    fn one_mark(&mut self) {
+        if let [Some(point), Some(comma)] = self.marks {
+            let what = format!("numbers have a decimal comma here and a decimal point in line {point}");
+            self.push(Kind::NotANumber, what, "write all with a point, and nothing between thousands", comma);
+        }
+    }
+
+    fn separated(&self) -> Option<Finding> {
+        let name = self.dialect.unusual()?;
+        let comma = if self.marks[1].is_some() { ", numbers have decimal commas" } else { "" };
+        let what = format!("the columns are separated by {name}{comma}");
+        Some(Finding::note(Kind::Separator, self.file, what, "nothing, if that is meant").line(1))
     }
 
     /// Loggers write `nan` where nothing was measured, and where a computation failed.
@@ -162,7 +163,7 @@ impl Rows<'_> {
         if cells != self.names.len() {
             let what = format!("{cells} cells under {} names", self.names.len());
             let mend = if cells > self.names.len() {
-                "write numbers with a point, not a comma (0.5, not 0,5), and one cell per name"
+                "write numbers with a point, not a comma (0.5, not 0,5), or separate the columns by semicolons; one cell per name"
             } else {
                 "complete the row, an empty cell for what is missing"
             };
@@ -170,85 +171,100 @@ impl Rows<'_> {
         }
         self.lines.push(line);
         for i in 0..cells {
-            if record[i].split(u8::is_ascii_whitespace).any(is_nan) {
-                self.columns[i].nan.push(line);
-            }
-            if let Err((kind, what, mend)) = self.columns[i].push(&record[i]) {
+            if let Err((kind, what, mend)) = self.cell(i, &record[i], line) {
                 let name = self.names[i].clone();
                 self.wrong.push(Finding::error(kind, self.file, what, mend).line(line).channel(name));
             }
         }
     }
-}
 
-impl Column {
-    fn push(&mut self, cell: &[u8]) -> Result<(), (Kind, String, &'static str)> {
+    fn cell(&mut self, i: usize, cell: &[u8], line: u64) -> Result<(), (Kind, String, &'static str)> {
         let shown = || {
             let text = String::from_utf8_lossy(cell);
             let short: String = text.chars().take(40).collect();
             format!("{short:?}")
         };
-        let bad = || {
-            let comma = cell.contains(&b',');
-            let mend = if comma {
-                "write it with a point (0.5, not 0,5)"
-            } else {
-                "write a number, or leave the cell empty where nothing was measured"
-            };
-            (Kind::NotANumber, format!("{} is no number", shown()), mend)
-        };
         let text = std::str::from_utf8(cell)
             .map_err(|_| (Kind::Encoding, format!("{} is not UTF-8", shown()), "save the file as UTF-8"))?;
-        let before = self.values.len();
-        if !text.contains(char::is_whitespace) {
-            self.values.push(number(text).ok_or_else(bad)?);
-        } else {
-            // An array of FMI 3 as FMPy writes it.
-            for part in text.split_whitespace() {
-                self.values.push(number(part).ok_or_else(bad)?);
+        let (dialect, first) = (self.dialect, self.lines.len() == 1);
+        let mut mark = |part: &str, line: u64| {
+            for (slot, c) in self.marks.iter_mut().zip(['.', ',']) {
+                if slot.is_none() && part.contains(c) {
+                    *slot = Some(line);
+                }
+            }
+        };
+        let column = &mut self.columns[i];
+        let before = column.values.len();
+        let mut word = false;
+        for part in text.split_whitespace().chain(text.is_empty().then_some("")) {
+            match dialect.cell(part) {
+                Cell::Missing => column.values.push(f64::NAN),
+                Cell::Number(x) => {
+                    if x.is_nan() && column.nan.last() != Some(&line) {
+                        column.nan.push(line);
+                    }
+                    mark(part, line);
+                    column.values.push(x);
+                }
+                Cell::Word => word = true,
             }
         }
-        let width = self.values.len() - before;
-        if before == 0 {
-            self.width = width;
-        } else if width != self.width {
-            let what = format!("{width} values in the cell, {} in the rows before", self.width);
+        let of_numbers = column.numbers > 0;
+        if word {
+            // Of a cell with blanks in it, all is text.
+            column.values.truncate(before);
+            column.values.extend(std::iter::repeat_n(f64::NAN, column.width.max(1)));
+        } else if !text.is_empty() {
+            column.numbers += 1;
+        }
+        let large = column.values.get(before).is_some_and(|x| x.abs() >= LONG);
+        // Numbers need no text beside them, but for those that are too long for a double.
+        let keep = self.wanted == Wanted::Texts || !of_numbers && (word || large) || !column.texts.is_empty();
+        if keep {
+            let earlier = self.lines.len() - 1;
+            if column.texts.len() < earlier {
+                column.texts.resize(earlier, String::new());
+            }
+            column.texts.push(text.to_owned());
+        }
+        if word {
+            column.words += 1;
+            if of_numbers && self.wanted == Wanted::Numbers {
+                return Err((Kind::NotANumber, format!("{} is no number", shown()), mend(text)));
+            }
+        }
+        let width = column.values.len() - before;
+        if first {
+            column.width = width;
+        } else if width != column.width {
+            let what = format!("{width} values in the cell, {} in the rows before", column.width);
             return Err((Kind::ArrayCell, what, "write as many values in each row"));
         }
         Ok(())
     }
-}
 
-/// A cell: a number, a truth value, nothing.
-fn number(cell: &str) -> Option<f64> {
-    match cell {
-        "" | "NA" | "null" => Some(f64::NAN),
-        "true" | "True" | "TRUE" => Some(1.0),
-        "false" | "False" | "FALSE" => Some(0.0),
-        cell => cell.parse().ok(),
-    }
-}
-
-fn is_nan(cell: &[u8]) -> bool {
-    let unsigned = cell.strip_prefix(b"-").or_else(|| cell.strip_prefix(b"+")).unwrap_or(cell);
-    unsigned.eq_ignore_ascii_case(b"nan")
-}
-
-/// Array columns become one column per element.
-fn expand(names: Vec<String>, columns: Vec<Column>, lines: Vec<u64>) -> Table {
-    let mut table = Table { lines, ..Table::default() };
-    for (name, column) in names.into_iter().zip(columns) {
-        if column.width <= 1 {
-            table.names.push(name);
-            table.columns.push(column.values);
-        } else {
-            for k in 0..column.width {
-                table.names.push(element_name(&name, &[k + 1]));
-                table.columns.push(column.values.iter().skip(k).step_by(column.width).copied().collect());
+    /// Array columns become one column per element.
+    fn table(self) -> Table {
+        let mut table = Table { lines: self.lines, ..Table::default() };
+        for (name, filled) in self.names.into_iter().zip(self.columns) {
+            let Filling { width, values, texts, words, .. } = filled;
+            if width <= 1 {
+                table.columns.push(TableColumn { name, values, texts, words, ..TableColumn::default() });
+            } else {
+                table.columns.extend(TableColumn::elements(&name, width, &values, &texts));
             }
         }
+        table
     }
-    table
+}
+
+/// What to do with a cell that should be a number.
+pub(super) fn mend(text: &str) -> &'static str {
+    match text.contains(',') {
+        true => "write it with a point (0.5, not 0,5)",
+        false => "write a number, or leave the cell empty where nothing was measured",
+    }
 }
 
 /// The first mistakes one by one, then how many more of the kind.

@@ -6,8 +6,8 @@ mod level5;
 
 use std::path::Path;
 
-use super::Table;
 use super::guard::guarded;
+use super::table::{Table, TableColumn};
 use crate::finding::{Finding, Kind};
 use crate::names::element_name;
 use array::{Array, Contents};
@@ -52,14 +52,13 @@ fn table(file: &Path, contents: Contents, findings: &mut Vec<Finding>) -> Option
     for Array { name, size, values } in arrays {
         match size[..] {
             [n, 1] | [1, n] if n == rows => {
-                table.names.push(name);
-                table.columns.push(values);
+                table.columns.push(TableColumn::numbers(name, values));
             }
             [n, columns] if n == rows && n > 0 => {
                 // Columns one after the other.
                 for (k, values) in values.chunks(n).enumerate().take(columns) {
-                    table.names.push(element_name(&name, &[k + 1]));
-                    table.columns.push(values.to_vec());
+                    let element = element_name(&name, &[k + 1]);
+                    table.columns.push(TableColumn::numbers(element, values.to_vec()));
                 }
             }
             _ => {
@@ -71,7 +70,7 @@ fn table(file: &Path, contents: Contents, findings: &mut Vec<Finding>) -> Option
             }
         }
     }
-    if table.names.is_empty() {
+    if table.columns.is_empty() {
         let mend = "save the signals as columns of one length, the time as `time`";
         findings.push(Finding::error(Kind::EmptyFile, file, "there is no numeric array in the file", mend));
         return None;

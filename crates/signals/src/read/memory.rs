@@ -1,13 +1,13 @@
 //! Columns from memory.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::assemble;
 use super::sidecar::Sidecar;
-use super::{Table, assemble};
+use super::table::{Table, TableColumn};
 use crate::error::Error;
 use crate::finding::{Finding, Kind, verdict};
-use crate::recording::{Recording, Settings};
+use crate::recording::{Declared, Recording};
 use crate::variable::Variable;
 
 impl Recording {
@@ -20,15 +20,16 @@ impl Recording {
         name: &str,
         columns: &[(String, Vec<f64>)],
         known: &[Variable],
-        declared: &BTreeMap<String, Settings>,
+        declared: &Declared,
     ) -> Result<(Self, Vec<Finding>), Error> {
         let file = Path::new(name);
         let mut findings = shape(file, columns);
         if !findings.is_empty() {
             return Err(Error::Wrong(findings));
         }
-        let (names, columns) = columns.iter().cloned().unzip();
-        let table = Table { names, columns, ..Table::default() };
+        let columns =
+            columns.iter().map(|(name, values)| TableColumn::numbers(name.as_str(), values.clone()));
+        let table = Table { columns: columns.collect(), ..Table::default() };
         let recording = assemble::assemble(file, table, &Sidecar::default(), known, declared, &mut findings);
         verdict(recording, findings)
     }
@@ -76,7 +77,7 @@ mod tests {
 
     fn of(columns: &[(&str, &[f64])]) -> Result<(Recording, Vec<Finding>), Error> {
         let columns: Vec<_> = columns.iter().map(|(n, v)| ((*n).to_owned(), v.to_vec())).collect();
-        Recording::of_columns("run.csv", &columns, &known(), &BTreeMap::new())
+        Recording::of_columns("run.csv", &columns, &known(), &Declared::default())
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub(crate) struct Sidecar {
     /// By names of variables, with their lines.
     pub(crate) channels: BTreeMap<String, (Settings, u64)>,
     pub(crate) parameters: BTreeMap<String, Value>,
+    /// Rows a second, in Hz, evenly spaced whatever the clock shows.
+    pub(crate) rate: Option<f64>,
 }
 
 /// What a column of the file is. Its value is `scale * reading + offset` in `unit`.
@@ -62,12 +64,19 @@ impl Sidecar {
         }
     }
 
-    /// The one that belongs to `run.csv`: `run.toml` or `run.csv.toml`. `None` if there is an error in it.
-    pub(crate) fn beside(file: &Path, known: &[Variable], findings: &mut Vec<Finding>) -> Option<Self> {
+    /// The one that belongs to `run.csv`: `run.toml` or `run.csv.toml`, but not `other`, which is something else. `None` if there
+    /// is an error in it.
+    pub(crate) fn beside(
+        file: &Path,
+        other: Option<&Path>,
+        known: &[Variable],
+        findings: &mut Vec<Finding>,
+    ) -> Option<Self> {
         let long = PathBuf::from(format!("{}.toml", file.display()));
         let short = file.with_extension("toml");
         // These have a meaning of their own.
-        let reserved = ["case.toml", "key.toml"].iter().any(|name| short.ends_with(name));
+        let reserved =
+            ["case.toml", "key.toml"].iter().any(|name| short.ends_with(name)) || other == Some(&*short);
         let path = match (long.is_file(), short.is_file() && !reserved) {
             (false, false) => return Some(Self::default()),
             (true, false) => long,
@@ -100,6 +109,7 @@ impl Sidecar {
 
     fn read(&mut self, reader: &mut Reader, root: &DeTable, known: &[Variable]) {
         reader.known(root, keys::SIDECAR.of, keys::SIDECAR);
+        self.rate = root.get("rate").and_then(|n| reader.rate(n));
         if let Some(table) = root.get("columns").and_then(|n| reader.table(n, "columns")) {
             for (key, node) in table.iter() {
                 if let Some(column) = column(reader, key.get_ref(), node, known) {

@@ -164,6 +164,17 @@ impl<'a> Reader<'a> {
         Some(number)
     }
 
+    /// Rows a second.
+    pub(crate) fn rate(&mut self, node: &Node) -> Option<f64> {
+        let rate = self.number(node, "rate")?;
+        if !(1.0 / LARGEST..).contains(&rate) {
+            let what = format!("`rate` is {rate}");
+            self.wrong(Kind::BadValue, node.span(), what, "write how many rows there are a second, in Hz");
+            return None;
+        }
+        Some(rate)
+    }
+
     /// What is known of a channel.
     pub(crate) fn settings(&mut self, node: &Node, name: &str) -> Settings {
         let what = format!("{}.{name}", keys::CHANNELS.of);

@@ -27,8 +27,8 @@ pub(crate) struct Sweep {
     /// Give each FMU a process of its own: one that crashes, exits or hangs fails its run alone (Linux)
     #[arg(long)]
     pub(crate) isolate: bool,
-    /// How long a single call of an FMU may take, s; else as long as it likes
-    #[arg(long, value_name = "S", requires = "isolate", value_parser = super::deadline)]
+    /// How long a single call of an FMU may take, s; else as long as it likes; gives each FMU a process of its own as --isolate
+    #[arg(long, value_name = "S", value_parser = super::deadline)]
     pub(crate) deadline: Option<f64>,
 }
 

@@ -40,7 +40,13 @@ pub(crate) fn map(args: &ArmMap) -> Result<(), Error> {
 impl<'a> Asked<'a> {
     fn of(args: &'a ArmMap) -> Result<Self, Error> {
         let own = args.robot.to_str() == Some(DELIAN);
-        let mut design = if own { delian() } else { robot::read_among(&args.robot, &[DELIAN])? };
+        let mut design = if own {
+            delian()
+        } else {
+            let read = robot::read_among(&args.robot, &[DELIAN])?;
+            read.notes.iter().for_each(|note| voice::note(note));
+            read.design
+        };
         let gravity = match args.gravity.as_deref() {
             None => EARTH,
             Some(&[x, y, z]) if [x, y, z].iter().all(|g| g.is_finite()) => [x, y, z],

@@ -5,12 +5,15 @@ mod page;
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
+use trueup_diagnosis::diagnose::{
+    Augmented, Diagnosed, Options, began, diagnose, diagnose_by_evidence, record,
+};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
 use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Severity, Verdict};
 use trueup_diagnosis::picture::isolability;
+use trueup_diagnosis::shipped;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::write_file;
@@ -20,7 +23,7 @@ use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
-use crate::args::Diagnose;
+use crate::args::{Diagnose, Engine};
 use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
@@ -30,10 +33,33 @@ use crate::stages::Stages;
 use crate::templates;
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
+    if args.engine == Engine::Innovations {
+        return verdict_alone(args);
+    }
     let (found, written) = found(args)?;
     // What was found is said even where it could not be written.
     say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
+}
+
+/// By the engine on trial, which says verdicts alone.
+fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
+    if !args.verdict_only || args.watch {
+        let how = "--engine innovations says verdicts alone: give --verdict-only, and no --watch";
+        return Err(Error::Usage(how.into()));
+    }
+    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
+    can_be_made(&args.output)?;
+    let capped = !args.force && findings.iter().any(Finding::is_grave);
+    let found = diagnose_by_evidence(&loaded, capped);
+    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
+    found
+        .complete(&findings, &loaded.case.folder, Some(inputs))
+        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
+    let said = json(&found)?;
+    store(&args.output, &[("diagnosis.json".into(), said.clone().into_bytes())])?;
+    say(&if args.json { said } else { text(&found) })
 }
 
 fn json(d: &Diagnosis) -> Result<String, Error> {
@@ -80,7 +106,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     // All or nothing: files are written when everything is ready.
     let mut files: Vec<(String, Vec<u8>)> = Vec::new();
     if let (Some(augmented), Some(templates)) = (&found.augmented, &templates) {
-        let ready = fmus(templates, &loaded, augmented)?;
+        let ready = fmus(templates, &loaded, &found.diagnosis, augmented)?;
         found.diagnosis.augmented = Some(ready.iter().map(|f| f.0.clone()).collect());
         files = ready;
     }
@@ -167,6 +193,7 @@ fn sensors(loaded: &Loaded) {
 fn fmus(
     templates: &[Template],
     loaded: &Loaded,
+    diagnosis: &Diagnosis,
     augmented: &Augmented,
 ) -> Result<Vec<(String, Vec<u8>)>, Error> {
     let name = loaded.case.model.as_str();
@@ -187,6 +214,11 @@ fn fmus(
     };
     configuration.start =
         augmented.values.iter().filter(|(name, v)| known(name) && v.is_finite()).cloned().collect();
+    shipped::check(diagnosis, augmented, &configuration.start).map_err(|e| {
+        Error::Failed(format!(
+            "{e}: nothing is written, for the files would contradict each other; report the case"
+        ))
+    })?;
     let case = loaded.case.folder.canonicalize().unwrap_or_else(|_| loaded.case.folder.clone());
     let case = case.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let with = configuration.effects.join(", ");
@@ -240,6 +272,18 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             g.tuned,
             g.after,
             g.floor
+        );
+    }
+    if let Some(w) = d.gap.overall.as_ref().and_then(|g| g.window.as_ref()) {
+        let closed =
+            w.closed.map_or(String::new(), |c| format!("; closed {:.0} %", 100.0 * c.clamp(0.0, 1.0)));
+        out += &format!(
+            "the same over windows of {} s: {} before, {} tuned, {} after, floor {}{closed}\n",
+            number(w.seconds),
+            number(w.before),
+            number(w.tuned),
+            number(w.after),
+            number(w.floor)
         );
     }
     if let Some(n) = &d.next_experiment {

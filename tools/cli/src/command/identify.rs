@@ -72,7 +72,11 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
 /// An FMU that is not ours gets processes of its own, where there are any.
 fn isolated(args: &Identify, fmu: &Fmu) -> Result<(), Error> {
     let wanted = args.isolate || args.deadline.is_some();
-    if args.in_process || !wanted && fmu.is_ours(Interface::ModelExchange) {
+    let ours = fmu.is_ours(Interface::ModelExchange);
+    if args.in_process && !ours {
+        return crate::isolate::keep(&fmu.file().display().to_string());
+    }
+    if args.in_process || !wanted && ours {
         return Ok(());
     }
     match crate::isolate::isolation(args.deadline) {

@@ -8,7 +8,6 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi_description::Version;
 use trueup_fmi_description::pack::{Parts, Reference, archive, write_file};
 use trueup_fmi_description::template::Template;
-use trueup_models::space::design::Design;
 
 use crate::args::Pack;
 use crate::assets;
@@ -115,18 +114,36 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
 }
 
 /// The robot that is asked for, its joints flexible as is asked for.
-fn robot(model: Model, args: &Pack) -> Result<Option<Design>, Error> {
+fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error> {
     if !catalog::of_robots(model.name) {
         return Ok(None);
     }
     // The arm's preset is what it is by default.
     let named = args.preset.as_ref().filter(|_| model.name == catalog::FLYER).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
-    let mut design = crate::robot::read(&file)?;
+    let mut robot = crate::robot::read(&file)?;
+    // An arm of FlexibleArm stands on the ground by itself.
+    let ground = model.name == catalog::ARM;
+    let floats = robot.floats.iter().filter(|_| !args.held && !ground);
+    let without = robot.without_friction.iter().filter(|_| !ground);
+    robot.notes.iter().chain(floats).chain(without).for_each(|note| crate::voice::note(note));
+    robot.design.held |= args.held;
     if !args.flexible.is_empty() {
-        design.flex(&args.flexible).map_err(Error::Usage)?;
+        robot.design.flex(&args.flexible).map_err(Error::Usage)?;
     }
-    Ok(Some(design))
+    Ok(Some(robot))
+}
+
+/// What its joints lose, as start values of an arm on the ground: a joint that stands gives way at what it takes to slide.
+fn frictions(robot: &crate::robot::Robot) -> impl Iterator<Item = (String, f64)> {
+    robot.friction.iter().enumerate().flat_map(|(k, f)| {
+        let of = |name: &str| format!("{name}[{}]", k + 1);
+        [
+            (of("viscousFriction"), f.viscous),
+            (of("coulombFriction"), f.coulomb),
+            (of("staticFriction"), f.coulomb),
+        ]
+    })
 }
 
 /// What `--structure` chooses; the last one of a name counts.
@@ -154,12 +171,14 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let effects = catalog::in_order(model.name, &args.effect)
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
     let mut configuration = match robot(model, args)? {
-        Some(design) if model.name == catalog::ARM => {
-            let mut own = fmu_library::of_arm(&design).map_err(refused)?;
+        Some(robot) if model.name == catalog::ARM => {
+            let mut own = fmu_library::of_arm(&robot.design).map_err(refused)?;
+            let lossy = frictions(&robot).filter(|(_, value)| *value != 0.0);
+            lossy.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
             own.structure.extend(structure(model, args).map_err(refused)?);
             Configuration { effects, ..own }
         }
-        Some(design) => Configuration { effects, ..fmu_library::of_design(&design).map_err(refused)? },
+        Some(robot) => Configuration { effects, ..fmu_library::of_design(&robot.design).map_err(refused)? },
         None => Configuration {
             joint_flexible: args.flexible.clone(),
             structure: structure(model, args).map_err(refused)?,

@@ -21,7 +21,9 @@ use crate::robot;
 
 pub(crate) fn run(args: &Robot) -> Result<(), Error> {
     // Links are looked at straight, their mass with that of their bodies.
-    let design = robot::read(&args.file)?.stiffened();
+    let read = robot::read(&args.file)?;
+    read.notes.iter().for_each(|note| crate::voice::note(note));
+    let design = read.design.stiffened();
     let tip = chosen(args, &design)?;
     let q = pose(args, &design)?;
     if let Some(j) = args.torque_joints.iter().find(|j| !(1..=q.len()).contains(*j)) {

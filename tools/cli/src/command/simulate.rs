@@ -21,7 +21,8 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         let mend = format!("let --output {name} end with .csv or .parquet");
         return Err(Error::Usage(format!("results are written as CSV or Parquet; {mend}")));
     }
-    let system = settings::system(args).map_err(mistakes)?;
+    let mut system = settings::system(args).map_err(mistakes)?;
+    system.own_processes = args.isolate || args.deadline.is_some();
     let plan = check(&system).map_err(mistakes)?;
     plan.notes.iter().for_each(|note| voice::note(note));
     if args.check {
@@ -32,11 +33,7 @@ pub(crate) fn run(args: &Simulate) -> Result<(), Error> {
         eprintln!("{}: {} components", file.display(), plan.components.len());
         return Ok(());
     }
-    if args.isolate {
-        let isolation = crate::isolate::isolation(args.deadline);
-        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
-        plan.components.iter().for_each(|component| component.fmu.isolate(&isolation));
-    }
+    crate::isolate::components(&plan.components, args.isolate, args.deadline)?;
     simulated(args, plan)
 }
 

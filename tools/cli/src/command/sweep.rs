@@ -26,16 +26,13 @@ pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
         None => {}
     }
     let Some(file) = &args.file else { return Err(Error::Usage("name the sweep's file".into())) };
-    let mut runner = Runner::open(file).map_err(failed)?;
+    let own_processes = args.isolate || args.deadline.is_some();
+    let mut runner = Runner::open_with(file, own_processes).map_err(failed)?;
     runner.plan().notes.iter().for_each(|note| voice::note(note));
     if let Some(tasks) = args.slurm {
         return slurm(file, tasks.map_or(TASKS, u64::from).min(runner.design().runs()));
     }
-    if args.isolate {
-        let isolation = crate::isolate::isolation(args.deadline);
-        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
-        runner.plan().components.iter().for_each(|component| component.fmu.isolate(&isolation));
-    }
+    crate::isolate::components(&runner.plan().components, args.isolate, args.deadline)?;
     match args.run {
         Some(run) => one(args, &mut runner, run),
         None => share(args, &mut runner),
@@ -110,11 +107,7 @@ fn one(args: &Sweep, runner: &mut Runner, run: u64) -> Result<(), Error> {
     say(&lines)?;
     let failed = |e: trueup_cosim::Error| Error::Failed(e.to_string());
     let plan = check(&system).map_err(failed)?;
-    if args.isolate {
-        let isolation = crate::isolate::isolation(args.deadline);
-        let isolation = isolation.map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
-        plan.components.iter().for_each(|component| component.fmu.isolate(&isolation));
-    }
+    crate::isolate::components(&plan.components, args.isolate, args.deadline)?;
     let mut results = Results::create(&to).map_err(failed)?;
     let mut master = match Master::new(plan) {
         Ok(master) => master,

@@ -22,7 +22,36 @@ struct Joint<'a> {
     /// Its axes in those of the parent link.
     frame: Frame<f64>,
     axis: Vector<f64>,
+    friction: JointFriction,
+    /// Elements of it that say what no model here has.
+    unread: Vec<&'static str>,
     line: u32,
+}
+
+/// What makers publish of a joint's losses, on the joint's side.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct JointFriction {
+    /// N.m.s/rad; of a prismatic joint N.s/m.
+    pub(crate) viscous: f64,
+    /// N.m; of a prismatic joint N.
+    pub(crate) coulomb: f64,
+}
+
+impl JointFriction {
+    fn is_there(self) -> bool {
+        self != Self::default()
+    }
+}
+
+/// What a file makes.
+pub(super) struct Made {
+    pub(super) design: Design,
+    /// Of each moving body, in the order of the design's links.
+    pub(super) friction: Vec<JointFriction>,
+    /// What of the file is not used.
+    pub(super) notes: Vec<String>,
+    /// Why the base is free, if it is.
+    pub(super) floats: Option<String>,
 }
 
 struct Body<'a> {
@@ -33,11 +62,11 @@ struct Body<'a> {
 }
 
 /// Reads a robot; it is not checked yet.
-pub(super) fn read(path: &Path, text: &str) -> Result<Design, Error> {
+pub(super) fn read(path: &Path, text: &str) -> Result<Made, Error> {
     parsed(path, text).map_err(Error::Failed)
 }
 
-fn parsed(path: &Path, text: &str) -> Result<Design, String> {
+fn parsed(path: &Path, text: &str) -> Result<Made, String> {
     let at = |(line, why): Fault| format!("{}:{line}: {why}", path.display());
     let document = Document::parse(text).map_err(|e| at((e.pos().row, e.to_string())))?;
     design(&document).map_err(at)
@@ -93,6 +122,9 @@ fn inertial(link: Node<'_, '_>) -> Result<Option<Rigid<f64>>, Fault> {
         child(node, name).ok_or_else(|| (line(node), format!("<inertial> has no <{name}>; give it one")))
     };
     let (mass, i) = (number(part("mass")?, "value")?, part("inertia")?);
+    if mass < 0.0 {
+        return Err((line(node), format!("mass = {mass}: no body has a mass below 0")));
+    }
     let of = |name: &str| number(i, name);
     let (xy, xz, yz) = (of("ixy")?, of("ixz")?, of("iyz")?);
     let own: Matrix<f64> = [[of("ixx")?, xy, xz], [xy, of("iyy")?, yz], [xz, yz, of("izz")?]];
@@ -113,14 +145,22 @@ struct Gathered<'a> {
     rigid: Rigid<f64>,
     /// Joints that move, in the axes of the body's own link.
     joints: Vec<(&'a Joint<'a>, Frame<f64>)>,
-    /// Fixed links without inertia and without anything on them: names and places.
+    /// Fixed links without anything on them, those without mass last: names and places.
     frames: Vec<(&'a str, Vector<f64>)>,
+}
+
+impl<'a> Gathered<'a> {
+    /// What it carries at its end: the last of its fixed links, one without mass before one that has some.
+    fn tip(&self) -> Option<(&'a str, Vector<f64>)> {
+        self.frames.last().copied()
+    }
 }
 
 const NOTHING: Rigid<f64> = Rigid { mass: 0.0, first: [0.0; 3], inertia: [[0.0; 3]; 3] };
 
 fn gather<'a>(link: &'a str, bodies: &'a [Body<'a>], joints: &'a [Joint<'a>]) -> Gathered<'a> {
     let mut all = Gathered { rigid: NOTHING, joints: Vec::new(), frames: Vec::new() };
+    let (whole, mut bare) = (link, Vec::new());
     let mut rest = vec![(link, Frame { rotation: identity(), origin: [0.0; 3] })];
     while let Some((link, frame)) = rest.pop() {
         let own = bodies.iter().find(|b| b.name == link).and_then(|b| b.rigid.as_ref());
@@ -137,14 +177,32 @@ fn gather<'a>(link: &'a str, bodies: &'a [Body<'a>], joints: &'a [Joint<'a>]) ->
                 all.joints.push((joint, place));
             }
         }
-        if own.is_none() && !carries {
-            all.frames.push((link, frame.origin));
+        // A hand of mass 0 is a place all the same.
+        let massless = own.is_none_or(|own| own.mass == 0.0);
+        if !carries && (massless || link != whole) {
+            (if massless { &mut bare } else { &mut all.frames }).push((link, frame.origin));
         }
     }
+    all.frames.append(&mut bare);
     all
 }
 
-fn design(document: &Document<'_>) -> Result<Design, Fault> {
+/// Two of one name, which what names them cannot tell apart.
+fn once<'a>(what: &str, all: impl Iterator<Item = (&'a str, u32)>) -> Result<(), Fault> {
+    let mut seen: Vec<(&str, u32)> = Vec::new();
+    for (name, line) in all {
+        if let Some((_, first)) = seen.iter().find(|(before, _)| *before == name) {
+            return Err((
+                line,
+                format!("{what} `{name}` stands in line {first} already; give one of them another name"),
+            ));
+        }
+        seen.push((name, line));
+    }
+    Ok(())
+}
+
+fn design(document: &Document<'_>) -> Result<Made, Fault> {
     let robot = document.root_element();
     if !robot.has_tag_name("robot") {
         let found = robot.tag_name().name();
@@ -157,10 +215,12 @@ fn design(document: &Document<'_>) -> Result<Design, Fault> {
     for node in robot.children().filter(|c| c.has_tag_name("link")) {
         bodies.push(Body { name: needed(node, "name")?, rigid: inertial(node)?, line: line(node) });
     }
+    once("the link", bodies.iter().map(|b| (b.name, b.line)))?;
     let mut joints = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("joint")) {
         joints.push(joint(node, &bodies)?);
     }
+    once("the joint", joints.iter().map(|j| (j.name, j.line)))?;
     if let Some((joint, first)) = joints.iter().enumerate().find_map(|(k, j)| {
         joints[..k].iter().find(|other: &&Joint<'_>| other.child == j.child).map(|other| (j, other))
     }) {
@@ -206,6 +266,20 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
         Err((line(part), format!("joint `{name}`: there is no link `{wanted}`; {near}")))
     };
     let axis = child(node, "axis").map_or(Ok([1.0, 0.0, 0.0]), |a| numbers(a, "xyz", [1.0, 0.0, 0.0]))?;
+    let of_dynamics = |name: &str| -> Result<f64, Fault> {
+        let Some(part) = child(node, "dynamics") else { return Ok(0.0) };
+        let [value] = numbers(part, name, [0.0])?;
+        if value < 0.0 {
+            return Err((
+                line(part),
+                format!("joint `{name}`: {name}=\"{value}\" is below 0; write what it loses"),
+            ));
+        }
+        Ok(value)
+    };
+    let friction = JointFriction { viscous: of_dynamics("damping")?, coulomb: of_dynamics("friction")? };
+    let moves = kind != "fixed" && kind != "floating";
+    let unread = UNREAD.into_iter().filter(|tag| moves && child(node, tag).is_some()).collect();
     Ok(Joint {
         name,
         kind,
@@ -213,11 +287,19 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
         child: link("child")?,
         frame: origin(node)?,
         axis,
+        friction,
+        unread,
         line: line(node),
     })
 }
 
-fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_>]) -> Result<Design, Fault> {
+/// Parts of a joint that no model here has.
+const UNREAD: [&str; 3] = ["limit", "safety_controller", "calibration"];
+
+/// The name that a link has in which everything stands: what is fixed to it is bolted to the ground.
+const WORLD: &str = "world";
+
+fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_>]) -> Result<Made, Fault> {
     let mut base = gather(root.name, bodies, joints);
     // A world that carries a robot which floats is no part of it.
     if base.rigid.mass == 0.0
@@ -226,9 +308,15 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
     {
         base = gather(only.child, bodies, joints);
     }
-    let held = base.rigid.mass == 0.0;
+    let bolted = root.name == WORLD && joints.iter().any(|j| j.parent == WORLD && j.kind == "fixed");
+    let held = base.rigid.mass == 0.0 || bolted;
+    let mut friction = Vec::new();
     let (base_mass, center, base_inertia) =
         if held { (1.0, [0.0; 3], identity()) } else { central(&base.rigid) };
+    let floats = (!held).then(|| {
+        let name = root.name;
+        format!("no link is bolted down: the base (`{name}`, {base_mass} kg) floats; --held holds it, as does a root link `{WORLD}` to which it is fixed")
+    });
     let mut design = Design {
         name: name.to_owned(),
         base_mass,
@@ -273,15 +361,44 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
             axis: joint.axis,
             motor: Motor::default(),
         });
+        friction.push(joint.friction);
         let own = design.links.len();
         if body.joints.is_empty() {
-            let (tip, offset) = body.frames.last().copied().unwrap_or((joint.child, [0.0; 3]));
+            let (tip, offset) = body.tip().unwrap_or((joint.child, [0.0; 3]));
             let mount = design.mount(own);
             design.tips.push(Tip { name: tip.to_owned(), body: own, offset, mount });
         }
         body.joints.iter().rev().for_each(|(j, f)| rest.push((own, *j, *f)));
     }
-    Ok(design)
+    Ok(Made { design, friction, notes: unread(joints), floats })
+}
+
+/// A line for each kind of what joints say and no model here has.
+fn unread(joints: &[Joint<'_>]) -> Vec<String> {
+    let note = |tag: &&str| {
+        let names: Vec<_> = joints.iter().filter(|j| j.unread.contains(tag)).map(|j| j.name).collect();
+        (!names.is_empty())
+            .then(|| format!("<{tag}> of {} is not read: no model here has it", counted(&names)))
+    };
+    UNREAD.iter().filter_map(note).collect()
+}
+
+/// `3 joints (a, b, c)`.
+fn counted(names: &[&str]) -> String {
+    let s = if names.len() == 1 { "" } else { "s" };
+    format!("{} joint{s} ({})", names.len(), names.join(", "))
+}
+
+impl Made {
+    /// That nothing is made of what its joints lose.
+    pub(super) fn without_friction(&self) -> Option<String> {
+        let lossy = self.design.links.iter().zip(&self.friction).filter(|(_, f)| f.is_there());
+        let names: Vec<_> = lossy.map(|(l, _)| l.name.as_str()).collect();
+        (!names.is_empty()).then(|| {
+            let n = names.len();
+            format!("<dynamics> (damping, friction) of the joints of {n} links ({}) is not in this model; FlexibleArm has both", names.join(", "))
+        })
+    }
 }
 
 /// Of a rotation, by the largest of its elements.
@@ -304,60 +421,4 @@ fn quaternion(r: &Matrix<f64>) -> [f64; 4] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use trueup_models::space::attitude::rotation;
-
-    #[test]
-    fn quaternions_are_those_of_their_rotations() {
-        for q in [[1.0, 0.0, 0.0, 0.0], [0.1, 0.9, -0.3, 0.2], [0.0, 0.1, 0.9, 0.2], [-0.3, 0.2, 0.1, 0.9]] {
-            let r = rotation(q);
-            let again = rotation(quaternion(&r));
-            let off = r.iter().flatten().zip(again.iter().flatten()).map(|(a, b)| (a - b).abs());
-            assert!(off.fold(0.0, f64::max) < 1e-15, "{q:?}");
-        }
-    }
-
-    const ARM: &str = include_str!("../../tests/data/arm.urdf");
-
-    /// Against numbers by hand: what is fixed to a link is part of it, the base's axes lie in its centre of mass.
-    #[test]
-    fn an_arm_on_a_base() {
-        let d = parsed(Path::new("arm.urdf"), ARM).unwrap();
-        d.check().unwrap();
-        assert_eq!((d.name.as_str(), d.held, d.links.len()), ("arm", false, 2));
-        // 90 kg at the origin and 10 kg at x = 1.
-        assert!((d.base_mass - 100.0).abs() < 1e-12 && (d.base_inertia[0][0] - 10.0).abs() < 1e-12);
-        assert!((d.base_inertia[1][1] - (10.0 + 90.0 * 0.01 + 10.0 * 0.81)).abs() < 1e-12);
-        let near = |a: &[f64], b: &[f64]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
-        assert!(near(&d.links[0].position, &[0.3, 0.0, 0.2]));
-        // Turned by 90 degrees about z.
-        let half = 0.5_f64.sqrt();
-        assert!(near(&d.links[0].orientation, &[half, 0.0, 0.0, half]));
-        assert_eq!((d.links[1].parent, d.links[1].joint), (1, Kind::Prismatic));
-        assert_eq!((d.tips[0].name.as_str(), d.tips[0].body, d.tips[0].offset), ("hand", 2, [0.3, 0.0, 0.0]));
-    }
-
-    #[test]
-    fn what_is_no_tree_is_told_with_its_line() {
-        for (from, to, said) in [
-            ("<child link=\"slide\"/>", "<child link=\"slidee\"/>", "did you mean `slide`?"),
-            ("type=\"prismatic\"", "type=\"planar\"", "type `planar` cannot be had"),
-            ("<!-- mimic -->", "<mimic joint=\"turn\"/>", "joint `push`: it mimics another joint"),
-            (
-                "<!-- loop -->",
-                "<joint name=\"loop\" type=\"fixed\"><parent link=\"slide\"/><child link=\"upper\"/></joint>",
-                "a loop, which a tree has not",
-            ),
-            ("<mass value=\"2\"/>", "<mass value=\"0\"/>", "it moves and has no mass"),
-            ("<mass value=\"2\"/>", "", "<inertial> has no <mass>"),
-            ("xyz=\"0.4 0 0.2\"", "xyz=\"0.4 0\"", "give 3 finite number(s)"),
-            ("<robot name=\"arm\">", "<sdf name=\"arm\">", "expected"),
-        ] {
-            assert!(ARM.contains(from), "{from}");
-            let text = ARM.replacen(from, to, 1);
-            let why = parsed(Path::new("arm.urdf"), &text).unwrap_err();
-            assert!(why.contains(said) && why.starts_with("arm.urdf:"), "{from}: {why}");
-        }
-    }
-}
+mod tests;

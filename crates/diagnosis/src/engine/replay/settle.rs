@@ -19,7 +19,7 @@ const VAGUELY: f64 = 10.0;
 const GROWING: [f64; 3] = [0.1, 0.25, 0.5];
 
 /// Whichever misses less.
-fn nearer(
+pub(super) fn nearer(
     one: Result<(f64, Settled), PredictError>,
     other: Result<(f64, Settled), PredictError>,
 ) -> Result<(f64, Settled), PredictError> {
@@ -127,7 +127,7 @@ impl Search<'_> {
     }
 
     /// Where a recording begins by its first readings, then by more and more of them.
-    fn grown(&self, problem: &Comparison<'_>, run: &Compared) -> Result<Vec<f64>, PredictError> {
+    pub(super) fn grown(&self, problem: &Comparison<'_>, run: &Compared) -> Result<Vec<f64>, PredictError> {
         let mut theta = problem.start();
         for share in GROWING {
             let part = run.until(share, problem.model.sizes().inputs);
@@ -158,7 +158,7 @@ impl Search<'_> {
     }
 
     /// The same from one start, and what it misses.
-    fn settle_from(
+    pub(super) fn settle_from(
         &self,
         problem: &mut Comparison<'_>,
         start: Vec<f64>,

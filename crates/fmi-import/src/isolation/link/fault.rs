@@ -1,7 +1,11 @@
 //! How the process of an FMU ends.
 
 use std::os::unix::process::ExitStatusExt;
-use std::process::ExitStatus;
+use std::process::{Child, ExitStatus};
+
+use rustix::process::{Pid, Signal, kill_process, kill_process_group};
+
+use crate::keeper::children;
 
 /// Why there is no host any more.
 #[derive(Clone, Debug)]
@@ -13,7 +17,7 @@ pub(crate) struct Fault {
 }
 
 /// How a process ended, as a sentence without its subject.
-pub(super) fn ended(status: ExitStatus) -> String {
+pub(crate) fn ended(status: ExitStatus) -> String {
     if let Some(code) = status.code() {
         return format!("called exit({code})");
     }
@@ -33,4 +37,20 @@ pub(super) fn ended(status: ExitStatus) -> String {
         _ => return format!("was ended by signal {signal}"),
     };
     name.to_owned()
+}
+
+/// Ends a host with all processes that its FMU has made, in whatever session: as long as it lives they are below it.
+pub(super) fn end(host: &mut Child) {
+    if let Some(id) = i32::try_from(host.id()).ok().and_then(Pid::from_raw) {
+        let mut all = vec![id];
+        let mut at = 0;
+        while let (Ok(None), Some(process)) = (host.try_wait(), all.get(at)) {
+            all.extend(children(*process));
+            at += 1;
+        }
+        all.iter().skip(1).for_each(|below| _ = kill_process(*below, Signal::KILL));
+        let _ = kill_process_group(id, Signal::KILL);
+    }
+    let _ = host.kill();
+    let _ = host.wait();
 }

@@ -3,6 +3,7 @@
 #![allow(unsafe_code)] // the boundary of the process
 
 use std::ffi::c_void;
+use std::time::Duration;
 
 use super::super::frame::Writer;
 use super::{FREE, Fault, INSTANTIATE, Link};
@@ -63,6 +64,12 @@ impl Remote {
     pub(crate) fn abandon(&self) {
         // SAFETY: as above.
         unsafe { (*self.0).abandon() }
+    }
+
+    /// How long a call may take.
+    pub(crate) fn deadline(&self) -> Option<Duration> {
+        // SAFETY: as above.
+        unsafe { (*self.0).deadline() }
     }
 
     /// Why there is no process any more.

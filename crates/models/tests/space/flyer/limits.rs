@@ -154,7 +154,7 @@ fn what_cannot_be_is_refused() {
     let at = f.parameter;
     for (place, value, words) in [
         (at.body_inertia + 9, -1.0, "bodyInertia of body 2: its principal moments"),
-        (at.base_inertia + 4, 9e9, "baseInertia: its principal moments"),
+        (at.base_inertia + 4, -9e9, "baseInertia: its principal moments"),
         (at.base_inertia + 1, 3.0, "inertia[1,2] = 3"),
         (at.joint_orientation, 0.5, "jointOrientation of body 1 = 0.5, 0, 0, 0 has length 0.5000"),
         (at.joint_axis + 2, 0.0, "jointAxis of body 1 has length 0"),

@@ -1,7 +1,9 @@
 //! Sizes that the pages of a Parquet column claim, looked at before any of them is given memory.
 
-/// No compression that is read here makes more of a byte (Snappy: 22).
+/// What Snappy at most makes of a byte is 22.
 const EXPANDS: u64 = 64;
+/// zstd and gzip make any number of bytes of a few: a page may claim so much at least. Writers make pages of about a megabyte.
+const PAGE: u64 = 64 << 20;
 
 /// Whether what the headers of a column chunk's pages announce can be in them.
 ///
@@ -14,7 +16,7 @@ pub(super) fn check(chunk: &[u8]) -> Result<(), String> {
         let [unpacked, packed] = header
             .page()
             .ok_or_else(|| format!("the header of a page at byte {at} of a column is damaged"))?;
-        if unpacked > packed.saturating_mul(EXPANDS) + 64 {
+        if unpacked > packed.saturating_mul(EXPANDS).max(PAGE) {
             return Err(format!("a page of {packed} bytes is said to hold {unpacked}"));
         }
         let packed = usize::try_from(packed).unwrap_or(usize::MAX);

@@ -4,9 +4,9 @@ use std::cmp::Reverse;
 use std::collections::HashSet;
 use std::fmt::Write;
 
-use trueup_cosim::RunLog;
 use trueup_cosim::exchange::LoopLog;
 use trueup_cosim::plan::Plan;
+use trueup_cosim::{FmuCalls, RunLog};
 use trueup_fmi_description::description::Causality;
 use trueup_numerics::Figure;
 
@@ -78,6 +78,7 @@ pub(super) fn log(log: &RunLog) -> String {
     let counts: String = counts.collect();
     let _ = writeln!(out, "{} steps{counts}, to {} s{ended}", log.steps, Figure(log.time));
     let _ = writeln!(out, "algorithm {}: {}", log.algorithm, log.reason);
+    calls(&mut out, &log.calls);
     if let Some(adapted) = &log.adapted {
         let (least, most) = adapted.steps;
         let _ = writeln!(
@@ -90,6 +91,23 @@ pub(super) fn log(log: &RunLog) -> String {
         loops(&mut out, when, all);
     }
     out
+}
+
+/// What each FMU was given, those that were given the same on one line.
+fn calls(out: &mut String, all: &[FmuCalls]) {
+    let mut lines: Vec<(String, Vec<String>)> = Vec::new();
+    for FmuCalls { component, calls, inputs } in all {
+        let how = if inputs.is_empty() { String::new() } else { format!("; {inputs}") };
+        let text = format!("{calls}{how}");
+        let name = if component.is_empty() { "the FMU".to_owned() } else { format!("`{component}`") };
+        match lines.iter_mut().find(|(known, _)| *known == text) {
+            Some((_, names)) => names.push(name),
+            None => lines.push((text, vec![name])),
+        }
+    }
+    for (text, names) in lines {
+        let _ = writeln!(out, "{}: {text}", few(&names));
+    }
 }
 
 /// Those that were solved most often stand for all.

@@ -41,8 +41,14 @@ impl Child {
             command.arg("--verdict-only");
         }
         // Older programs know of none.
-        if self.engine == Engine::Filter {
-            command.args(["--engine", "filter"]);
+        match self.engine {
+            Engine::Balances => {}
+            Engine::Filter => {
+                command.args(["--engine", "filter"]);
+            }
+            Engine::Innovations => {
+                command.args(["--engine", "innovations"]);
+            }
         }
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         let (begun, mut child) = (Instant::now(), command.spawn().map_err(said)?);

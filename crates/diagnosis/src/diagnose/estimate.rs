@@ -1,0 +1,172 @@
+//! Which of two estimates of a set is reported: what page, JSON, FMU and first states have alike.
+//!
+//! Balances and the free-running fit err for different reasons. The one is taken that predicts the recordings for fitting
+//! better over windows; its interval has in it how far the other is off.
+
+use nalgebra::DMatrix;
+use trueup_models::effect;
+
+use super::claim::joint_of;
+use crate::engine::hypothesis::Hypothesis;
+use crate::engine::problem::{Target, Unknown};
+use crate::engine::replay::{Complete, Polished};
+use crate::engine::search::{Fitted, Search, Stated};
+use crate::engine::select::Found;
+use crate::outcome::{Amount, Claimed};
+
+/// Deviation of an effect's size for its law, as a share of it: what another law of the same name would be fitted with.
+const LAW_SPREAD: f64 = 0.025;
+
+impl Fitted {
+    /// Standard deviations of its coordinates, misfit included.
+    pub(crate) fn deviations(&self) -> Vec<f64> {
+        let information = self.information.clone();
+        let inflation = (1.0 + self.excess()).max(1.0);
+        let n = information.nrows();
+        if n == 0 {
+            return Vec::new();
+        }
+        let covariance = information.pseudo_inverse(1e-14).unwrap_or_else(|_| DMatrix::zeros(n, n));
+        (0..n).map(|k| (covariance[(k, k)].max(0.0) * inflation).sqrt()).collect()
+    }
+    /// The model with these values, ready to run freely.
+    fn complete(&self) -> Complete {
+        Complete { stated: self.stated.clone(), theta: self.theta.clone() }
+    }
+}
+
+/// Values with their deviations.
+#[derive(Clone, Debug)]
+struct One {
+    fitted: Fitted,
+    sd: Vec<f64>,
+}
+
+impl One {
+    fn new(fitted: &Fitted) -> Self {
+        Self { fitted: fitted.clone(), sd: fitted.deviations() }
+    }
+    /// Value of an unknown at so many deviations, in its unit.
+    fn value(&self, k: usize, deviations: f64) -> f64 {
+        let u = &self.fitted.stated.unknowns[k];
+        let own = u.scale.value(self.fitted.theta[k] + deviations * self.sd[k]).0;
+        own + self.base(k)
+    }
+    /// What an excess is told above: it is named, and the FMU has it, as the whole.
+    fn base(&self, k: usize) -> f64 {
+        let stated = &self.fitted.stated;
+        let Target::Above { base, .. } = stated.unknowns[k].target else { return 0.0 };
+        let of = |u: &Unknown| u.target == Target::Parameter(base) && u.run.is_none();
+        let at = stated.unknowns.iter().position(of);
+        let fitted = at.map(|k| stated.unknowns[k].scale.value(self.fitted.theta[k]).0);
+        fitted.or_else(|| stated.nominal.get(base).copied()).unwrap_or(0.0)
+    }
+}
+
+/// A set as it is reported: one estimate, and the other one that its intervals have in them.
+#[derive(Clone, Debug)]
+pub(super) struct Estimated {
+    told: One,
+    other: Option<One>,
+}
+
+/// An estimate with the model that runs by it.
+pub(super) struct Reported {
+    pub estimated: Estimated,
+    /// What the FMU has, and what the gap after is of.
+    pub complete: Complete,
+    /// It is that of the free-running fit.
+    pub free: bool,
+}
+
+impl Reported {
+    /// Of a set that the balances fitted, and of its free-running fit where it has one. Windows of that length decide;
+    /// where recordings hold none the free run does, which its own gap is of.
+    pub(super) fn of(
+        search: &Search<'_>,
+        window: Option<f64>,
+        led: &Fitted,
+        free: Option<&Polished>,
+    ) -> Self {
+        let own = free.and_then(|p| Some((&p.complete, p.fitted.as_ref()?)));
+        let Some((complete, fitted)) = own else {
+            return Self { estimated: Estimated::new(led, None), complete: led.complete(), free: false };
+        };
+        let balances = led.complete();
+        let better = window.is_some_and(|w| predicts_better(search, w, &balances, complete));
+        let [told, other] = if better { [led, fitted] } else { [fitted, led] };
+        let complete = if better { balances } else { complete.clone() };
+        Self { estimated: Estimated::new(told, Some(other)), complete, free: !better }
+    }
+}
+
+/// Whether the first predicts the recordings for fitting better than the second: by the logarithms of what they miss, window
+/// by window and channel by channel, as where the size of a misfit is not known. Noises of channels differ by orders of
+/// magnitude, and a window in which a motion bifurcates counts for no more than another one.
+fn predicts_better(search: &Search<'_>, seconds: f64, one: &Complete, other: &Complete) -> bool {
+    let windows = |c: &Complete| search.in_windows(c, &search.case.train, seconds, None).ok();
+    let Some(one) = windows(one) else { return false };
+    let Some(other) = windows(other) else { return true };
+    let pairs = one.iter().zip(&other).flat_map(|(a, b)| a.missed().zip(b.missed()));
+    pairs.map(|(a, b)| (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()).sum::<f64>() < 0.0
+}
+
+impl Estimated {
+    pub(super) fn new(told: &Fitted, other: Option<&Fitted>) -> Self {
+        Self { told: One::new(told), other: other.map(One::new) }
+    }
+    /// The set in numbers.
+    pub(super) fn stated(&self) -> &Stated {
+        &self.told.fitted.stated
+    }
+    /// The estimate.
+    pub(super) fn fitted(&self) -> &Fitted {
+        &self.told.fitted
+    }
+    /// An unknown of the set; its interval has in it what the other estimate says, as far as that is sure, and `form` times
+    /// the value.
+    pub(super) fn amount(&self, k: usize, form: f64) -> Amount {
+        let u = &self.stated().unknowns[k];
+        let value = self.told.value(k, 0.0);
+        let apart = self.other.as_ref().and_then(|o| {
+            let there = o.fitted.place_of(u)?;
+            let sure = (self.told.sd[k] / o.sd[there].max(f64::MIN_POSITIVE)).min(1.0);
+            Some((o.value(there, 0.0) - value) * sure)
+        });
+        let base = self.told.base(k);
+        let end = |sign: f64| {
+            let chance = self.told.value(k, sign * 1.96) - value;
+            value + sign * chance.hypot(apart.unwrap_or(0.0)).hypot(1.96 * form * (value - base))
+        };
+        let bounds = [u.lower + base, u.upper + base];
+        Amount::within(bounds, value, u.unit.clone(), [end(-1.0), end(1.0)])
+    }
+    /// One of its causes, as it is told.
+    pub(super) fn claimed(
+        &self,
+        h: &Hypothesis,
+        probability: f64,
+        plant: effect::Plant,
+        found: &Found,
+    ) -> Claimed {
+        let stated = self.stated();
+        let at = stated.set.iter().position(|o| o == h).unwrap_or(0);
+        let end = stated.begin.get(at + 1).copied().unwrap_or(stated.unknowns.len());
+        let free = (stated.begin[at]..end).filter(|&k| stated.unknowns[k].lower < stated.unknowns[k].upper);
+        // Where it stood when a recording began is a first state. What comes in each recording anew is told of the first one,
+        // as the FMU has it.
+        let free = free.filter(|k| !stated.posed[at].initial.contains(&(k - stated.begin[at])));
+        let free = free.filter(|k| stated.unknowns[*k].run.is_none_or(|run| run == 0));
+        let named = |k: usize| (stated.unknowns[k].stem().to_owned(), self.amount(k, LAW_SPREAD));
+        let alone = found.sets.iter().find(|s| s.stated.set.len() == 1 && s.stated.set[0] == *h);
+        let total = (found.plain.excess() - found.best.excess().min(0.0)).max(1e-12);
+        Claimed {
+            id: h.id.clone(),
+            component: h.component.clone(),
+            joint: joint_of(h, plant),
+            probability,
+            parameters: free.map(named).collect(),
+            closed_alone: alone.map(|s| ((found.plain.excess() - s.excess()) / total).clamp(0.0, 1.0)),
+        }
+    }
+}

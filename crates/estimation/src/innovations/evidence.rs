@@ -1,0 +1,83 @@
+//! Log evidence of a set of columns with normal priors.
+//!
+//! ```text
+//! A = G_11 + diag(1 / sd^2),  b = G_10 + mu / sd^2,  a = A^-1 b
+//! L = -1/2 (G_00 + mu^2 / sd^2 - b a + sum log S) - 1/2 log|A| - sum log sd
+//! ```
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+use super::gram::BaseGram;
+use super::numeric::median;
+
+/// Relative step of a parameter up to which its column is believed.
+pub const TRUST: f64 = 0.3;
+/// How fast evidence falls beyond: one of these is half a nat.
+const BEYOND: f64 = 0.02;
+
+/// Normal priors of amplitudes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct AmplitudePriors {
+    /// Means.
+    pub mean: Vec<f64>,
+    /// Standard deviations.
+    pub deviation: Vec<f64>,
+    /// How many of the first are relative changes of parameters.
+    pub parameters: usize,
+}
+
+impl AmplitudePriors {
+    /// With more amplitudes behind.
+    pub fn with(&self, mean: &[f64], deviation: &[f64]) -> Self {
+        let mean = [&self.mean[..], mean].concat();
+        Self { mean, deviation: [&self.deviation[..], deviation].concat(), parameters: self.parameters }
+    }
+}
+
+/// What the recordings say of a set of columns.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SetEvidence {
+    /// Log evidence, nats.
+    pub log: f64,
+    /// Amplitudes at the posterior mode.
+    pub amplitudes: Vec<f64>,
+    /// What is left of the data with the priors, as a sum of squares.
+    pub squares: f64,
+    /// Readings that count.
+    pub count: usize,
+}
+
+/// Evidence of all columns of a Gram matrix; not finite sums have an evidence of minus infinity.
+pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
+    let n = priors.mean.len();
+    let weight: Vec<f64> = priors.deviation.iter().map(|d| 1.0 / (d * d)).collect();
+    let mut a = DMatrix::from_fn(n, n, |i, j| g.product(i + 1, j + 1));
+    (0..n).for_each(|i| a[(i, i)] += weight[i]);
+    let b: Vec<f64> = (0..n).map(|i| g.product(i + 1, 0) + weight[i] * priors.mean[i]).collect();
+    let scale: Vec<f64> = (0..n).map(|i| a[(i, i)].sqrt()).collect();
+    let scaled = DMatrix::from_fn(n, n, |i, j| a[(i, j)] / (scale[i] * scale[j]));
+    let ridges = [0.0, 1e-6, 1e-4, 1e-2, 1.0];
+    let factor = ridges.iter().find_map(|e| Cholesky::new(&scaled + DMatrix::identity(n, n) * *e));
+    let Some(factor) = factor else {
+        let (log, squares) = (f64::NEG_INFINITY, f64::INFINITY);
+        return SetEvidence { log, amplitudes: vec![0.0; n], squares, count: g.count };
+    };
+    let right = DVector::from_fn(n, |i, _| b[i] / scale[i]);
+    let solved = factor.solve(&right);
+    let amplitudes: Vec<f64> = (0..n).map(|i| solved[i] / scale[i]).collect();
+    let prior: f64 = (0..n).map(|i| weight[i] * priors.mean[i].powi(2)).sum();
+    let explained: f64 = b.iter().zip(&amplitudes).map(|(b, a)| b * a).sum();
+    let squares = g.product(0, 0) + prior - explained;
+    let volume: f64 = (0..n).map(|i| factor.l_dirty()[(i, i)].ln() + scale[i].ln()).sum();
+    let width: f64 = weight.iter().map(|w| w.ln()).sum();
+    let mut log = -0.5 * (squares + g.log_variance) - volume + 0.5 * width;
+    // A longer step of a parameter was linearised elsewhere; all together change nothing, hence the median.
+    let steps = &amplitudes[..priors.parameters];
+    let middle = if steps.len() > 2 { median(steps.to_vec()) } else { 0.0 };
+    let far = steps.iter().map(|x| (((x - middle).abs() - TRUST).max(0.0) / BEYOND).powi(2));
+    log -= 0.5 * far.sum::<f64>();
+    if !log.is_finite() {
+        log = f64::NEG_INFINITY;
+    }
+    SetEvidence { log, amplitudes, squares, count: g.count }
+}

@@ -1,0 +1,388 @@
+//! A plant with its recordings, the nuisances that the data decide, and the smoothed trajectory.
+
+use std::rc::Rc;
+
+use super::column::{AppliedLaw, Column, OwnForces};
+use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
+use super::filter::{DataColumn, FilterGains, FilterInput};
+use super::gram::{GroupGram, GroupSums, PackedColumns, PassedBase};
+use super::intake::{NodeIntake, input_force};
+use super::kernel::SizeError;
+use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
+use super::numeric::{over_steps, quantile};
+use super::plant::ForcedPlant;
+use super::recording::{LateChannel, Linearisation, NodeRecording};
+use super::signs::{DrySigns, SignRule};
+use super::smoother::smooth_recording;
+
+/// Least and largest intensity of a latent, in usual forces.
+pub const INTENSITY: [f64; 2] = [5e-4, 20.0];
+
+/// A structure of the plant with late channels, and all that belongs to it.
+#[derive(Clone)]
+pub struct InnovationsFrame {
+    /// The case's recordings.
+    pub intake: Rc<NodeIntake>,
+    /// The plant with its nominal values and beliefs.
+    pub plant: Rc<dyn ForcedPlant>,
+    /// Parameters in hand.
+    pub theta: Vec<f64>,
+    /// Parameters with which hypotheses begin.
+    pub start: Vec<f64>,
+    /// Parameters that are unknown.
+    pub unknown: Vec<usize>,
+    /// Recordings.
+    pub runs: Vec<NodeRecording>,
+    /// Speed of rest, rad/s.
+    pub rest: f64,
+    /// White force in a step, in usual forces.
+    pub white: f64,
+    /// Factor of the variance of readings.
+    pub scale: f64,
+    /// Intensities of the latents, in usual forces.
+    pub q: Vec<f64>,
+    /// Evidence of the model alone at these.
+    pub evidence: f64,
+    /// Largest torque held at rest, in levels of dry friction.
+    pub release: f64,
+    /// Speed that is reached or exceeded 3 % of the time, rad/s.
+    pub usual_speed: f64,
+    /// Least speed that the encoder tells from rest, rad/s.
+    pub least_rest: f64,
+    /// Tangent of the laws in force.
+    pub feedback: Feedback,
+}
+
+impl InnovationsFrame {
+    /// Of a plant and recordings, one channel put back by its delay.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn new(
+        intake: &Rc<NodeIntake>,
+        plant: Rc<dyn ForcedPlant>,
+        late: LateChannel,
+    ) -> Result<Self, SizeError> {
+        let values: Vec<f64> = plant.parameters().iter().map(|p| p.value).collect();
+        let unknown = (0..values.len()).filter(|k| values[*k] > 0.0).collect();
+        let runs = intake.recordings.iter().map(|r| NodeRecording::new(intake, &*plant, r, late));
+        let mut frame = Self {
+            intake: intake.clone(),
+            theta: values.clone(),
+            start: values,
+            unknown,
+            runs: runs.collect(),
+            rest: 0.0,
+            white: 0.002,
+            scale: 1.0,
+            q: vec![0.3; plant.coordinates().len()],
+            evidence: f64::NEG_INFINITY,
+            release: 1.0,
+            usual_speed: 0.0,
+            least_rest: 0.0,
+            feedback: Feedback::default(),
+            plant,
+        };
+        let all = frame.runs.iter().flat_map(|r| r.speed.iter().map(|v| v.abs()));
+        frame.usual_speed = quantile(all.collect(), 0.97);
+        let encoder = intake.channel_of(frame.driven_state()).unwrap_or(0);
+        let resolution = intake.channels.get(encoder).map_or(0.0, |c| c.resolution);
+        frame.least_rest = (2.0 * resolution / 0.016).max(1e-4 * frame.usual_speed);
+        frame.rest = frame.least_rest.max(0.003 * frame.usual_speed);
+        frame.signs_from_readings();
+        frame.linearise();
+        // The size is looked at once, here.
+        frame.gains(0, &frame.q, false)?;
+        Ok(frame)
+    }
+
+    /// Number of coordinates.
+    pub fn coordinates(&self) -> usize {
+        self.plant.coordinates().len()
+    }
+    /// Number of channels.
+    pub fn channels(&self) -> usize {
+        self.intake.channels.len()
+    }
+    /// The coordinate that the first input drives; dry friction of the nominal plant acts there.
+    pub fn driven(&self) -> usize {
+        self.plant.input_forces().first().map_or(0, |i| i.coordinate)
+    }
+    fn driven_state(&self) -> usize {
+        self.plant.coordinates()[self.driven()].position
+    }
+    /// Level of dry friction in hand, N.m.
+    pub fn dry_level(&self) -> f64 {
+        self.plant.coordinates()[self.driven()].dry.map_or(0.0, |k| self.theta[k])
+    }
+    /// Whether more than one angle is read.
+    pub fn two_angles(&self) -> bool {
+        self.intake.channels.iter().filter(|c| c.angle).count() > 1
+    }
+    /// Same intensity of all latents but that of the driven coordinate.
+    pub fn intensities(&self, driven: f64, others: f64) -> Vec<f64> {
+        (0..self.coordinates()).map(|c| if c == self.driven() { driven } else { others }).collect()
+    }
+
+    /// Rule of signs of a recording.
+    pub fn sign_rule(&self, recording: usize) -> SignRule {
+        let drive = self.plant.input_forces().first().map_or(0.0, |i| i.per_unit(&self.theta));
+        let samples = self.intake.recordings[recording].inputs.first().and_then(Option::as_ref);
+        let largest = samples.map_or(0.0, |i| i.values.iter().fold(0.0, |m: f64, v| m.max(v.abs())));
+        let dt = self.runs[recording].dt;
+        SignRule { rest: self.rest, level: self.dry_level(), drive: drive * largest, dt }
+    }
+    /// Signs anew from the speed of the readings.
+    pub fn signs_from_readings(&mut self) {
+        self.set_signs(|r| r.speed.clone());
+    }
+    /// Signs anew from the smoothed speed.
+    pub fn signs_from_states(&mut self) {
+        let velocity = self.plant.coordinates()[self.driven()].velocity;
+        self.set_signs(|r| r.state(velocity));
+    }
+    /// Signs anew from the smoothed speed of another frame of the same recordings, with its misplaced events.
+    pub fn signs_along(&mut self, other: &Self) {
+        let velocity = self.plant.coordinates()[self.driven()].velocity;
+        for k in 0..self.runs.len() {
+            let rule = self.sign_rule(k);
+            let o = &other.runs[k];
+            self.runs[k].signs = Rc::new(DrySigns::new(&o.state(velocity), &o.signs.misplaced, &rule));
+        }
+    }
+    fn set_signs(&mut self, speed: impl Fn(&NodeRecording) -> Vec<f64>) {
+        for k in 0..self.runs.len() {
+            let rule = self.sign_rule(k);
+            let r = &mut self.runs[k];
+            r.signs = Rc::new(DrySigns::new(&speed(r), &r.signs.misplaced, &rule));
+        }
+    }
+    /// Rest and signs of all recordings.
+    pub fn signs(&self) -> Vec<Rc<DrySigns>> {
+        self.runs.iter().map(|r| r.signs.clone()).collect()
+    }
+    /// Puts rest and signs back.
+    pub fn restore_signs(&mut self, signs: &[Rc<DrySigns>]) {
+        self.runs.iter_mut().zip(signs).for_each(|(r, s)| r.signs = s.clone());
+    }
+
+    /// Steps and rows about the parameters in hand, where they are not those.
+    fn linearise(&mut self) {
+        let point: Vec<f64> = self.theta.iter().chain(&self.feedback.0).copied().collect();
+        let linear = LinearPoint { plant: &*self.plant, theta: &self.theta, feedback: &self.feedback };
+        let driven = self.driven();
+        let held = (0..self.coordinates()).map(|c| self.plant.held_with(driven, c)).collect();
+        let modes = [vec![false; self.coordinates()], held];
+        let states: Vec<usize> = self.intake.channels.iter().map(|c| c.state).collect();
+        for r in &mut self.runs {
+            let old = r.linear.as_ref().filter(|l| l.point == point);
+            if old.is_some_and(|l| Rc::ptr_eq(&l.signs, &r.signs)) {
+                continue;
+            }
+            let steps = old.map_or_else(
+                || modes.iter().map(|m| PlantStep::new(&linear, m, r.dt)).collect(),
+                |l| l.steps.clone(),
+            );
+            let rows = ReadingRows::new(&linear, &states, &modes, &r.signs.mode, &r.moments);
+            let signs = r.signs.clone();
+            r.linear = Some(Rc::new(Linearisation { point: point.clone(), signs, steps, rows }));
+        }
+    }
+
+    /// Gains of a recording at these intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn gains(&self, recording: usize, q: &[f64], keep: bool) -> Result<FilterGains<'_>, SizeError> {
+        FilterGains::new(self.filter_input(recording, q)?, keep)
+    }
+
+    /// What the filter of a recording takes at these intensities.
+    fn filter_input(&self, recording: usize, q: &[f64]) -> Result<FilterInput<'_>, SizeError> {
+        let r = &self.runs[recording];
+        let raw = &self.intake.recordings[recording];
+        let unit = self.plant.usual_force();
+        let (states, forces, channels) = (self.plant.states(), self.coordinates(), self.channels());
+        let mut white = vec![0.0; forces];
+        self.plant.white_shares(&self.theta, &mut white);
+        white.iter_mut().for_each(|w| *w *= self.white * unit);
+        if let (Some(input), Some(Some(samples))) = (self.plant.input_forces().first(), raw.inputs.first()) {
+            let noise = self.intake.input_noise / samples.samples_per_step().max(1.0).sqrt();
+            let w = &mut white[input.coordinate];
+            *w = w.hypot(input.per_unit(&self.theta) * noise);
+        }
+        let latent: Vec<f64> = q.iter().map(|q| q * unit).collect();
+        let size = states + forces;
+        let mut first = vec![0.0; size * size];
+        for i in 0..states {
+            first[size * i..size * i + states]
+                .copy_from_slice(&r.first_variance[states * i..states * (i + 1)]);
+        }
+        for (c, l) in latent.iter().enumerate() {
+            first[(size + 1) * (states + c)] = l * l;
+        }
+        let mut variance = vec![0.0; r.nodes * channels];
+        for t in 0..r.nodes {
+            let jitter = (raw.stamp * r.speed[t]).powi(2) / 12.0;
+            for (c, channel) in self.intake.channels.iter().enumerate() {
+                let at = channels * t + c;
+                if r.count[at] > 0.0 {
+                    let late = if channel.angle { jitter } else { 0.0 };
+                    variance[at] = (self.scale * channel.variance + late) / r.count[at];
+                }
+            }
+        }
+        let Some(linear) = &r.linear else { return Err(SizeError { states: size, forces }) };
+        let plant = &*self.plant;
+        let noise = linear.steps.iter().map(|s| s.noise(plant, r.dt, &white, &latent, self.rest)).collect();
+        Ok(FilterInput {
+            steps: &linear.steps,
+            noise,
+            mode: &r.signs.mode,
+            unknown: &r.signs.unknown,
+            unknown_on: (self.driven(), self.driven_state()),
+            rows: &linear.rows,
+            variance,
+            counted: &r.counted,
+            first,
+            forces,
+            channels,
+        })
+    }
+
+    /// What pushes a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
+    fn known(&self, recording: usize, own: Option<&OwnForces>) -> Vec<Vec<f64>> {
+        let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
+        let mut all = vec![vec![0.0; r.nodes]; self.coordinates()];
+        for (force, means) in self.plant.input_forces().iter().zip(&raw.means) {
+            let sum = all[force.coordinate].iter_mut();
+            sum.zip(input_force(force, &self.theta, means)).for_each(|(s, f)| *s += f);
+        }
+        let level = self.dry_level();
+        let friction = all[self.driven()].iter_mut();
+        friction.zip(&r.signs.mean).for_each(|(s, m)| *s -= level * m);
+        if let Some(own) = own {
+            for (sum, f) in all.iter_mut().zip(&own.forces) {
+                sum.iter_mut().zip(f).for_each(|(s, f)| *s += f);
+            }
+        }
+        if !self.feedback.is_none() {
+            let states = self.plant.states();
+            for (c, sum) in all.iter_mut().enumerate() {
+                let gains = &self.feedback.0[states * c..states * (c + 1)];
+                let size = states + self.coordinates();
+                let force = |x: &[f64]| gains.iter().zip(x).map(|(g, x)| g * x).sum::<f64>();
+                let nodes: Vec<f64> = r.states.chunks(size).map(force).collect();
+                sum.iter_mut().zip(over_steps(&nodes)).for_each(|(s, f)| *s -= f);
+            }
+        }
+        all
+    }
+
+    fn first_with_latents(&self, recording: usize) -> Vec<f64> {
+        let mut first = self.runs[recording].first.clone();
+        first.resize(self.plant.states() + self.coordinates(), 0.0);
+        first
+    }
+
+    /// Smooths all recordings at these intensities, with the forces of a hypothesis, one entry a recording, or none.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn smooth(&mut self, q: &[f64], own: Option<Vec<OwnForces>>) -> Result<(), SizeError> {
+        self.linearise();
+        let nothing = |r: &NodeRecording| OwnForces::none(self.coordinates(), self.channels(), r.nodes);
+        let own: Vec<OwnForces> = own.unwrap_or_else(|| self.runs.iter().map(nothing).collect());
+        for (k, own) in own.into_iter().enumerate() {
+            let mut readings = self.runs[k].readings.to_vec();
+            for (c, error) in own.readings.iter().enumerate() {
+                let all = readings.iter_mut().skip(c).step_by(self.channels());
+                all.zip(error).for_each(|(y, e)| *y -= e);
+            }
+            let data =
+                DataColumn { forces: self.known(k, Some(&own)), readings, first: self.first_with_latents(k) };
+            let smoothed = smooth_recording(&self.gains(k, q, true)?, &data)?;
+            let r = &mut self.runs[k];
+            (r.states, r.scores, r.own) = (smoothed.states, smoothed.scores, own);
+        }
+        Ok(())
+    }
+
+    /// The data column of each recording.
+    pub fn data(&self) -> Vec<DataColumn> {
+        let one = |k: usize| DataColumn {
+            forces: self.known(k, None),
+            readings: self.runs[k].readings.to_vec(),
+            first: self.first_with_latents(k),
+        };
+        (0..self.runs.len()).map(one).collect()
+    }
+
+    /// The base of a set: data, nuisances and laws, with their priors.
+    pub fn packed(&self, laws: &[AppliedLaw]) -> (PackedColumns, AmplitudePriors) {
+        let (mut columns, mut priors) = self.nuisances();
+        for law in laws {
+            columns.extend(law.columns.iter().cloned());
+            priors = priors.with(&law.mean, &law.deviation);
+        }
+        (PackedColumns::new(self.data(), &columns, self.channels()), priors)
+    }
+
+    /// Passes a base at these intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
+        self.linearise();
+        let (mut gram, mut gains, mut innovations) = (packed.nothing(), Vec::new(), Vec::new());
+        for k in 0..self.runs.len() {
+            let g = self.gains(k, q, false)?;
+            innovations.push(packed.pass_base(k, &g, &mut gram)?);
+            gains.push((g.gain, g.variance));
+        }
+        Ok(PassedBase { gram: gram.mirrored(), gains, innovations })
+    }
+
+    /// Gram matrices of groups beside a base that was passed at the same intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn pass_groups(
+        &self,
+        packed: &PackedColumns,
+        base: &PassedBase,
+        groups: &[&[Column]],
+        q: &[f64],
+    ) -> Result<Vec<GroupGram>, SizeError> {
+        let mut sums = GroupSums::new(packed, groups);
+        for (k, (gain, variance)) in base.gains.iter().enumerate() {
+            let (gain, variance) = (gain.clone(), variance.clone());
+            let input = self.filter_input(k, q)?;
+            let gains = FilterGains { input, gain, variance, predicted: Vec::new() };
+            sums.pass(k, &gains, &base.innovations[k])?;
+        }
+        Ok(sums.done())
+    }
+
+    /// Evidence of a base at these intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn evidence_of(
+        &mut self,
+        (packed, priors): &(PackedColumns, AmplitudePriors),
+        q: &[f64],
+    ) -> Result<SetEvidence, SizeError> {
+        Ok(log_evidence(&self.pass_base(packed, q)?.gram, priors))
+    }
+
+    /// Parameters and trajectory with which hypotheses begin.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn reset(&mut self, q: &[f64]) -> Result<(), SizeError> {
+        self.theta.clone_from(&self.start);
+        self.feedback = Feedback::default();
+        self.smooth(q, None)
+    }
+}

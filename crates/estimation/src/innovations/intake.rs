@@ -1,0 +1,343 @@
+//! From a case's recordings to even nodes for the filter.
+//!
+//! A step is 2 to 6 ms, so that a held input has one value in it. Readings keep their own times: those nearest to a node are
+//! averaged and enter there through the moments of their times. The input is its exact mean over each step. Nothing is
+//! interpolated between readings and nothing is left out.
+
+use trueup_signals::{Channel, Interpolation, Loaded, Recording};
+
+use super::numeric::median;
+use super::plant::{ForcedPlant, InputForce};
+
+/// What goes before counts for nothing, s: the filter settles. Longer than the longest delay that is looked for.
+const START: f64 = 0.12;
+/// Readings of a channel in every recording, below which it is not used.
+const FEW: usize = 50;
+/// Correlation of noise from reading to reading, below which it counts as white.
+const WHITE: f64 = 0.1;
+/// Least error of an angle, in usual deflections: what no model of a joint resolves.
+const UNRESOLVED: f64 = 5e-4;
+
+/// A case that cannot be taken to nodes.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum NodesError {
+    /// Nothing holds the trajectory.
+    #[error("{case}: no angle was recorded in all of train; record motorAngle or loadAngle in each of them")]
+    NoAngle {
+        /// Which case.
+        case: String,
+    },
+    /// The drive is not known.
+    #[error("{recording}: {channel} was not recorded; record it, or leave the recording out of train")]
+    NoInput {
+        /// Which recording.
+        recording: String,
+        /// Which channel.
+        channel: String,
+    },
+    /// Too few samples to begin with.
+    #[error("{recording}: {samples} samples are too few for nodes; leave the recording out of train")]
+    Short {
+        /// Which recording.
+        recording: String,
+        /// How many.
+        samples: usize,
+    },
+}
+
+/// An input as it was recorded.
+#[derive(Clone, Debug)]
+pub struct RecordedInput {
+    /// Since the first node, s, increasing.
+    pub time: Vec<f64>,
+    /// Values.
+    pub values: Vec<f64>,
+    hold: bool,
+    dt: f64,
+    nodes: usize,
+}
+
+/// Readings of a channel by node.
+#[derive(Clone, Debug, Default)]
+pub struct NodeReadings {
+    /// Nodes with a reading, increasing.
+    pub node: Vec<usize>,
+    /// Readings there.
+    pub count: Vec<f64>,
+    /// Their mean.
+    pub mean: Vec<f64>,
+    /// Mean of their times since the first node, s.
+    pub time: Vec<f64>,
+    /// Variance of these times, s2.
+    pub spread: Vec<f64>,
+    /// Whether they count.
+    pub counted: Vec<bool>,
+}
+
+/// A recording before any channel is taken to be late.
+#[derive(Clone, Debug)]
+pub struct IntakeRecording {
+    /// Its name.
+    pub name: String,
+    /// Step of the nodes, s.
+    pub dt: f64,
+    /// Number of nodes.
+    pub nodes: usize,
+    /// Rounding of time stamps that are not even, s; 0 for even ones.
+    pub stamp: f64,
+    /// The inputs, in the order of the plant's input forces; `None`: not recorded.
+    pub inputs: Vec<Option<RecordedInput>>,
+    /// Their means over each step.
+    pub means: Vec<Vec<f64>>,
+    /// Readings, one entry a channel.
+    pub readings: Vec<NodeReadings>,
+}
+
+/// What is known of a channel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IntakeChannel {
+    /// Its name.
+    pub name: String,
+    /// Index among the readings of the plant.
+    pub reading: usize,
+    /// State that it shows.
+    pub state: usize,
+    /// An angle; else a rate.
+    pub angle: bool,
+    /// One count and the width of white noise together, in the state's unit.
+    pub resolution: f64,
+    /// Variance of one reading, in the square of the state's unit.
+    pub variance: f64,
+}
+
+/// The recordings of a case for fitting.
+#[derive(Clone, Debug)]
+pub struct NodeIntake {
+    /// Recordings, in the order of the case.
+    pub recordings: Vec<IntakeRecording>,
+    /// Channels that all of them have, in the order of the plant's readings.
+    pub channels: Vec<IntakeChannel>,
+    /// Standard deviation of the noise of the first input.
+    pub input_noise: f64,
+}
+
+/// Root mean square of all samples of a channel of the recordings for fitting.
+pub fn root_mean_square(loaded: &Loaded, channel: &str) -> f64 {
+    let all = || loaded.train().into_iter().filter_map(|r| r.channel(channel)).flat_map(|c| &c.values);
+    (all().map(|v| v * v).sum::<f64>() / all().count().max(1) as f64).sqrt()
+}
+
+impl NodeIntake {
+    /// Of a case's recordings for fitting.
+    ///
+    /// # Errors
+    /// See [`NodesError`].
+    pub fn new(loaded: &Loaded, plant: &dyn ForcedPlant) -> Result<Self, NodesError> {
+        let train = loaded.train();
+        let enough = |name: &str| {
+            train.iter().all(|r| r.channel(name).is_some_and(|c| c.len() > FEW)) && !train.is_empty()
+        };
+        let mut channels = Vec::new();
+        for (reading, r) in plant.readings().iter().enumerate().filter(|(_, r)| enough(r.name)) {
+            let sensor = train.iter().find_map(|t| t.channel(r.name)).map(|c| c.sensor.clone());
+            let sensor = sensor.unwrap_or_default();
+            let resolution = sensor.resolution.unwrap_or(0.0) * r.factor;
+            let noise = sensor.noise.unwrap_or(0.0) * r.factor;
+            // Where the rounding alone was declared as noise it is not counted twice.
+            let rounding = (noise - resolution / 12f64.sqrt()).abs() < 0.02 * resolution;
+            let white = if rounding { 0.0 } else { noise * noise };
+            let floor = if r.angle { (UNRESOLVED * plant.usual_deflection()).powi(2) } else { 0.0 };
+            let counting = 1.5 * resolution * resolution / 12.0;
+            channels.push(IntakeChannel {
+                name: r.name.to_owned(),
+                reading,
+                state: r.state,
+                angle: r.angle,
+                resolution: (resolution * resolution + 12.0 * white).sqrt(),
+                variance: (counting + white) * colour(loaded, r.name) + floor + 1e-300,
+            });
+        }
+        if !channels.iter().any(|c| c.angle) {
+            return Err(NodesError::NoAngle { case: loaded.case.file.display().to_string() });
+        }
+        let drive = plant.input_forces().first().map_or("", |i| i.name);
+        let known = train.iter().find_map(|r| r.channel(drive)).and_then(|c| c.sensor.noise);
+        let recordings = train.iter().map(|r| recording(r, plant, &channels)).collect::<Result<_, _>>()?;
+        Ok(Self { recordings, channels, input_noise: known.unwrap_or(0.0) })
+    }
+
+    /// Index of a channel by its name.
+    pub fn channel(&self, name: &str) -> Option<usize> {
+        self.channels.iter().position(|c| c.name == name)
+    }
+    /// Index of the channel that shows a state.
+    pub fn channel_of(&self, state: usize) -> Option<usize> {
+        self.channels.iter().position(|c| c.state == state)
+    }
+    /// By how much the zeros of the angles differ, as a standard deviation: the sum of their resolutions.
+    pub fn zero(&self) -> f64 {
+        self.channels.iter().filter(|c| c.angle).map(|c| c.resolution).sum()
+    }
+}
+
+/// Variance of a mean of coloured noise over that of white noise, from a recording at rest.
+fn colour(loaded: &Loaded, channel: &str) -> f64 {
+    let rest = loaded.rest();
+    let Some(c) = rest.first().and_then(|r| r.channel(channel)).filter(|c| c.len() > FEW) else { return 1.0 };
+    let mean = c.values.iter().sum::<f64>() / c.len() as f64;
+    let square = c.values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / c.len() as f64;
+    let next = c.values.windows(2).map(|w| (w[0] - mean) * (w[1] - mean)).sum::<f64>();
+    if square <= 0.0 {
+        return 1.0;
+    }
+    let r = (next / (c.len() - 1) as f64 / square).clamp(0.0, 0.9);
+    if r > WHITE { (1.0 + r) / (1.0 - r) } else { 1.0 }
+}
+
+/// Times of all rows with a sample of any channel.
+fn rows(r: &Recording) -> Vec<f64> {
+    let mut all: Vec<f64> = r.channels.iter().flat_map(|c| c.time.iter().copied()).collect();
+    all.sort_unstable_by(f64::total_cmp);
+    all.dedup();
+    all
+}
+
+fn recording(
+    r: &Recording,
+    plant: &dyn ForcedPlant,
+    channels: &[IntakeChannel],
+) -> Result<IntakeRecording, NodesError> {
+    let times = rows(r);
+    if times.len() <= FEW {
+        return Err(NodesError::Short { recording: r.name.clone(), samples: times.len() });
+    }
+    let (first, last) = (times[0], times[times.len() - 1]);
+    let gaps: Vec<f64> = times.windows(2).map(|w| w[1] - w[0]).collect();
+    let sample = median(gaps.clone());
+    let dt = if sample < 6e-3 {
+        sample * (2e-3 / sample).round_ties_even().max(1.0)
+    } else {
+        sample / (sample / 4e-3).round_ties_even()
+    };
+    let rounded =
+        |d: i32| times.iter().all(|t| (t * 10f64.powi(d) - (t * 10f64.powi(d)).round()).abs() < 1e-3);
+    let stamp = (3..9).find(|d| rounded(*d)).map_or(0.0, |d| 10f64.powi(-d));
+    let uneven = gaps.iter().any(|g| (g - sample).abs() > 1.5 * stamp);
+    let nodes = ((last - first) / dt + 0.5) as usize + 1;
+    let mut inputs = Vec::new();
+    for (k, force) in plant.input_forces().iter().enumerate() {
+        let input = r.channel(force.name).filter(|c| !c.is_empty());
+        if k == 0 && input.is_none_or(|c| c.len() <= FEW) {
+            let (recording, channel) = (r.name.clone(), force.name.to_owned());
+            return Err(NodesError::NoInput { recording, channel });
+        }
+        inputs.push(input.map(|c| RecordedInput::new(c, first, dt, nodes)));
+    }
+    let means = inputs.iter().map(|i| i.as_ref().map_or_else(|| vec![0.0; nodes], RecordedInput::means));
+    let means = means.collect();
+    let reading = |c: &IntakeChannel| {
+        let factor = plant.readings()[c.reading].factor;
+        r.channel(&c.name).map_or_else(NodeReadings::default, |x| by_node(x, factor, first, dt, nodes))
+    };
+    let readings = channels.iter().map(reading).collect();
+    let stamp = if uneven { stamp } else { 0.0 };
+    Ok(IntakeRecording { name: r.name.clone(), dt, nodes, stamp, inputs, means, readings })
+}
+
+fn by_node(c: &Channel, factor: f64, first: f64, dt: f64, nodes: usize) -> NodeReadings {
+    let mut out = NodeReadings::default();
+    let mut begin = 0;
+    let time = |k: usize| c.time[k] - first;
+    let node = |k: usize| ((time(k) / dt).round_ties_even().max(0.0) as usize).min(nodes - 1);
+    while begin < c.len() {
+        let at = node(begin);
+        let end = (begin..c.len()).find(|k| node(*k) != at).unwrap_or(c.len());
+        let count = (end - begin) as f64;
+        let mean = |f: &dyn Fn(usize) -> f64| (begin..end).map(f).sum::<f64>() / count;
+        let middle = mean(&time);
+        out.node.push(at);
+        out.count.push(count);
+        out.mean.push(mean(&|k| c.values[k] * factor));
+        out.time.push(middle);
+        out.spread.push(mean(&|k| (time(k) - middle).powi(2)));
+        out.counted.push(middle > START);
+        begin = end;
+    }
+    out
+}
+
+impl RecordedInput {
+    fn new(c: &Channel, first: f64, dt: f64, nodes: usize) -> Self {
+        let time = c.time.iter().map(|t| t - first).collect();
+        Self { time, values: c.values.clone(), hold: c.interpolation == Interpolation::Hold, dt, nodes }
+    }
+
+    /// Samples in a step, on average.
+    pub fn samples_per_step(&self) -> f64 {
+        self.time.len() as f64 / self.nodes as f64
+    }
+    /// Exact means over each step.
+    pub fn means(&self) -> Vec<f64> {
+        self.shaped(&self.values, 0.0)
+    }
+    /// Exact means over each step of other values at the same times.
+    pub fn means_of(&self, values: &[f64]) -> Vec<f64> {
+        self.shaped(values, 0.0)
+    }
+    /// The same after a dead time, s.
+    pub fn delayed(&self, delay: f64) -> Vec<f64> {
+        self.shaped(&self.values, delay)
+    }
+    /// The same after a first-order lag of this time constant, s: x follows (i - x) / T, mean of x = mean of i - T (rise of x) / step.
+    pub fn lagged(&self, lag: f64) -> Vec<f64> {
+        let mut means = self.means();
+        let kept = (-self.dt / lag).exp();
+        let mut x = means.first().copied().unwrap_or(0.0);
+        for m in &mut means {
+            let next = (1.0 - kept) * *m + kept * x;
+            *m -= lag * (next - x) / self.dt;
+            x = next;
+        }
+        means
+    }
+
+    /// Differences of the integral at the nodes; the first and the last value go on beyond the ends.
+    fn shaped(&self, u: &[f64], delay: f64) -> Vec<f64> {
+        let t = &self.time;
+        let last = t.len() - 1;
+        let mut sums = vec![0.0];
+        for k in 0..last {
+            let value = if self.hold { u[k] } else { 0.5 * (u[k + 1] + u[k]) };
+            sums.push(sums[k] + value * (t[k + 1] - t[k]));
+        }
+        let mut at = 0;
+        let mut integral = |e: f64| {
+            if e < t[0] {
+                return (e - t[0]) * u[0];
+            }
+            if e >= t[last] {
+                return sums[last] + (e - t[last]) * u[last];
+            }
+            while t[at + 1] < e {
+                at += 1;
+            }
+            let x = e - t[at];
+            let slope = if self.hold { 0.0 } else { (u[at + 1] - u[at]) / (t[at + 1] - t[at]) };
+            sums[at] + u[at] * x + 0.5 * slope * x * x
+        };
+        let mut before = integral(-delay);
+        let step = |k: usize| {
+            let now = integral((k + 1) as f64 * self.dt - delay);
+            let mean = (now - before) / self.dt;
+            before = now;
+            mean
+        };
+        (0..self.nodes).map(step).collect()
+    }
+}
+
+/// Means over each step of the force of one input, N.m.
+pub fn input_force(force: &InputForce, theta: &[f64], means: &[f64]) -> Vec<f64> {
+    let gain = force.per_unit(theta);
+    means.iter().map(|u| gain * u).collect()
+}

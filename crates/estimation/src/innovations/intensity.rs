@@ -1,0 +1,103 @@
+//! Intensities of the latent forces, by the evidence of a base.
+
+use super::evidence::{AmplitudePriors, SetEvidence};
+use super::frame::{INTENSITY, InnovationsFrame};
+use super::gram::PackedColumns;
+use super::kernel::SizeError;
+
+/// Logarithm of the factor up to which two intensities are about the same (4.5).
+pub const ALIKE: f64 = 1.5;
+
+/// Whether intensities are about the same.
+pub fn alike(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a / b).ln().abs() < ALIKE)
+}
+
+/// Sum of squares: the power of the latents.
+pub fn power(q: &[f64]) -> f64 {
+    q.iter().map(|q| q * q).sum()
+}
+
+/// Intensities with what a base has there.
+#[derive(Clone, Debug, Default)]
+pub struct BestIntensities {
+    /// In usual forces.
+    pub q: Vec<f64>,
+    /// Evidence and amplitudes.
+    pub found: SetEvidence,
+}
+
+/// A base with the priors of its amplitudes.
+pub type BaseWithPriors = (PackedColumns, AmplitudePriors);
+
+impl InnovationsFrame {
+    /// Coordinate search by a factor 4 and, with each round, its root.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn search_intensities(
+        &mut self,
+        base: &BaseWithPriors,
+        from: BestIntensities,
+        rounds: usize,
+    ) -> Result<BestIntensities, SizeError> {
+        let (mut best, mut factor) = (from, 4.0f64);
+        for _ in 0..rounds {
+            for k in 0..best.q.len() {
+                let mut moved = false;
+                for by in [1.0 / factor, factor] {
+                    loop {
+                        let mut q = best.q.clone();
+                        q[k] = (q[k] * by).clamp(INTENSITY[0], INTENSITY[1]);
+                        if q[k] == best.q[k] {
+                            break;
+                        }
+                        let found = self.evidence_of(base, &q)?;
+                        if found.log <= best.found.log + 0.1 {
+                            break;
+                        }
+                        (best, moved) = (BestIntensities { q, found }, true);
+                    }
+                    if moved {
+                        break;
+                    }
+                }
+            }
+            factor = factor.sqrt();
+        }
+        Ok(best)
+    }
+
+    /// That of these intensities at which a base has its best evidence.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn best_of(&mut self, base: &BaseWithPriors, all: &[Vec<f64>]) -> Result<BestIntensities, SizeError> {
+        let mut best: Option<BestIntensities> = None;
+        for q in all {
+            let found = self.evidence_of(base, q)?;
+            if best.as_ref().is_none_or(|b| found.log > b.found.log) {
+                best = Some(BestIntensities { q: q.clone(), found });
+            }
+        }
+        Ok(best.unwrap_or_default())
+    }
+
+    /// Intensities and evidence of the model alone, parameters free, about the present trajectory; `wide`: from the best of
+    /// several starts.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn null(&mut self, q: &[f64], rounds: usize, wide: bool) -> Result<(Vec<f64>, f64), SizeError> {
+        let base = self.packed(&[]);
+        let mut all = vec![q.to_vec()];
+        if wide {
+            let starts =
+                [(0.3, 0.3), (0.02, 0.02), (0.002, 0.02), (0.02, 0.002), (0.002, 0.002), (0.002, 0.1)];
+            all.extend(starts.map(|(driven, others)| self.intensities(driven, others)));
+        }
+        let from = self.best_of(&base, &all)?;
+        let best = self.search_intensities(&base, from, rounds)?;
+        Ok((best.q, best.found.log))
+    }
+}

@@ -1,0 +1,185 @@
+//! A plant about its trajectory: steps with their noise, and rows of readings.
+//!
+//! ```text
+//! z = (x, d),  d' = -d / MEMORY + noise,  stationary standard deviations q
+//! z+ = A z + B f + noise of covariance Q          A = exp(F dt), B likewise
+//! reading of state k at time tau after its node:  H = e_k (1 + F m1 + F^2 m2 + F^3 m3),
+//! Dr = m1 e_k B + m2 e_k F B + m3 e_k F^2 B       times the mean of the forces of the step before and of this step
+//! ```
+
+use nalgebra::DMatrix;
+
+use super::plant::ForcedPlant;
+
+/// Memory of the latent forces, s.
+pub const MEMORY: f64 = 0.05;
+
+/// Force on the coordinates that is proportional to the plant's states (coordinates x states, rows of rows): the tangent of
+/// laws that a hypothesis has in force.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Feedback(pub Vec<f64>);
+
+impl Feedback {
+    /// Whether nothing is fed back.
+    pub fn is_none(&self) -> bool {
+        self.0.iter().all(|g| *g == 0.0)
+    }
+}
+
+/// What the plant with its latents is about a point.
+#[derive(Clone, Copy)]
+pub struct LinearPoint<'a> {
+    /// The plant.
+    pub plant: &'a dyn ForcedPlant,
+    /// Its parameters.
+    pub theta: &'a [f64],
+    /// Tangent of laws.
+    pub feedback: &'a Feedback,
+}
+
+impl LinearPoint<'_> {
+    /// Number of states with the latents.
+    pub fn size(&self) -> usize {
+        self.plant.states() + self.plant.coordinates().len()
+    }
+
+    /// F and B in continuous time, states with the latents.
+    fn rates(&self, stuck: &[bool]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let (n, forces, size) = (self.plant.states(), stuck.len(), self.size());
+        let (mut by_state, mut by_force) = (vec![0.0; n * n], vec![0.0; n * forces]);
+        self.plant.tangent(self.theta, stuck, &mut by_state, &mut by_force);
+        let b = DMatrix::from_row_slice(n, forces, &by_force);
+        let mut f = DMatrix::from_row_slice(n, n, &by_state);
+        if !self.feedback.0.is_empty() {
+            f += &b * DMatrix::from_row_slice(forces, n, &self.feedback.0);
+            for (c, _) in self.plant.coordinates().iter().zip(stuck).filter(|(_, s)| **s) {
+                f.column_mut(c.velocity).fill(0.0);
+            }
+        }
+        let mut full = DMatrix::zeros(size, size);
+        full.view_mut((0, 0), (n, n)).copy_from(&f);
+        full.view_mut((0, n), (n, forces)).copy_from(&b);
+        (n..size).for_each(|i| full[(i, i)] = -1.0 / MEMORY);
+        let mut inputs = DMatrix::zeros(size, forces);
+        inputs.view_mut((0, 0), (n, forces)).copy_from(&b);
+        (full, inputs)
+    }
+}
+
+/// A step without its noise; `a` size x size, `b` size x coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlantStep {
+    /// Which coordinates rest.
+    pub stuck: Vec<bool>,
+    /// Transition.
+    pub a: Vec<f64>,
+    /// Effect of forces that are constant over the step.
+    pub b: Vec<f64>,
+}
+
+fn row_major(m: &DMatrix<f64>) -> Vec<f64> {
+    m.transpose().as_slice().to_vec()
+}
+
+impl PlantStep {
+    /// A step of `dt` s with these coordinates at rest.
+    pub fn new(point: &LinearPoint<'_>, stuck: &[bool], dt: f64) -> Self {
+        let (size, forces) = (point.size(), stuck.len());
+        let (f, b) = point.rates(stuck);
+        let mut joined = DMatrix::zeros(size + forces, size + forces);
+        joined.view_mut((0, 0), (size, size)).copy_from(&(f * dt));
+        joined.view_mut((0, size), (size, forces)).copy_from(&(b * dt));
+        let step = joined.exp();
+        let mut a = step.view((0, 0), (size, size)).into_owned();
+        let b = step.view((0, size), (size, forces)).into_owned();
+        for c in point.plant.coordinates().iter().zip(stuck).filter(|(_, s)| **s).map(|(c, _)| c) {
+            a.row_mut(c.velocity).fill(0.0);
+            a.column_mut(c.velocity).fill(0.0);
+        }
+        Self { stuck: stuck.to_vec(), a: row_major(&a), b: row_major(&b) }
+    }
+
+    /// Covariance of what a step adds. `white`: standard deviation of a white force on each coordinate, N.m; `latent`: stationary
+    /// standard deviation of each latent force, N.m; `rest`: speed that is taken for rest, rad/s.
+    pub fn noise(
+        &self,
+        plant: &dyn ForcedPlant,
+        dt: f64,
+        white: &[f64],
+        latent: &[f64],
+        rest: f64,
+    ) -> Vec<f64> {
+        let forces = white.len();
+        let size = self.b.len() / forces;
+        let kept = (-dt / MEMORY).exp();
+        let mut q = vec![0.0; size * size];
+        for (c, w) in white.iter().enumerate() {
+            let b = |i: usize| self.b[forces * i + c];
+            for (i, j) in (0..size).flat_map(|i| (0..size).map(move |j| (i, j))) {
+                q[size * i + j] += w * w * b(i) * b(j);
+            }
+        }
+        for (c, l) in latent.iter().enumerate() {
+            let i = size - forces + c;
+            q[(size + 1) * i] = l * l * (1.0 - kept * kept);
+        }
+        let held = || plant.coordinates().iter().zip(&self.stuck).filter(|(_, s)| **s).map(|(c, _)| c);
+        for (c, d) in held().flat_map(|c| held().map(move |d| (c, d))) {
+            q[size * c.velocity + d.velocity] = rest * rest;
+            q[size * c.position + d.position] = (rest * dt).powi(2);
+        }
+        q
+    }
+}
+
+/// Rows of all readings of a recording, one after the other by node and channel.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ReadingRows {
+    /// H, `size` numbers each.
+    pub h: Vec<f64>,
+    /// Dr, one number a coordinate each.
+    pub direct: Vec<f64>,
+}
+
+impl ReadingRows {
+    /// Of readings of `states` with `moments` (m1, m2, m3 of their times by node and channel), where `mode` of each node is an
+    /// index of `modes`.
+    pub fn new(
+        point: &LinearPoint<'_>,
+        states: &[usize],
+        modes: &[Vec<bool>],
+        mode: &[u8],
+        moments: &[[f64; 3]],
+    ) -> Self {
+        let (size, forces) = (point.size(), point.plant.coordinates().len());
+        // e_k F^j for j of 0 to 3, and the same times B, by mode and channel.
+        let mut parts = Vec::new();
+        for stuck in modes {
+            let (f, b) = point.rates(stuck);
+            for k in states {
+                let mut row = DMatrix::zeros(1, size);
+                row[(0, *k)] = 1.0;
+                let mut powers = vec![row];
+                (0..3).for_each(|j| powers.push(&powers[j] * &f));
+                let direct: Vec<_> = powers[..3].iter().map(|p| p * &b).collect();
+                parts.push((powers, direct));
+            }
+        }
+        let mut out = Self::default();
+        for (t, m) in mode.iter().enumerate() {
+            for c in 0..states.len() {
+                let (powers, direct) = &parts[states.len() * usize::from(*m) + c];
+                let x = moments[states.len() * t + c];
+                out.h.extend(
+                    (0..size).map(|i| {
+                        powers[0][i] + x[0] * powers[1][i] + x[1] * powers[2][i] + x[2] * powers[3][i]
+                    }),
+                );
+                out.direct.extend(
+                    (0..forces).map(|i| x[0] * direct[0][i] + x[1] * direct[1][i] + x[2] * direct[2][i]),
+                );
+            }
+        }
+        out
+    }
+}

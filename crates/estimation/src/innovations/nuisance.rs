@@ -1,0 +1,65 @@
+//! What is unknown of every model: relative changes of the parameters, and the zeros of the encoders.
+//!
+//! Forces of parameters come from the model's own rates along the smoothed trajectory, never from a smoothed acceleration and
+//! never from a latent: else their sum would be what is left of the data, and all of them would shrink together.
+
+use super::column::{Column, ColumnPart};
+use super::evidence::AmplitudePriors;
+use super::frame::InnovationsFrame;
+use super::plant::StepMeans;
+
+impl InnovationsFrame {
+    /// Columns of the unknown parameters (relative changes) and of the zeros of further angles, with their priors about the
+    /// point in hand.
+    pub fn nuisances(&self) -> (Vec<Column>, AmplitudePriors) {
+        let mut priors = AmplitudePriors { parameters: self.unknown.len(), ..AmplitudePriors::default() };
+        let forces: Vec<_> = (0..self.runs.len()).map(|k| self.sensitivities(k)).collect();
+        let mut columns = Vec::new();
+        for (i, k) in self.unknown.iter().enumerate() {
+            let parameter = &self.plant.parameters()[*k];
+            let ratio = parameter.value / self.theta[*k];
+            priors.mean.push(ratio - 1.0);
+            priors.deviation.push(parameter.deviation * ratio);
+            columns.push(forces.iter().map(|f| f[i].clone()).collect());
+        }
+        for (c, _) in self.intake.channels.iter().enumerate().filter(|(_, c)| c.angle).skip(1) {
+            let zero = self.intake.zero();
+            columns.push(self.runs.iter().map(|r| ColumnPart::reading(c, vec![zero; r.nodes])).collect());
+            priors.mean.push(0.0);
+            priors.deviation.push(1.0);
+        }
+        (columns, priors)
+    }
+
+    /// Forces of the unknown parameters along a recording.
+    fn sensitivities(&self, recording: usize) -> Vec<ColumnPart> {
+        let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
+        let (states, forces) = (self.plant.states(), self.coordinates());
+        let size = states + forces;
+        let mut series = vec![vec![vec![0.0; r.nodes]; forces]; self.unknown.len()];
+        let mut sign = vec![0.0; forces];
+        let (mut own, mut input) = (vec![0.0; forces], vec![0.0; raw.means.len()]);
+        let mut all = vec![0.0; self.theta.len() * forces];
+        for t in 0..r.nodes {
+            let next = (t + 1).min(r.nodes - 1);
+            let at = |i: usize| 0.5 * (r.states[size * t + i] + r.states[size * next + i]);
+            let state: Vec<f64> = (0..states).map(at).collect();
+            own.iter_mut().zip(&r.own.forces).for_each(|(o, f)| *o = f[t]);
+            input.iter_mut().zip(&raw.means).for_each(|(u, m)| *u = m[t]);
+            sign[self.driven()] = r.signs.mean[t];
+            let means = StepMeans { state: &state, input: &input, sign: &sign, own: &own };
+            self.plant.sensitivities(&self.theta, &means, &mut all);
+            for (s, k) in series.iter_mut().zip(&self.unknown) {
+                (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
+            }
+        }
+        let part = |s: Vec<Vec<f64>>| {
+            let mut part = ColumnPart::default();
+            for (c, values) in s.into_iter().enumerate() {
+                part.forces.extend(ColumnPart::force(c, values).forces);
+            }
+            part
+        };
+        series.into_iter().map(part).collect()
+    }
+}

@@ -1,0 +1,151 @@
+//! What the engine asks of a plant: coordinates, readings, parameters, and its equations under generalised forces.
+
+/// What moves along a coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CoordinateKind {
+    /// A motor's rotor, which its input drives.
+    Motor,
+    /// A body behind a motor.
+    Link,
+    /// A body that nothing drives.
+    Base,
+}
+
+/// A coordinate on which generalised forces act.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ForcedCoordinate {
+    /// Its name in reports.
+    pub name: &'static str,
+    /// What moves along it.
+    pub kind: CoordinateKind,
+    /// State index of its position, rad.
+    pub position: usize,
+    /// State index of its rate, rad/s.
+    pub velocity: usize,
+    /// Parameter that is the level of its dry friction, N.m; `None`: the nominal plant has none there.
+    pub dry: Option<usize>,
+}
+
+/// A channel of which a state is the reading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StateReading {
+    /// Name of the channel.
+    pub name: &'static str,
+    /// State that it shows.
+    pub state: usize,
+    /// State per unit of the channel.
+    pub factor: f64,
+    /// An angle; else a rate.
+    pub angle: bool,
+    /// Coordinate to which it belongs.
+    pub coordinate: usize,
+}
+
+/// A parameter with what its owner believes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BelievedParameter {
+    /// FMU variable.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// The owner's value; a parameter at 0 is not there.
+    pub value: f64,
+    /// Relative standard deviation of the value.
+    pub deviation: f64,
+    /// Whether the owner gave that deviation.
+    pub declared: bool,
+}
+
+/// Means over one step, of which known forces are functions.
+#[derive(Clone, Copy, Debug)]
+pub struct StepMeans<'a> {
+    /// States of the plant, without latents.
+    pub state: &'a [f64],
+    /// Inputs, in the order of [`ForcedPlant::input_forces`].
+    pub input: &'a [f64],
+    /// Sign of dry friction of each coordinate.
+    pub sign: &'a [f64],
+    /// Forces of the hypothesis in hand, by coordinate, N.m.
+    pub own: &'a [f64],
+}
+
+/// What the first readings of a coordinate say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FirstState {
+    /// Position and rate.
+    pub value: [f64; 2],
+    /// Their variances.
+    pub variance: [f64; 2],
+    /// Rate that is reached or exceeded 3 % of the time.
+    pub usual_speed: f64,
+}
+
+/// An elastic element of a plant: its force is stiffness times deflection plus damping times rate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ElasticElement {
+    /// Share of its force on each coordinate.
+    pub weights: Vec<f64>,
+    /// Deflection as a sum of states.
+    pub deflection: Vec<f64>,
+    /// Rate of deflection as a sum of states.
+    pub rate: Vec<f64>,
+    /// Parameter that is its stiffness, N.m/rad.
+    pub stiffness: usize,
+    /// Parameter that is its damping, N.m.s/rad.
+    pub damping: usize,
+}
+
+/// A plant as the engine sees it. Matrices are rows of rows. A held coordinate keeps its position.
+pub trait ForcedPlant {
+    /// Number of its states.
+    fn states(&self) -> usize;
+    /// Its coordinates.
+    fn coordinates(&self) -> &[ForcedCoordinate];
+    /// Readings that it knows.
+    fn readings(&self) -> &[StateReading];
+    /// Its parameters; what is `theta` below has their order, in their units.
+    fn parameters(&self) -> &[BelievedParameter];
+    /// Inputs by channel name, each with the parameter that scales it, the constant factor, and the coordinate on which it acts.
+    fn input_forces(&self) -> &[InputForce];
+    /// Its elastic elements; none of a rigid plant.
+    fn elements(&self) -> &[ElasticElement];
+    /// Usual force, N.m: the unit of everything that has no natural size.
+    fn usual_force(&self) -> f64;
+    /// Deflection under the usual force, rad; 0 if it does not bend.
+    fn usual_deflection(&self) -> f64;
+    /// Whether `other` rests where `coordinate` does.
+    fn held_with(&self, coordinate: usize, other: usize) -> bool;
+    /// Share of the white force of the motor that each coordinate has.
+    fn white_shares(&self, theta: &[f64], shares: &mut [f64]);
+    /// Rates of the states under these forces alone: dry friction and inputs are among `force`.
+    fn rates(&self, theta: &[f64], state: &[f64], force: &[f64], rates: &mut [f64]);
+    /// Derivatives of the rates with respect to state (`by_state`, states x states) and force (`by_force`, states x coordinates),
+    /// coordinates of `stuck` at rest.
+    fn tangent(&self, theta: &[f64], stuck: &[bool], by_state: &mut [f64], by_force: &mut [f64]);
+    /// Forces on the coordinates that have the effect of a relative change of each parameter (parameters x coordinates): the
+    /// derivative of the inverse dynamics at the model's own accelerations. Their sum over inertias, stiffnesses, dampings,
+    /// friction and torque constants is zero.
+    fn sensitivities(&self, theta: &[f64], at: &StepMeans<'_>, forces: &mut [f64]);
+    /// First state and its variance (states x states) from what the readings say of each coordinate.
+    fn begin(&self, seen: &[Option<FirstState>], state: &mut [f64], variance: &mut [f64]);
+}
+
+/// How an input acts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct InputForce {
+    /// Name of the channel.
+    pub name: &'static str,
+    /// Parameter that scales it; `None`: none does.
+    pub gain: Option<usize>,
+    /// Constant factor.
+    pub factor: f64,
+    /// Coordinate on which it acts.
+    pub coordinate: usize,
+}
+
+impl InputForce {
+    /// Force per unit of the input.
+    pub fn per_unit(&self, theta: &[f64]) -> f64 {
+        self.factor * self.gain.map_or(1.0, |k| theta[k])
+    }
+}

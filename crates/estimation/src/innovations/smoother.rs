@@ -1,0 +1,106 @@
+//! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
+
+use super::filter::{DataColumn, FilterGains, Square, arrays, dot, error_of, moved, row};
+use super::kernel::{SizeError, SizedKernel, run};
+
+/// A smoothed recording.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SmoothedRecording {
+    /// States with latents, `size` numbers a node.
+    pub states: Vec<f64>,
+    /// d log p / d (force of each coordinate, reading error of each channel), by node.
+    pub scores: Vec<f64>,
+}
+
+/// Smooths a recording; `data` has its forces as they push and its first state.
+///
+/// # Errors
+/// Where no kernel has these sizes.
+pub fn smooth_recording(gains: &FilterGains<'_>, data: &DataColumn) -> Result<SmoothedRecording, SizeError> {
+    run(gains.input.size(), gains.input.forces, Smoothing { gains, data })
+}
+
+struct Smoothing<'a> {
+    gains: &'a FilterGains<'a>,
+    data: &'a DataColumn,
+}
+
+impl SizedKernel for Smoothing<'_> {
+    type Output = SmoothedRecording;
+    #[inline(always)]
+    fn run<const N: usize, const F: usize>(self) -> SmoothedRecording {
+        smooth::<N, F>(self.gains, self.data)
+    }
+}
+
+#[inline(always)]
+fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn) -> SmoothedRecording {
+    let input = &g.input;
+    let (nodes, channels) = (input.mode.len(), input.channels);
+    let width = F + channels;
+    let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
+    let mut predicted = vec![[0.0; N]; nodes];
+    let mut errors = vec![0.0; nodes * channels];
+    let mut x: [f64; N] = row(&data.first, 0);
+    let mut before = [0.0; F];
+    for t in 0..nodes {
+        if t > 0 {
+            x = moved(&steps[usize::from(input.mode[t - 1])], &x, &before);
+        }
+        predicted[t] = x;
+        let now: [f64; F] = data.force(t);
+        for at in channels * t..channels * (t + 1) {
+            if input.variance[at] <= 0.0 {
+                continue;
+            }
+            let e = error_of(input.rows, at, data.readings[at], &x, [&now, &before]);
+            errors[at] = e;
+            let gain: [f64; N] = row(&g.gain, at);
+            for i in 0..N {
+                x[i] += gain[i] * e;
+            }
+        }
+        before = now;
+    }
+    let (mut states, mut scores) = (vec![0.0; N * nodes], vec![0.0; width * nodes]);
+    let mut l = [0.0; N];
+    for t in (0..nodes).rev() {
+        for c in (0..channels).rev() {
+            let at = channels * t + c;
+            if input.variance[at] <= 0.0 {
+                continue;
+            }
+            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
+            let s = errors[at] / g.variance[at] + dot(&gain, &l);
+            for i in 0..N {
+                l[i] -= h[i] * s;
+            }
+            scores[width * t + F + c] = s;
+            for k in 0..F {
+                let direct = 0.5 * input.rows.direct[F * at + k] * s;
+                scores[width * t + k] += direct;
+                if t > 0 {
+                    scores[width * (t - 1) + k] += direct;
+                }
+            }
+        }
+        for i in 0..N {
+            let p: [f64; N] = row(&g.predicted, N * t + i);
+            states[N * t + i] = predicted[t][i] - dot(&p, &l);
+        }
+        if t > 0 {
+            let (a, b) = &steps[usize::from(input.mode[t - 1])];
+            let mut earlier = [0.0; N];
+            for k in 0..N {
+                for i in 0..F {
+                    scores[width * (t - 1) + i] -= b[k][i] * l[k];
+                }
+                for i in 0..N {
+                    earlier[i] += a[k][i] * l[k];
+                }
+            }
+            l = earlier;
+        }
+    }
+    SmoothedRecording { states, scores }
+}

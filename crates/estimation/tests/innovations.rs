@@ -1,0 +1,341 @@
+//! The innovations engine against dense algebra, its gauge, and a fit that returns.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
+use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::gram::{GroupSums, PackedColumns};
+use trueup_estimation::innovations::intake::{NodeIntake, root_mean_square};
+use trueup_estimation::innovations::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
+use trueup_estimation::innovations::plant::ForcedPlant;
+use trueup_estimation::innovations::smoother::smooth_recording;
+use trueup_estimation::innovations::two_mass::{LoadTip, TwoMassPlant, parameter};
+use trueup_signals::{Case, Loaded};
+
+const NODES: usize = 24;
+const CHANNELS: usize = 2;
+const DT: f64 = 4e-3;
+
+/// A linear system along a recording, everything about it drawn.
+struct Drawn {
+    steps: Vec<PlantStep>,
+    noise: Vec<Vec<f64>>,
+    mode: Vec<u8>,
+    unknown: Vec<f64>,
+    rows: ReadingRows,
+    variance: Vec<f64>,
+    first: Vec<f64>,
+    data: DataColumn,
+}
+
+impl Drawn {
+    fn new(seed: u64, tip: bool) -> Self {
+        let rng = &mut StdRng::seed_from_u64(seed);
+        let mut plant = TwoMassPlant::of(&Case::default(), 1.0);
+        if tip {
+            plant = plant.with_tip(LoadTip { share: 0.2, frequency: 9.0, damping: 0.05 });
+        }
+        let theta: Vec<f64> =
+            plant.parameters().iter().map(|p| p.value * rng.random_range(0.5..2.0)).collect();
+        let states = plant.states();
+        let feedback = Feedback((0..2 * states).map(|_| 1e-6 * rng.random_range(-1.0..1.0)).collect());
+        let point = LinearPoint { plant: &plant, theta: &theta, feedback: &feedback };
+        let size = point.size();
+        let modes = [vec![false, false], vec![true, false]];
+        let steps: Vec<PlantStep> = modes.iter().map(|m| PlantStep::new(&point, m, DT)).collect();
+        let unit = plant.usual_force();
+        let noise =
+            |s: &PlantStep| s.noise(&plant, DT, &[0.1 * unit, 0.03 * unit], &[unit, 0.5 * unit], 0.02);
+        let noise = steps.iter().map(noise).collect();
+        let mode: Vec<u8> = (0..NODES).map(|_| u8::from(rng.random_bool(0.3))).collect();
+        let unknown = (0..NODES).map(|_| if rng.random_bool(0.2) { unit * unit } else { 0.0 }).collect();
+        let moment = |rng: &mut StdRng| {
+            let x: f64 = DT * rng.random_range(-0.5..0.5);
+            [x, 0.5 * x * x, x.powi(3) / 6.0]
+        };
+        let moments: Vec<[f64; 3]> = (0..NODES * CHANNELS).map(|_| moment(rng)).collect();
+        let rows = ReadingRows::new(&point, &[0, 2], &modes, &mode, &moments);
+        let variance = (0..NODES * CHANNELS)
+            .map(|_| if rng.random_bool(0.8) { rng.random_range(0.5..2.0) } else { 0.0 });
+        let variance = variance.collect();
+        let mut first = vec![0.0; size * size];
+        (0..size).for_each(|i| first[(size + 1) * i] = rng.random_range(0.1..1.0));
+        (size - 2..size).for_each(|i| first[(size + 1) * i] = unit * unit);
+        let mut draw =
+            |n: usize, by: f64| -> Vec<f64> { (0..n).map(|_| by * rng.random_range(-1.0..1.0)).collect() };
+        let forces = vec![draw(NODES, unit), draw(NODES, unit)];
+        let data = DataColumn { forces, readings: draw(NODES * CHANNELS, 3.0), first: draw(size, 1.0) };
+        Self { steps, noise, mode, unknown, rows, variance, first, data }
+    }
+    fn size(&self) -> usize {
+        self.data.first.len()
+    }
+    fn gains<'a>(&'a self, counted: &'a [bool]) -> FilterGains<'a> {
+        let input = FilterInput {
+            steps: &self.steps,
+            noise: self.noise.clone(),
+            mode: &self.mode,
+            unknown: &self.unknown,
+            unknown_on: (0, 0),
+            rows: &self.rows,
+            variance: self.variance.clone(),
+            counted,
+            first: self.first.clone(),
+            forces: 2,
+            channels: CHANNELS,
+        };
+        FilterGains::new(input, true).unwrap()
+    }
+}
+
+/// The same as one normal distribution of all readings.
+struct Whole {
+    /// Mean of all states, covariance, and how they follow from the forces in all steps.
+    mean: DVector<f64>,
+    covariance: DMatrix<f64>,
+    by_force: DMatrix<f64>,
+    /// Rows of the readings that are there, how these follow from forces directly, their values.
+    rows: DMatrix<f64>,
+    direct: DMatrix<f64>,
+    values: DVector<f64>,
+    noise: DMatrix<f64>,
+    at: Vec<usize>,
+}
+
+impl Whole {
+    fn new(d: &Drawn) -> Self {
+        let (n, all) = (d.size(), d.size() * NODES);
+        let square = |v: &[f64]| DMatrix::from_row_slice(n, n, v);
+        let mut covariance = DMatrix::zeros(all, all);
+        covariance.view_mut((0, 0), (n, n)).copy_from(&square(&d.first));
+        let mut mean = DVector::zeros(all);
+        mean.rows_mut(0, n).copy_from_slice(&d.data.first);
+        let mut by_force = DMatrix::zeros(all, 2 * NODES);
+        for t in 1..NODES {
+            let mode = usize::from(d.mode[t - 1]);
+            let (a, b) = (square(&d.steps[mode].a), DMatrix::from_row_slice(n, 2, &d.steps[mode].b));
+            let mut q = square(&d.noise[mode]);
+            let x = d.unknown[t - 1];
+            let on = b.column(0).into_owned();
+            q += x * &on * on.transpose();
+            q[(0, 0)] += 0.1 * x * on[0] * on[0];
+            let push = DVector::from_vec(vec![d.data.forces[0][t - 1], d.data.forces[1][t - 1]]);
+            let next = &a * mean.rows(n * (t - 1), n) + &b * push;
+            mean.rows_mut(n * t, n).copy_from(&next);
+            let before = by_force.rows(n * (t - 1), n).into_owned();
+            by_force.rows_mut(n * t, n).copy_from(&(&a * before));
+            for k in 0..2 {
+                let column = b.column(k).into_owned();
+                by_force.view_mut((n * t, 2 * (t - 1) + k), (n, 1)).copy_from(&column);
+            }
+            let cross = &a * covariance.view((n * (t - 1), 0), (n, n * t));
+            covariance.view_mut((n * t, 0), (n, n * t)).copy_from(&cross);
+            covariance.view_mut((0, n * t), (n * t, n)).copy_from(&cross.transpose());
+            let own = &a * covariance.view((n * (t - 1), n * (t - 1)), (n, n)) * a.transpose() + q;
+            covariance.view_mut((n * t, n * t), (n, n)).copy_from(&own);
+        }
+        let at: Vec<usize> = (0..NODES * CHANNELS).filter(|k| d.variance[*k] > 0.0).collect();
+        let (mut rows, mut direct) = (DMatrix::zeros(at.len(), all), DMatrix::zeros(at.len(), 2 * NODES));
+        for (i, k) in at.iter().enumerate() {
+            let t = k / CHANNELS;
+            (0..n).for_each(|j| rows[(i, n * t + j)] = d.rows.h[n * k + j]);
+            for j in 0..2 {
+                let half = 0.5 * d.rows.direct[2 * k + j];
+                direct[(i, 2 * t + j)] += half;
+                if t > 0 {
+                    direct[(i, 2 * (t - 1) + j)] += half;
+                }
+            }
+        }
+        let noise =
+            DMatrix::from_diagonal(&DVector::from_iterator(at.len(), at.iter().map(|k| d.variance[*k])));
+        let values = DVector::from_iterator(at.len(), at.iter().map(|k| d.data.readings[*k]));
+        Self { mean, covariance, by_force, rows, direct, values, noise, at }
+    }
+}
+
+fn close(a: f64, b: f64, size: f64, tolerance: f64) -> bool {
+    (a - b).abs() <= tolerance * size.max(1e-300)
+}
+
+#[test]
+fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution() {
+    for seed in 0..6 {
+        let d = Drawn::new(seed, seed % 2 == 1);
+        let counted = vec![true; NODES * CHANNELS];
+        let gains = d.gains(&counted);
+        let w = Whole::new(&d);
+        let n = d.size();
+        let forces = DVector::from_iterator(2 * NODES, (0..2 * NODES).map(|k| d.data.forces[k % 2][k / 2]));
+        let error = &w.values - &w.rows * &w.mean - &w.direct * forces;
+        let factor = Cholesky::new(&w.rows * &w.covariance * w.rows.transpose() + &w.noise).unwrap();
+        let weighted = factor.solve(&error);
+        // Likelihood.
+        let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
+        let mut gram = packed.nothing();
+        let e = packed.pass_base(0, &gains, &mut gram).unwrap();
+        let want = error.dot(&weighted) + factor.determinant().ln();
+        assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
+        // Smoothed states.
+        let smoothed = smooth_recording(&gains, &d.data).unwrap();
+        let states = &w.mean + &w.covariance * w.rows.transpose() * &weighted;
+        for i in 0..n {
+            let size = (0..NODES).map(|t| states[n * t + i].abs()).fold(0.0, f64::max);
+            for t in 0..NODES {
+                let (a, b) = (smoothed.states[n * t + i], states[n * t + i]);
+                assert!(close(a, b, size, 1e-9), "seed {seed}: state {i} of node {t}: {a} {b}");
+            }
+        }
+        // Scores: by the forces, and by the readings.
+        let response = &w.rows * &w.by_force + &w.direct;
+        let scores = response.transpose() * &weighted;
+        let size = scores.amax();
+        for (k, want) in scores.iter().enumerate() {
+            let got = smoothed.scores[(2 + CHANNELS) * (k / 2) + k % 2];
+            assert!(close(got, *want, size, 1e-9), "seed {seed}: score {k}: {got} {want}");
+        }
+        for (i, k) in w.at.iter().enumerate() {
+            let got = smoothed.scores[(2 + CHANNELS) * (k / CHANNELS) + 2 + k % CHANNELS];
+            assert!(close(got, weighted[i], weighted.amax(), 1e-9), "seed {seed}: score of reading {k}");
+        }
+        // A column, in single precision: a force on the load with a reading error beside it.
+        let rng = &mut StdRng::seed_from_u64(seed + 100);
+        let series: Vec<f64> = (0..NODES).map(|_| rng.random_range(-1.0..1.0)).collect();
+        let unit = d.data.forces[0].iter().fold(0.0f64, |m, f| m.max(f.abs()));
+        let mut part = ColumnPart::force(1, series.iter().map(|s| s * unit).collect());
+        part.readings.extend(ColumnPart::reading(0, series.clone()).readings);
+        let column: Column = vec![part];
+        let mut pushed = DVector::zeros(2 * NODES);
+        (0..NODES).for_each(|t| pushed[2 * t + 1] = series[t] * unit);
+        let mut shown = &response * pushed;
+        for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
+            shown[i] += series[k / CHANNELS];
+        }
+        let group = [column];
+        let mut sums = GroupSums::new(&packed, &[&group[..]]);
+        sums.pass(0, &gains, &e).unwrap();
+        let got = sums.done().remove(0);
+        let own = shown.dot(&factor.solve(&shown));
+        assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
+        let with = shown.dot(&weighted);
+        let size = (own * error.dot(&weighted)).sqrt();
+        assert!(close(got.base[0], with, size, 1e-5), "seed {seed}: {} {with}", got.base[0]);
+    }
+}
+
+/// A joint that was simulated in small steps with a drive that excites it, and read at 200 Hz.
+fn recorded(seed: u64, truth: &[f64; 7], gear_ratio: f64) -> Loaded {
+    let rng = &mut StdRng::seed_from_u64(seed);
+    let mut tables = BTreeMap::new();
+    let [load, stiffness, damping, dry, viscous, torque, motor] = *truth;
+    let load = load / gear_ratio.powi(2);
+    for name in ["a.csv", "b.csv"] {
+        let waves: Vec<[f64; 3]> = (0..6)
+            .map(|k| [0.4 + 1.3 * f64::from(k), rng.random_range(0.5..1.0), rng.random_range(0.0..6.0)])
+            .collect();
+        let (mut columns, mut x) = (vec![Vec::new(); 4], [0.0f64; 4]);
+        for k in 0..600 {
+            let t = f64::from(k) * 5e-3;
+            let current: f64 = waves.iter().map(|w| 0.35 * w[1] * (w[0] * 6.28 * t + w[2]).sin()).sum();
+            let mut noise = || -> f64 { StandardNormal.sample(rng) };
+            let values = [t, current, x[0] + 1e-4 * noise(), (x[2] + 1e-4 * noise()) / gear_ratio];
+            columns.iter_mut().zip(values).for_each(|(c, v)| c.push(v));
+            for _ in 0..5000 {
+                let spring = stiffness * (x[0] - x[2]) + damping * (x[1] - x[3]);
+                let pushed = torque * current - spring - viscous * x[1];
+                // Dry friction takes from the speed what it can, as far as rest. Speeds first: stable without a smaller step.
+                let free = x[1] + 1e-6 * pushed / motor;
+                x[1] = free.signum() * (free.abs() - 1e-6 * dry / motor).max(0.0);
+                x[3] += 1e-6 * spring / load;
+                (x[0], x[2]) = (x[0] + 1e-6 * x[1], x[2] + 1e-6 * x[3]);
+            }
+        }
+        let names = ["time", "motorCurrent", "motorAngle", "loadAngle"];
+        let columns: Vec<(String, Vec<f64>)> = names.iter().map(|n| (*n).to_owned()).zip(columns).collect();
+        tables.insert(name.to_owned(), columns);
+    }
+    let names = [
+        "loadInertia",
+        "stiffness",
+        "damping",
+        "coulombFriction",
+        "viscousFriction",
+        "torqueConstant",
+        "motorInertia",
+    ];
+    let values: Vec<String> = names.iter().zip(truth).map(|(n, v)| format!("{n} = {v:e}")).collect();
+    let text = format!(
+        "model = \"TwoMassJoint\"\ntrain = [\"a.csv\", \"b.csv\"]\n[parameters]\ngearRatio = {gear_ratio:?}\n{}\n\
+         [channels.motorCurrent]\ninterpolation = \"hold\"\n[channels.motorAngle]\nnoise = 1e-4\n[channels.loadAngle]\nnoise = {:e}\n",
+        values.join("\n"),
+        1e-4 / gear_ratio
+    );
+    Case::of_tables(&text, &tables, |_| Ok(Vec::new())).unwrap().0
+}
+
+const TRUTH: [f64; 7] = [0.3, 0.07, 6e-5, 5e-3, 6e-5, 0.055, 2.5e-5];
+
+#[test]
+fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
+    let loaded = recorded(1, &TRUTH, 120.0);
+    let plant = TwoMassPlant::of(&loaded.case, root_mean_square(&loaded, "motorCurrent"));
+    let intake = Rc::new(NodeIntake::new(&loaded, &plant).unwrap());
+    let mut frame = InnovationsFrame::new(&intake, Rc::new(plant), None).unwrap();
+    frame.smooth(&[0.02, 0.02], None).unwrap();
+    let (columns, priors) = frame.nuisances();
+    for (k, run) in frame.runs.iter().enumerate() {
+        for on in 0..2 {
+            let (mut sum, mut size) = (vec![0.0; run.nodes], 0.0f64);
+            for column in &columns[..priors.parameters] {
+                for s in column[k].forces.iter().filter(|s| s.on == on) {
+                    size += s.values.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+                    sum.iter_mut().zip(s.values.iter()).for_each(|(x, v)| *x += s.weight * v);
+                }
+            }
+            assert!(sum.iter().all(|s| s.abs() < 1e-12 * size), "recording {k}, coordinate {on}");
+        }
+    }
+}
+
+/// The common factor of all values is what nothing tells; the owner's standard deviations put it.
+#[test]
+fn a_fit_from_seven_tenths_of_all_values_returns_in_what_the_data_know() {
+    let seed = 7;
+    let loaded = recorded(seed, &TRUTH, 120.0);
+    let plant = TwoMassPlant::of(&loaded.case, root_mean_square(&loaded, "motorCurrent"));
+    let intake = Rc::new(NodeIntake::new(&loaded, &plant).unwrap());
+    let mut settled = InnovationsFrame::new(&intake, Rc::new(plant.clone()), None).unwrap();
+    settled.settle(false).unwrap();
+    let plant = plant.believed(&TRUTH, &[10.0; parameter::COUNT]);
+    let mut frame = InnovationsFrame { plant: Rc::new(plant), ..settled };
+    frame.start = TRUTH.map(|v| 0.7 * v).to_vec();
+    let fit = frame.fit(&|_| Vec::new(), &frame.q.clone(), 10, true).unwrap();
+    // Standard errors of the logarithms, as the last Gram matrix has them.
+    frame.theta.clone_from(&fit.theta);
+    frame.smooth(&fit.q, None).unwrap();
+    let (packed, priors) = frame.packed(&[]);
+    let gram = frame.pass_base(&packed, &fit.q).unwrap().gram;
+    let m = priors.mean.len();
+    let weight = |i: usize, j: usize| if i == j { priors.deviation[i].powi(-2) } else { 0.0 };
+    let precision = DMatrix::from_fn(m, m, |i, j| gram.product(i + 1, j + 1) + weight(i, j));
+    let covariance = precision.try_inverse().unwrap();
+    let own = |k: usize| (fit.theta[k] / TRUTH[k]).ln();
+    let mut off = Vec::new();
+    for k in 0..parameter::COUNT {
+        for j in 0..k {
+            let variance = covariance[(k, k)] + covariance[(j, j)] - 2.0 * covariance[(k, j)];
+            off.push((own(k) - own(j)) / variance.sqrt());
+        }
+    }
+    assert!(
+        off.iter().all(|z| z.abs() < 3.0),
+        "seed {seed}: ratios off by {off:.2?} standard errors: {:?}",
+        fit.theta
+    );
+}

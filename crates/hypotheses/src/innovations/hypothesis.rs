@@ -1,0 +1,126 @@
+//! A hypothesis where its fit ended.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use trueup_estimation::innovations::column::AppliedLaw;
+use trueup_estimation::innovations::fixed_point::FixedPoint;
+use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::kernel::SizeError;
+
+use super::along::UsualSizes;
+use super::candidate::{EffectCandidate, applied};
+use super::laws::LawRef;
+use super::pushes::EACH;
+use super::shape::LawShape;
+
+/// A frame that several hypotheses use one after the other.
+pub type SharedFrame = Rc<RefCell<InnovationsFrame>>;
+
+/// An effect at a place, fitted.
+#[derive(Clone)]
+pub struct FittedEffect {
+    /// Its id.
+    pub id: &'static str,
+    /// Where it acts.
+    pub place: &'static str,
+    /// Shape, as it is reported.
+    pub shape: LawShape,
+    /// Laws that are in force in the fit; none where the frame's structure is the effect.
+    pub parts: Vec<(LawRef, LawShape)>,
+    /// Log evidence with the priors of the shape, nats.
+    pub evidence: f64,
+    /// What of it is that of the fit.
+    pub of_fit: f64,
+    /// Where the fit ended.
+    pub fit: FixedPoint,
+    /// In which frame.
+    pub frame: SharedFrame,
+}
+
+impl FittedEffect {
+    /// A law in the frame of all.
+    pub fn of_law(frame: &SharedFrame, law: LawRef, shape: LawShape, fit: FixedPoint) -> Self {
+        let evidence = fit.evidence - EACH * shape.pulses.len() as f64;
+        let parts = vec![(law, shape.clone())];
+        let (id, place, of_fit) = (law.id(), shape.place, fit.evidence);
+        Self { id, place, shape, parts, evidence, of_fit, fit, frame: frame.clone() }
+    }
+    /// Effect and place.
+    pub fn key(&self) -> (&'static str, &'static str) {
+        (self.id, self.place)
+    }
+    /// Power of the latents that are left.
+    pub fn power(&self) -> f64 {
+        power(&self.fit.q)
+    }
+    /// Laws along the present trajectory of the frame.
+    pub fn laws(&self, sizes: &UsualSizes) -> Vec<AppliedLaw> {
+        applied(&self.parts, &self.frame.borrow(), sizes)
+    }
+    /// Whether it is one law whose shape tells all, so that both shapes of a pair can be refined.
+    pub fn is_plain(&self) -> bool {
+        self.parts.len() == 1 && self.parts[0].0.id() == self.id && self.id != "sensor-delay"
+    }
+}
+
+/// Slope inside the bend, over that outside, below which a spring of two slopes is play.
+const PLAY: f64 = 0.12;
+
+/// A spring of two slopes that has none inside is play.
+pub fn play(effect: FittedEffect) -> FittedEffect {
+    let Some(bend) = effect.shape.get("bend").filter(|_| effect.id == "nonlinear-stiffness") else {
+        return effect;
+    };
+    let a = &effect.fit.amplitudes;
+    if a.len() == 2 && 1.0 + a[0] + a[1] < PLAY * (1.0 + a[1]) {
+        let shape = LawShape::new("transmission", "gap", &[("gap", 2.0 * bend)]);
+        return FittedEffect { id: "backlash", shape, ..effect };
+    }
+    effect
+}
+
+/// The best of each effect and place, best first.
+pub fn best_each(all: Vec<FittedEffect>) -> Vec<FittedEffect> {
+    let mut best: Vec<FittedEffect> = Vec::new();
+    for h in all {
+        match best.iter_mut().find(|b| b.key() == h.key()) {
+            Some(b) if h.evidence > b.evidence => *b = h,
+            Some(_) => {}
+            None => best.push(h),
+        }
+    }
+    best.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    best
+}
+
+/// Fits a candidate from the start of its frame.
+///
+/// # Errors
+/// Where no filter was made for the plant's size.
+pub fn fit_candidate(
+    frame: &SharedFrame,
+    candidate: &EffectCandidate,
+    sizes: &UsualSizes,
+    rounds: usize,
+) -> Result<FittedEffect, SizeError> {
+    let parts = [(candidate.law, candidate.shape.clone())];
+    let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
+    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true)?;
+    Ok(FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit))
+}
+
+/// The effect whose structure a frame has.
+pub fn of_structure(
+    frame: InnovationsFrame,
+    id: &'static str,
+    shape: LawShape,
+    fit: FixedPoint,
+    evidence: f64,
+) -> FittedEffect {
+    let fit = FixedPoint { amplitudes: Vec::new(), laws: Vec::new(), ..fit };
+    let (place, of_fit) = (shape.place, fit.evidence);
+    let frame = Rc::new(RefCell::new(frame));
+    FittedEffect { id, place, shape, parts: Vec::new(), evidence, of_fit, fit, frame }
+}

@@ -1,0 +1,76 @@
+//! What a law of an effect is to the search.
+
+use trueup_estimation::innovations::column::{AppliedLaw, Column};
+
+use super::along::JointAlong;
+use super::shape::LawShape;
+use super::spectrum::OrderPeaks;
+
+/// Columns of a law with its priors.
+#[derive(Clone, Debug, Default)]
+pub struct LawTerms {
+    /// What the filter takes.
+    pub applied: AppliedLaw,
+    /// Whether the first amplitude can only be positive.
+    pub positive: bool,
+}
+
+impl LawTerms {
+    /// Columns with the prior means and standard deviations of their amplitudes.
+    pub fn new(terms: Vec<(Column, f64, f64)>, positive: bool) -> Self {
+        let mut applied = AppliedLaw::default();
+        for (column, mean, deviation) in terms {
+            applied.columns.push(column);
+            applied.mean.push(mean);
+            applied.deviation.push(deviation);
+        }
+        Self { applied, positive }
+    }
+    /// A law whose shape tells its size: one amplitude of 1 give or take `deviation`.
+    pub fn of_fixed_size(column: Column, deviation: f64) -> Self {
+        Self::new(vec![(column, 1.0, deviation)], true)
+    }
+    /// The same, in the plant's first spring.
+    pub fn in_spring(mut self) -> Self {
+        self.applied.spring = Some(0);
+        self
+    }
+}
+
+/// How a number of a shape is refined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Refinement {
+    /// Which number.
+    pub name: &'static str,
+    /// First step, relative; an order: in widths of an order.
+    pub step: f64,
+    /// An order.
+    pub order: bool,
+}
+
+impl Refinement {
+    /// Of a number by relative steps.
+    pub const fn relative(name: &'static str, step: f64) -> Self {
+        Self { name, step, order: false }
+    }
+    /// Of an order.
+    pub const ORDER: Self = Self { name: "h", step: 1.0, order: true };
+}
+
+/// An effect as columns. The first amplitude is the effect; companions absorb the form of its law and have no name.
+pub trait EffectLaw: Sync {
+    /// Its id in the list of effects.
+    fn id(&self) -> &'static str;
+    /// Shapes with which a screen looks for it; none where the joint cannot have it.
+    fn shapes(&self, along: &JointAlong<'_>, orders: &OrderPeaks) -> Vec<LawShape>;
+    /// Columns of a shape; `None` where a channel that it needs was not recorded.
+    fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms>;
+    /// Which numbers of a shape a pattern search moves, in which order.
+    fn refined(&self, _shape: &LawShape) -> Vec<Refinement> {
+        Vec::new()
+    }
+    /// The value nearest to `value` that a number may have.
+    fn bounded(&self, _along: &JointAlong<'_>, _name: &str, value: f64) -> f64 {
+        value
+    }
+}

@@ -1,0 +1,23 @@
+//! Which effect explains a joint's gap, by the evidence of the innovations (crate `estimation`, module `innovations`).
+//!
+//! [`null`] is the model alone; [`laws`] are effects as columns [`along`] the smoothed trajectory; [`screen`] looks at all of
+//! their shapes at once, [`search`] fits the leaders, and what else may be in frames of their own ([`late`], [`structure`]) and
+//! [`pairs`]; [`verdict`] judges by a few numbers.
+
+pub mod along;
+pub mod candidate;
+pub mod hypothesis;
+pub mod late;
+pub mod law;
+pub mod laws;
+pub mod levels;
+pub mod null;
+pub mod operator;
+pub mod pairs;
+pub mod pushes;
+pub mod screen;
+pub mod search;
+pub mod shape;
+pub mod spectrum;
+pub mod structure;
+pub mod verdict;

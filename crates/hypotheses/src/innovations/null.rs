@@ -1,0 +1,113 @@
+//! The model without any effect: settled, as its owner has it, and with its parameters refitted.
+
+use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::kernel::SizeError;
+
+use super::along::UsualSizes;
+
+/// Nats that a refit of the parameters has to gain before rest and noise are settled again with them.
+const AGAIN: f64 = 30.0;
+/// Nats from which on hypotheses begin with the refitted parameters.
+const BEGIN: f64 = 100.0;
+/// Standard deviations from nominal that a hypothesis begins at most: a refit without it can be far out.
+const NEAR: f64 = 2.5;
+/// Relative standard deviation of a parameter that is held.
+const HELD: f64 = 1e-4;
+/// What stands for a standard deviation that the owner did not declare.
+const UNDECLARED: f64 = 0.1;
+
+/// The model alone.
+#[derive(Clone, Debug)]
+pub struct FittedNull {
+    /// Evidence and intensities with the owner's parameters.
+    pub nominal: (f64, Vec<f64>),
+    /// Evidence with refitted parameters.
+    pub evidence: f64,
+    /// Intensities there.
+    pub q: Vec<f64>,
+    /// Parameters there.
+    pub theta: Vec<f64>,
+    /// Their names: FMU variables.
+    pub names: Vec<&'static str>,
+    /// Squares that are left, per reading.
+    pub squares: f64,
+    /// Readings that count.
+    pub count: usize,
+    /// Farthest parameter from the owner's value, in its standard deviations.
+    pub farthest: f64,
+    /// Nats that the latents are worth there.
+    pub latents: f64,
+    /// Intensities with which hypotheses begin.
+    pub begin: Vec<f64>,
+    /// Usual sizes along the trajectory with which they begin.
+    pub sizes: UsualSizes,
+}
+
+/// Settles a frame and fits its parameters; leaves it where hypotheses begin.
+///
+/// # Errors
+/// Where no filter was made for the plant's size.
+pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
+    f.settle(false)?;
+    let (packed, mut priors) = f.packed(&[]);
+    priors.deviation[..f.unknown.len()].fill(HELD);
+    let held = (packed, priors);
+    let from = f.best_of(&held, &[f.q.clone()])?;
+    let best = f.search_intensities(&held, from, 2)?;
+    let nominal = (best.found.log, best.q);
+    let mut best = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;
+    if best.evidence < f.evidence {
+        (best.evidence, best.q) = (f.evidence, f.q.clone());
+    } else if best.evidence > f.evidence + AGAIN {
+        let kept = f.clone();
+        f.start.clone_from(&best.theta);
+        f.theta.clone_from(&best.theta);
+        f.q.clone_from(&best.q);
+        f.settle(false)?;
+        let again = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;
+        if again.evidence > best.evidence {
+            best = again;
+        } else {
+            *f = kept;
+        }
+    }
+    let parameters = f.plant.parameters().to_vec();
+    let values: Vec<f64> = parameters.iter().map(|p| p.value).collect();
+    let far = |k: &usize| {
+        let p = &parameters[*k];
+        let unit = if p.declared { p.deviation } else { UNDECLARED };
+        (best.theta[*k] / p.value - 1.0).abs() / unit
+    };
+    let farthest = f.unknown.iter().map(far).fold(0.0, f64::max);
+    f.reset(&best.q)?;
+    f.theta.clone_from(&best.theta);
+    f.put_in_force(&[], &[], &best.zeros, &best.q)?;
+    let base = f.packed(&[]);
+    let none = vec![INTENSITY[0]; best.q.len()];
+    let latents = f.evidence_of(&base, &best.q)?.log - f.evidence_of(&base, &none)?.log;
+    if best.evidence > f.evidence + BEGIN || f.start != values {
+        f.start.clone_from(&best.theta);
+        for k in &f.unknown {
+            let p = &parameters[*k];
+            let near = NEAR * p.deviation;
+            f.start[*k] = f.start[*k].clamp(p.value * (1.0 - near), p.value * (1.0 + near));
+        }
+        f.q.clone_from(&best.q);
+    }
+    let begin = f.q.clone();
+    f.reset(&begin)?;
+    let sizes = UsualSizes::of(f);
+    Ok(FittedNull {
+        nominal,
+        evidence: best.evidence,
+        q: best.q,
+        theta: best.theta,
+        names: parameters.iter().map(|p| p.name).collect(),
+        squares: best.squares,
+        count: best.count,
+        farthest,
+        latents,
+        begin,
+        sizes,
+    })
+}

@@ -1,0 +1,172 @@
+//! A second effect beside what the first leaves, in the first's own frame.
+
+use trueup_estimation::innovations::column::AppliedLaw;
+use trueup_estimation::innovations::fixed_point::FixedPoint;
+use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
+
+use super::along::{JointAlong, UsualSizes};
+use super::candidate::{EffectCandidate, applied};
+use super::hypothesis::FittedEffect;
+use super::laws::{LawRef, PUSHES};
+use super::pushes::{EACH, pursue};
+use super::screen::{families, refine, sift};
+use super::search::all_shapes;
+use super::shape::LawShape;
+
+/// Nats that a second has to gain in the screen, and in the fit before shapes are refined again.
+const GAIN: f64 = 20.0;
+/// Seconds elsewhere that are fitted.
+const ELSEWHERE: usize = 2;
+
+/// Two effects, fitted together.
+#[derive(Clone)]
+pub struct FittedPair {
+    /// Effect and place of the first.
+    pub first: (&'static str, &'static str),
+    /// Effect and place of the second.
+    pub second: (&'static str, &'static str),
+    /// Its shape.
+    pub shape: LawShape,
+    /// Log evidence with the priors of both shapes, nats.
+    pub evidence: f64,
+    /// Where the fit ended.
+    pub fit: FixedPoint,
+    /// Amplitudes of the first, which come before those of the second.
+    pub of_first: usize,
+}
+
+/// Laws that stand: amplitudes held loosely about what they are.
+fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
+    let mut at = amplitudes.iter();
+    let hold = |mut law: AppliedLaw| {
+        for (mean, deviation) in law.mean.iter_mut().zip(&mut law.deviation) {
+            let a = at.next().copied().unwrap_or(*mean);
+            *deviation = (0.3 * a.abs()).max(0.1 * *deviation);
+            *mean = a;
+        }
+        law
+    };
+    laws.into_iter().map(hold).collect()
+}
+
+/// The trajectory of a fitted effect, its laws in force.
+fn along_own(z: &mut InnovationsFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<(), SizeError> {
+    z.reset(&h.fit.q)?;
+    for _ in 0..2 {
+        let laws = applied(&h.parts, z, sizes);
+        z.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q)?;
+    }
+    Ok(())
+}
+
+/// Everything else beside an effect. The effect itself is fitted once more from where the two came to, as it may have ended early.
+///
+/// # Errors
+/// Where no filter was made for the plant's size.
+pub fn beside(h: &mut FittedEffect, sizes: &UsualSizes) -> Result<Vec<FittedPair>, SizeError> {
+    let shared = h.frame.clone();
+    let z = &mut *shared.borrow_mut();
+    let kept = std::mem::replace(&mut z.start, h.fit.theta.clone());
+    let out = seconds(z, h, sizes);
+    z.start = kept;
+    out
+}
+
+fn seconds(
+    z: &mut InnovationsFrame,
+    h: &mut FittedEffect,
+    sizes: &UsualSizes,
+) -> Result<Vec<FittedPair>, SizeError> {
+    along_own(z, h, sizes)?;
+    let standing = held(applied(&h.parts, z, sizes), &h.fit.amplitudes);
+    let mut all = all_shapes(z, sizes);
+    all.retain(|c| c.law.id() != h.id);
+    let alone = sift(z, &mut all, &h.fit.q, &standing)?;
+    let (mut found, _) = families(&all);
+    for place in ["load", "actuator"] {
+        if h.id != PUSHES.id() && place != h.place {
+            found.extend(pursue(z, sizes, &h.fit.q, place, &standing)?);
+        }
+    }
+    found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    // What else is in the same place is mostly the law's form; the verdict asks more of it.
+    let (same, elsewhere): (Vec<_>, Vec<_>) = found.into_iter().partition(|c| c.shape.place == h.place);
+    let best = elsewhere.first().map_or(f64::NEG_INFINITY, |c| c.evidence);
+    let same = same.into_iter().take(1).filter(|c| c.evidence > best);
+    let chosen: Vec<EffectCandidate> = elsewhere.into_iter().take(ELSEWHERE).chain(same).collect();
+    let mut out = Vec::new();
+    for c in chosen {
+        if c.evidence < alone + GAIN {
+            continue;
+        }
+        along_own(z, h, sizes)?;
+        let Some(mut second) = c.again(z, sizes) else { continue };
+        if second.law.id() != PUSHES.id() {
+            second = refine(z, second, sizes, &standing, 2)?;
+        }
+        out.push(together(z, h, &second, sizes)?);
+    }
+    Ok(out)
+}
+
+fn together(
+    z: &mut InnovationsFrame,
+    h: &mut FittedEffect,
+    second: &EffectCandidate,
+    sizes: &UsualSizes,
+) -> Result<FittedPair, SizeError> {
+    let of_first = h.fit.amplitudes.len();
+    let mut parts = h.parts.clone();
+    parts.push((second.law, second.shape.clone()));
+    let mut fit = z.fit(&|f| applied(&parts, f, sizes), &second.q, 8, false)?;
+    if fit.evidence - h.of_fit > GAIN && h.is_plain() {
+        let refined = both_again(z, &parts, &fit, sizes)?;
+        let more = z.fit(&|f| applied(&refined, f, sizes), &fit.q, 3, false)?;
+        if more.evidence > fit.evidence {
+            (fit, parts) = (more, refined);
+        }
+    }
+    if fit.evidence - h.of_fit > GAIN {
+        z.theta.clone_from(&z.start);
+        for k in &z.unknown {
+            z.theta[*k] = fit.theta[*k];
+        }
+        let laws = applied(&h.parts, z, sizes);
+        z.put_in_force(&laws, &fit.amplitudes[..of_first], &fit.zeros, &fit.q)?;
+        let alone = z.fit(&|f| applied(&h.parts, f, sizes), &fit.q, 5, false)?;
+        if alone.evidence > h.of_fit + 1.0 {
+            h.evidence += alone.evidence - h.of_fit;
+            h.of_fit = alone.evidence;
+            h.fit = alone;
+        }
+    }
+    let shape = parts.last().map_or_else(LawShape::default, |p| p.1.clone());
+    let evidence = fit.evidence - (h.of_fit - h.evidence) - EACH * shape.pulses.len() as f64;
+    Ok(FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first })
+}
+
+/// Both shapes once more, each beside the other.
+fn both_again(
+    z: &mut InnovationsFrame,
+    parts: &[(LawRef, LawShape)],
+    fit: &FixedPoint,
+    sizes: &UsualSizes,
+) -> Result<Vec<(LawRef, LawShape)>, SizeError> {
+    let mut parts = parts.to_vec();
+    let first = fit.laws.first().map_or(0, |l| l.columns.len());
+    let (a, b) = fit.amplitudes.split_at(first);
+    for (own, other, amplitudes) in [(0, 1, b), (1, 0, a)] {
+        let (law, shape) = parts[own].clone();
+        if law.id() == PUSHES.id() {
+            continue;
+        }
+        let standing = held(applied(&parts[other..=other], z, sizes), amplitudes);
+        let made = EffectCandidate::new(law, &JointAlong::new(z, sizes), shape);
+        if let Some(mut c) = made {
+            c.q.clone_from(&fit.q);
+            parts[own].1 = refine(z, c, sizes, &standing, 2)?.shape;
+        }
+    }
+    Ok(parts)
+}

@@ -1,0 +1,121 @@
+//! Pushes at the same times in all recordings: matching pursuit on the score of the force, each refined by evidence.
+
+use std::f64::consts::PI;
+
+use trueup_estimation::innovations::column::{AppliedLaw, Column};
+use trueup_estimation::innovations::frame::InnovationsFrame;
+use trueup_estimation::innovations::kernel::SizeError;
+
+use super::along::{JointAlong, UsualSizes};
+use super::candidate::EffectCandidate;
+use super::laws::{PUSHES, pushes_at};
+use super::screen::{Screening, bank};
+
+/// Widths that are looked for, s.
+const WIDTHS: [f64; 5] = [0.1, 0.2, 0.35, 0.55, 0.85];
+/// Most pushes.
+const MOST: usize = 4;
+/// Places of each width.
+const PLACES: usize = 3;
+/// Nats that one more push has to gain.
+const GAIN: f64 = 25.0;
+/// Nats that the prior of each push costs.
+pub const EACH: f64 = 8.0;
+/// Before this nothing counts, s.
+const START: f64 = 0.12;
+/// Steps of begin (in widths) and factors of width of the refinement.
+const STEPS: [[f64; 2]; 3] = [[0.3, 1.3], [0.15, 1.15], [0.07, 1.07]];
+
+/// The pushes on a place that explain most beside laws that stand (columns, with amplitudes as their priors have them).
+///
+/// # Errors
+/// Where no filter was made for the plant's size.
+pub fn pursue(
+    frame: &mut InnovationsFrame,
+    sizes: &UsualSizes,
+    q: &[f64],
+    place: &'static str,
+    standing: &[AppliedLaw],
+) -> Result<Option<EffectCandidate>, SizeError> {
+    let score = usize::from(place != "actuator");
+    let standing_columns: Vec<Column> = standing.iter().flat_map(|l| l.columns.clone()).collect();
+    let standing_amplitudes: Vec<f64> = standing.iter().flat_map(|l| l.mean.clone()).collect();
+    let mut best: Option<EffectCandidate> = None;
+    let make = |frame: &InnovationsFrame, all: &[Vec<[f64; 2]>]| -> Vec<EffectCandidate> {
+        let along = JointAlong::new(frame, sizes);
+        let shapes = all.iter().map(|p| pushes_at(place, p.clone()));
+        shapes.filter_map(|s| EffectCandidate::new(PUSHES, &along, s)).collect()
+    };
+    for _ in 0..MOST {
+        let got = best.as_ref().map_or_else(Vec::new, |b| b.shape.pulses.clone());
+        let current = best.as_ref().map_or_else(|| q.to_vec(), |b| b.q.clone());
+        if let Some(b) = &best {
+            let columns: Vec<&Column> = b.applied.columns.iter().chain(&standing_columns).collect();
+            let amplitudes: Vec<f64> = b.amplitudes.iter().chain(&standing_amplitudes).copied().collect();
+            let own = frame.own_forces(&columns, &amplitudes);
+            frame.smooth(&current, Some(own))?;
+        }
+        let sets: Vec<Vec<[f64; 2]>> =
+            places(frame, score).into_iter().map(|p| [&got[..], &[p]].concat()).collect();
+        let mut all = make(frame, &sets);
+        let mut screening = Screening::new(frame, standing);
+        screening.look(frame, &mut all, &bank(&current, &[1.0]))?;
+        let better = |a: EffectCandidate, b: EffectCandidate| if b.evidence > a.evidence { b } else { a };
+        let Some(mut found) = all.into_iter().reduce(better) else { break };
+        for [by, factor] in STEPS {
+            let Some([begin, width]) = found.shape.pulses.last().copied() else { break };
+            let mut sets = Vec::new();
+            for i in [-1.0, 0.0, 1.0] {
+                for x in [1.0 / factor, 1.0, factor] {
+                    if i != 0.0 || x != 1.0 {
+                        let moved = [begin + i * by * width + 0.5 * width * (1.0 - x), width * x];
+                        sets.push([&got[..], &[moved]].concat());
+                    }
+                }
+            }
+            let mut all = make(frame, &sets);
+            screening.look(frame, &mut all, &[found.q.clone()])?;
+            found = all.into_iter().fold(found, |a, b| if b.evidence >= a.evidence { b } else { a });
+        }
+        if best.as_ref().is_some_and(|b| found.evidence - b.evidence < GAIN) {
+            break;
+        }
+        best = Some(found);
+    }
+    let columns: Vec<&Column> = standing_columns.iter().collect();
+    let own = (!columns.is_empty()).then(|| frame.own_forces(&columns, &standing_amplitudes));
+    frame.smooth(q, own)?;
+    if let Some(b) = &mut best {
+        b.evidence -= EACH * b.shape.pulses.len() as f64;
+    }
+    Ok(best)
+}
+
+/// Begin and width of raised cosines that match the score of a force best.
+fn places(frame: &InnovationsFrame, score: usize) -> Vec<[f64; 2]> {
+    let Some(longest) = frame.runs.iter().max_by_key(|r| r.nodes) else { return Vec::new() };
+    let (dt, nodes) = (longest.dt, longest.nodes);
+    let mut g = vec![0.0; nodes];
+    for r in &frame.runs {
+        g.iter_mut().zip(r.score(score)).for_each(|(g, s)| *g += s);
+    }
+    let first = ((START / dt) as usize).min(nodes);
+    g[..first].fill(0.0);
+    let mut out = Vec::new();
+    for width in WIDTHS {
+        let m = ((width / dt) as usize).max(3);
+        if m > nodes {
+            continue;
+        }
+        let shape: Vec<f64> = (0..m).map(|j| 0.5 * (1.0 - (2.0 * PI * j as f64 / m as f64).cos())).collect();
+        let match_at = |i: usize| shape.iter().zip(&g[i..]).map(|(a, b)| a * b).sum::<f64>().abs();
+        let mut z: Vec<f64> = (0..=nodes - m).map(match_at).collect();
+        for _ in 0..PLACES {
+            let top = (0..z.len()).fold(0, |a, b| if z[b] > z[a] { b } else { a });
+            out.push([top as f64 * dt, width]);
+            let end = (top + m / 2).min(z.len());
+            z[top.saturating_sub(m / 2)..end].fill(0.0);
+        }
+    }
+    out
+}

@@ -1,0 +1,276 @@
+//! What explains the gap: a screen of all shapes at once, leaders refined and fitted, other structures in frames of their own,
+//! pairs beside what the first leaves. All evidences are of the same readings.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
+use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
+use trueup_estimation::innovations::intensity::power;
+use trueup_estimation::innovations::kernel::SizeError;
+use trueup_estimation::innovations::linear::Feedback;
+use trueup_estimation::innovations::two_mass::TwoMassPlant;
+use trueup_signals::Loaded;
+
+use super::along::{JointAlong, UsualSizes};
+use super::candidate::{EffectCandidate, applied};
+use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
+use super::late::late_channel;
+use super::laws::{LAWS, PUSHES, law_of, stribeck};
+use super::null::{FittedNull, fit_null};
+use super::pairs::{FittedPair, beside};
+use super::pushes::pursue;
+use super::screen::{families, refine, sift};
+use super::spectrum::OrderPeaks;
+use super::structure::{with_friction, with_spring, with_tip};
+
+/// Leaders that are fitted, and of these, those with all rounds.
+const LEADERS: [usize; 2] = [7, 2];
+/// Rounds of a leader that begins high, and of the others.
+const ROUNDS: [usize; 2] = [8, 4];
+/// Nats of the screen below which nothing is fitted.
+const LEAST: f64 = 4.0;
+/// Starts after a release, in usual speeds with their exponents: a screen along a wrong release does not see them.
+const AFTER_RELEASE: [(f64, f64); 4] = [(0.02, 1.0), (0.05, 1.0), (0.05, 2.0), (0.1, 1.0)];
+/// Torque held at rest, in levels of dry friction, from which on there is a release.
+const RELEASE: f64 = 1.3;
+
+/// A case that cannot be searched.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum JointSearchError {
+    /// Recordings that cannot be taken.
+    #[error(transparent)]
+    Nodes(#[from] NodesError),
+    /// Not one of the plants that this is made for.
+    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}; leave --engine out")]
+    Model {
+        /// The case.
+        file: String,
+        /// Its model.
+        model: String,
+    },
+    /// A parameter that must be positive.
+    #[error("{file}: {name} has to be above 0; correct it in [parameters]")]
+    Parameter {
+        /// The case.
+        file: String,
+        /// The parameter.
+        name: &'static str,
+    },
+    /// Known effects, gains, offsets, delays that are estimated.
+    #[error("{file}: the innovations engine does not know {what}; leave --engine out")]
+    Known {
+        /// The case.
+        file: String,
+        /// What it does not know.
+        what: &'static str,
+    },
+    /// No filter for the plant.
+    #[error(transparent)]
+    Size(#[from] SizeError),
+}
+
+/// All that a verdict is made from.
+pub struct JointFindings {
+    /// The model alone.
+    pub null: FittedNull,
+    /// Effects, best first; at least one.
+    pub effects: Vec<FittedEffect>,
+    /// Pairs, best first.
+    pub pairs: Vec<FittedPair>,
+}
+
+/// A case's frame and plant.
+///
+/// # Errors
+/// See [`JointSearchError`].
+pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), JointSearchError> {
+    let case = &loaded.case;
+    let file = || case.file.display().to_string();
+    if case.model != "TwoMassJoint" {
+        return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
+    }
+    let mut sensors = loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let doubted = sensors.any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
+    let known = [(!case.effects.is_empty(), "known effects"), (doubted, "gains, offsets and unknown delays")];
+    if let Some((_, what)) = known.into_iter().find(|k| k.0) {
+        return Err(JointSearchError::Known { file: file(), what });
+    }
+    let plant = TwoMassPlant::of(case, root_mean_square(loaded, "motorCurrent"));
+    if let Some(name) = plant.missing() {
+        return Err(JointSearchError::Parameter { file: file(), name });
+    }
+    let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
+    Ok((InnovationsFrame::new(&intake, Rc::new(plant.clone()), None)?, plant))
+}
+
+/// Candidates of all laws along the present trajectory of a frame.
+pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCandidate> {
+    let along = JointAlong::new(frame, sizes);
+    let orders = OrderPeaks::of(&along);
+    let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
+    shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
+}
+
+/// Searches a case.
+///
+/// # Errors
+/// See [`JointSearchError`].
+pub fn search_joint(loaded: &Loaded) -> Result<JointFindings, JointSearchError> {
+    let (mut frame, plant) = frame_of(loaded)?;
+    let null = fit_null(&mut frame)?;
+    let mut candidates = all_shapes(&frame, &null.sizes);
+    let alone = sift(&mut frame, &mut candidates, &null.begin, &[])?;
+    let frame = Rc::new(RefCell::new(frame));
+    Ok(search_from(&frame, &plant, null, candidates, alone)?)
+}
+
+/// Goes on where a screen ended: `alone` is the evidence without any candidate.
+///
+/// # Errors
+/// Where no filter was made for the plant's size.
+pub fn search_from(
+    frame: &SharedFrame,
+    plant: &TwoMassPlant,
+    null: FittedNull,
+    mut candidates: Vec<EffectCandidate>,
+    alone: f64,
+) -> Result<JointFindings, SizeError> {
+    let (q, sizes) = (&null.begin, &null.sizes);
+    let places: &[&str] = if plant.rigid { &["load"] } else { &["load", "actuator"] };
+    for place in places {
+        candidates.extend(pursue(&mut frame.borrow_mut(), sizes, q, place, &[])?);
+    }
+    let (first, forms) = families(&candidates);
+    let mut effects = best_each(leaders(frame, &null, &first, &forms, alone)?);
+    let best = effects.first().map_or(f64::NEG_INFINITY, |h| h.evidence);
+    // Shapes once more, along the trajectory that the hypothesis made.
+    for h in effects.clone().iter().take(3) {
+        if h.evidence > null.evidence + (0.4 * (best - null.evidence)).max(30.0) && is_shaped(h) {
+            effects.push(polish(frame, h, sizes)?);
+        }
+    }
+    let mut effects = best_each(effects.into_iter().map(play).collect());
+    effects.extend(late_channels(frame, &null, &first, alone, effects.first())?);
+    let top = first.first().map_or(alone, |c| c.evidence);
+    for c in first.iter().take(4).filter(|c| c.law.id() == "flexible-link" && !plant.rigid) {
+        if c.evidence > alone + (0.3 * (top - alone)).max(5.0) {
+            effects.extend(with_tip(&frame.borrow(), plant, c)?);
+        }
+    }
+    if frame.borrow().plant.coordinates().iter().all(|c| c.dry.is_none()) {
+        effects.extend(with_friction(&mut frame.borrow_mut(), plant, sizes)?);
+    }
+    if plant.rigid {
+        effects.extend(with_spring(&frame.borrow(), plant)?);
+    }
+    let mut effects = best_each(effects);
+    let mut pairs = Vec::new();
+    let mut lead: Vec<usize> = (0..effects.len().min(1)).collect();
+    if let Some(h) = effects.first() {
+        let loud = h.fit.q.iter().any(|q| *q > 2.0 * INTENSITY[0]);
+        lead.extend(effects.iter().position(|o| o.id != h.id).filter(|_| loud));
+    }
+    for k in lead {
+        let best = effects[0].evidence;
+        if effects[k].evidence - null.evidence > (0.5 * (best - null.evidence)).max(30.0) {
+            pairs.extend(beside(&mut effects[k], sizes)?);
+        }
+    }
+    pairs.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
+    Ok(JointFindings { effects: best_each(effects), null, pairs })
+}
+
+/// The first of the screen, refined and fitted.
+fn leaders(
+    frame: &SharedFrame,
+    null: &FittedNull,
+    first: &[EffectCandidate],
+    forms: &[EffectCandidate],
+    alone: f64,
+) -> Result<Vec<FittedEffect>, SizeError> {
+    let (q, sizes) = (&null.begin, &null.sizes);
+    let mut chosen: Vec<(EffectCandidate, usize, bool)> = Vec::new();
+    for (k, c) in first.iter().take(LEADERS[0]).enumerate() {
+        chosen.push((c.clone(), ROUNDS[usize::from(k >= LEADERS[1])], false));
+    }
+    let leads = |c: &&EffectCandidate| first.iter().take(4).any(|f| f.key() == c.key());
+    chosen.extend(forms.iter().take(3).filter(leads).map(|c| (c.clone(), ROUNDS[1], false)));
+    if frame.borrow().release > RELEASE {
+        let f = frame.borrow();
+        let along = JointAlong::new(&f, sizes);
+        for (speed, k) in AFTER_RELEASE {
+            let shape = stribeck(speed * sizes.motor_speed, k);
+            let made = law_of("stribeck-friction").and_then(|l| EffectCandidate::new(l, &along, shape));
+            chosen.extend(made.map(|c| (EffectCandidate { q: q.clone(), ..c }, ROUNDS[1], true)));
+        }
+    }
+    let mut out = Vec::new();
+    for (c, rounds, as_it_is) in chosen {
+        if c.evidence < alone + LEAST && !out.is_empty() && !as_it_is {
+            continue;
+        }
+        frame.borrow_mut().reset(q)?;
+        let c = if as_it_is || c.law.id() == PUSHES.id() {
+            c
+        } else {
+            let Some(c) = c.again(&frame.borrow(), sizes) else { continue };
+            refine(&mut frame.borrow_mut(), c, sizes, &[], 3)?
+        };
+        out.push(fit_candidate(frame, &c, sizes, rounds)?);
+    }
+    Ok(out)
+}
+
+fn is_shaped(h: &FittedEffect) -> bool {
+    h.shape.get("h").is_some() || h.parts.iter().any(|(law, shape)| !law.refined(shape).is_empty())
+}
+
+/// An effect with its shape once more, along its own trajectory.
+fn polish(frame: &SharedFrame, h: &FittedEffect, sizes: &UsualSizes) -> Result<FittedEffect, SizeError> {
+    let (law, shape) = h.parts[0].clone();
+    let f = &mut *frame.borrow_mut();
+    f.theta.clone_from(&f.start);
+    for k in &f.unknown {
+        f.theta[*k] = h.fit.theta[*k];
+    }
+    f.feedback = Feedback::default();
+    f.smooth(&h.fit.q, None)?;
+    for _ in 0..2 {
+        let laws = applied(&h.parts, f, sizes);
+        f.put_in_force(&laws, &h.fit.amplitudes, &h.fit.zeros, &h.fit.q)?;
+    }
+    let mut refined = (law, shape.clone());
+    if let Some(mut c) = EffectCandidate::new(law, &JointAlong::new(f, sizes), shape) {
+        c.q.clone_from(&h.fit.q);
+        refined.1 = refine(f, c, sizes, &[], 2)?.shape;
+    }
+    let parts = [refined];
+    let fit = f.fit(&|f| applied(&parts, f, sizes), &h.fit.q, ROUNDS[0], false)?;
+    let [(law, shape)] = parts;
+    Ok(FittedEffect::of_law(frame, law, shape, fit))
+}
+
+/// Channels that the screen has late, each in a frame of its own.
+fn late_channels(
+    frame: &SharedFrame,
+    null: &FittedNull,
+    first: &[EffectCandidate],
+    alone: f64,
+    leader: Option<&FittedEffect>,
+) -> Result<Vec<FittedEffect>, SizeError> {
+    let late = |c: &&EffectCandidate| c.law.id() == "sensor-delay";
+    let far = first.iter().filter(late).map(|c| c.evidence).fold(0.0, f64::max);
+    let fall = leader.map_or(0.0, |h| 1.0 - h.power() / power(&null.q));
+    let loud = null.q.iter().any(|q| *q > 0.02) && fall < 0.8;
+    let mut out = Vec::new();
+    for place in ["sensor:motorAngle", "sensor:loadAngle"] {
+        let found = first.iter().enumerate().find(|(_, c)| late(c) && c.shape.place == place);
+        let Some((rank, c)) = found else { continue };
+        let seen = c.evidence > alone + 5.0 && rank < 8;
+        if c.evidence >= alone + 0.5 * (far - alone) && (seen || loud) {
+            out.extend(late_channel(frame, place, &null.sizes, &null.q, c.shape.value("d"))?);
+        }
+    }
+    Ok(out)
+}

@@ -1,0 +1,171 @@
+//! From evidences to a verdict: a few numbers and two logistic models of them ([`levels`]).
+
+use trueup_estimation::innovations::intensity::power;
+
+use super::hypothesis::FittedEffect;
+use super::levels::{
+    ALIKE, AUDIBLE, EQUAL_SLOPES, FALL, FLOOR, LOST, LogisticWeights, ODD, PARAMETERS, QUIET, RIGHT, SECOND,
+    SMALL, WORTH,
+};
+use super::pairs::FittedPair;
+use super::search::JointFindings;
+
+/// What is said of a case.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointVerdict {
+    /// Nothing is missing.
+    NoGap,
+    /// Other parameters are enough.
+    Parameters,
+    /// These effects are missing.
+    Effects,
+    /// One of these effects is missing.
+    Ambiguous,
+    /// Something is missing that no effect explains.
+    Unknown,
+}
+
+impl JointVerdict {
+    /// As reports have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoGap => "no-gap",
+            Self::Parameters => "parameters",
+            Self::Effects => "effects",
+            Self::Ambiguous => "ambiguous",
+            Self::Unknown => "unknown",
+        }
+    }
+}
+
+/// A verdict with the numbers that it is made from.
+#[derive(Clone, Debug)]
+pub struct JointJudgement {
+    /// The verdict.
+    pub verdict: JointVerdict,
+    /// Effects with their places: what is missing, or what it may be.
+    pub set: Vec<(&'static str, &'static str)>,
+    /// Probability that the leader, or the pair, is right.
+    pub probability: f64,
+    /// Probability that the best second is right; `None`: there is none.
+    pub second: Option<f64>,
+    /// Nats that the leader gains over the refitted parameters.
+    pub gain: f64,
+    /// Nats to the next other effect.
+    pub margin: f64,
+    /// Numbers of the leader by name.
+    pub numbers: Vec<(&'static str, f64)>,
+}
+
+fn decades(x: f64) -> f64 {
+    x.clamp(1.0, 1e5).log10()
+}
+
+fn largest(q: &[f64]) -> f64 {
+    q.iter().copied().fold(0.0, f64::max)
+}
+
+fn logistic(weights: LogisticWeights, numbers: &[(&'static str, f64)]) -> f64 {
+    let value = |name: &str| {
+        if name == "bias" { 1.0 } else { numbers.iter().find(|n| n.0 == name).map_or(0.0, |n| n.1) }
+    };
+    let sum: f64 = weights.iter().map(|(name, w)| w * value(name)).sum();
+    1.0 / (1.0 + (-sum.clamp(-30.0, 30.0)).exp())
+}
+
+/// A spring of two slopes that are equal is another stiffness, no effect.
+fn is_void(h: &FittedEffect) -> bool {
+    let a = &h.fit.amplitudes;
+    let slopes = h.id == "nonlinear-stiffness" && h.shape.form == "slopes" && a.len() == 2;
+    slopes && a[0].abs() < EQUAL_SLOPES * (1.0 + a[1]).abs()
+}
+
+/// Judges a search; `None` where it has no effect at all.
+pub fn judge(findings: &JointFindings) -> Option<JointJudgement> {
+    let null = &findings.null;
+    let mut effects: Vec<&FittedEffect> = findings.effects.iter().filter(|h| !is_void(h)).collect();
+    if effects.is_empty() {
+        effects.extend(findings.effects.last());
+    }
+    let leader = *effects.first()?;
+    let start = power(&null.q);
+    let gain = leader.evidence - null.evidence;
+    let rival = effects.iter().find(|h| h.id != leader.id);
+    let rival = rival.map_or(null.evidence - 10.0, |h| h.evidence);
+    let margin = leader.evidence - rival.max(null.evidence);
+    let fallen = if start > FLOOR { (start / leader.power()).log10() } else { 0.5 };
+    let count = null.count.max(1) as f64;
+    let numbers = vec![
+        ("gain", decades(gain)),
+        ("power", fallen.clamp(-1.0, 4.0)),
+        ("margin", margin / gain.max(1.0)),
+        ("left", largest(&leader.fit.q).log10()),
+        ("rate", (gain.max(1.0) / count).log10()),
+        ("had", largest(&null.q).log10()),
+    ];
+    let fall = |q: &[f64]| (start / power(q)).log10();
+    let mut probability = logistic(RIGHT, &numbers);
+    let small = if start > FLOOR { SMALL[0] } else { SMALL[1] };
+    if gain < small && fall(&leader.fit.q) < FALL[0] {
+        // Little is gained, and what is left stays as it was.
+        probability = probability.min(0.3);
+    }
+    if largest(&leader.fit.q) > LOST {
+        probability = 0.0;
+    }
+    let mut set = vec![leader.key()];
+    let chance = |p: &FittedPair| Some((second_chance(findings, leader, p, &effects)?, p.clone()));
+    let best = findings.pairs.iter().filter_map(chance);
+    let best = best.reduce(|a, b| if b.0 > a.0 { b } else { a });
+    let mut second = None;
+    if let Some((chance, pair)) = best {
+        second = Some(chance);
+        let takes_away = fall(&pair.fit.q) > FALL[1] && largest(&pair.fit.q) < LOST;
+        if chance > 0.5 && (probability > 0.5 || takes_away) {
+            set = vec![pair.first, pair.second];
+            probability = probability.max(chance);
+        }
+    }
+    let mut verdict = if probability > 0.5 && gain > QUIET {
+        JointVerdict::Effects
+    } else if null.latents > WORTH || null.farthest > ODD {
+        JointVerdict::Unknown
+    } else if null.evidence - null.nominal.0 < PARAMETERS {
+        JointVerdict::NoGap
+    } else {
+        JointVerdict::Parameters
+    };
+    if verdict == JointVerdict::Effects && set.len() == 1 {
+        let share = if largest(&leader.fit.q) > AUDIBLE { ALIKE[1] * gain } else { 0.0 };
+        let alike =
+            |h: &&&FittedEffect| leader.evidence - h.evidence < ALIKE[0].max(share) && h.id != leader.id;
+        let rivals: Vec<_> = effects.iter().skip(1).filter(alike).take(2).map(|h| h.key()).collect();
+        if !rivals.is_empty() {
+            verdict = JointVerdict::Ambiguous;
+            set.extend(rivals);
+        }
+    }
+    if !matches!(verdict, JointVerdict::Effects | JointVerdict::Ambiguous) {
+        set.clear();
+    }
+    Some(JointJudgement { verdict, set, probability, second, gain, margin, numbers })
+}
+
+/// Probability that the second of a pair is right; `None` where its first is no effect.
+fn second_chance(
+    findings: &JointFindings,
+    leader: &FittedEffect,
+    pair: &FittedPair,
+    effects: &[&FittedEffect],
+) -> Option<f64> {
+    let first = effects.iter().find(|h| h.key() == pair.first)?;
+    let gain = pair.evidence - leader.evidence;
+    let numbers = [
+        ("gain", decades(gain)),
+        ("same", f64::from(u8::from(pair.first.1 == pair.second.1))),
+        ("share", gain / (pair.evidence - findings.null.evidence).max(1.0)),
+        ("power", (first.power() / power(&pair.fit.q)).log10().clamp(-1.0, 4.0)),
+        ("left", largest(&pair.fit.q).log10()),
+    ];
+    Some(logistic(SECOND, &numbers))
+}

@@ -1,0 +1,84 @@
+//! What stands in a file, before anybody says what it is.
+
+use crate::names::element_name;
+
+/// Numbers from here on are kept as they are written: of a Unix time in s a double has no more than the microsecond, of a larger
+/// integer not even the last digit.
+pub(super) const LONG: f64 = 1e9;
+
+/// What is wanted of the cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Wanted {
+    /// Numbers; a word among them is a mistake.
+    Numbers,
+    /// As they are written, too: who asks knows which of them are numbers, texts or items.
+    Texts,
+}
+
+/// Columns of one length.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Table {
+    pub(crate) columns: Vec<TableColumn>,
+    /// Line of each row; empty where a format has none.
+    pub(crate) lines: Vec<u64>,
+    /// What cannot be a column, and why.
+    pub(crate) skipped: Vec<String>,
+}
+
+/// One of them.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct TableColumn {
+    pub(crate) name: String,
+    /// `NaN` where nothing was measured, and where a cell is text.
+    pub(crate) values: Vec<f64>,
+    /// The cells as they are written, of every row; empty where the values say all.
+    pub(crate) texts: Vec<String>,
+    /// How many cells are text.
+    pub(crate) words: usize,
+    /// The unit that the file gives it.
+    pub(crate) unit: Option<String>,
+    /// Of a column that is a time by its type.
+    pub(crate) ticks: Option<Ticks>,
+}
+
+/// Times as whole counts.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Ticks {
+    /// `None` where there is none.
+    pub(crate) counts: Vec<Option<i64>>,
+    pub(crate) per_second: f64,
+    /// Counted from the beginning of 1970, else from the beginning of the recording.
+    pub(crate) of_epoch: bool,
+}
+
+impl Table {
+    /// Where row `i` stands: a line, or nothing.
+    pub(crate) fn line(&self, row: usize) -> Option<u64> {
+        self.lines.get(row).copied()
+    }
+
+    /// The names of its columns.
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> + Clone {
+        self.columns.iter().map(|c| c.name.as_str())
+    }
+}
+
+impl TableColumn {
+    /// A column of numbers.
+    pub(crate) fn numbers(name: impl Into<String>, values: Vec<f64>) -> Self {
+        Self { name: name.into(), values, ..Self::default() }
+    }
+
+    /// A column of arrays of this width as one column an element; texts are those of whole cells, with blanks between.
+    pub(super) fn elements(name: &str, width: usize, values: &[f64], texts: &[String]) -> Vec<Self> {
+        let of = |k: usize| {
+            let part = |text: &String| text.split_whitespace().nth(k).unwrap_or_default().to_owned();
+            let own = values.iter().skip(k).step_by(width).copied().collect();
+            Self {
+                texts: texts.iter().map(part).collect(),
+                ..Self::numbers(element_name(name, &[k + 1]), own)
+            }
+        };
+        (0..width).map(of).collect()
+    }
+}

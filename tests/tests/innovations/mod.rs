@@ -1,0 +1,72 @@
+//! The innovations engine, stage by stage, against the numbers of another program of the same method.
+//!
+//! `none.json`, `single.json`, `pairs.json` and `outside.json` have these numbers for cases of the trials' generator.
+
+mod compare;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+use trueup_signals::Case;
+use trueup_trials::{Folders, Order, Plant, Split, generate};
+
+/// Verdicts that rounding decides: the program that made the numbers says otherwise of it in double precision.
+const DECIDED_BY_ROUNDING: [&str; 1] = ["pairs-joint-72931ad5"];
+
+fn read(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+fn check(folder: &Path, golden: &Value, name: &str) {
+    let (loaded, _) = Case::load(folder, |_| Ok(Vec::new())).unwrap();
+    let mut complaints = compare::stages(&loaded, golden).unwrap();
+    if DECIDED_BY_ROUNDING.contains(&name) {
+        complaints.retain(|c| !c.starts_with("verdict"));
+    }
+    assert!(complaints.is_empty(), "{name}:\n{}", complaints.join("\n"));
+}
+
+#[test]
+#[ignore = "generates and searches four cases: a minute"]
+fn every_stage_of_four_generated_joints_has_the_golden_numbers() {
+    let kinds = [
+        ("none", Split::None),
+        ("single", Split::Single),
+        ("pairs", Split::Pairs),
+        ("outside", Split::Outside),
+    ];
+    for (name, split) in kinds {
+        let own =
+            Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/innovations").join(format!("{name}.json"));
+        let golden = read(&own);
+        let number = |key: &str| golden["key"][key].as_u64().unwrap();
+        let (index, seed) = (number("index") as usize, number("seed"));
+        let folder = tempfile::tempdir().unwrap();
+        let to = Folders { directory: folder.path(), cache: None };
+        let order =
+            Order { plant: Plant::Joint, split, count: index + 1, seed, shard: (index + 1, index + 1) };
+        generate(to, &order, |_, _| {}).unwrap();
+        let case = golden["key"]["case"].as_str().unwrap();
+        check(&folder.path().join("cases").join(case), &golden, name);
+    }
+}
+
+/// Cases with their numbers, in `engine/goldens/joint` in the folder that TRUEUP_DATA names, or beside it.
+#[test]
+#[ignore = "searches sixteen cases: minutes"]
+fn every_stage_of_all_joints_has_the_golden_numbers() {
+    let data = std::env::var_os("TRUEUP_DATA").map(PathBuf::from);
+    let places = data.iter().flat_map(|d| [d.clone(), d.join("..")]).map(|d| d.join("engine/goldens/joint"));
+    let Some(folder) = places.into_iter().find(|d| d.is_dir()) else {
+        eprintln!("SKIPPED: TRUEUP_DATA does not name the folder with the golden numbers of joints");
+        return;
+    };
+    let mut names: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|e| e.unwrap().path()).collect();
+    names.sort();
+    assert!(!names.is_empty());
+    for case in names {
+        let name = case.file_name().unwrap().to_string_lossy().into_owned();
+        check(&case, &read(&case.join("golden.json")), &name);
+    }
+}
