@@ -61,7 +61,7 @@ class Program:
         (self.folder / "case").mkdir()
         self.write("case/case.toml", text)
         code, lines = self.said("identify", "case")
-        wrong = [line for line in lines if "No such file" not in line]
+        wrong = [line for line in lines if "there is no such file" not in line]
         assert code == 1 and not wrong, wrong
 
     def reads_sidecar(self, text):

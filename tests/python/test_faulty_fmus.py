@@ -171,7 +171,7 @@ def test_no_lie_no_silence_no_hang(fmus, tmp_path, request):
 # What ended the program without a word, or never ended: always the same ones.
 KNOWN = [
     (2, "cs", False, "_exit", "step", 7), (3, "cs", False, "exec", "step", 2), (2, "me", False, "daemon", "derivatives", 7),
-    (3, "me", False, "writes", "set_states", 2), (2, "cs", True, "pending", "step", 2), (2, "me", False, "chatter", "derivatives", 1),
+    (3, "me", False, "writes", "set_states", 2), (2, "cs", True, "pending", "step", 2), (2, "me", False, "chatter", "derivatives", 1), (3, "me", False, "noise", "derivatives", 1),
     (2, "cs", False, "session", "step", 2), (3, "cs", True, "session", "step", 2), (2, "cs", False, "long", "step", 2),
 ]
 

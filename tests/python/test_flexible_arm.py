@@ -1,5 +1,7 @@
 """FlexibleArm through FMPy: energy, both kinds of interface, what may be chosen."""
 
+import re
+
 import numpy as np
 import pytest
 from fmpy import read_model_description, simulate_fmu
@@ -153,3 +155,32 @@ def test_what_is_packed_is_told(trueup, tmp_path):
     assert wrong.returncode == 2 and "1 to 5" in wrong.stderr
     wrong = trueup("fmu", "pack", "FlexibleArm", "--set", "youngsModulus=0,1", "-o", tmp_path)
     assert wrong.returncode != 0 and "youngsModulus[1]" in wrong.stderr
+
+
+def test_a_sampled_controller_needs_no_lines(fmu, trueup, tmp_path):
+    """Six controllers at 1 kHz: the master's own choice steps the arm as often as `jacobi` does, and comes to the same."""
+    links, parts = [], [f"[components.arm]\nfmu = '{fmu('FlexibleArm', 3)}'"]
+    for i, drive in enumerate(DRIVE, 1):
+        links.append(f'"c{i}.motorCurrent -> arm.motorCurrent[{i}]"')
+        for output, to in (("motorAngle", "motorAngle"), ("motorVelocity", "motorVelocity"), ("jointAngle", "loadAngle"), ("jointVelocity", "loadVelocity")):
+            links.append(f'"arm.{output}[{i}] -> c{i}.{to}"')
+        # The arm's motors are on the joint's side, so that the controller's gear is 1.
+        start = f"samplePeriod = 0.001, gearRatio = 1.0, torqueConstant = {drive}, positionReference = 0.05"
+        parts.append(f"[components.c{i}]\nfmu = '{fmu('JointController', 3)}'\nstart = {{ {start} }}")
+    angles = {}
+    for algorithm in ("", 'algorithm = "jacobi"'):
+        text = f"connections = [{', '.join(links)}]\n[run]\nstop = 0.02\nstep = 0.001\n{algorithm}\n" + "\n".join(parts)
+        (tmp_path / "loop.toml").write_text(text)
+        done = trueup("simulate", tmp_path / "loop.toml", "-o", tmp_path / "loop.csv", "--log", tmp_path / "loop.log")
+        assert done.returncode == 0, done.stderr
+        # In the summary and in the log, apart from events of the arm's own.
+        for told in (done.stderr, (tmp_path / "loop.log").read_text()):
+            counts = re.search(r"^`arm`.*: (.*)$", told, re.M)[1]
+            assert re.match("(19|20) calls of 0.001 s", counts) and "0.0005 s" not in counts, told
+        head, *rows = (tmp_path / "loop.csv").read_text().splitlines()
+        column = head.split(",").index("arm.jointAngle[2]")
+        angles[algorithm] = np.array([float(row.split(",")[column]) for row in rows])
+    own, held = angles.values()
+    moved = np.max(np.abs(held - held[0]))
+    print(f"the choice and jacobi apart by {np.max(np.abs(own - held)):.1e} rad of {moved:.1e} rad")
+    assert moved > 1e-4 and np.max(np.abs(own - held)) < 1e-6 * moved

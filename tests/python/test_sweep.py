@@ -61,13 +61,17 @@ sliding = { variable = "sticking", take = "time", below = 0.5 }
 
 
 def test_sobol_is_that_of_scipy_to_the_bit(run, fmus, tmp_path):
-    factors = "\n".join(f'f{i} = {{ variable = "initialMotorAngle", from = 0, to = 1 }}' for i in range(32))
+    # Two factors may not vary one variable, so there are as many as an arm has that may be anything from 0 to 1.
+    each = {"linkCenterOfMass[{},1]": 3, "linkCenterOfMass[{},2]": 3, "initialJointAngle[{}]": 3, "initialJointVelocity[{}]": 3,
+            "mountPosition[{}]": 2, "initialBasePosition[{}]": 2, "initialBaseVelocity[{}]": 2}
+    names = [name.format(k + 1) for name, count in each.items() for k in range(count)] + ["initialBaseAttitude", "initialBaseRate"]
+    factors = "\n".join(f'f{i} = {{ variable = "{name}", from = 0, to = 1 }}' for i, name in enumerate(names))
     head = 'design = "sobol"\nruns = 500\n[run]\nstop = 0.001\nstep = 0.001\n'
-    outputs = '[outputs]\nangle = { variable = "motorAngle", take = "min" }\n'
-    table = sweep(run, fmus, tmp_path, f"{head}[factors]\n{factors}\n{outputs}")
-    ours = np.column_stack([table[f"f{i}"].to_numpy() for i in range(32)])
-    theirs = qmc.Sobol(32, scramble=False, bits=32).random(512)[:500]
-    assert np.array_equal(ours, theirs)
+    outputs = '[outputs]\nangle = { variable = "baseAttitude", take = "min" }\n'
+    table = sweep(run, fmus, tmp_path, f"{head}[factors]\n{factors}\n{outputs}", "PlanarManipulator")
+    ours = np.column_stack([table[f"f{i}"].to_numpy() for i in range(len(names))])
+    theirs = qmc.Sobol(len(names), scramble=False, bits=32).random(512)[:500]
+    assert len(names) == 20 and np.array_equal(ours, theirs)
 
 
 def columns(file):

@@ -172,7 +172,7 @@ fn the_examples_are_read_and_use_every_key() {
     assert_eq!(recording.channels.len(), 3);
     assert!((last("motorAngle") - 1.7339808).abs() < 1e-9 && (last("motorCurrent") - 2.0).abs() < 1e-12);
     assert!((last("motorVelocity") - std::f64::consts::TAU).abs() < 1e-9, "60 rpm is a turn a second");
-    let all = format!("{case}{arm}{sidecar}");
+    let all = format!("{case}{arm}{grounded}{sidecar}");
     for key in keys::ALL.iter().flat_map(Keys::names) {
         assert!(all.contains(key), "`{key}` is in no example");
     }

@@ -24,6 +24,16 @@ impl Grid {
         fits.then_some(Self { start, stop, step, steps: steps as u64 })
     }
 
+    /// Why there is no such grid, with the mend.
+    pub(crate) fn refusal(start: f64, stop: f64, step: f64) -> String {
+        if start == stop {
+            return format!("a run from {start:?} s to {stop:?} s has no length; choose a later stop");
+        }
+        format!(
+            "no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step"
+        )
+    }
+
     /// Point `i` in s.
     pub fn time(&self, i: u64) -> f64 {
         let (i, rate) = (i as f64, (1.0 / self.step).round());

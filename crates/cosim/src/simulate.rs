@@ -239,7 +239,7 @@ fn grid(d: &Description, options: &Options, wrong: &mut Vec<String>) -> Option<G
     });
     let grid = Grid::new(start, stop, step);
     match grid {
-        None => wrong.push(format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step")),
+        None => wrong.push(Grid::refusal(start, stop, step)),
         Some(_) => {
             let why = offered.and_then(|i| refusal(i, step, stop - start));
             wrong.extend(why.map(|why| format!("the FMU {why}")));

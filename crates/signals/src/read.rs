@@ -62,11 +62,13 @@ impl Recording {
 /// The columns of a file, by the end of its name.
 fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<Table> {
     let open = std::fs::File::open(file).map_err(|e| {
-        let mend = match e.kind() {
-            std::io::ErrorKind::NotFound => "write its name as it stands in the folder",
-            _ => "make it a readable file",
+        let (what, mend) = match e.kind() {
+            std::io::ErrorKind::NotFound => {
+                ("there is no such file".to_owned(), "write its name as it stands in the folder")
+            }
+            _ => (e.to_string(), "make it a readable file"),
         };
-        findings.push(Finding::error(Kind::MissingFile, file, e.to_string(), mend));
+        findings.push(Finding::error(Kind::MissingFile, file, what, mend));
     });
     let open = open.ok()?;
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();

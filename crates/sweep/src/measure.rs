@@ -84,9 +84,12 @@ impl Tap {
 
     fn next(&mut self, take: Take, from: f64, to: f64, x: f64) {
         let (before, h) = (self.last, to - from);
-        self.integral += take.integral(before, x, h);
+        // What is discrete keeps its value until the next row.
+        let held = !matches!(self.kind, Kind::Real | Kind::Single);
+        self.integral += take.integral(before, if held { before } else { x }, h);
         if self.passed.is_none() {
-            self.passed = take.passes(before, x).map(|part| from + part * h);
+            let passes = take.passes(before, x);
+            self.passed = passes.map(|part| if held && part > 0.0 { to } else { from + part * h });
         }
         (self.last, self.least, self.most) = (x, self.least.min(x), self.most.max(x));
     }

@@ -1,6 +1,10 @@
 //! FMUs in processes of their own: this program once more for each.
 
 use std::process::ExitCode;
+#[cfg(target_os = "linux")]
+use std::sync::Arc;
+#[cfg(target_os = "linux")]
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use trueup_cosim::plan::Planned;
@@ -57,9 +61,17 @@ pub(crate) fn keep(files: &str) -> Result<(), Error> {
         return Ok(()); // the worker; or there is no other process to be had, and the work is done all the same
     };
     let worker = nix::unistd::Pid::from_raw(keeper.worker());
-    let _ = ctrlc::set_handler(move || _ = kill(worker, Signal::SIGTERM));
+    let interrupted = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&interrupted);
+    let _ = ctrlc::set_handler(move || {
+        asked.store(true, Ordering::Relaxed);
+        _ = kill(worker, Signal::SIGTERM);
+    });
     match keeper.wait() {
         End::Said(status) => Err(Error::Elsewhere(status)),
+        End::Silent(_) if interrupted.load(Ordering::Relaxed) => {
+            Err(Error::Failed("interrupted; nothing of this run is kept".into()))
+        }
         End::Silent(how) => Err(Error::Failed(format!(
             "{files}: the process in which the FMU ran {how} before the run had ended, and nothing of this run is kept; with \
              --isolate it has a process of its own: then its last call is named, and what was computed before is kept"

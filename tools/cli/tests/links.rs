@@ -206,9 +206,9 @@ fn mistakes_in_a_table_name_file_line_and_mend() {
         (
             &modes,
             "inertia = [[0.0144,",
-            "inertia = [[0.2,",
+            "inertia = [[-0.2,",
             "[body.link]",
-            "no body has one larger than the sum",
+            "its principal moments of inertia",
         ),
         (
             &modes,

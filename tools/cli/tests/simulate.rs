@@ -22,7 +22,9 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     let fmu = folder.path().join("m");
     std::fs::create_dir(&fmu).unwrap();
     std::fs::write(fmu.join("modelDescription.xml"), NO_BINARY).unwrap();
-    std::fs::write(folder.path().join("in.csv"), "time,u\n0,1\n0,2\n").unwrap();
+    std::fs::write(folder.path().join("in.csv"), "time,u\n0.5,1\n0,2\n").unwrap();
+    // One time twice is a jump, of which a run needs a stop.
+    std::fs::write(folder.path().join("jump.csv"), "time,u\n0,1\n0,2\n").unwrap();
     for (arguments, code, said) in [
         (&["m", "--set", "v=1", "--outputs", "w"][..], 2, "no variable `v`"),
         (&["m", "--set", "v=1", "--outputs", "w"], 2, "no variable `w`"),
@@ -39,7 +41,8 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["m", "-o", "r.mat"], 2, "end with .csv or .parquet"),
         (&["m"], 1, "no binary"),
         (&["absent.fmu"], 1, "absent.fmu"),
-        (&["m", "--input", "in.csv"], 1, "line 3"),
+        (&["m", "--input", "in.csv"], 1, "in.csv:3: "),
+        (&["m", "--input", "jump.csv"], 1, "has no length; choose a later stop"),
         (&["m", "-o", "nowhere/r.csv"], 1, "nowhere/r.csv"),
     ] {
         let out = trueup(folder.path(), arguments);
@@ -49,7 +52,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         let mut left: Vec<_> =
             std::fs::read_dir(folder.path()).unwrap().map(|f| f.unwrap().file_name()).collect();
         left.sort();
-        assert_eq!(left, ["in.csv", "m"], "{arguments:?}");
+        assert_eq!(left, ["in.csv", "jump.csv", "m"], "{arguments:?}");
     }
 }
 
@@ -57,10 +60,9 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
 fn a_file_that_is_no_fmu_is_named_once() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("half.fmu"), b"PK\x03\x04 and then nothing").unwrap();
-    for (file, said) in [
-        ("half.fmu", "half.fmu is no FMU or not all of one"),
-        ("absent.fmu", "absent.fmu: there is no such file"),
-    ] {
+    for (file, said) in
+        [("half.fmu", "half.fmu is no FMU or not all of one"), ("absent.fmu", "there is no file absent.fmu")]
+    {
         let out = trueup(folder.path(), &[file]);
         let error = String::from_utf8_lossy(&out.stderr);
         assert_eq!(out.status.code(), Some(1), "{error}");

@@ -56,7 +56,7 @@ pub(super) fn grid(
         );
     }
     let Some(grid) = Grid::new(start, stop, step).filter(|_| stop > start || run.stop == Some(start)) else {
-        report.wrong(place, format!("no run from {start:?} s to {stop:?} s in steps of {step:?} s; choose start < stop and a positive step"));
+        report.wrong(place, Grid::refusal(start, stop, step));
         return (None, every);
     };
     for (at, (part, component)) in parts.list.iter().zip(&system.components).enumerate() {

@@ -81,5 +81,7 @@ fn beside(file: &Path) -> String {
         .map(|e| e.file_name().to_string_lossy().into_owned())
         .filter(|n| n.ends_with(".fmu"))
         .collect();
-    suggestion(&file.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str))
+    let near =
+        suggestion(&file.file_name().unwrap_or_default().to_string_lossy(), names.iter().map(String::as_str));
+    if near.is_empty() { "; look at the path".into() } else { near }
 }

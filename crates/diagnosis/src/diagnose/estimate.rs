@@ -1,7 +1,7 @@
 //! Which of two estimates of a set is reported: what page, JSON, FMU and first states have alike.
 //!
-//! Balances and the free-running fit err for different reasons. The one is taken that predicts the recordings for fitting
-//! better over windows; its interval has in it how far the other is off.
+//! Balances and the free-running fit err for different reasons. The free-running fit is taken where it predicts the recordings
+//! for fitting better over windows than chance would have it; its interval has in it how far the other is off.
 
 use nalgebra::DMatrix;
 use trueup_models::effect;
@@ -9,7 +9,7 @@ use trueup_models::effect;
 use super::claim::joint_of;
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::problem::{Target, Unknown};
-use crate::engine::replay::{Complete, Polished};
+use crate::engine::replay::{Complete, Polished, Window};
 use crate::engine::search::{Fitted, Search, Stated};
 use crate::engine::select::Found;
 use crate::outcome::{Amount, Claimed};
@@ -34,6 +34,12 @@ impl Fitted {
         Complete { stated: self.stated.clone(), theta: self.theta.clone() }
     }
 }
+
+/// Standard errors beyond which two predictions differ: 95 % of chance lie within.
+const SURE: f64 = 1.96;
+
+/// Powers that differ by less are alike, as everywhere in this engine.
+const ALIKE: f64 = 1.2;
 
 /// Values with their deviations.
 #[derive(Clone, Debug)]
@@ -93,22 +99,29 @@ impl Reported {
             return Self { estimated: Estimated::new(led, None), complete: led.complete(), free: false };
         };
         let balances = led.complete();
-        let better = window.is_some_and(|w| predicts_better(search, w, &balances, complete));
+        let better = window.is_some_and(|w| predicts_as_well(search, w, &balances, complete));
         let [told, other] = if better { [led, fitted] } else { [fitted, led] };
         let complete = if better { balances } else { complete.clone() };
         Self { estimated: Estimated::new(told, Some(other)), complete, free: !better }
     }
 }
 
-/// Whether the first predicts the recordings for fitting better than the second: by the logarithms of what they miss, window
-/// by window and channel by channel, as where the size of a misfit is not known. Noises of channels differ by orders of
-/// magnitude, and a window in which a motion bifurcates counts for no more than another one.
-fn predicts_better(search: &Search<'_>, seconds: f64, one: &Complete, other: &Complete) -> bool {
+/// Whether the first predicts the recordings for fitting as well as the second, or better: by the logarithms of what they miss,
+/// window by window, as where the size of a misfit is not known. Noises of channels differ by orders of magnitude, and a window
+/// in which a motion bifurcates counts for no more than another one. Where the mean of these is within [`SURE`] standard errors
+/// of 0, or below [`ALIKE`], the two are alike; then it is the first, whose fit has the owner's standard deviations in it.
+fn predicts_as_well(search: &Search<'_>, seconds: f64, one: &Complete, other: &Complete) -> bool {
     let windows = |c: &Complete| search.in_windows(c, &search.case.train, seconds, None).ok();
     let Some(one) = windows(one) else { return false };
     let Some(other) = windows(other) else { return true };
-    let pairs = one.iter().zip(&other).flat_map(|(a, b)| a.missed().zip(b.missed()));
-    pairs.map(|(a, b)| (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln()).sum::<f64>() < 0.0
+    let ratio = |(a, b): (f64, f64)| (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln();
+    let channels = |w: &Window| w.missed().count().max(1) as f64;
+    let each = |(a, b): (&Window, &Window)| a.missed().zip(b.missed()).map(ratio).sum::<f64>() / channels(a);
+    let worse: Vec<f64> = one.iter().zip(&other).map(each).collect();
+    let n = worse.len() as f64;
+    let mean = worse.iter().sum::<f64>() / n;
+    let variance = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);
+    mean <= (SURE * (variance / n).sqrt()).max(ALIKE.ln())
 }
 
 impl Estimated {

@@ -71,13 +71,16 @@ impl BaseGram {
     }
 }
 
+/// Gains of a recording with the variances of its readings, as [`FilterGains::gain`] and [`FilterGains::variance`].
+pub type SharedGains = (Rc<[f64]>, Rc<[f64]>);
+
 /// Base of a pass at some intensities, kept for further groups.
 #[derive(Debug)]
 pub struct PassedBase {
     /// Its Gram matrix.
     pub gram: BaseGram,
-    /// Gains of each recording: as [`FilterGains::gain`] and [`FilterGains::variance`].
-    pub gains: Vec<(Rc<[f64]>, Rc<[f64]>)>,
+    /// Gains of each recording.
+    pub gains: Vec<SharedGains>,
     /// Whitened innovations of each recording by reading, `gram.size` numbers each, data first.
     pub innovations: Vec<Vec<f64>>,
 }

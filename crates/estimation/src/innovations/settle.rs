@@ -126,9 +126,9 @@ impl InnovationsFrame {
     /// White force, then the scale of the readings' variance.
     fn settle_noise(&mut self) -> Result<(), SizeError> {
         let base = self.packed(&[]);
-        let field: [(fn(&mut Self) -> &mut f64, [f64; 4]); 2] =
-            [(|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
-        for (value, grid) in field {
+        type Field = fn(&mut InnovationsFrame) -> &mut f64;
+        let fields: [(Field, [f64; 4]); 2] = [(|f| &mut f.white, WHITE), (|f| &mut f.scale, SCALE)];
+        for (value, grid) in fields {
             let quieter: Vec<f64> = self.q.iter().map(|q| (0.3 * q).max(INTENSITY[0])).collect();
             let tried = [self.q.clone(), quieter];
             let mut best: Option<(f64, f64, Vec<f64>)> = None;

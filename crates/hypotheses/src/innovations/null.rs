@@ -52,7 +52,8 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
     let (packed, mut priors) = f.packed(&[]);
     priors.deviation[..f.unknown.len()].fill(HELD);
     let held = (packed, priors);
-    let from = f.best_of(&held, &[f.q.clone()])?;
+    let q = f.q.clone();
+    let from = f.best_of(&held, &[q])?;
     let best = f.search_intensities(&held, from, 2)?;
     let nominal = (best.found.log, best.q);
     let mut best = f.fit(&|_| Vec::new(), &f.q.clone(), 8, true)?;

@@ -10,8 +10,7 @@ use super::candidate::{EffectCandidate, applied};
 use super::hypothesis::FittedEffect;
 use super::laws::{LawRef, PUSHES};
 use super::pushes::{EACH, pursue};
-use super::screen::{families, refine, sift};
-use super::search::all_shapes;
+use super::screen::{all_shapes, families, refine, sift};
 use super::shape::LawShape;
 
 /// Nats that a second has to gain in the screen, and in the fit before shapes are refined again.

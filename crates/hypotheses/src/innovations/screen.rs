@@ -9,6 +9,8 @@ use trueup_estimation::innovations::kernel::SizeError;
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::EffectCandidate;
 use super::law::Refinement;
+use super::laws::LAWS;
+use super::spectrum::OrderPeaks;
 
 /// Intensity of the second look of a screen, over that of the first.
 const QUIETER: f64 = 0.3;
@@ -32,6 +34,14 @@ pub fn bank(q: &[f64], factors: &[f64]) -> Vec<Vec<f64>> {
 
 fn quieter(q: &[f64]) -> Vec<f64> {
     q.iter().map(|q| (QUIETER * q).max(INTENSITY[0])).collect()
+}
+
+/// Candidates of all laws along the present trajectory of a frame.
+pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCandidate> {
+    let along = JointAlong::new(frame, sizes);
+    let orders = OrderPeaks::of(&along);
+    let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
+    shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
 }
 
 /// A base along the present trajectory of a frame, beside which candidates are looked at. What was passed at an intensity is kept:

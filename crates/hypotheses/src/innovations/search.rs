@@ -16,12 +16,11 @@ use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};
 use super::hypothesis::{FittedEffect, SharedFrame, best_each, fit_candidate, play};
 use super::late::late_channel;
-use super::laws::{LAWS, PUSHES, law_of, stribeck};
+use super::laws::{PUSHES, law_of, stribeck};
 use super::null::{FittedNull, fit_null};
 use super::pairs::{FittedPair, beside};
 use super::pushes::pursue;
-use super::screen::{families, refine, sift};
-use super::spectrum::OrderPeaks;
+use super::screen::{all_shapes, families, refine, sift};
 use super::structure::{with_friction, with_spring, with_tip};
 
 /// Leaders that are fitted, and of these, those with all rounds.
@@ -102,14 +101,6 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     }
     let intake = Rc::new(NodeIntake::new(loaded, &plant)?);
     Ok((InnovationsFrame::new(&intake, Rc::new(plant.clone()), None)?, plant))
-}
-
-/// Candidates of all laws along the present trajectory of a frame.
-pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCandidate> {
-    let along = JointAlong::new(frame, sizes);
-    let orders = OrderPeaks::of(&along);
-    let shapes = LAWS.iter().flat_map(|l| l.shapes(&along, &orders).into_iter().map(move |s| (*l, s)));
-    shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
 }
 
 /// Searches a case.

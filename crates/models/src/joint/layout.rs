@@ -16,7 +16,7 @@ pub struct JointLayout {
 /// Indices, and the list of the variables in their order.
 macro_rules! variables {
     ($kind:ty, $s:ident: $($index:ident $name:literal $unit:literal, $more:expr, $text:expr;)*) => {
-        #[allow(non_camel_case_types)]
+        #[allow(non_camel_case_types, clippy::upper_case_acronyms)]
         enum Index { $($index,)* End }
         $(#[doc = concat!("Index of `", $name, "`.")] pub const $index: usize = Index::$index as usize;)*
         /// How many there are.

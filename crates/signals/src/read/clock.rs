@@ -147,7 +147,7 @@ fn read(
     match ticks {
         Some(ticks) if ticks.of_epoch => {
             findings.extend(of_epoch(file, &column.name, &ticks, &counted));
-            Some(Clock { time: ticks.from_first(), epoch: ticks.first().map(|(seconds, _)| seconds) })
+            Some(Clock { time: ticks.since_first(), epoch: ticks.first().map(|(seconds, _)| seconds) })
         }
         Some(_) => Some(Clock { time: column.values.clone(), epoch: None }),
         None => {

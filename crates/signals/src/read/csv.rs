@@ -30,7 +30,7 @@ pub(super) fn read(
     let dialect = match Dialect::of(file, &head, &below) {
         Ok(dialect) => dialect,
         Err(wrong) => {
-            findings.push(wrong);
+            findings.push(*wrong);
             return None;
         }
     };

@@ -134,16 +134,25 @@ fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error
     Ok(Some(robot))
 }
 
-/// What its joints lose, as start values of an arm on the ground: a joint that stands gives way at what it takes to slide.
-fn frictions(robot: &crate::robot::Robot) -> impl Iterator<Item = (String, f64)> {
-    robot.friction.iter().enumerate().flat_map(|(k, f)| {
-        let of = |name: &str| format!("{name}[{}]", k + 1);
-        [
-            (of("viscousFriction"), f.viscous),
-            (of("coulombFriction"), f.coulomb),
-            (of("staticFriction"), f.coulomb),
-        ]
-    })
+/// What its joints lose, as start values of an arm on the ground: a joint that stands gives way at what it takes to slide. Dry
+/// friction acts on the motors of flexible joints; that of rigid ones is named.
+fn frictions(robot: &crate::robot::Robot) -> Vec<(String, f64)> {
+    let links = || robot.friction.iter().zip(&robot.design.links).enumerate();
+    let rigid = links().filter(|(_, (f, l))| f.coulomb != 0.0 && !l.motor.flexible);
+    let named: Vec<_> = rigid.map(|(_, (_, l))| l.name.as_str()).collect();
+    if !named.is_empty() {
+        crate::voice::note(&format!(
+            "dry friction of the joints of {} is not in this model: it acts on the motors of flexible joints; --flexible makes them so",
+            named.join(", ")
+        ));
+    }
+    links()
+        .flat_map(|(k, (f, l))| {
+            let of = |name: &str| format!("{name}[{}]", k + 1);
+            let dry = if l.motor.flexible { f.coulomb } else { 0.0 };
+            [(of("viscousFriction"), f.viscous), (of("coulombFriction"), dry), (of("staticFriction"), dry)]
+        })
+        .collect()
 }
 
 /// What `--structure` chooses; the last one of a name counts.
@@ -173,7 +182,7 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
     let mut configuration = match robot(model, args)? {
         Some(robot) if model.name == catalog::ARM => {
             let mut own = fmu_library::of_arm(&robot.design).map_err(refused)?;
-            let lossy = frictions(&robot).filter(|(_, value)| *value != 0.0);
+            let lossy = frictions(&robot).into_iter().filter(|(_, value)| *value != 0.0);
             lossy.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
             own.structure.extend(structure(model, args).map_err(refused)?);
             Configuration { effects, ..own }

@@ -72,7 +72,7 @@ fn decimal(text: &str, times: i128) -> Option<i64> {
 
 impl Ticks {
     /// Times in s from the first of them; `NaN` where there is none.
-    pub(super) fn from_first(&self) -> Vec<f64> {
+    pub(super) fn since_first(&self) -> Vec<f64> {
         let first = self.counts.iter().flatten().next().copied().unwrap_or(0);
         let seconds = |n: &Option<i64>| n.map_or(f64::NAN, |n| (i128::from(n) - i128::from(first)) as f64);
         self.counts.iter().map(|n| seconds(n) / self.per_second).collect()
@@ -122,7 +122,7 @@ mod tests {
             (["1709294400123456789", "1709294400123456790"], "ns"),
         ] {
             let (ticks, said) = unix(&column(texts), None).unwrap();
-            assert_eq!((ticks.from_first(), said.as_str()), (vec![0.0, 1e-9], unit), "{texts:?}");
+            assert_eq!((ticks.since_first(), said.as_str()), (vec![0.0, 1e-9], unit), "{texts:?}");
         }
         assert!(unix(&column(["0", "1709294400"]), None).is_none());
         assert!(unix(&column(["86400", "86401"]), None).is_none());

@@ -31,15 +31,16 @@ impl Dialect {
     ///
     /// # Errors
     /// What can be said from the first line alone.
-    pub(super) fn of(file: &Path, head: &[u8], below: &[u8]) -> Result<Self, Finding> {
-        let wrong = |kind, what: &str, mend: &str| Err(Finding::error(kind, file, what, mend).line(1));
+    pub(super) fn of(file: &Path, head: &[u8], below: &[u8]) -> Result<Self, Box<Finding>> {
+        let wrong =
+            |kind, what: &str, mend: &str| Err(Box::new(Finding::error(kind, file, what, mend).line(1)));
         if head.is_empty() {
-            return Err(Finding::error(
+            return Err(Box::new(Finding::error(
                 Kind::EmptyFile,
                 file,
                 "the file is empty",
                 "export the recording again",
-            ));
+            )));
         }
         if head.starts_with(&[0xff, 0xfe]) || head.starts_with(&[0xfe, 0xff]) {
             return wrong(Kind::Encoding, "the file is UTF-16", "save it as UTF-8");
