@@ -31,6 +31,10 @@ const HOMES: &[&str] = &[
 const NAMED: &[(&str, &str)] = &[
     ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
     ("crates/hypotheses/src/baseline.rs", "goes with the second engine: its message"),
+    (
+        "crates/hypotheses/src/innovations/search.rs",
+        "the second engine has the joint's equations of its own so far",
+    ),
     ("crates/identification/src/identify.rs", "says for which plant a method is"),
     ("crates/report/src/diagnosis/words.rs", "says how a plant is drawn"),
     ("crates/signals/src/case/parse.rs", "says what a case looks like"),
