@@ -41,6 +41,15 @@ pub struct InputSignal {
     held: bool,
 }
 
+/// The text of a finding without its file, which the error around it names: `a.csv:4: ...` becomes `line 4: ...`.
+fn without_file(file: &Path, text: &str) -> String {
+    let Some(rest) = text.strip_prefix(&format!("{}:", file.display())) else { return text.to_owned() };
+    match rest.starts_with(|c: char| c.is_ascii_digit()) {
+        true => format!("line {rest}"),
+        false => rest.trim_start().to_owned(),
+    }
+}
+
 /// Unix times begin with the one of September 2001: whoever runs from a later one means the calendar.
 const CALENDAR: f64 = 1e9;
 
@@ -58,9 +67,7 @@ impl Inputs {
         };
         let (mut table, findings) = InputTable::read(file, system).map_err(|e| {
             let text = shown(e.findings());
-            // The file is named once, by the error.
-            let own = format!("{}: ", file.display());
-            fail(text.strip_prefix(&own).unwrap_or(&text).to_owned())
+            fail(without_file(file, &text))
         })?;
         let mut notes: Vec<String> = findings.iter().map(ToString::to_string).collect();
         if let Some(epoch) = table.epoch.filter(|_| start.is_some_and(|s| s >= CALENDAR)) {

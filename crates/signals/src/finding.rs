@@ -36,6 +36,7 @@ pub enum Kind {
     Unreadable,
     Encoding,
     Separator,
+    Comment,
     EmptyFile,
     NoHeader,
     RaggedRow,

@@ -73,7 +73,9 @@ fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<
     let open = open.ok()?;
     let extension = file.extension().and_then(|e| e.to_str()).unwrap_or("").to_lowercase();
     match extension.as_str() {
-        "csv" | "txt" => csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), wanted, findings),
+        "csv" | "txt" | "tsv" => {
+            csv::read(file, std::io::BufReader::with_capacity(1 << 20, open), wanted, findings)
+        }
         "parquet" => parquet::read(file, open, wanted, findings),
         "mat" => match std::fs::read(file) {
             Ok(bytes) => mat::read(file, bytes, findings),

@@ -42,8 +42,12 @@ struct Way {
     /// The column of times: its head, and what it counts.
     clock: Clock,
     quoted: bool,
-    /// Milliamperes, degrees: said in the head.
-    units: bool,
+    /// Milliamperes, degrees: said in the names, or in a line under them.
+    units: Units,
+    /// Lines that begin with `#`: above the names and among the rows; or that of the names itself, as of numpy.
+    comments: Comments,
+    /// A separator at the end of each line.
+    trailing: bool,
     /// A column of words that is no signal.
     words: bool,
     crlf: bool,
@@ -55,6 +59,20 @@ enum Clock {
     Milliseconds,
     Unix(i64),
     Dates(bool),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Units {
+    None,
+    InNames,
+    InLine,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Comments {
+    None,
+    Beside,
+    Names,
 }
 
 fn way(rng: &mut StdRng) -> Way {
@@ -70,7 +88,9 @@ fn way(rng: &mut StdRng) -> Way {
         comma: separator != ',' && rng.random(),
         clock,
         quoted: rng.random(),
-        units: rng.random(),
+        units: [Units::None, Units::InNames, Units::InLine][rng.random_range(0..3)],
+        comments: [Comments::None, Comments::Beside, Comments::Names][rng.random_range(0..3)],
+        trailing: rng.random(),
         words: rng.random(),
         crlf: rng.random(),
     }
@@ -79,14 +99,37 @@ fn way(rng: &mut StdRng) -> Way {
 fn written(plain: &Plain, way: &Way) -> String {
     let end = if way.crlf { "\r\n" } else { "\n" };
     let quote = |name: &str| if way.quoted { format!("\"{name}\"") } else { name.to_owned() };
-    let unit = |name: &str, unit: &str| if way.units { format!("{name} [{unit}]") } else { name.to_owned() };
-    let time = if way.clock == Clock::Milliseconds { "time (ms)" } else { "time" };
+    let unit = |name: &str, unit: &str| {
+        if way.units == Units::InNames { format!("{name} [{unit}]") } else { name.to_owned() }
+    };
+    let milliseconds = way.clock == Clock::Milliseconds;
+    let in_line = way.units == Units::InLine;
+    let time = if milliseconds && !in_line { "time (ms)" } else { "time" };
     let mut heads = vec![quote(time), quote(&unit("motorCurrent", "mA")), quote(&unit("motorAngle", "deg"))];
     if way.words {
         heads.push(quote("mode"));
     }
     let separator = way.separator.to_string();
-    let mut text = heads.join(&separator) + end;
+    let end = if way.trailing { format!("{separator}{end}") } else { end.to_owned() };
+    let mut text = match way.comments {
+        Comments::None => String::new(),
+        Comments::Beside => format!("# bench 3, 20.5 degC{end}#{end}"),
+        // numpy's `savetxt` has no line of units.
+        Comments::Names => format!("{}# ", if in_line { "" } else { "# logged by hand\n" }),
+    };
+    text += &(heads.join(&separator) + &end);
+    if in_line {
+        let time = match way.clock {
+            Clock::Milliseconds => "[ms]",
+            Clock::Seconds => "[s]",
+            _ => "",
+        };
+        let mut units = vec![time, "(mA)", "deg"];
+        if way.words {
+            units.push("-");
+        }
+        text += &(units.join(&separator) + &end);
+    }
     for [t, current, angle] in &plain.rows {
         let nanos = 1_709_294_400_000_000_000 + (t * 1e9).round() as i64;
         let clock = match way.clock {
@@ -108,7 +151,7 @@ fn written(plain: &Plain, way: &Way) -> String {
             }
         };
         let (current, angle) =
-            if way.units { (current * 1e3, angle.to_degrees()) } else { (*current, *angle) };
+            if way.units != Units::None { (current * 1e3, angle.to_degrees()) } else { (*current, *angle) };
         let mark = |x: String| if way.comma { x.replace('.', ",") } else { x };
         let clock = if matches!(way.clock, Clock::Dates(_)) { clock } else { mark(clock) };
         write!(text, "{clock}{separator}{}{separator}{}", mark(current.to_string()), mark(angle.to_string()))
@@ -116,9 +159,17 @@ fn written(plain: &Plain, way: &Way) -> String {
         if way.words {
             write!(text, "{separator}idle").unwrap();
         }
-        text += end;
+        text += &end;
+        if way.comments == Comments::Beside && *t == plain.rows[1][0] {
+            text += &format!("# a word between{end}");
+        }
     }
     text
+}
+
+/// A comment above the line of names that itself begins with `#`.
+fn text_has_comment(text: &str) -> bool {
+    text.lines().filter(|line| line.starts_with('#')).count() > 1
 }
 
 fn same(plain: &Recording, other: &Recording, seed: u64, way: &Way) {
@@ -147,7 +198,9 @@ fn every_way(count: u64) {
             comma: false,
             clock: Clock::Seconds,
             quoted: false,
-            units: false,
+            units: Units::None,
+            comments: Comments::None,
+            trailing: false,
             words: false,
             crlf: false,
         };
@@ -165,6 +218,9 @@ fn every_way(count: u64) {
         };
         assert!(says(&findings, Kind::Jump, None) && says(&found, Kind::Jump, None), "seed {seed}");
         assert_eq!(says(&found, Kind::Separator, None), way.separator != ',', "seed {seed}: {found:?}");
+        assert_eq!(says(&found, Kind::Unit, None), way.units == Units::InLine, "seed {seed}: {found:?}");
+        let comments = way.comments == Comments::Beside || text_has_comment(&written(&table, &way));
+        assert_eq!(says(&found, Kind::Comment, None), comments, "seed {seed}: {found:?}");
         let calendar = !matches!(way.clock, Clock::Seconds | Clock::Milliseconds);
         assert_eq!(says(&found, Kind::TimeUnit, Some("time")), calendar, "seed {seed}: {found:?}");
         let words =

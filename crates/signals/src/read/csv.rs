@@ -1,6 +1,7 @@
 //! CSV: one header line of names; FMPy's results too.
 
 mod dialect;
+mod head;
 
 use std::io::{BufRead, Cursor, Read};
 use std::path::Path;
@@ -11,6 +12,7 @@ use super::TOLD;
 use super::table::{LONG, Table, TableColumn, Wanted};
 use crate::finding::{Finding, Kind};
 use dialect::{Cell, Dialect};
+use head::Head;
 
 /// Reads all of it, row by row; `None` if there is an error.
 pub(super) fn read(
@@ -19,15 +21,15 @@ pub(super) fn read(
     wanted: Wanted,
     findings: &mut Vec<Finding>,
 ) -> Option<Table> {
-    // The first bytes tell an encoding, the first two lines a separator.
-    let (mut head, mut below) = (Vec::new(), Vec::new());
-    for line in [&mut head, &mut below] {
-        if let Err(e) = source.by_ref().take(1 << 16).read_until(b'\n', line) {
+    let head = match Head::read(&mut source) {
+        Ok(head) => head,
+        Err(e) => {
             findings.push(Finding::error(Kind::Unreadable, file, e.to_string(), "make it a readable file"));
             return None;
         }
-    }
-    let dialect = match Dialect::of(file, &head, &below) {
+    };
+    // The first bytes tell an encoding, the first two lines a separator.
+    let dialect = match Dialect::of(file, &head.names, &head.below) {
         Ok(dialect) => dialect,
         Err(wrong) => {
             findings.push(*wrong);
@@ -38,7 +40,7 @@ pub(super) fn read(
         .flexible(true)
         .trim(Trim::All)
         .delimiter(dialect.separator as u8)
-        .from_reader(Cursor::new([head, below].concat()).chain(source));
+        .from_reader(Cursor::new(head.text()).chain(source));
     let mut rows = Rows {
         file,
         dialect,
@@ -47,6 +49,8 @@ pub(super) fn read(
         columns: Vec::new(),
         lines: Vec::new(),
         marks: [None; 2],
+        comments: head.comments,
+        units: None,
         wrong: Vec::new(),
     };
     rows.read(reader);
@@ -55,6 +59,7 @@ pub(super) fn read(
     told(&mut rows.wrong, findings);
     findings.extend(rows.nan());
     findings.extend(rows.separated());
+    findings.extend(rows.beside_numbers());
     (!failed).then(|| rows.table())
 }
 
@@ -67,6 +72,10 @@ struct Rows<'a> {
     lines: Vec<u64>,
     /// The first lines with a number that has a decimal point, and one that has a decimal comma.
     marks: [Option<u64>; 2],
+    /// Lines that begin with `#`, but for one with the names.
+    comments: Vec<u64>,
+    /// The line of units under the names, and its cells.
+    units: Option<(u64, Vec<String>)>,
     wrong: Vec<Finding>,
 }
 
@@ -90,14 +99,16 @@ impl Rows<'_> {
             Ok(header) => header.clone(),
             Err(e) => return self.push(Kind::Unreadable, e.to_string(), "export it again", 1),
         };
-        for (i, cell) in header.iter().enumerate() {
+        // A separator at the end of each line makes no column.
+        let cells = header.len() - usize::from(header.len() > 1 && header[header.len() - 1].is_empty());
+        for (i, cell) in header.iter().take(cells).enumerate() {
             let Ok(name) = std::str::from_utf8(cell) else {
                 return self.push(Kind::Encoding, "the header is not UTF-8", "save the file as UTF-8", 1);
             };
             let name = name.trim().trim_matches('"');
             if name.is_empty() {
                 let what = format!("column {} has no name", i + 1);
-                let mend = "name it, or remove it (an index column, a separator at the end)";
+                let mend = "name it, or remove it (an index column)";
                 self.push(Kind::NoHeader, what, mend, 1);
             } else if self.names.iter().any(|n| n == name) {
                 let what = format!("two columns are named `{name}`");
@@ -125,6 +136,26 @@ impl Rows<'_> {
 
     fn push(&mut self, kind: Kind, what: impl Into<String>, mend: &str, line: u64) {
         self.wrong.push(Finding::error(kind, self.file, what, mend).line(line));
+    }
+
+    /// Lines that are no rows: comments, units.
+    fn beside_numbers(&self) -> Vec<Finding> {
+        let mut notes = Vec::new();
+        if let Some(first) = self.comments.first() {
+            let more = match self.comments.len() {
+                1 => "a line that begins".to_owned(),
+                n => format!("{n} lines that begin"),
+            };
+            let what = format!("{more} with # counted as comment");
+            notes.push(
+                Finding::note(Kind::Comment, self.file, what, "nothing, if that is meant").line(*first),
+            );
+        }
+        if let Some((line, _)) = &self.units {
+            let what = "this line holds the units of the columns";
+            notes.push(Finding::note(Kind::Unit, self.file, what, "nothing, if that is meant").line(*line));
+        }
+        notes
     }
 
     /// Which mark is meant cannot be known where both are there: `1,250` may be a thousand or one.
@@ -159,7 +190,19 @@ impl Rows<'_> {
 
     fn row(&mut self, record: &ByteRecord) {
         let line = record.position().map_or(0, csv::Position::line);
-        let cells = record.len();
+        if record.get(0).is_some_and(|cell| cell.starts_with(b"#")) {
+            return self.comments.push(line);
+        }
+        let mut cells = record.len();
+        if cells == self.names.len() + 1 && record[cells - 1].is_empty() {
+            cells -= 1; // a separator at the end
+        }
+        if self.lines.is_empty() && self.units.is_none() && cells == self.names.len() {
+            self.units = head::units(record, cells).map(|units| (line, units));
+            if self.units.is_some() {
+                return;
+            }
+        }
         if cells != self.names.len() {
             let what = format!("{cells} cells under {} names", self.names.len());
             let mend = if cells > self.names.len() {
@@ -247,12 +290,17 @@ impl Rows<'_> {
     /// Array columns become one column per element.
     fn table(self) -> Table {
         let mut table = Table { lines: self.lines, ..Table::default() };
-        for (name, filled) in self.names.into_iter().zip(self.columns) {
+        let units = self.units.map(|(_, units)| units).unwrap_or_default();
+        for (i, (name, filled)) in self.names.into_iter().zip(self.columns).enumerate() {
             let Filling { width, values, texts, words, .. } = filled;
+            let first = table.columns.len();
             if width <= 1 {
                 table.columns.push(TableColumn { name, values, texts, words, ..TableColumn::default() });
             } else {
                 table.columns.extend(TableColumn::elements(&name, width, &values, &texts));
+            }
+            if let Some(unit) = units.get(i).filter(|u| !u.is_empty()) {
+                table.columns[first..].iter_mut().for_each(|c| c.unit = Some(unit.clone()));
             }
         }
         table
