@@ -16,7 +16,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use trueup_identification::lsq::Options;
 use trueup_identification::parallel;
 use trueup_identification::run::{Channel, Drive, Run};
-use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::Recording;
 
 use crate::engine::decide::{Decision, Thresholds};

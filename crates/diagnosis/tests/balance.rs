@@ -164,7 +164,6 @@ fn what_is_fast_passes_the_same_kernel_on_both_sides() {
 fn what_nothing_leads_moves_beside_what_was_measured() {
     use trueup_models::arm::{input, output, parameter};
     use trueup_numerics::driver::{Options, simulate};
-    use trueup_numerics::hybrid::Hybrid;
     let subject = Subject::new(Plant::Arm, vec![true, false, false]);
     let model = subject.model(&[] as &[&str]).unwrap();
     let (n, p) = (3, subject.defaults(&model));
@@ -177,7 +176,8 @@ fn what_nothing_leads_moves_beside_what_was_measured() {
     let t: Vec<f64> = (0..2000).map(|k| f64::from(k) * 0.02).collect();
     let nominal = vec![1.0; model.sizes().states];
     let options = Options { tolerance: 1e-10, ..Options::default() };
-    let run = simulate(&model, &p, &nominal, options, &command, &t).unwrap();
+    let Model::Arm(arm) = &model else { panic!("an arm") };
+    let run = simulate(arm.inner(), &p, &nominal, options, &command, &t).unwrap();
     let all = subject.coordinates(&model, &p);
     // The joint's motor is the fifth coordinate.
     let seen = all.iter().enumerate().filter(|(i, _)| *i != 4).map(|(_, c)| c);

@@ -20,10 +20,12 @@ pub use columns::{Along, Column, Parts};
 pub use linearise::Linearised;
 pub use trajectory::{sensed_trajectory, smoothed_trajectory};
 
+use trueup_models::compiled::Compiled;
 use trueup_models::friction::STUCK;
 use trueup_models::joint::{TwoMassJoint, input, output, parameter};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
+use trueup_plant::{Plant, PlantScalar};
 
 use crate::system::Latent;
 
@@ -133,7 +135,7 @@ pub type Trajectory = Vec<[f64; STATES]>;
 #[derive(Clone, Debug)]
 pub struct Model<'a> {
     /// With any effects.
-    pub joint: &'a TwoMassJoint,
+    pub joint: &'a Compiled<TwoMassJoint>,
     /// Its parameters.
     pub p: &'a [f64],
     /// The latent torques on motor and load, N.m, each on its side of the gear.
@@ -159,7 +161,7 @@ fn own(joint: &TwoMassJoint) -> usize {
 }
 
 /// Whether effects of a joint have states of their own: its filter is of size [`FULL`], else [`LEAN`].
-pub fn has_effect_states(joint: &TwoMassJoint) -> bool {
+pub fn has_effect_states(joint: &Compiled<TwoMassJoint>) -> bool {
     joint.sizes().states > own(joint)
 }
 
@@ -205,7 +207,7 @@ impl Model<'_> {
 
     /// Rates of the states with torques added at the places; of effects' states those that are `free`, the others are held.
     /// The last of `N`, the latent torques, have none.
-    fn rates<T: Scalar, const N: usize>(
+    fn rates<T: PlantScalar, const N: usize>(
         &self,
         t: f64,
         (x, effects, free): (&[T; N], &[f64], [bool; EFFECTS]),
@@ -222,7 +224,8 @@ impl Model<'_> {
             all[own + e] = x[STATES + e];
         }
         let mut dx = [T::zero(); MOST_STATES];
-        self.joint.rates(At { t: T::constant(t), x: &all[..count], u: &u, p, modes }, &mut dx[..count]);
+        let at = At { t: T::constant(t), x: &all[..count], u: &u, p, modes };
+        T::rates(self.joint, at, &[], &mut dx[..count]);
         let mut rates = [T::zero(); N];
         if self.joint.flexible() {
             rates[..STATES].copy_from_slice(&dx[..STATES]);
@@ -236,7 +239,7 @@ impl Model<'_> {
     }
 
     /// What the joint's outputs are.
-    fn outputs<T: Scalar>(
+    fn outputs<T: PlantScalar>(
         &self,
         t: f64,
         (x, effects): (&[T; STATES], &[f64]),
@@ -248,7 +251,7 @@ impl Model<'_> {
         let (all, count) = self.gather(x, effects);
         let mut y = [T::zero(); MOST_OUTPUTS];
         let at = At { t: T::constant(t), x: &all[..count], u: &u, p, modes };
-        self.joint.outputs(at, &mut y[..self.joint.sizes().outputs]);
+        T::outputs(self.joint, at, &mut y[..self.joint.sizes().outputs]);
         core::array::from_fn(|i| y[i])
     }
 }

@@ -1,5 +1,6 @@
 //! What is unknown of a joint, and a joint with values for it.
 
+use trueup_models::compiled::Compiled;
 use trueup_models::joint::{TwoMassJoint, output};
 
 use crate::evidence::Prior;
@@ -100,7 +101,7 @@ pub struct Unknown {
 #[derive(Clone, Debug)]
 pub struct ParametricJoint {
     /// With its effects.
-    pub joint: TwoMassJoint,
+    pub joint: Compiled<TwoMassJoint>,
     /// Its parameters where they are not unknown.
     pub p: Vec<f64>,
     /// Parameters that follow another: `(which, whom)`.

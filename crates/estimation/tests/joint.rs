@@ -11,6 +11,7 @@ use trueup_estimation::joint::{
 };
 use trueup_estimation::smoother::{Smoothed, smooth};
 use trueup_estimation::system::{Latent, System};
+use trueup_models::compiled::Compiled;
 use trueup_models::joint::{TwoMassJoint, input, output, parameter as p};
 use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::hybrid::Hybrid;
@@ -99,8 +100,8 @@ fn parameter(found: &Found, model: &Model, index: usize, recording: &Recording) 
     passed(found, &of(&up), &of(&down), recording, 0.5e4)
 }
 
-fn joint(effects: &[&str]) -> TwoMassJoint {
-    TwoMassJoint::new(true, effects).unwrap()
+fn joint(effects: &[&str]) -> Compiled<TwoMassJoint> {
+    Compiled::new(TwoMassJoint::new(true, effects).unwrap())
 }
 
 fn latent(deviation: [f64; 2]) -> [Latent; 2] {
@@ -237,7 +238,7 @@ fn the_effect_that_acts_has_the_evidence() {
     };
     let truth = with(&sealed);
     let recording = record(&sealed, &truth, 9, |_| 0.0);
-    let models: Vec<(TwoMassJoint, Vec<f64>)> =
+    let models: Vec<(Compiled<TwoMassJoint>, Vec<f64>)> =
         names.iter().map(|n| joint(&[n])).map(|j| (j.clone(), with(&j))).collect();
     q.truncate(p::COUNT);
     let model = Model { joint: &plain, p: &q, latent: latent([1e-3, 0.3]) };

@@ -11,11 +11,13 @@
 use crate::equilibrium::{EquilibriumError, equilibrium};
 use nalgebra::{Complex, DMatrix, DVector};
 use trueup_models::controller::{Strategy, input, law, parameter, state};
-use trueup_models::flexible_arm::{FlexibleArm, layout};
+use trueup_models::flexible_arm::FlexibleArm;
 use trueup_models::friction::SMOOTH;
+use trueup_models::plants;
 use trueup_models::space::layout::{Inputs, Outputs};
-use trueup_numerics::Dual;
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
+use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{LANES, Lanes};
 
 /// Why there is no such loop.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -100,33 +102,35 @@ fn positive(value: f64, name: &'static str) -> Result<f64, ClosedLoopError> {
 /// An arm that does not rest there, and one that its motors cannot hold.
 pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Plant, ClosedLoopError> {
     let s = &arm.structure().robot;
-    let (n, sizes) = (s.bodies(), arm.sizes());
+    let plant = plants::flexible_arm(arm.clone());
+    let (n, sizes) = (s.bodies(), plant.sizes());
     let rest = equilibrium(arm, p, motors, [0.0; 3])?;
     let mut p = p.to_vec();
-    let own = layout::Parameters::new(arm.structure()).behind(arm.bodies().sizes().parameters);
-    p[own.coulomb_friction..][..n].fill(0.0);
-    p[own.static_friction..][..n].fill(0.0);
+    for name in ["coulombFriction[1]", "staticFriction[1]"] {
+        plant.table().parameter(name).into_iter().for_each(|first| p[first..][..n].fill(0.0));
+    }
     let modes = vec![SMOOTH; sizes.modes];
     let drive = Inputs::new(s).joint_torque;
     let mut u = vec![0.0; sizes.inputs];
 
-    let lift = |v: &[f64]| v.iter().map(|v| Dual { re: *v, eps: [0.0] }).collect::<Vec<Dual<1>>>();
+    let lift = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
     let (mut at_x, mut at_u, dual_p) = (lift(&rest.state), lift(&u), lift(&p));
-    let t = Dual { re: 0.0, eps: [0.0] };
+    let t = Lanes::default();
     let mut dx = lift(&vec![0.0; sizes.states]);
-    let mut rates = |x: &[Dual<1>], u: &[Dual<1>]| {
-        arm.rates(At { t, x, u, p: &dual_p, modes: &modes }, &mut dx);
-        DVector::from_iterator(dx.len(), dx.iter().map(|d| d.eps[0]))
-    };
     // Rates are affine in what drives the motors, so B is the same everywhere at this pose.
     let mut b = DMatrix::zeros(sizes.states, n);
-    for j in 0..n {
-        at_u[drive + j].eps[0] = 1.0;
-        b.set_column(j, &rates(&at_x, &at_u));
-        at_u[drive + j].eps[0] = 0.0;
+    for first in (0..n).step_by(LANES) {
+        let group = first..n.min(first + LANES);
+        group.clone().for_each(|j| at_u[drive + j].eps[j - first] = 1.0);
+        plant.rates_lanes(At { t, x: &at_x, u: &at_u, p: &dual_p, modes: &modes }, &[], &mut dx);
+        for j in group {
+            dx.iter().enumerate().for_each(|(row, d)| b[(row, j)] = d.eps[j - first]);
+            at_u[drive + j].eps[j - first] = 0.0;
+        }
     }
     let mut free = DVector::zeros(sizes.states);
-    arm.rates(At { t: 0.0, x: &rest.state, u: &u, p: &p, modes: &modes }, free.as_mut_slice());
+    let at = At { t: 0.0, x: &rest.state, u: &u, p: &p, modes: &modes };
+    plant.rates(at, &[], free.as_mut_slice());
     let found = b.clone().svd(true, true).solve(&-&free, 0.0).map_err(|_| ClosedLoopError::Singular)?;
     let left = (&b * &found + &free).amax();
     if left.is_nan() || left > 1e-6 * free.amax().max(1.0) {
@@ -146,12 +150,18 @@ pub fn linearised(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Plant,
     let mut y = lift(&vec![0.0; sizes.outputs]);
     let (mut a, mut c) =
         (DMatrix::zeros(sizes.states, sizes.states), DMatrix::zeros(rows.len(), sizes.states));
-    for k in 0..sizes.states {
-        at_x[k].eps[0] = 1.0;
-        a.set_column(k, &rates(&at_x, &at_u));
-        arm.outputs(At { t, x: &at_x, u: &at_u, p: &dual_p, modes: &modes }, &mut y);
-        rows.iter().enumerate().for_each(|(r, i)| c[(r, k)] = y[*i].eps[0]);
-        at_x[k].eps[0] = 0.0;
+    for first in (0..sizes.states).step_by(LANES) {
+        let group = first..sizes.states.min(first + LANES);
+        group.clone().for_each(|k| at_x[k].eps[k - first] = 1.0);
+        let at = At { t, x: &at_x, u: &at_u, p: &dual_p, modes: &modes };
+        plant.rates_lanes(at, &[], &mut dx);
+        plant.outputs_lanes(at, &mut y);
+        for k in group {
+            let lane = k - first;
+            dx.iter().enumerate().for_each(|(row, d)| a[(row, k)] = d.eps[lane]);
+            rows.iter().enumerate().for_each(|(r, i)| c[(r, k)] = y[*i].eps[lane]);
+            at_x[k].eps[lane] = 0.0;
+        }
     }
     Ok(Plant { a, b, c, state: rest.state, drive: found.as_slice().to_vec() })
 }

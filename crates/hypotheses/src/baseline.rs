@@ -7,6 +7,7 @@ use trueup_estimation::joint::{FULL, Model};
 use trueup_estimation::run::Run;
 use trueup_estimation::system::Latent;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
+use trueup_models::compiled::{Compiled, PlantModel};
 use trueup_models::effect::Measure;
 use trueup_models::joint::{TwoMassJoint, parameter as q};
 use trueup_models::presets;
@@ -117,7 +118,7 @@ impl Baseline {
     /// See [`BaselineError`].
     pub fn new(loaded: &Loaded) -> Result<Self, BaselineError> {
         let case = &loaded.case;
-        if case.model != "TwoMassJoint" {
+        if case.model != TwoMassJoint::NAME {
             return Err(BaselineError::Model(case.model.clone()));
         }
         let sensed = loaded.recordings.values().flat_map(|r| &r.channels);
@@ -129,6 +130,7 @@ impl Baseline {
         }
         let flexible = case.elements("jointFlexible").first().and_then(|v| v.boolean()).unwrap_or(true);
         let joint = TwoMassJoint::new(flexible, &[] as &[&str])
+            .map(Compiled::new)
             .map_err(|e| BaselineError::Structure(e.to_string()))?;
         let mut p = presets::delian(1).map_or_else(Vec::new, |p| p.to_vec());
         for (value, name) in p.iter_mut().zip(q::NAMES) {

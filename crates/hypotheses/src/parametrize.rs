@@ -3,6 +3,7 @@
 use trueup_estimation::evidence::Prior;
 use trueup_estimation::intake::Raw;
 use trueup_estimation::unknown::{ParametricJoint, Scale, Target, Unknown};
+use trueup_models::compiled::Compiled;
 use trueup_models::effect::{
     EffectError, Measure, Neutral, PUSHES, ParameterSpec, Placed, Plant, Role, SEARCHED_ORDERS, Scope,
 };
@@ -43,7 +44,7 @@ fn base_with(baseline: &Baseline, cause: &Cause) -> Result<ParametricJoint, Effe
     if cause.built() {
         ids.push(cause.choice.id());
     }
-    let joint = TwoMassJoint::new(base.joint.flexible(), &ids)?;
+    let joint = Compiled::new(TwoMassJoint::new(base.joint.flexible(), &ids)?);
     let mut p = base.p[..q::COUNT].to_vec();
     let mut moved: Vec<(usize, usize, usize)> = Vec::new();
     for e in joint.effects().iter() {

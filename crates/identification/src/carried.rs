@@ -13,9 +13,8 @@
 
 use nalgebra::{DMatrix, DVector};
 use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{LANES, Lanes, Plant};
 
-use crate::lanes::{LANES, Lanes};
-use crate::plant::Plant;
 use crate::predict::{InputMap, Moment, Plan, PredictError, follow};
 use crate::run::{Drive, Run};
 
@@ -85,8 +84,8 @@ struct Instant {
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn carried<M: Plant>(
-    model: &M,
+pub fn carried(
+    model: &dyn Plant,
     recording: &Run,
     plan: &Plan,
     p: &[f64],
@@ -106,8 +105,8 @@ pub fn carried<M: Plant>(
 }
 
 /// The columns from `begin` on, as many as a dual has derivatives, of all transitions and of what all readings show.
-fn linearise<M: Plant>(
-    model: &M,
+fn linearise(
+    model: &dyn Plant,
     (recording, drives): (&Run, &[&Drive]),
     plan: &Plan,
     (p, map): (&[f64], &InputMap<f64>),

@@ -235,7 +235,7 @@ impl FmuModel {
         let len = names.len();
         let put = |list: &mut Vec<Quantity>, places: &mut Vec<Place>| {
             places.push(Place { reference: v.value_reference, begin: list.len(), len });
-            list.extend(names.iter().map(|n| Quantity { name: n.clone(), unit, min, max }));
+            list.extend(names.iter().map(|n| Quantity { min, max, ..Quantity::new(n.clone(), unit) }));
         };
         let exact = v.effective_initial() == Some(Initial::Exact);
         let shown = matches!(v.causality, Causality::Output | Causality::Local);

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use trueup_models::plants;
 use trueup_signals::check::{self, Relation};
 use trueup_signals::{Case, Finding, Kind, Loaded, Variable, base_name};
 
@@ -149,7 +150,7 @@ pub fn left_out<'a>(model: &'a Model, case: &Case) -> Vec<&'a str> {
 /// `case.toml: left out, so of the preset (..): damping, linkMass[2]`; `None` if the case has all of them.
 fn line(model: &Model, case: &Case) -> Option<String> {
     let names = left_out(model, case);
-    let preset = if model.joint().is_some() { "joint 1 of DELIAN" } else { "the CBK PAN test-bed" };
+    let preset = plants::preset(model.plant().model());
     (!names.is_empty()).then(|| {
         format!("{}: left out, so of the preset ({preset}): {}", case.file.display(), names.join(", "))
     })

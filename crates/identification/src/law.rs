@@ -9,8 +9,7 @@ use std::collections::HashMap;
 
 use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
-
-use crate::plant::Plant;
+use trueup_plant::{LANES, Lanes, Plant, PlantScalar};
 
 /// Step times largest eigenvalue of an affine law: short enough that no event is stepped over.
 const AFFINE_STEP: f64 = 0.4;
@@ -119,24 +118,24 @@ fn phi(z: f64) -> [f64; 4] {
 }
 
 /// The model with its parameters.
-pub(crate) struct Frozen<'a, M, T> {
-    pub(crate) model: &'a M,
+pub(crate) struct Frozen<'a, T> {
+    pub(crate) model: &'a dyn Plant,
     pub(crate) p: &'a [T],
     pub(crate) modes: &'a [i32],
 }
 
-impl<M: Plant, T: Scalar> Frozen<'_, M, T> {
+impl<T: PlantScalar> Frozen<'_, T> {
     fn rates(&self, t: f64, x: &[T], u: &[T], dx: &mut [T]) {
-        self.model.rates(At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, dx);
+        T::rates(self.model, At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, &[], dx);
     }
     fn outputs(&self, t: f64, x: &[T], u: &[T], y: &mut [T]) {
-        self.model.outputs(At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, y);
+        T::outputs(self.model, At { t: T::constant(t), x, u, p: self.p, modes: self.modes }, y);
     }
 }
 
-impl<T: Scalar> Law<T> {
+impl<T: PlantScalar> Law<T> {
     /// Begins at `x`, `u`; `wanted` are the outputs to be read.
-    pub(crate) fn new<M: Plant>(f: &Frozen<M, T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
+    pub(crate) fn new(f: &Frozen<T>, t: f64, x: &[T], u: &[T], wanted: &[usize]) -> Self {
         let n = f.model.sizes();
         let mut law = Self {
             rates: Sparse(Vec::new()),
@@ -149,7 +148,7 @@ impl<T: Scalar> Law<T> {
             inputs: n.inputs,
             z: vec![T::zero(); n.states + 2 * n.inputs + 1],
             k: core::array::from_fn(|_| vec![T::zero(); n.states]),
-            followers: f.model.followers(),
+            followers: f.model.followers().to_vec(),
             weights: vec![Weights::PLAIN; n.states],
         };
         if law.affine {
@@ -164,7 +163,7 @@ impl<T: Scalar> Law<T> {
         law
     }
 
-    fn find_matrices<M: Plant>(&mut self, f: &Frozen<M, T>, wanted: &[usize]) {
+    fn find_matrices(&mut self, f: &Frozen<T>, wanted: &[usize]) {
         let n = f.model.sizes();
         // A parameter that is 0 hides entries that depend on it: where they are is found with another value.
         let some: Vec<f64> = f.p.iter().map(|p| if p.value() == 0.0 { 1e-3 } else { p.value() }).collect();
@@ -210,15 +209,7 @@ impl<T: Scalar> Law<T> {
     }
 
     /// The outputs asked for.
-    pub(crate) fn read<M: Plant>(
-        &mut self,
-        f: &Frozen<M, T>,
-        t: f64,
-        x: &[T],
-        u: &[T],
-        wanted: &[usize],
-        y: &mut [T],
-    ) {
+    pub(crate) fn read(&mut self, f: &Frozen<T>, t: f64, x: &[T], u: &[T], wanted: &[usize], y: &mut [T]) {
         if self.affine {
             self.z[..self.states].copy_from_slice(x);
             self.z[self.states..][..self.inputs].copy_from_slice(u);
@@ -232,15 +223,7 @@ impl<T: Scalar> Law<T> {
     }
 
     /// A step of a size that will come again: by a map that is kept.
-    pub(crate) fn step<M: Plant>(
-        &mut self,
-        f: &Frozen<M, T>,
-        t: f64,
-        x: &mut [T],
-        u: &[T],
-        du: &[T],
-        h: f64,
-    ) {
+    pub(crate) fn step(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         if !self.affine || (self.maps.len() >= KEPT && !self.maps.contains_key(&h.to_bits())) {
             return self.step_once(f, t, x, u, du, h);
         }
@@ -270,15 +253,7 @@ impl<T: Scalar> Law<T> {
     }
 
     /// A step of any size up to [`Law::longest`].
-    pub(crate) fn step_once<M: Plant>(
-        &mut self,
-        f: &Frozen<M, T>,
-        t: f64,
-        x: &mut [T],
-        u: &[T],
-        du: &[T],
-        h: f64,
-    ) {
+    pub(crate) fn step_once(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         if self.affine { self.taylor(x, u, T::one(), du, h) } else { self.runge_kutta(f, t, x, u, du, h) }
     }
 
@@ -304,7 +279,7 @@ impl<T: Scalar> Law<T> {
         }
     }
 
-    fn runge_kutta<M: Plant>(&mut self, f: &Frozen<M, T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
+    fn runge_kutta(&mut self, f: &Frozen<T>, t: f64, x: &mut [T], u: &[T], du: &[T], h: f64) {
         for i in 0..self.followers.len() {
             let row = self.followers[i];
             self.weights[row] = Weights::new(own_rate(f, t, x, u, row), h);
@@ -339,17 +314,17 @@ impl<T: Scalar> Law<T> {
 }
 
 /// df_i/dx_i of a state.
-fn own_rate<M: Plant, T: Scalar>(f: &Frozen<M, T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
-    let dual = |v: &[T]| v.iter().map(|v| Dual::<1>::constant(v.value())).collect::<Vec<_>>();
+fn own_rate<T: PlantScalar>(f: &Frozen<T>, t: f64, x: &[T], u: &[T], i: usize) -> f64 {
+    let dual = |v: &[T]| v.iter().map(|v| Lanes::constant(v.value())).collect::<Vec<_>>();
     let (p, u, mut x) = (dual(f.p), dual(u), dual(x));
     x[i] = Dual::variable(x[i].value(), 0);
-    let mut dx = vec![Dual::<1>::constant(0.0); x.len()];
+    let mut dx = vec![Lanes::default(); x.len()];
     Frozen { model: f.model, p: &p, modes: f.modes }.rates(t, &x, &u, &mut dx);
     dx[i].eps[0]
 }
 
 /// Rates and outputs wanted at unit states and inputs, less those at 0; last those at 0.
-fn columns<M: Plant, T: Scalar>(f: &Frozen<M, T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
+fn columns<T: PlantScalar>(f: &Frozen<T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
     let n = f.model.sizes();
     let (mut x, mut u) = (vec![T::zero(); n.states], vec![T::zero(); n.inputs]);
     let at = |x: &[T], u: &[T]| {
@@ -374,18 +349,21 @@ fn columns<M: Plant, T: Scalar>(f: &Frozen<M, T>, wanted: &[usize]) -> Vec<(Vec<
 }
 
 /// Magnitude of the fastest eigenvalue of df/dx, 1/s, from above: norm(A^64)^(1/64), which forgets units.
-fn fastest<M: Plant>(f: &Frozen<M, f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
+fn fastest(f: &Frozen<f64>, t: f64, x: &[f64], u: &[f64]) -> f64 {
     let n = x.len();
-    let dual = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
+    let dual = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
     let (p, u) = (dual(f.p), dual(u));
     let frozen = Frozen { model: f.model, p: &p, modes: f.modes };
     let followers = f.model.followers();
     let mut a = nalgebra::DMatrix::<f64>::zeros(n, n);
-    for column in (0..n).filter(|c| !followers.contains(c)) {
+    let own: Vec<usize> = (0..n).filter(|c| !followers.contains(c)).collect();
+    for group in own.chunks(LANES) {
         let (mut at, mut dx) = (dual(x), dual(x));
-        at[column] = Dual::variable(x[column], 0);
+        group.iter().enumerate().for_each(|(lane, column)| at[*column].eps[lane] = 1.0);
         frozen.rates(t, &at, &u, &mut dx);
-        (0..n).filter(|r| !followers.contains(r)).for_each(|row| a[(row, column)] = dx[row].eps[0]);
+        for (lane, column) in group.iter().enumerate() {
+            own.iter().for_each(|row| a[(*row, *column)] = dx[*row].eps[lane]);
+        }
     }
     let mut log = 0.0;
     for k in 0..6 {

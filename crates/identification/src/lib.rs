@@ -16,7 +16,6 @@ pub mod model;
 pub mod nelder_mead;
 pub mod output_error;
 pub mod parallel;
-pub mod plant;
 pub mod predict;
 pub mod predictor;
 pub mod quasi_static;

@@ -13,9 +13,9 @@
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Figure, Scalar};
+use trueup_plant::{Lanes, Plant, PlantScalar};
 
 use crate::law::{Frozen, Law};
-use crate::plant::Plant;
 use crate::run::{Between, Run};
 use trueup_numerics::order::ascending;
 
@@ -258,8 +258,8 @@ struct Laws<T> {
     current: usize,
 }
 
-struct Simulation<'a, M, T> {
-    model: &'a M,
+struct Simulation<'a, T> {
+    model: &'a dyn Plant,
     plan: &'a Plan,
     p: &'a [T],
     values: Vec<f64>,
@@ -275,8 +275,8 @@ struct Simulation<'a, M, T> {
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn predict<M: Plant, T: Scalar>(
-    model: &M,
+pub fn predict<T: PlantScalar>(
+    model: &dyn Plant,
     plan: &Plan,
     p: &[T],
     map: &InputMap<T>,
@@ -289,8 +289,8 @@ pub fn predict<M: Plant, T: Scalar>(
 ///
 /// # Errors
 /// See [`PredictError`].
-pub fn follow<M: Plant, T: Scalar>(
-    model: &M,
+pub fn follow<T: PlantScalar>(
+    model: &dyn Plant,
     plan: &Plan,
     p: &[T],
     map: &InputMap<T>,
@@ -303,10 +303,10 @@ pub fn follow<M: Plant, T: Scalar>(
     let fill = |node: usize, u: &mut [T], du: &mut [T]| plan.inputs_at(node, map, u, du);
     fill(0, &mut u, &mut du);
     if at_rest {
-        model.rest(&mut p, &u);
+        T::rest(model, &mut p, &u);
     }
     let mut x = vec![T::zero(); n.states];
-    model.start(&p, &mut x);
+    T::start(model, &p, &mut x);
     let values: Vec<f64> = p.iter().map(|v| v.value()).collect();
     let mut s = Simulation {
         model,
@@ -357,7 +357,7 @@ fn plain<T: Scalar>(v: &[T]) -> Vec<f64> {
     v.iter().map(|v| v.value()).collect()
 }
 
-impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
+impl<T: PlantScalar> Simulation<'_, T> {
     /// Finds the law of the present modes.
     fn enter(&mut self, t: f64, u: &[T]) {
         let laws = &mut self.laws;
@@ -553,8 +553,8 @@ impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
         let modes = self.modes.clone();
         let (mut z, mut old) = (vec![T::zero(); n.indicators], vec![T::zero(); n.states]);
         let at = At { t: T::constant(t), x: &self.x, u, p: self.p, modes: &modes };
-        self.model.indicators(at, &mut z);
-        self.model.rates(at, &mut old);
+        T::indicators(self.model, at, &mut z);
+        T::rates(self.model, at, &[], &mut old);
         let along = self.indicator_rate(t, which, &plain(&self.x), &plain(u), &plain(&old), du);
         // Value 0, derivative that of the event's time.
         let shift = if along != 0.0 && along.is_finite() {
@@ -565,20 +565,26 @@ impl<M: Plant, T: Scalar> Simulation<'_, M, T> {
         self.x.iter_mut().zip(&old).for_each(|(x, f)| *x += *f * shift);
         let changed = self.update(t, u)?;
         let mut new = vec![T::zero(); n.states];
-        self.model.rates(At { t: T::constant(t), x: &self.x, u, p: self.p, modes: &self.modes }, &mut new);
+        let at = At { t: T::constant(t), x: &self.x, u, p: self.p, modes: &self.modes };
+        T::rates(self.model, at, &[], &mut new);
         self.x.iter_mut().zip(&new).for_each(|(x, f)| *x += *f * -shift);
         Ok(changed)
     }
 
     /// dz/dt of an indicator along the motion.
     fn indicator_rate(&self, t: f64, which: usize, x: &[f64], u: &[f64], dx: &[f64], du: &[f64]) -> f64 {
-        let along = |v: &[f64], d: &[f64]| -> Vec<Dual<1>> {
-            v.iter().zip(d).map(|(v, d)| Dual::new(*v, [*d])).collect()
+        let moving = |v: f64, d: f64| -> Lanes {
+            let mut moving = Dual::constant(v);
+            moving.eps[0] = d;
+            moving
         };
-        let p: Vec<Dual<1>> = self.values.iter().map(|v| Dual::constant(*v)).collect();
-        let mut z = vec![Dual::<1>::constant(0.0); self.z[0].len()];
+        let along =
+            |v: &[f64], d: &[f64]| -> Vec<Lanes> { v.iter().zip(d).map(|(v, d)| moving(*v, *d)).collect() };
+        let p: Vec<Lanes> = self.values.iter().map(|v| Dual::constant(*v)).collect();
+        let mut z = vec![Lanes::default(); self.z[0].len()];
         let (x, u) = (along(x, dx), along(u, du));
-        self.model.indicators(At { t: Dual::new(t, [1.0]), x: &x, u: &u, p: &p, modes: &self.modes }, &mut z);
+        let at = At { t: moving(t, 1.0), x: &x, u: &u, p: &p, modes: &self.modes };
+        self.model.indicators_lanes(at, &mut z);
         z[which].eps[0]
     }
 }

@@ -2,7 +2,6 @@
 //! has to do with the first mode.
 
 use nalgebra::{DMatrix, DVector, Dyn, SymmetricEigen};
-use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::element_name;
 
 use crate::model::Model;
@@ -150,8 +149,8 @@ pub fn first_mode_of(
     let (Some(arm), false) = (model.arm(), flexible.is_empty()) else {
         return Err(StaticError::Shape("a first mode needs an arm with a flexible joint".into()));
     };
-    let mut x = vec![0.0; arm.sizes().states];
-    arm.start(values, &mut x);
+    let mut x = vec![0.0; model.sizes().states];
+    model.plant().start(values, &mut x);
     let mass = arm.mass_matrix(&x, values);
     let (base, joints): (Vec<usize>, Vec<usize>) =
         ((0..3).collect(), flexible.iter().map(|j| 3 + j).collect());

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use trueup_numerics::hybrid::{Hybrid, Sizes};
+use trueup_numerics::hybrid::Sizes;
 use trueup_signals::Value;
 
 use crate::carried::{Carried, carried};
@@ -53,7 +53,7 @@ impl Model {
         map: &InputMap<f64>,
         at_rest: bool,
     ) -> Result<Prediction<f64>, PredictError> {
-        predict(self, plan, p, map, at_rest)
+        predict(self.plant(), plan, p, map, at_rest)
     }
 }
 
@@ -77,7 +77,7 @@ impl Predictor for Model {
         map: &InputMap<Lanes>,
         at_rest: bool,
     ) -> Result<Vec<Lanes>, PredictError> {
-        Ok(predict(self, plan, p, map, at_rest)?.y)
+        Ok(predict(self.plant(), plan, p, map, at_rest)?.y)
     }
     fn carries_noise(&self) -> bool {
         true
@@ -89,6 +89,6 @@ impl Predictor for Model {
         p: &[f64],
         map: &InputMap<f64>,
     ) -> Result<Option<Carried>, PredictError> {
-        carried(self, recording, plan, p, map)
+        carried(self.plant(), recording, plan, p, map)
     }
 }

@@ -9,7 +9,8 @@ use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
 use trueup_identification::identify::{Figure, Found, Identified, Method, Settings, identify};
-use trueup_identification::model::{Model, Structure};
+use trueup_identification::model::Model;
+use trueup_models::plants::PlantStructure;
 use trueup_numerics::driver::{Options, simulate};
 use trueup_signals::Case;
 
@@ -58,7 +59,8 @@ fn joint_csv(model: &Model, q: &[f64], seed: u64) -> String {
     };
     // The angle as it was 4 ms before.
     let options = Options { tolerance: 1e-10, ..Options::default() };
-    let shown = simulate(model, q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
+    let shown =
+        simulate(model.joint().unwrap(), q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
     let (motor, load) = (model.output("motorAngle").unwrap(), model.output("loadAngle").unwrap());
     let mut noise = |sd: f64| Normal::new(0.0, sd).unwrap().sample(&mut rng);
     let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
@@ -149,7 +151,8 @@ fn swinging(folder: &Path, hz: f64, more: &str) {
     set("initialMotorVelocity", 10.0);
     let times: Vec<f64> = (0..=40).map(|k| f64::from(k) * 0.1).collect();
     let options = Options { tolerance: 1e-10, ..Options::default() };
-    let shown = simulate(&model, &q, &[1.0, 100.0, 0.1, 1.0], options, &|_, _| (), &times).unwrap();
+    let shown =
+        simulate(model.joint().unwrap(), &q, &[1.0, 100.0, 0.1, 1.0], options, &|_, _| (), &times).unwrap();
     let mut rng = StdRng::seed_from_u64(11);
     let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
     for (k, t) in times.iter().enumerate() {
@@ -214,8 +217,9 @@ fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
         let k = ((t / 0.05) as usize).min(at.len() - 2);
         (0..3).for_each(|j| v[j] = at[k][j] + (at[k + 1][j] - at[k][j]) * (t / 0.05 - k as f64));
     };
-    let states = trueup_numerics::hybrid::Hybrid::sizes(&model).states;
-    let shown = simulate(&model, &q, &vec![0.1; states], Options::default(), &input, &times).unwrap();
+    let states = model.sizes().states;
+    let shown =
+        simulate(model.arm().unwrap(), &q, &vec![0.1; states], Options::default(), &input, &times).unwrap();
     let mut rng = StdRng::seed_from_u64(5);
     let noise = Normal::new(0.0, 1e-4).unwrap();
     let mut names = vec!["basePosition[1]", "basePosition[2]", "baseAttitude"];
@@ -323,7 +327,8 @@ fn the_simplex_agrees_with_output_error() {
     let times: Vec<f64> = (0..600).map(|k| f64::from(k) * 2e-3).collect();
     let input = |t: f64, v: &mut [f64]| v[0] = 0.3 * (9.0 * t + 0.5).sin() + 0.2 * (41.0 * t).sin();
     let options = Options { tolerance: 1e-10, ..Options::default() };
-    let shown = simulate(&model, &q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
+    let shown =
+        simulate(model.joint().unwrap(), &q, &[1.0, 100.0, 0.1, 1.0], options, &input, &times).unwrap();
     let mut text = "time,motorCurrent,motorAngle,loadAngle\n".to_owned();
     for (k, t) in times.iter().enumerate() {
         let mut u = [0.0; 2];
@@ -352,7 +357,7 @@ fn the_simplex_agrees_with_output_error() {
 #[ignore = "long: ./test --full runs it"]
 fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
     const GRAVITY: [(&str, f64); 2] = [("gravityTorque", 2.4), ("gravityAngle", -0.3)];
-    let structure = Structure {
+    let structure = PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
         fixed_base: false,

@@ -33,7 +33,7 @@ fn exact(model: &Model, q: &[f64], level: f64) -> Run {
     let current = |t: f64| if t < 0.05 || (0.55..0.9).contains(&t) { 0.0 } else { level };
     let input = |time: f64, v: &mut [f64]| v[0] = current(((time * 1000.0 + 1e-9).floor()) / 1000.0);
     let options = DriverOptions { tolerance: 1e-12, ..DriverOptions::default() };
-    let truth = simulate(model, q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &t).unwrap();
+    let truth = simulate(model.joint().unwrap(), q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &t).unwrap();
     let channel = |output: usize, resolution: f64| Channel {
         output,
         t: t.clone(),

@@ -12,4 +12,5 @@ mod output_error;
 mod plants;
 mod predict;
 mod quasi_static;
+mod sixth_plant;
 mod testbed;

@@ -6,9 +6,10 @@ use fmu_plant::Plant;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Kind, Storage, Variable};
 use trueup_fmi_export::FmuModel;
-use trueup_identification::model::{Model, Quantity, Structure};
+use trueup_identification::model::{Model, Quantity};
 use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_models::effect::{self, Choice};
+use trueup_models::plants::PlantStructure;
 use trueup_signals::element_name;
 
 fn elements(v: &Variable) -> Vec<String> {
@@ -36,7 +37,7 @@ fn agree_on(fixed_base: bool, model: &str, flexible: &[bool], effects: &[&str]) 
         ..Configuration::default()
     };
     let table = Plant::build(&c).unwrap().table();
-    let ours = Model::new(Structure {
+    let ours = Model::new(PlantStructure {
         model: model.into(),
         flexible: flexible.to_vec(),
         fixed_base,

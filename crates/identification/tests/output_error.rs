@@ -31,7 +31,7 @@ fn recording(model: &Model, q: &[f64], amplitude: f64) -> Run {
         v[0] = u[k] + (u[k + 1] - u[k]) * (time - t[k]) * 500.0;
     };
     let options = DriverOptions { tolerance: 1e-13, ..DriverOptions::default() };
-    let truth = simulate(model, q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &t).unwrap();
+    let truth = simulate(model.joint().unwrap(), q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &t).unwrap();
     let channel = |output: usize, sigma: f64| Channel {
         output,
         t: t.clone(),

@@ -1,11 +1,12 @@
 //! Plants under test: as the library has them compiled, not compiled anew for a test.
 
-use trueup_identification::model::{Model, Structure};
+use trueup_identification::model::Model;
+use trueup_models::plants::PlantStructure;
 
 /// A flexible joint with these effects.
 pub(crate) fn joint(effects: &[&str]) -> Model {
     let effects = effects.iter().map(|e| (*e).to_owned()).collect();
-    Model::new(Structure {
+    Model::new(PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
         fixed_base: false,

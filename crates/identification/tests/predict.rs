@@ -4,14 +4,13 @@
 
 use trueup_identification::lanes::{LANES, Lanes};
 use trueup_identification::model::Model;
-use trueup_identification::plant::Plant;
 use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::predictor::Predictor;
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::driver::{Options, simulate};
-use trueup_numerics::{Dual, Scalar, hybrid::Hybrid};
+use trueup_numerics::{Dual, Scalar};
 
 use crate::plants::joint;
 
@@ -58,7 +57,8 @@ fn against_driver(model: &Model, q: &[f64], tolerance: f64) {
     };
     let options = Options { tolerance: 1e-13, ..Options::default() };
     let reference =
-        simulate(model, q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &run.channels[0].t).unwrap();
+        simulate(model.joint().unwrap(), q, &[1.0, 100.0, 1.0, 1e-3], options, &input, &run.channels[0].t)
+            .unwrap();
     let changes = reference.events.windows(2).filter(|w| w[0].1 != w[1].1).count() + 1;
     assert!(events >= 10, "{events}");
     assert!(events.abs_diff(changes) <= 1, "{events} {changes}");
@@ -81,7 +81,7 @@ fn exact_steps_agree_with_the_adaptive_driver_through_stick_slip() {
 #[test]
 fn runge_kutta_steps_agree_with_the_adaptive_driver() {
     let model = joint(&["nonlinear-stiffness"]);
-    assert!(!model.affine());
+    assert!(!model.plant().affine());
     let mut q = delian(2).unwrap().to_vec();
     q.resize(model.sizes().parameters, 1e-7);
     against_driver(&model, &q, 1e-5);

@@ -181,6 +181,32 @@ pub fn states(entries: &[Entry<State>]) -> Vec<Quantity> {
     quantities(entries, |_, q| q)
 }
 
+/// Says that parameters which must be above 0 are what the equations divide by.
+pub fn positive(table: &mut VariableTable) {
+    table.parameters.iter_mut().for_each(|q| q.positive = q.above_min);
+}
+
+/// Says whose rates the rates of these coordinates are, where a state is their position.
+pub fn rates_of(coordinates: &[Coordinate], table: &mut VariableTable) {
+    for c in coordinates {
+        let Some(position) = c.position else { continue };
+        VariableTable::rate(&mut table.parameters, c.initial_rate, c.initial_position);
+        VariableTable::rate(&mut table.outputs, c.rate_output, c.position_output);
+        VariableTable::rate(&mut table.states, c.rate, position);
+    }
+}
+
+/// Refuses effects of a model that has none.
+///
+/// # Errors
+/// There is one.
+pub fn no_effects(model: &str, effects: &[&str]) -> Result<(), PlantError> {
+    match effects.first() {
+        None => Ok(()),
+        Some(id) => Err(PlantError(format!("no effect acts in {model} yet, `{id}` neither; leave it out"))),
+    }
+}
+
 /// Adds the variables of effects, which lie behind a plant's own: variable by variable, site by site.
 pub fn add_effects(set: &EffectSet, plant: effect::Plant, table: &mut VariableTable) {
     for e in set.iter() {

@@ -20,5 +20,6 @@ pub mod friction;
 pub mod gearbox;
 pub mod joint;
 pub mod layout;
+pub mod plants;
 pub mod presets;
 pub mod space;

@@ -18,4 +18,5 @@ mod flexible_arm_steps;
 mod joint_golden;
 mod plant_arm;
 mod plant_joint;
+mod plant_space;
 mod space;

@@ -149,3 +149,33 @@ fn forces_of_parameters_have_their_effect() {
         }
     }
 }
+
+/// Every effect with bristles, on either plant: its states are those that follow. A step that does not know it takes them as slow.
+#[test]
+fn strained_bristles_follow() {
+    use trueup_models::effect::{Choice, EffectSet, Plant as Kind};
+    use trueup_models::joint::TwoMassJoint;
+    let states = |effects: &EffectSet| -> Vec<usize> {
+        let own = effects.iter().filter(|e| e.spec().bristles);
+        own.flat_map(|e| e.begin.states..e.begin.states + e.spec().states.len() * e.sites).collect()
+    };
+    let mut met = 0;
+    for kind in [Kind::Joint, Kind::Arm] {
+        for choice in Choice::all(kind).filter(|c| c.spec().bristles) {
+            let ids = [choice.id()];
+            let (found, wanted) = if kind == Kind::Joint {
+                let joint = TwoMassJoint::new(true, &ids).unwrap();
+                let wanted = states(joint.effects());
+                (Compiled::new(joint).followers().to_vec(), wanted)
+            } else {
+                let arm = PlanarManipulator::on_base(true, &[true, false, true], &ids).unwrap();
+                let wanted = states(arm.effects());
+                (Compiled::new(arm).followers().to_vec(), wanted)
+            };
+            assert!(!wanted.is_empty());
+            assert_eq!(found, wanted, "{}", ids[0]);
+            met += 1;
+        }
+    }
+    assert!(met >= 4, "{met}");
+}

@@ -33,7 +33,11 @@ const RULES: &[Rule] = &[
     // Many runs of the master's; files that are whole are fmi-description's.
     Rule { name: "trueup-sweep", ours: &["trueup-cosim", "trueup-fmi-description"], never: ARCHIVES },
     // Linear algebra of a model at a pose.
-    Rule { name: "trueup-flexibility", ours: &["trueup-numerics", "trueup-models"], never: INPUT_OUTPUT },
+    Rule {
+        name: "trueup-flexibility",
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant"],
+        never: INPUT_OUTPUT,
+    },
     // Units are those of FMUs and of files; it knows no model.
     Rule {
         name: "trueup-scaling",
@@ -44,12 +48,12 @@ const RULES: &[Rule] = &[
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
         never: ARCHIVES,
     },
     Rule {
         name: "trueup-hypotheses",
-        ours: &["trueup-numerics", "trueup-models", "trueup-signals", "trueup-estimation"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals", "trueup-estimation"],
         never: ARCHIVES,
     },
     // What is fitted may be a model of ours or anybody's FMU.
@@ -58,6 +62,7 @@ const RULES: &[Rule] = &[
         ours: &[
             "trueup-numerics",
             "trueup-models",
+            "trueup-plant",
             "trueup-signals",
             "trueup-estimation",
             "trueup-fmi-description",
@@ -70,6 +75,7 @@ const RULES: &[Rule] = &[
         ours: &[
             "trueup-numerics",
             "trueup-models",
+            "trueup-plant",
             "trueup-signals",
             "trueup-estimation",
             "trueup-hypotheses",

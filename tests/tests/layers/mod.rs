@@ -7,6 +7,7 @@
 
 mod documents;
 mod graph;
+mod plants;
 mod rust;
 mod sources;
 

@@ -2,7 +2,6 @@
 //! that is dead.
 
 use trueup_identification::sensors::Sensors;
-use trueup_numerics::hybrid::Hybrid;
 
 use crate::engine::balance::Led;
 use crate::engine::problem::Compared;

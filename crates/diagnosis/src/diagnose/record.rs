@@ -262,7 +262,7 @@ impl Set {
         let model = TwoMassJoint::new::<&str>(true, &[]).map_err(|e| e.to_string())?;
         let set: Result<Vec<_>, _> = self.causes.iter().map(|c| c.hypothesis(plant)).collect();
         Ok(Fitted {
-            stated: Stated::of_causes(set?, Model::Joint(model)),
+            stated: Stated::of_causes(set?, Model::joint(model)),
             theta: Vec::new(),
             residuals: DVector::zeros(0),
             jacobian: DMatrix::zeros(0, 0),

@@ -21,8 +21,9 @@ use std::collections::BTreeMap;
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::Run;
 use trueup_identification::sensors::Sensors;
+use trueup_models::arm::ArmScalar;
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
 use trueup_signals::spline::Spline;
 
 use super::coordinate::median_step;
@@ -223,7 +224,7 @@ impl Led {
     ///
     /// # Errors
     /// States that are not finite.
-    pub fn missing<T: Scalar>(
+    pub fn missing<T: ArmScalar>(
         &self,
         model: &Model,
         links: &Links,
@@ -253,7 +254,7 @@ impl Led {
             }
         };
         let mut x = vec![T::zero(); sizes.states];
-        model.start(p, &mut x);
+        T::start(model.plant(), p, &mut x);
         let (mut u, mut middle) = (vec![T::zero(); sizes.inputs], vec![T::zero(); sizes.inputs]);
         let mut modes = vec![0i32; sizes.modes];
         let none = modes.clone();
@@ -295,12 +296,12 @@ impl Led {
                 }
                 let at = At { t: self.t[k], x: &plain.0, u: &plain.1, p: &values, modes: &none };
                 modes.fill(0);
-                model.start_modes(at, &mut modes);
+                model.plant().start_modes(at, &mut modes);
             }
             let t = T::constant(self.t[k]);
-            model.rates(At { t, x: &x, u: &u, p, modes: &modes }, &mut dx);
+            T::rates(model.plant(), At { t, x: &x, u: &u, p, modes: &modes }, &[], &mut dx);
             if direct {
-                model.outputs(At { t, x: &x, u: &u, p, modes: &modes }, &mut shown);
+                T::outputs(model.plant(), At { t, x: &x, u: &u, p, modes: &modes }, &mut shown);
             }
             for (c, s) in self.channels.iter().enumerate() {
                 out[c].push(match links.shows[c] {

@@ -10,7 +10,6 @@ use trueup_identification::run::Run;
 use trueup_identification::sensors::Sensors;
 use trueup_models::effect::Plant;
 use trueup_models::joint;
-use trueup_numerics::hybrid::Hybrid;
 
 use super::balance::{FORM_ERROR, Led, PART, kernel};
 use super::problem::{Compared, Comparison};

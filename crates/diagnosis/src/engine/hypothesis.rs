@@ -270,7 +270,7 @@ pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
     };
     Unknown {
         name: named.name.clone(),
-        unit: named.unit.clone(),
+        unit: named.unit.to_owned(),
         target: Target::Parameter(index),
         run: None,
         start,

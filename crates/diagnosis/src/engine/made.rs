@@ -35,7 +35,7 @@ pub(crate) fn causes(labels: &str) -> Vec<Hypothesis> {
 
 /// A set in numbers, without unknowns.
 pub(crate) fn stated(set: Vec<Hypothesis>) -> Stated {
-    Stated::of_causes(set, Model::Joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()))
+    Stated::of_causes(set, Model::joint(TwoMassJoint::new::<&str>(true, &[]).unwrap()))
 }
 
 /// A set that leaves `power`, in units of the floor's, in each of two octaves of so many readings.

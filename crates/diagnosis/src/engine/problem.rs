@@ -3,14 +3,14 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
-use trueup_identification::lanes::LANES;
 use trueup_identification::lsq::{Evaluation, Problem};
 use trueup_identification::parallel;
 use trueup_identification::predict::{Plan, PredictError, predict};
 use trueup_identification::run::{Between, Drive, Run};
 use trueup_identification::sensors::Sensors;
-use trueup_numerics::hybrid::Hybrid;
-use trueup_numerics::{Dual, Scalar};
+use trueup_models::arm::ArmScalar;
+use trueup_numerics::Scalar;
+use trueup_plant::{LANES, Lanes};
 use trueup_signals::Guess;
 
 use super::balance::{Led, Links};
@@ -239,7 +239,7 @@ impl Comparison<'_> {
         Ok(channels.map(|c| c.y.iter().zip(errors.by_ref()).map(|(y, e)| e + y).collect()).collect())
     }
 
-    fn differences<T: Scalar>(
+    fn differences<T: ArmScalar>(
         &self,
         run: usize,
         p: &[T],
@@ -248,7 +248,7 @@ impl Comparison<'_> {
     ) -> Result<Vec<T>, PredictError> {
         let (data, plan) = shifted.map_or((&self.runs[run].run, &self.runs[run].plan), |(r, p)| (r, p));
         let map = sensors.inputs_of();
-        let mut found = predict(self.model, plan, p, &map, data.at_rest)?;
+        let mut found = predict(self.model.plant(), plan, p, &map, data.at_rest)?;
         for (c, channel) in data.channels.iter().enumerate() {
             let range = plan.channels()[c]..plan.channels()[c + 1];
             for (y, measured) in found.y[range].iter_mut().zip(&channel.y) {
@@ -259,7 +259,7 @@ impl Comparison<'_> {
     }
 
     /// Residuals of a recording in units of what a perfect model leaves.
-    fn look<T: Scalar>(
+    fn look<T: ArmScalar>(
         &self,
         run: usize,
         theta: &[f64],
@@ -320,14 +320,14 @@ impl Comparison<'_> {
             .collect()
     }
 
-    fn columns<const N: usize>(
+    fn columns(
         &self,
         run: usize,
         theta: &[f64],
         acting: &[usize],
     ) -> Result<(Vec<f64>, Vec<Vec<f64>>), PredictError> {
         let (p, sensors) = self.arguments(run, theta, |k, value, slope| {
-            let mut v = Dual::<N>::constant(value);
+            let mut v = Lanes::constant(value);
             if let Some(i) = acting.iter().position(|a| *a == k) {
                 v.eps[i] = slope;
             }
@@ -353,10 +353,7 @@ impl Comparison<'_> {
         let smooth: Vec<usize> = smooth.into_iter().filter(|k| !self.held.contains_key(k)).collect();
         let (mut residuals, mut all) = (Vec::new(), Vec::new());
         for piece in smooth.chunks(LANES) {
-            let (r, columns) = match piece.len() {
-                0..=4 => self.columns::<4>(run, theta, piece)?,
-                _ => self.columns::<LANES>(run, theta, piece)?,
-            };
+            let (r, columns) = self.columns(run, theta, piece)?;
             residuals = r;
             all.extend(piece.iter().copied().zip(columns));
         }

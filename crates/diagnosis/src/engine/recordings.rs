@@ -9,7 +9,6 @@ use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_identification::sensors::{Figure, Of, Sought, sought};
 use trueup_identification::unknown::Scale;
 use trueup_models::{arm, effect, joint};
-use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::noise;
 use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Sensor, Value};
 

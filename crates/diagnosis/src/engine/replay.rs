@@ -11,7 +11,6 @@ use trueup_identification::predict::PredictError;
 use trueup_identification::run::Channel;
 use trueup_identification::unknown::Scale;
 use trueup_models::effect::Measure;
-use trueup_numerics::hybrid::Hybrid;
 pub use windows::{Window, joined};
 
 use super::hypothesis::Hypothesis;

@@ -8,7 +8,6 @@ use super::problem::Compared;
 use super::recordings::{Prepared, first_states};
 use super::search::{Fitted, Search};
 use trueup_identification::run::Run;
-use trueup_numerics::hybrid::Hybrid;
 
 /// Length of a stretch, s,
 pub(super) const LENGTH: f64 = 1.0;

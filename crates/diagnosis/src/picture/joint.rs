@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
+use trueup_models::compiled::Compiled;
 use trueup_models::joint::{TwoMassJoint, input, parameter as j};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
+use trueup_plant::Plant;
 use trueup_signals::process::Grid;
 use trueup_signals::{Interpolation, Loaded};
 
@@ -58,6 +60,7 @@ impl Run<'_> {
             let (a, b) = (k.saturating_sub(reach), (k + reach).min(n - 1));
             (q[b] - q[a]) / ((b - a).max(1) as f64 * self.grid.step)
         };
+        let both = [joint, plain].map(|m| Compiled::new(m.clone()));
         let mut begin = p.to_vec();
         let (mut at_motor, mut at_load) = (Vec::with_capacity(n), Vec::with_capacity(n));
         for k in 0..n {
@@ -65,7 +68,7 @@ impl Run<'_> {
             begin[j::INITIAL_LOAD_ANGLE] = load[k];
             begin[j::INITIAL_MOTOR_VELOCITY] = slope(&motor, k);
             begin[j::INITIAL_LOAD_VELOCITY] = slope(&load, k);
-            let rates = |model: &TwoMassJoint| {
+            let rates = |model: &dyn Plant| {
                 let size = model.sizes();
                 let (mut x, mut dx) = (vec![0.0; size.states], vec![0.0; size.states]);
                 let (u, moves) = ([0.0; input::COUNT], [begin[j::INITIAL_MOTOR_VELOCITY].signum() as i32]);
@@ -79,10 +82,10 @@ impl Run<'_> {
                     p: &begin,
                     modes: &modes,
                 };
-                model.rates(at, &mut dx);
+                model.rates(at, &[], &mut dx);
                 dx
             };
-            let (with, without) = (rates(joint), rates(plain));
+            let [with, without] = both.each_ref().map(|m| rates(m));
             at_motor.push(p[j::MOTOR_INERTIA] * (with[1] - without[1]));
             at_load.push(if joint.flexible() { p[j::LOAD_INERTIA] * (with[3] - without[3]) } else { 0.0 });
         }

@@ -1,7 +1,8 @@
 //! States and modes of effects along a trajectory of the joint: bristles, lags, contacts.
 
 use trueup_models::joint::{input, parameter};
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
+use trueup_plant::Plant;
 
 use super::{MOST_STATES, Model, Recording, STATES, mode};
 
@@ -123,7 +124,7 @@ fn settle(model: &Model, t: f64, x: &[f64], u: &[f64; input::COUNT], modes: &mut
 fn advance(model: &Model, t: f64, x: &mut [f64], u: &[f64; input::COUNT], modes: &[i32], h: f64) {
     let rates = |x: &[f64]| {
         let mut dx = [0.0; MOST_STATES];
-        model.joint.rates(At { t, x, u, p: model.p, modes }, &mut dx[..x.len()]);
+        model.joint.rates(At { t, x, u, p: model.p, modes }, &[], &mut dx[..x.len()]);
         dx
     };
     let now = rates(x);

@@ -5,7 +5,7 @@
 use trueup_models::effect::Scope;
 use trueup_models::friction::STUCK;
 use trueup_models::joint::output;
-use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{LANES, Lanes, PlantScalar};
 
 use super::along::{Instants, instants};
 use super::{Channel, EFFECTS, LEAN, MOST_MODES, Model, PLACES, Recording, STATES, Sample};
@@ -99,12 +99,12 @@ impl Along {
         }
         let along = instants(model, recording, trajectory);
         let mut all = vec![Column::default(); directions.len()];
-        for (columns, directions) in all.chunks_mut(SIDE).zip(directions.chunks(SIDE)) {
+        for (columns, directions) in all.chunks_mut(LANES).zip(directions.chunks(LANES)) {
             let dual = |(i, re): (usize, &f64)| {
                 let eps = core::array::from_fn(|d| directions.get(d).map_or(0.0, |p| p[i]));
-                Dual::<SIDE> { re: *re, eps }
+                Lanes::new(*re, eps)
             };
-            let p: Vec<Dual<SIDE>> = model.p.iter().enumerate().map(dual).collect();
+            let p: Vec<Lanes> = model.p.iter().enumerate().map(dual).collect();
             columns.iter_mut().for_each(|c| c.torques.reserve_exact(trajectory.len()));
             for (k, w) in trajectory.windows(2).enumerate() {
                 let rates = model.sliding(recording, &along, &p, k, w);
@@ -126,15 +126,12 @@ impl Along {
     }
 }
 
-/// Directions side by side.
-const SIDE: usize = 8;
-
 impl Model<'_> {
     /// Rates in the middle of a step with these parameters, friction as if the motor slid.
     ///
     /// At rest friction balances what it is asked to, which is no law of it; where a filter holds the motor it asks for no
     /// torque there.
-    fn sliding<T: Scalar>(
+    fn sliding<T: PlantScalar>(
         &self,
         recording: &Recording,
         along: &Instants,

@@ -3,7 +3,8 @@
 use nalgebra::{SMatrix, SVector};
 use trueup_models::friction::{SMOOTH, STUCK};
 use trueup_models::joint::{input, parameter};
-use trueup_numerics::{Dual, Scalar};
+use trueup_numerics::Scalar;
+use trueup_plant::{Lanes, PlantScalar};
 
 use super::along::{Instants, instants};
 use super::columns::shown;
@@ -90,7 +91,7 @@ impl<const N: usize> Linearised<N> {
 
 impl Model<'_> {
     /// The states after a step from these, these torques at the places, and where the motor turned within it.
-    fn step<T: Scalar, const N: usize>(
+    fn step<T: PlantScalar, const N: usize>(
         &self,
         mut x: [T; N],
         d: [T; PLACES],
@@ -131,9 +132,9 @@ impl Model<'_> {
     /// Which states of effects a filter may have: those that do not settle within a step.
     fn free<const N: usize>(
         &self,
-        x: &[Dual<N>; N],
-        d: [Dual<N>; PLACES],
-        p: &[Dual<N>],
+        x: &[Lanes; N],
+        d: [Lanes; PLACES],
+        p: &[Lanes],
         held: &Held,
     ) -> [bool; EFFECTS] {
         if held.effects.is_empty() {
@@ -170,7 +171,7 @@ impl Model<'_> {
         torques: &[[f64; PLACES]],
         all: &mut Linearised<N>,
     ) {
-        let p: Vec<Dual<N>> = self.p.iter().map(|v| Dual::constant(*v)).collect();
+        let p: Vec<Lanes> = self.p.iter().map(|v| Lanes::constant(*v)).collect();
         let along = instants(self, recording, trajectory);
         let dry = self.dry();
         let count = trajectory.len().saturating_sub(1);
@@ -229,12 +230,12 @@ impl Model<'_> {
     fn differentiate<const N: usize>(
         &self,
         from: &[f64; N],
-        p: &[Dual<N>],
+        p: &[Lanes],
         held: &mut Held,
         step: &mut Step<N, PLACES>,
     ) -> ([f64; N], Option<Turn>) {
-        let x = core::array::from_fn(|i| Dual::variable(from[i], i));
-        let d = core::array::from_fn(|i| Dual::variable(held.torques[i], N - PLACES + i));
+        let x = core::array::from_fn(|i| Lanes::variable(from[i], i));
+        let d = core::array::from_fn(|i| Lanes::variable(held.torques[i], N - PLACES + i));
         held.free = self.free(&x, d, p, held);
         let (found, turned) = self.step(x, d, p, held);
         *step = Step::default();
@@ -283,12 +284,12 @@ impl Model<'_> {
         recording: &Recording,
         trajectory: &[[f64; STATES]],
         along: &Instants,
-        p: &[Dual<N>],
+        p: &[Lanes],
         nodes: &mut Vec<Vec<Reading<N>>>,
     ) {
         let series = self.series(recording, trajectory, along);
         let outputs = |(k, x): (usize, &[f64; STATES])| {
-            let x: [Dual<N>; STATES] = core::array::from_fn(|i| Dual::variable(x[i], i));
+            let x: [Lanes; STATES] = core::array::from_fn(|i| Lanes::variable(x[i], i));
             let t = k as f64 * recording.dt;
             self.outputs(t, (&x, along.effects(k)), p, &recording.inputs[k], along.modes(k))
         };
@@ -300,7 +301,7 @@ impl Model<'_> {
             let y = first.unwrap_or_else(|| outputs((k, x)));
             node.clear();
             node.extend(recording.read(k).map(|(c, s)| Reading {
-                row: SVector::from(y[c.output].eps),
+                row: SVector::from_fn(|i, _| y[c.output].eps[i]),
                 value: s.value - shown(&series, recording.dt, k, c, s),
                 variance: c.variance,
             }));
@@ -351,13 +352,13 @@ fn pushed<const N: usize>(
 
 /// How long after the node the motor turns, if it does within the step, with derivatives: its event moves with all that
 /// moves the speed.
-fn turn<T: Scalar, const N: usize>(x: &[T; N], dt: f64, rates: &[T; N]) -> Option<T> {
+fn turn<T: PlantScalar, const N: usize>(x: &[T; N], dt: f64, rates: &[T; N]) -> Option<T> {
     let after = -(x[1] / rates[1]);
     (after.value() > 0.0 && after.value() < dt).then_some(after)
 }
 
 /// A step of order 4 whose length may have derivatives.
-fn runge_kutta<T: Scalar, const N: usize>(
+fn runge_kutta<T: PlantScalar, const N: usize>(
     x: &mut [T; N],
     t: f64,
     h: T,

@@ -3,12 +3,12 @@
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
-use trueup_identification::model::{Model, Structure};
+use trueup_identification::model::Model;
 use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::run::{Between, Channel, Drive, Run};
 use trueup_models::joint::{output, parameter as p};
+use trueup_models::plants::PlantStructure;
 use trueup_models::presets::delian;
-use trueup_numerics::hybrid::Hybrid;
 
 /// Step of the angle sensor on the load, rad.
 pub(crate) const AMR: f64 = 0.001 * std::f64::consts::PI / 180.0;
@@ -149,7 +149,7 @@ impl Cell {
 
 /// A flexible joint without effects.
 pub(crate) fn joint() -> Model {
-    let structure = Structure {
+    let structure = PlantStructure {
         model: "TwoMassJoint".into(),
         flexible: vec![true],
         fixed_base: false,

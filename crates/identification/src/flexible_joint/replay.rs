@@ -1,9 +1,12 @@
 //! The joint's angle that the model gives for the measured motion (S0, section 4).
 
-use trueup_models::arm::{PlanarManipulator, Replay, input, parameter};
+use std::sync::Arc;
+
+use trueup_models::arm::{PlanarManipulator, input, parameter};
+use trueup_models::plants;
 use trueup_numerics::Dual;
 use trueup_numerics::driver::{DriveError, Driver, Flow, Inputs, Memory, Options, State};
-use trueup_numerics::hybrid::Hybrid;
+use trueup_plant::Plant;
 use trueup_signals::spline::Spline;
 
 use crate::tangent::Tangent;
@@ -55,7 +58,9 @@ pub enum RunError {
 /// A run with its model: from the four unknowns to the joint's angle at the samples.
 #[derive(Clone, Debug)]
 pub struct FlexibleJoint {
-    replay: Replay,
+    /// The arm, some of its motors led.
+    replay: Arc<dyn Plant>,
+    links: usize,
     p: Vec<f64>,
     joint: usize,
     run: Run,
@@ -105,9 +110,10 @@ impl FlexibleJoint {
             led.push((joint, spline));
         }
         let joints: Vec<usize> = led.iter().map(|(j, _)| *j).collect();
-        let Some(replay) = Replay::new(arm.clone(), &joints) else {
+        let Some(replay) = plants::led(arm.clone(), &joints) else {
             return shape("a manipulator with friction cannot be replayed".into());
         };
+        let first_led = input::count(n);
         let mut p = p.to_vec();
         let first = run.time[0];
         for (j, spline) in &led {
@@ -135,12 +141,12 @@ impl FlexibleJoint {
                     u[input::joint_torque(n) + joint] = torque[i];
                 }
                 for (at, (_, spline)) in led.iter().enumerate() {
-                    u[replay.acceleration(at)] = spline.at(run.time[i])[2];
+                    u[first_led + at] = spline.at(run.time[i])[2];
                 }
                 u
             })
             .collect();
-        Ok(Self { replay, p, joint, run, inputs, motor_angle })
+        Ok(Self { replay, links: n, p, joint, run, inputs, motor_angle })
     }
 
     /// The run.
@@ -159,7 +165,7 @@ impl FlexibleJoint {
     /// # Errors
     /// [`RunError::Drive`].
     pub fn angle(&self, [inertia, stiffness, damping, offset]: [f64; 4]) -> Result<Vec<Dual<4>>, RunError> {
-        let (n, j) = (self.replay.arm().links(), self.joint);
+        let (n, j) = (self.links, self.joint);
         let unknowns = [
             parameter::motor_inertia(n) + j,
             parameter::joint_stiffness(n) + j,
@@ -171,15 +177,15 @@ impl FlexibleJoint {
             p[*at] = value;
         }
         let failed = |source| RunError::Drive { inertia, stiffness, damping, offset, source };
-        let model = Tangent::<_, 4>::new(&self.replay, &p, &unknowns);
+        let model = Tangent::<4>::new(&*self.replay, &p, &unknowns);
         let options = Options { tolerance: 1e-7, ..Options::default() };
-        let sizes = model.sizes();
+        let sizes = model.counts();
         let mut driver = Driver::new(sizes, &vec![0.01; sizes.states], options);
         let (mut t, mut memory) = (self.run.time[0], Memory::default());
         let (mut x, mut u) = (vec![0.0; sizes.states], self.inputs[0].clone());
         let mut s = State { t: &mut t, x: &mut x, u: &mut u, p: &p, modes: &mut [], memory: &mut memory };
         driver.initialise(&model, &mut s).map_err(failed)?;
-        let mut angles = vec![Tangent::<Replay, 4>::state(s.x, 3 + j)];
+        let mut angles = vec![Tangent::<4>::state(s.x, 3 + j)];
         for i in 1..self.run.time.len() {
             let h = self.run.time[i] - self.run.time[i - 1];
             s.u.copy_from_slice(&self.inputs[i - 1]);
@@ -188,7 +194,7 @@ impl FlexibleJoint {
             driver
                 .advance_to(&model, &mut s, self.run.time[i], Inputs::Ramp(&slopes), &mut |_| Flow::Continue)
                 .map_err(failed)?;
-            angles.push(Tangent::<Replay, 4>::state(s.x, 3 + j));
+            angles.push(Tangent::<4>::state(s.x, 3 + j));
         }
         Ok(angles)
     }

@@ -39,11 +39,15 @@ pub(super) fn of(
     let mut all = Effects { fitted: Vec::new(), looks: Vec::new(), sized: Vec::new() };
     let list: Vec<&Run> = runs.iter().collect();
     let plain = nominal.to_vec();
-    let rig =
-        Rig { plant: model.plant(), flexible: &model.structure().flexible, values: &plain, runs: &list };
+    let rig = Rig {
+        plant: model.effect_plant(),
+        flexible: &model.structure().flexible,
+        values: &plain,
+        runs: &list,
+    };
     let sizes = Sizes::of(&rig);
     for id in &case.with {
-        let choice = Choice::parse(id, model.plant()).map_err(crate::model::ModelError::from)?;
+        let choice = Choice::parse(id, model.effect_plant()).map_err(crate::model::ModelError::from)?;
         let spec = choice.spec();
         let refuse = |what: &str| Err(IdentifyError::Unknowns(format!("{id} {what}")));
         if case.known_effects().contains(&id.as_str()) {
@@ -85,7 +89,7 @@ impl Effects {
     ) {
         let q = &model.parameters()[at];
         let given = case.number(&q.name);
-        let search = s.search_in(model.plant());
+        let search = s.search_in(model.effect_plant());
         let looks = |usual: &'static [f64]| if search.looks.is_empty() { usual } else { search.looks };
         let (lower, upper) = (s.min, s.max.min(search.most));
         let by_log = |start: f64, prior: Option<(f64, f64)>| Unknown {
@@ -163,7 +167,7 @@ impl Effects {
         site: usize,
         size: &impl Fn(Measure) -> f64,
     ) {
-        if model.plant() == Plant::Joint {
+        if model.effect_plant() == Plant::Joint {
             return;
         }
         for b in e.spec().borrows {
@@ -181,7 +185,7 @@ impl Effects {
 
     /// Names of the plant's own parameters that the effects stand on, and without which they do nothing.
     pub(super) fn stands_on(model: &Model, case: &Case) -> Vec<&'static str> {
-        if model.plant() == Plant::Arm {
+        if model.effect_plant() == Plant::Arm {
             return Vec::new();
         }
         let all = case.with.iter().filter_map(|id| Choice::parse(id, Plant::Joint).ok());

@@ -9,7 +9,6 @@ use crate::regress::{Known, RegressError, Regressed, Regression, regress};
 use crate::run::Run;
 use crate::unknown::{Scale, Target, Unknown};
 use trueup_models::joint::parameter as p;
-use trueup_numerics::hybrid::Hybrid;
 
 /// What the regressions estimate, in their order.
 pub(super) const REGRESSED: [&str; 4] = ["stiffness", "damping", "coulombFriction", "viscousFriction"];
@@ -86,7 +85,9 @@ fn instruments(
             q[p::INITIAL_MOTOR_ANGLE] = motor;
             q[p::INITIAL_LOAD_ANGLE] = load;
             let plan = Plan::new(run, model.sizes().inputs);
-            let Ok(shown) = predict(model, &plan, &q, &InputMap::default(), false) else { return Ok(found) };
+            let Ok(shown) = predict(model.plant(), &plan, &q, &InputMap::default(), false) else {
+                return Ok(found);
+            };
             for (c, channel) in run.channels.iter_mut().enumerate() {
                 channel.y.copy_from_slice(&shown.y[plan.channels()[c]..plan.channels()[c + 1]]);
             }

@@ -7,7 +7,7 @@ use super::{Model, ModelError};
 
 /// Whether every known effect can be one and has a size, and whether gravity has a base that holds against it.
 pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
-    let plant = model.plant();
+    let plant = model.effect_plant();
     let falls = case.parameters.iter().find(|(name, value)| {
         let named = model.parameter(name).is_some() && base_name(name) == "gravity";
         named && !model.structure().fixed_base && value.number().is_some_and(|g| g != 0.0)

@@ -6,10 +6,10 @@ use std::path::Path;
 
 use trueup_identification::flexible_joint::sight;
 use trueup_identification::identify::{Design, Found, Identified, Method, Settings, identify};
-use trueup_identification::model::{Model, Structure};
-use trueup_models::arm::output;
+use trueup_identification::model::Model;
+use trueup_models::arm::{Replay, output};
+use trueup_models::plants::PlantStructure;
 use trueup_numerics::driver::{Options, simulate};
-use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::Case;
 
 use super::{Noise, reference, times, torque};
@@ -49,7 +49,8 @@ fn csv(model: &Model, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> 
         u[led[1]] = -0.75f64.to_radians();
     };
     let options = Options { tolerance: 1e-10, ..Options::default() };
-    let sim = simulate(model, &p, &vec![0.01; model.sizes().states], options, &inputs, &times()).unwrap();
+    let replay = Replay::new(model.arm().unwrap().clone(), &model.structure().led).unwrap();
+    let sim = simulate(&replay, &p, &vec![0.01; model.sizes().states], options, &inputs, &times()).unwrap();
     let (mm, deg) = (1e-3, 0.1f64.to_radians());
     let (mut base, mut tip, mut joints) = (Vec::new(), Vec::new(), vec![Vec::new(); 3]);
     for y in &sim.y {
@@ -69,7 +70,7 @@ fn csv(model: &Model, truth: &[(&str, f64)], offset: f64, noise: &mut Noise) -> 
 /// The recordings of a campaign in a folder, begun at these offsets in deg: `test-1.csv` and so on, each with what is known of its
 /// beginning.
 pub(crate) fn record(folder: &Path, truth: &[(&str, f64)], offsets: &[f64], seed: u64) {
-    let structure = Structure {
+    let structure = PlantStructure {
         model: "PlanarManipulator".into(),
         flexible: vec![true, false, false],
         fixed_base: false,

@@ -74,11 +74,7 @@ impl PlantModel for PlanarManipulator {
         // Friction comes with an effect, and is not there where its levels are 0.
         let dry = parameter::count(n)..t.parameters.len();
         t.parameters[dry].iter_mut().for_each(|q| q.neutral = Some(0.0));
-        for c in self.coordinates() {
-            VariableTable::rate(&mut t.parameters, c.initial_rate, c.initial_position);
-            VariableTable::rate(&mut t.outputs, c.rate_output, c.position_output);
-            VariableTable::rate(&mut t.states, c.rate, c.rate - self.dofs());
-        }
+        compiled::rates_of(&self.coordinates(), &mut t);
         for k in 0..n {
             let (rate, of) = (parameter::initial_motor_velocity(n), parameter::initial_motor_angle(n));
             VariableTable::rate(&mut t.parameters, rate + k, of + k);
@@ -161,6 +157,10 @@ impl PlantModel for PlanarManipulator {
         Some(self.effects())
     }
 
+    fn followers(&self) -> Vec<usize> {
+        compiled::followers(self.effects())
+    }
+
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
         let made = Self::on_base(self.has_fixed_base(), &self.declared_flexible, effects);
         Ok(made.map_err(|e| PlantError(e.to_string()))?.with_payload(self.payload()))
@@ -187,6 +187,9 @@ impl PlantModel for Replay {
     }
     fn effect_set(&self) -> Option<&EffectSet> {
         Some(self.arm.effects())
+    }
+    fn followers(&self) -> Vec<usize> {
+        self.arm.followers()
     }
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
         Self::new(self.arm.with(effects)?, &self.led).ok_or_else(|| {

@@ -3,6 +3,7 @@
 //! The bodies are those of [`crate::space`]; what is here is what drives their motors and brakes them. The equations have ids
 //! LNK-1 .. in `docs/equations/flexible-arm.md`.
 
+mod compiled;
 mod friction;
 pub mod layout;
 mod model;

@@ -172,7 +172,7 @@ impl FlexibleArm {
     }
 
     /// The bodies with what their motors give: their inputs, and the motors that stick.
-    fn driven<T: Scalar>(&self, at: &At<T>) -> ([T; MAX_INPUTS], PerJoint<(usize, T)>) {
+    pub(super) fn driven<T: Scalar>(&self, at: &At<T>) -> ([T; MAX_INPUTS], PerJoint<(usize, T)>) {
         let mut u = [T::zero(); MAX_INPUTS];
         u[..at.u.len()].copy_from_slice(at.u);
         for j in 0..self.joints() {

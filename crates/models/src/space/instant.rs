@@ -215,6 +215,31 @@ impl<T: Scalar> Instant<T> {
         }
     }
 
+    /// Forces on the coordinates beside what acts on it, in their order ([`SpatialFreeFlyer::rates_under`]); of one that is set.
+    pub(super) fn push(&mut self, model: &SpatialFreeFlyer, force: &[T]) {
+        let mut rest = force;
+        if let ([x, y, z, torque @ ..], false) = (force, model.structure().held)
+            && let [a, b, c, others @ ..] = torque
+        {
+            let force = transposed_times(&self.placed[0].frame.rotation, [*x, *y, *z]);
+            self.applied[0] = self.applied[0].plus(Wrench { torque: [*a, *b, *c], force });
+            rest = others;
+        }
+        let n = self.drives.len().min(rest.len());
+        let (joints, motors) = rest.split_at(n);
+        for (drive, force) in self.drives.iter_mut().zip(joints) {
+            if let Moves::Driven(torque) = &mut drive.moves {
+                *torque += *force;
+            }
+        }
+        let own = (0..n).filter(|j| model.motor_row(*j).is_some());
+        for (j, force) in own.zip(motors) {
+            if let Rotor::Driven(torque) = &mut self.drives[j].rotor {
+                *torque += *force;
+            }
+        }
+    }
+
     /// Nothing acts on it but what is led. It must not move.
     pub(super) fn rest(&mut self, held: bool) {
         self.held = held.then(Motion::zero);

@@ -7,6 +7,7 @@ pub mod appendage;
 pub mod articulated;
 pub mod attitude;
 pub mod axial;
+mod compiled;
 pub mod composite;
 pub mod design;
 pub mod end;

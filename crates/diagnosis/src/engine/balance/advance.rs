@@ -1,5 +1,6 @@
 //! Integration of what the recording does not lead.
 
+use trueup_models::arm::ArmScalar;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
@@ -31,7 +32,7 @@ pub(super) struct Context<'a, T> {
     pub(super) step: f64,
 }
 
-impl<T: Scalar> Context<'_, T> {
+impl<T: ArmScalar> Context<'_, T> {
     /// Classical Runge-Kutta for what moves freely; exact in the own rate of what follows.
     pub(super) fn advance(
         &self,

@@ -1,7 +1,6 @@
 //! How the coordinates of a model hang together with the channels of a recording.
 
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::Hybrid;
 
 use super::Led;
 use crate::engine::coordinate::Coordinate;
@@ -49,7 +48,6 @@ pub struct Links {
 impl Led {
     /// How these coordinates of that model are led.
     pub fn links(&self, model: &Model, coordinates: &[Coordinate]) -> Links {
-        use trueup_identification::plant::Plant;
         let find =
             |list: &[(usize, f64)], output: usize| list.iter().find(|(o, _)| *o == output).map(|l| l.1);
         let as_it_is = coordinates.len() == self.leading.coordinates.len();
@@ -90,7 +88,7 @@ impl Led {
         let (positions, unled) = sum(&|c| c.position.clone());
         let (velocities, _) = sum(&|c| c.velocity.clone());
         let led = |s: &usize| positions.iter().chain(&velocities).any(|p| p.0 == *s);
-        let followers = model.followers();
+        let followers = model.plant().followers().to_vec();
         let free = (0..model.sizes().states).filter(|s| !led(s) && !followers.contains(s)).collect();
         let (held, stops): (Vec<usize>, Vec<usize>) = (0..coordinates.len())
             .filter(|i| coordinates[*i].held.is_some())

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, Schur};
 use trueup_numerics::hybrid::At;
 use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{LANES, Lanes};
 
 use super::Links;
 use crate::engine::subject::Model;
@@ -14,21 +15,24 @@ const RADIANS: f64 = 0.25;
 /// The fastest own mode of what is integrated, rad/s, at an instant; where derivatives are not finite: infinite.
 pub(super) fn fastest(model: &Model, links: &Links, at: &At<'_, f64>) -> f64 {
     let n = links.free.len();
-    let lift = |v: &[f64]| v.iter().map(|v| Dual::<1>::constant(*v)).collect::<Vec<_>>();
+    let lift = |v: &[f64]| v.iter().map(|v| Lanes::constant(*v)).collect::<Vec<_>>();
     let (mut x, u, p) = (lift(at.x), lift(at.u), lift(at.p));
-    let mut dx = vec![Dual::zero(); x.len()];
+    let mut dx = vec![Lanes::zero(); x.len()];
     let mut slope = DMatrix::zeros(n, n);
-    let given: Vec<(usize, Dual<1>)> = links.given.iter().map(|(row, ..)| (*row, Dual::zero())).collect();
-    for (column, &s) in links.free.iter().enumerate() {
-        x[s].eps[0] = 1.0;
+    let given: Vec<(usize, Lanes)> = links.given.iter().map(|(row, ..)| (*row, Dual::zero())).collect();
+    let columns: Vec<(usize, usize)> = links.free.iter().copied().enumerate().collect();
+    for group in columns.chunks(LANES) {
+        group.iter().enumerate().for_each(|(lane, (_, s))| x[*s].eps[lane] = 1.0);
         model.rates_led(
             At { t: Dual::constant(at.t), x: &x, u: &u, p: &p, modes: at.modes },
             &given,
             &mut dx,
         );
-        x[s].eps[0] = 0.0;
-        for (row, &r) in links.free.iter().enumerate() {
-            slope[(row, column)] = dx[r].eps[0];
+        for (lane, (column, s)) in group.iter().enumerate() {
+            x[*s].eps[lane] = 0.0;
+            for (row, &r) in links.free.iter().enumerate() {
+                slope[(row, *column)] = dx[r].eps[lane];
+            }
         }
     }
     if !slope.iter().all(|v| v.is_finite()) {
@@ -52,7 +56,6 @@ mod tests {
     use trueup_identification::run::{Channel, Run};
     use trueup_models::effect::Plant;
     use trueup_models::joint::{output, parameter};
-    use trueup_numerics::hybrid::Hybrid;
 
     #[test]
     fn the_fastest_mode_of_a_spring_is_its_resonance() {

@@ -2,7 +2,7 @@
 
 use trueup_identification::sensors::{Sensor, Sensors};
 use trueup_numerics::Scalar;
-use trueup_numerics::hybrid::{At, Hybrid};
+use trueup_numerics::hybrid::At;
 
 use super::{Led, Links};
 use crate::engine::octaves;

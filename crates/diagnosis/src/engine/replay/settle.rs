@@ -5,7 +5,6 @@ use std::collections::BTreeMap;
 use trueup_identification::lsq::{Options, solve};
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
-use trueup_numerics::hybrid::Hybrid;
 
 use super::{Complete, NEAR, Replayed, Settled};
 use crate::engine::hypothesis::Posed;

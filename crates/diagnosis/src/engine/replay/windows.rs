@@ -7,7 +7,6 @@ use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
 use trueup_identification::run::Run;
 use trueup_models::effect::Measure;
-use trueup_numerics::hybrid::Hybrid;
 
 use super::settle::nearer;
 use super::{Complete, NEAR, Replayed, Settled};

@@ -1,0 +1,165 @@
+//! A plant of nobody's list, whole in this file: a pendulum with a motor on its axle. It is a plant as ours are: simulated along
+//! recordings, its derivatives exact, its parameters identified, its forces and tangent asked for.
+
+#![allow(clippy::unwrap_used)]
+
+use std::sync::Arc;
+
+use trueup_identification::lsq::{Options, solve};
+use trueup_identification::model::{Model, Named};
+use trueup_identification::output_error::OutputError;
+use trueup_identification::predict::{InputMap, Plan};
+use trueup_identification::run::{Between, Channel, Drive, Run};
+use trueup_identification::unknown::Unknown;
+use trueup_models::compiled::{Compiled, PlantModel};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
+use trueup_plant::{
+    Coordinate, CoordinateKind, PlantError, Quantity, VariableTable, force_sensitivity, tangent,
+};
+
+/// J q'' = u - m g l sin q - d q'.
+#[derive(Debug)]
+struct Pendulum;
+
+const INERTIA: usize = 0;
+const WEIGHT: usize = 1;
+const DAMPING: usize = 2;
+
+impl Hybrid for Pendulum {
+    fn sizes(&self) -> Sizes {
+        Sizes { states: 2, inputs: 1, parameters: 5, outputs: 2, ..Sizes::default() }
+    }
+    fn start<T: Scalar>(&self, p: &[T], x: &mut [T]) {
+        x.copy_from_slice(&p[3..5]);
+    }
+    fn start_modes(&self, _: At<f64>, _: &mut [i32]) {}
+    fn rates<T: Scalar>(&self, at: At<T>, dx: &mut [T]) {
+        self.rates_under(at, &[], dx);
+    }
+    fn outputs<T: Scalar>(&self, at: At<T>, y: &mut [T]) {
+        y.copy_from_slice(at.x);
+    }
+    fn indicators<T: Scalar>(&self, _: At<T>, _: &mut [T]) {}
+    fn update(&self, _: f64, _: &mut [f64], _: &[f64], _: &[f64], _: &mut [i32]) -> Update {
+        Update::default()
+    }
+}
+
+impl PlantModel for Pendulum {
+    const NAME: &'static str = "Pendulum";
+    fn table(&self) -> VariableTable {
+        let parameter =
+            |name: &str, unit, start| Quantity { start, ..Quantity::new(name, unit).at_least(0.0) };
+        VariableTable {
+            parameters: vec![
+                parameter("inertia", "kg.m2", 0.02),
+                parameter("weight", "N.m", 0.5),
+                parameter("damping", "N.m.s/rad", 0.01),
+                Quantity::new("initialAngle", "rad"),
+                Quantity { rate_of: Some(3), ..Quantity::new("initialVelocity", "rad/s") },
+            ],
+            inputs: vec![Quantity::new("torque", "N.m")],
+            outputs: vec![
+                Quantity::new("angle", "rad"),
+                Quantity { rate_of: Some(0), ..Quantity::new("velocity", "rad/s") },
+            ],
+            usual: vec![INERTIA, WEIGHT, DAMPING],
+            driving: vec![0],
+            ..VariableTable::default()
+        }
+    }
+    fn coordinates(&self) -> Vec<Coordinate> {
+        vec![Coordinate {
+            name: "pendulum".into(),
+            kind: CoordinateKind::Motor,
+            force_unit: "N.m",
+            position: Some(0),
+            rate: 1,
+            initial_position: 3,
+            initial_rate: 4,
+            position_output: 0,
+            rate_output: 1,
+            friction_mode: None,
+            dry_friction: None,
+            follows: None,
+        }]
+    }
+    fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
+        let own = force.first().copied().unwrap_or_else(T::zero);
+        let (q, v) = (at.x[0], at.x[1]);
+        dx[0] = v;
+        dx[1] = (at.u[0] + own - at.p[WEIGHT] * q.sin() - at.p[DAMPING] * v) / at.p[INERTIA];
+    }
+    fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
+        match effects {
+            [] => Ok(Self),
+            [id, ..] => {
+                Err(PlantError(format!("no effect acts in a pendulum, `{id}` neither; leave it out")))
+            }
+        }
+    }
+}
+
+fn plant() -> Model {
+    Model::of_plant(Arc::new(Compiled::new(Pendulum)))
+}
+
+/// What it shows while a torque swings it from rest at 0.4 rad.
+fn recording(model: &Model, p: &[f64]) -> Run {
+    let t: Vec<f64> = (0..800).map(|k| f64::from(k) * 5e-3).collect();
+    let u: Vec<f64> = t.iter().map(|t| 0.3 * (2.1 * t).sin() + 0.1 * (7.7 * t).cos()).collect();
+    let mut run = Run {
+        name: "swinging".into(),
+        channels: vec![Channel {
+            name: "angle".into(),
+            t: t.clone(),
+            y: vec![0.0; t.len()],
+            sigma: 1e-4,
+            ..Channel::default()
+        }],
+        drives: vec![Drive { t, u, between: Between::Linear, ..Drive::default() }],
+        ..Run::default()
+    };
+    let plan = Plan::new(&run, 1);
+    run.channels[0].y = model.predict(&plan, p, &InputMap::default(), false).unwrap().y;
+    run
+}
+
+#[test]
+fn a_plant_of_nobodys_list_is_identified() {
+    let model = plant();
+    let mut truth = model.defaults();
+    truth[3] = 0.4;
+    let runs = [recording(&model, &truth)];
+    // It does swing, and past where a sine is a straight line.
+    assert!(runs[0].channels[0].y.iter().fold(0.0, |m: f64, y| m.max(y.abs())) > 1.0);
+    let unknowns: Vec<Unknown> = (model.usual().iter().zip([1.3, 0.8, 0.6]))
+        .map(|(name, wrong)| {
+            let at = model.parameter(name).unwrap();
+            Unknown::positive(name, at, truth[at] * wrong)
+        })
+        .collect();
+    let problem = OutputError::new(&model, &truth, &runs, unknowns);
+    let found = solve(&problem, &problem.start(), Options::default()).unwrap();
+    for (value, truth) in problem.values(&found.x).iter().zip(&truth) {
+        assert!((value / truth - 1.0).abs() < 1e-6, "{value} {truth}");
+    }
+    assert_eq!(Named::outputs(&model)[1].rate_of, Some(0));
+}
+
+#[test]
+fn its_forces_and_tangent_are_there() {
+    let model = plant();
+    let (p, plant) = (model.defaults(), model.plant());
+    let at = At { t: 0.0, x: &[0.7, -2.0], u: &[0.1], p: &p, modes: &[] };
+    let t = tangent(plant, at, &[], &[]).unwrap();
+    assert!((t.by_state[2] + p[WEIGHT] * 0.7f64.cos() / p[INERTIA]).abs() < 1e-12);
+    assert_eq!(t.by_force, [0.0, 1.0 / p[INERTIA]]);
+    let held = tangent(plant, at, &[], &[true]).unwrap();
+    assert!(held.by_state.iter().chain(&held.by_force).all(|v| *v == 0.0));
+    // A heavier pendulum is one that its weight pulls.
+    let force = force_sensitivity(plant, at, &[], &[WEIGHT]).unwrap();
+    assert!((force[0] + p[WEIGHT] * 0.7f64.sin()).abs() < 1e-12);
+    assert!(plant.with(&["backlash"]).unwrap_err().0.contains("leave it out"));
+}

@@ -1,0 +1,127 @@
+//! The robot in space as a [`Plant`](trueup_plant::Plant).
+
+use super::instant::Instant;
+use super::layout::{Inputs, Outputs, Parameters, States};
+use super::model::{Led, SpatialFreeFlyer};
+use super::tree::Joint;
+use crate::compiled::{self, PlantModel};
+use trueup_numerics::Scalar;
+use trueup_numerics::hybrid::At;
+use trueup_plant::{
+    ChosenAs, Coordinate, CoordinateKind, Follows, PlantError, StructureChoice, VariableTable, elements,
+};
+
+impl SpatialFreeFlyer {
+    /// Rates of the states with forces on the coordinates, where some accelerations are given: of a base that floats the force
+    /// on its centre of mass, inertial axes, and the torque, base axes; of each joint; of each motor that moves by itself. Empty:
+    /// none. What is led does not feel them.
+    pub(crate) fn rates_under<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, force: &[T], dx: &mut [T]) {
+        let mut now = Instant::new();
+        now.set(self, &at);
+        now.push(self, force);
+        now.lead(self, &led);
+        self.accelerate_led(&now, &at, &led, dx, &mut []);
+    }
+
+    /// What was chosen of its joints.
+    pub(crate) fn choices(&self) -> Vec<StructureChoice> {
+        let flexible = elements("jointFlexible", &[self.structure().bodies()]).into_iter();
+        flexible.map(|name| StructureChoice { name, is: ChosenAs::Flag }).collect()
+    }
+
+    /// Parameters of its springs and rotors, which are estimated unless somebody says otherwise.
+    pub(crate) fn usual(&self) -> Vec<usize> {
+        let (n, from) = (self.structure().bodies(), Parameters::new(self.structure()));
+        let of = |begin: usize| (0..n).filter(|j| self.motor_row(*j).is_some()).map(move |j| begin + j);
+        [from.motor_inertia, from.joint_stiffness, from.joint_damping].into_iter().flat_map(of).collect()
+    }
+}
+
+impl PlantModel for SpatialFreeFlyer {
+    const NAME: &'static str = "SpatialFreeFlyer";
+
+    fn table(&self) -> VariableTable {
+        let s = self.structure();
+        let drive = Inputs::new(s).joint_torque;
+        let mut t = VariableTable {
+            parameters: compiled::parameters(&Parameters::list(s), &self.defaults()),
+            inputs: compiled::inputs(&Inputs::list(s)),
+            outputs: compiled::outputs(&Outputs::list(s)),
+            states: compiled::states(&States::list(s)),
+            choices: self.choices(),
+            driving: (drive..drive + s.bodies()).collect(),
+            usual: self.usual(),
+        };
+        compiled::positive(&mut t);
+        compiled::rates_of(&self.coordinates(), &mut t);
+        t
+    }
+
+    fn coordinates(&self) -> Vec<Coordinate> {
+        let s = self.structure();
+        let (row, from, to) = (States::new(s), Parameters::new(s), Outputs::new(s));
+        let own = |name: String,
+                   kind,
+                   force_unit,
+                   states: (Option<usize>, usize),
+                   begin: [usize; 2],
+                   shown: [usize; 2]| {
+            Coordinate {
+                name,
+                kind,
+                force_unit,
+                position: states.0,
+                rate: states.1,
+                initial_position: begin[0],
+                initial_rate: begin[1],
+                position_output: shown[0],
+                rate_output: shown[1],
+                friction_mode: None,
+                dry_friction: None,
+                follows: None,
+            }
+        };
+        let mut all = Vec::new();
+        if !s.held {
+            for (i, name) in elements("base", &[3]).into_iter().enumerate() {
+                let states = (Some(row.base_position + i), row.base_velocity + i);
+                let begin = [from.initial_base_position + i, from.initial_base_velocity + i];
+                let shown = [to.base_position + i, to.base_velocity + i];
+                all.push(own(name, CoordinateKind::Base, "N", states, begin, shown));
+            }
+            for (i, name) in elements("baseRotation", &[3]).into_iter().enumerate() {
+                let states = (None, row.base_angular_velocity + i);
+                let begin = [from.initial_base_quaternion + 1 + i, from.initial_base_angular_velocity + i];
+                let shown = [to.base_quaternion + 1 + i, to.base_angular_velocity + i];
+                all.push(own(name, CoordinateKind::Base, "N.m", states, begin, shown));
+            }
+        }
+        let first = all.len();
+        let unit = |j: usize| if s.tree.joint[j] == Joint::Prismatic { "N" } else { "N.m" };
+        for (j, name) in elements("joint", &[s.bodies()]).into_iter().enumerate() {
+            let kind = if self.motor_row(j).is_some() { CoordinateKind::Link } else { CoordinateKind::Motor };
+            let states = (Some(row.joint_angle + j), row.joint_velocity + j);
+            let begin = [from.initial_joint_angle + j, from.initial_joint_velocity + j];
+            let shown = [to.joint_angle + j, to.joint_velocity + j];
+            all.push(own(name, kind, unit(j), states, begin, shown));
+        }
+        for (j, name) in elements("motor", &[s.bodies()]).into_iter().enumerate() {
+            let Some(position) = self.motor_row(j) else { continue };
+            let states = (Some(position), position - row.motor_angle + row.motor_velocity);
+            let begin = [from.initial_motor_angle + j, from.initial_motor_velocity + j];
+            let shown = [to.motor_angle + j, to.motor_velocity + j];
+            let follows = Some(Follows { coordinate: first + j, ratio: None });
+            let motor = own(name, CoordinateKind::Motor, unit(j), states, begin, shown);
+            all.push(Coordinate { follows, ..motor });
+        }
+        all
+    }
+
+    fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
+        SpatialFreeFlyer::rates_under(self, at, Led::none(), force, dx);
+    }
+
+    fn with(&self, effects: &[&str]) -> Result<Self, PlantError> {
+        compiled::no_effects(Self::NAME, effects).map(|()| self.clone())
+    }
+}
