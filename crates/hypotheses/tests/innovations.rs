@@ -4,7 +4,7 @@ use trueup_hypotheses::innovations::search::{JointFindings, search_joint};
 use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judge};
 use trueup_signals::Value;
 
-use crate::made::MadeJoint;
+use crate::made::{MadeJoint, Sampling};
 
 fn told(name: &str, made: &MadeJoint<'_>) -> (JointFindings, JointJudgement) {
     let found = search_joint(&made.case()).unwrap();
@@ -77,5 +77,26 @@ fn what_a_joint_has_for_the_first_time_leads() {
             assert_eq!(found.effects[0].id, id, "seed {seed}");
             assert_eq!(judged.verdict, JointVerdict::Effects, "seed {seed}");
         }
+    }
+}
+
+/// Lost readings, uneven ones, a coarse clock, slow and fast sampling: no false cause where nothing lacks, and the cause where one does.
+#[test]
+#[ignore = "ten searches: ./test --full runs it"]
+fn readings_at_any_times_name_what_lacks_and_nothing_else() {
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[1.5e-3, 1e-3, 2.0, 0.0, 0.0])];
+    let made = || MadeJoint { seed: 41, ..MadeJoint::default() };
+    let all = [
+        ("missing", MadeJoint { sampling: Sampling::Missing, ..made() }),
+        ("jitter", MadeJoint { sampling: Sampling::Jitter, ..made() }),
+        ("coarse clock", MadeJoint { sampling: Sampling::Coarse, ..made() }),
+        ("50 Hz", MadeJoint { rate: 50.0, recordings: (2, 300), ..made() }),
+        ("10 kHz", MadeJoint { rate: 1e4, recordings: (2, 20_000), ..made() }),
+    ];
+    for (name, made) in all {
+        let (_, judged) = told(name, &made);
+        assert_eq!(judged.verdict, JointVerdict::NoGap, "{name}");
+        let (found, judged) = told(name, &MadeJoint { effects: ripple, ..made });
+        assert_eq!((judged.verdict, found.effects[0].id), (JointVerdict::Effects, "torque-ripple"), "{name}");
     }
 }

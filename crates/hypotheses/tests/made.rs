@@ -3,19 +3,18 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use rand::SeedableRng;
 use rand::rngs::StdRng;
+use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, Normal};
 use trueup_models::joint::{TwoMassJoint, input, output, parameter as q};
 use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::hybrid::Hybrid;
 use trueup_signals::{Case, Channel, Interpolation, Loaded, Recording, Value};
 
-const RATE: f64 = 250.0;
 /// Standard deviations of the noise of motor and load angle, rad.
 const NOISE: [f64; 2] = [1e-3, 1e-5];
 /// Every channel of a joint that nothing but its motor drives.
-pub const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
+pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
 /// A small geared drive.
 fn drive() -> Vec<f64> {
@@ -36,33 +35,51 @@ fn drive() -> Vec<f64> {
     p
 }
 
+/// When the sensors are read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Sampling {
+    /// With the drive.
+    Even,
+    /// The same, one of five readings lost, each sensor its own.
+    Missing,
+    /// Up to three tenths of a step early or late, as the time stamps say.
+    Jitter,
+    /// The same with time stamps in full milliseconds.
+    Coarse,
+}
+
 /// A joint as it is, and what its owner has otherwise.
-pub struct MadeJoint<'a> {
+pub(crate) struct MadeJoint<'a> {
     /// Of the drive and of the noise.
-    pub seed: u64,
+    pub(crate) seed: u64,
     /// Recordings, and samples of each.
-    pub recordings: (usize, usize),
+    pub(crate) recordings: (usize, usize),
+    /// Samples a second.
+    pub(crate) rate: f64,
+    /// When the sensors are read.
+    pub(crate) sampling: Sampling,
     /// With a spring.
-    pub flexible: bool,
+    pub(crate) flexible: bool,
     /// Effects with their parameters; the owner knows nothing of them.
-    pub effects: &'a [(&'a str, &'a [f64])],
+    pub(crate) effects: &'a [(&'a str, &'a [f64])],
     /// Size of a torque on the load that is recorded, N.m.
-    pub external: f64,
+    pub(crate) external: f64,
     /// Channels that are recorded.
-    pub channels: &'a [&'a str],
+    pub(crate) channels: &'a [&'a str],
     /// What the owner has of parameters, where it is not as it is.
-    pub believed: &'a [(&'a str, Value)],
+    pub(crate) believed: &'a [(&'a str, Value)],
 }
 
 impl Default for MadeJoint<'_> {
     fn default() -> Self {
-        let (flexible, external) = (true, 0.0);
         Self {
             seed: 0,
             recordings: (2, 1000),
-            flexible,
+            rate: 250.0,
+            sampling: Sampling::Even,
+            flexible: true,
             effects: &[],
-            external,
+            external: 0.0,
             channels: ALL,
             believed: &[],
         }
@@ -71,29 +88,46 @@ impl Default for MadeJoint<'_> {
 
 impl MadeJoint<'_> {
     fn current(&self, k: usize, recording: u64) -> f64 {
-        let t = k as f64 / RATE;
+        let t = k as f64 / self.rate;
         0.35 * (2.3 * t + 2.0 * (self.seed + recording) as f64).sin() + 0.2 * (9.3 * t).sin()
     }
     fn torque(&self, k: usize, recording: u64) -> f64 {
-        self.external * (4.1 * k as f64 / RATE + 0.7 * (self.seed + recording) as f64).sin()
+        self.external * (4.1 * k as f64 / self.rate + 0.7 * (self.seed + recording) as f64).sin()
     }
 
     /// A run of the true joint as its sensors read it; inputs are held between their samples.
     fn record(&self, joint: &TwoMassJoint, p: &[f64], name: &str, recording: u64) -> Recording {
-        let time: Vec<f64> = (0..self.recordings.1).map(|k| k as f64 / RATE).collect();
+        let time: Vec<f64> = (0..self.recordings.1).map(|k| k as f64 / self.rate).collect();
+        let rng = &mut StdRng::seed_from_u64(self.seed + recording);
+        let mut moved = |t: &f64| {
+            let uneven = matches!(self.sampling, Sampling::Jitter | Sampling::Coarse);
+            let by = if uneven { rng.random_range(-0.3..0.3) } else { 0.0 };
+            (t + by / self.rate).max(0.0)
+        };
+        let read_at: Vec<f64> = time.iter().map(&mut moved).collect();
+        let mut all: Vec<f64> = time.iter().chain(&read_at).copied().collect();
+        all.sort_unstable_by(f64::total_cmp);
+        all.dedup();
         let drive = |t: f64, u: &mut [f64]| {
-            let k = (t * RATE + 1e-6) as usize;
+            let k = (t * self.rate + 1e-6) as usize;
             u[input::MOTOR_CURRENT] = self.current(k, recording);
             u[input::EXTERNAL_TORQUE] = self.torque(k, recording);
         };
         let nominal = vec![1.0; joint.sizes().states];
         let options = Options { tolerance: 1e-9, ..Options::default() };
-        let truth = simulate(joint, p, &nominal, options, &drive, &time).unwrap();
-        let rng = &mut StdRng::seed_from_u64(self.seed + recording);
+        let truth = simulate(joint, p, &nominal, options, &drive, &all).unwrap();
         let mut read = |name: &str, at: usize, noise: f64| {
             let normal = Normal::new(0.0, noise).unwrap();
-            let values = truth.y.iter().map(|y| y[at] + normal.sample(rng)).collect();
-            let mut channel = Channel::new(name, "rad", time.clone(), values);
+            let (mut times, mut values) = (Vec::new(), Vec::new());
+            for t in &read_at {
+                let y = truth.y[all.partition_point(|x| x < t)][at] + normal.sample(rng);
+                if self.sampling == Sampling::Missing && rng.random_bool(0.2) {
+                    continue;
+                }
+                times.push(if self.sampling == Sampling::Coarse { (1e3 * t).round() / 1e3 } else { *t });
+                values.push(y);
+            }
+            let mut channel = Channel::new(name, "rad", times, values);
             channel.sensor.noise = Some(noise);
             channel
         };
@@ -119,7 +153,7 @@ impl MadeJoint<'_> {
     }
 
     /// The case that its owner has.
-    pub fn case(&self) -> Loaded {
+    pub(crate) fn case(&self) -> Loaded {
         let ids: Vec<&str> = self.effects.iter().map(|e| e.0).collect();
         let joint = TwoMassJoint::new(self.flexible, &ids).unwrap();
         let mut p = drive();

@@ -358,7 +358,7 @@ fn screen(candidates: &[EffectCandidate], alone: f64, golden: &Value, said: &mut
                 && same_shape(&c.shape, &shape, 1e-6)
         };
         let own = candidates.iter().find(same).map_or(f64::NAN, |c| c.evidence - alone);
-        let allowed = 0.1 + rounding + 1e-4 * g["gain"].as_f64().unwrap_or(0.0).abs();
+        let allowed = (1e-4 * g["gain"].as_f64().unwrap_or(0.0).abs()).max(0.1) + rounding;
         said.within(&format!("screen {} {:?}", text(g, "effect"), shape.values), own, &g["gain"], allowed);
     }
 }
