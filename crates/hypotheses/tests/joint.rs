@@ -1,104 +1,19 @@
 //! Recordings by the adaptive driver with an effect that is withheld: the screen and the refit find it.
 
-use std::collections::BTreeMap;
-use std::path::PathBuf;
-
-use rand::SeedableRng;
-use rand::rngs::StdRng;
-use rand_distr::{Distribution, Normal};
 use trueup_hypotheses::baseline::{Baseline, BaselineError};
 use trueup_hypotheses::pushes::pushes;
 use trueup_hypotheses::refit::refits;
 use trueup_hypotheses::screen::screen;
 use trueup_hypotheses::search::search;
 use trueup_hypotheses::verdict::{Kind, judge};
-use trueup_models::joint::{TwoMassJoint, input, output, parameter as q};
-use trueup_numerics::driver::{Options, simulate};
-use trueup_numerics::hybrid::Hybrid;
-use trueup_signals::{Case, Channel, Interpolation, Loaded, Recording, Value};
+use trueup_signals::{Loaded, Value};
 
-const RATE: f64 = 250.0;
-const NOISE: [f64; 2] = [1e-3, 1e-5];
-
-/// A small geared drive.
-fn drive() -> Vec<f64> {
-    let mut p = vec![0.0; q::COUNT];
-    for (i, v) in [
-        (q::MOTOR_INERTIA, 1.7e-5),
-        (q::LOAD_INERTIA, 0.8),
-        (q::STIFFNESS, 0.084),
-        (q::DAMPING, 7.7e-5),
-        (q::COULOMB_FRICTION, 5.2e-3),
-        (q::VISCOUS_FRICTION, 5.6e-5),
-        (q::STATIC_FRICTION, 5.2e-3),
-        (q::GEAR_RATIO, 160.0),
-        (q::TORQUE_CONSTANT, 0.04),
-    ] {
-        p[i] = v;
-    }
-    p
-}
-
-/// A run of the true joint as its sensors read it; the current is held between its samples.
-fn record(joint: &TwoMassJoint, p: &[f64], name: &str, seed: u64) -> Recording {
-    let time: Vec<f64> = (0..1000).map(|k| f64::from(k) / RATE).collect();
-    let current = |k: usize| {
-        let t = k as f64 / RATE;
-        0.35 * (2.3 * t + 2.0 * seed as f64).sin() + 0.2 * (9.3 * t).sin()
-    };
-    let drive = |t: f64, u: &mut [f64]| u[input::MOTOR_CURRENT] = current((t * RATE + 1e-6) as usize);
-    let nominal = vec![1.0; joint.sizes().states];
-    let options = Options { tolerance: 1e-9, ..Options::default() };
-    let truth = simulate(joint, p, &nominal, options, &drive, &time).unwrap();
-    let rng = &mut StdRng::seed_from_u64(seed);
-    let mut read = |name: &str, at: usize, noise: f64| {
-        let normal = Normal::new(0.0, noise).unwrap();
-        let values = truth.y.iter().map(|y| y[at] + normal.sample(rng)).collect();
-        let mut channel = Channel::new(name, "rad", time.clone(), values);
-        channel.sensor.noise = Some(noise);
-        channel
-    };
-    let motor = read("motorAngle", output::MOTOR_ANGLE, NOISE[0]);
-    let load = read("loadAngle", output::LOAD_ANGLE, NOISE[1]);
-    let values = (0..time.len()).map(current).collect();
-    let mut command = Channel::new("motorCurrent", "A", time.clone(), values);
-    command.interpolation = Interpolation::Hold;
-    Recording {
-        name: name.into(),
-        file: PathBuf::new(),
-        channels: vec![command, motor, load],
-        start: time[0],
-        end: time[time.len() - 1],
-        parameters: BTreeMap::new(),
-    }
-}
+use crate::made::{ALL, MadeJoint};
 
 /// A case whose owner knows nothing of these effects.
 fn case(effects: &[(&str, &[f64])], channels: &[&str]) -> Loaded {
-    let ids: Vec<&str> = effects.iter().map(|e| e.0).collect();
-    let joint = TwoMassJoint::new(true, &ids).unwrap();
-    let mut p = drive();
-    effects.iter().for_each(|e| p.extend(e.1));
-    assert_eq!(p.len(), joint.sizes().parameters);
-    let names = ["a", "b"];
-    let mut recordings = BTreeMap::new();
-    for (seed, name) in names.iter().enumerate() {
-        let mut recording = record(&joint, &p, name, seed as u64);
-        recording.channels.retain(|c| channels.contains(&c.name.as_str()));
-        recordings.insert((*name).to_owned(), recording);
-    }
-    let parameters = q::NAMES.iter().zip(drive()).filter(|(n, _)| !n.0.starts_with("initial"));
-    let case = Case {
-        model: "TwoMassJoint".into(),
-        train: names.map(String::from).to_vec(),
-        parameters: parameters.map(|(n, v)| (n.0.to_owned(), Value::Number(v))).collect(),
-        uncertain: ["stiffness", "viscousFriction"].map(|n| (n.to_owned(), 0.05)).into(),
-        ..Case::default()
-    };
-    Loaded { case, recordings }
+    MadeJoint { effects, channels, ..MadeJoint::default() }.case()
 }
-
-const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
 /// Shares of the typical torque that a fit leaves to the latent torques.
 fn left(baseline: &Baseline, latent: [trueup_estimation::system::Latent; 2]) -> [f64; 2] {

@@ -1,0 +1,102 @@
+//! Whole searches of the innovations engine on short recordings of made joints.
+
+use trueup_hypotheses::innovations::search::{JointFindings, search_joint};
+use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judge};
+use trueup_signals::Value;
+
+use crate::made::{MadeJoint, Sampling};
+
+fn told(name: &str, made: &MadeJoint<'_>) -> (JointFindings, JointJudgement) {
+    let found = search_joint(&made.case()).unwrap();
+    let judged = judge(&found).unwrap();
+    let effects: Vec<String> = found
+        .effects
+        .iter()
+        .take(3)
+        .map(|h| format!("{} {:+.1}", h.id, h.evidence - found.null.evidence))
+        .collect();
+    println!("{name}, seed {}: {:?} {:?}, {effects:?}", made.seed, judged.verdict, judged.set);
+    (found, judged)
+}
+
+/// The whole way on two seconds of record: nothing is named where nothing lacks, and what lacks where it does.
+#[test]
+fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
+    let short = MadeJoint { seed: 11, recordings: (1, 500), ..MadeJoint::default() };
+    let (_, judged) = told("nothing", &short);
+    assert_eq!(judged.verdict, JointVerdict::NoGap);
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[1.5e-3, 1e-3, 2.0, 0.0, 0.0])];
+    let (found, judged) = told("ripple", &MadeJoint { effects: ripple, ..short });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+    );
+    let order = found.effects[0].shape.value("h");
+    assert!((order - 2.0).abs() < 0.02, "{order}");
+}
+
+/// One sensor only, a rigid joint, a torque on the load that is recorded: no false cause where nothing lacks.
+#[test]
+#[ignore = "ten searches: ./test --full runs it"]
+fn nothing_is_named_on_joints_of_other_structures() {
+    let external: &[&str] = &["motorCurrent", "externalTorque", "motorAngle", "loadAngle"];
+    for seed in 21..23 {
+        let made = || MadeJoint { seed, ..MadeJoint::default() };
+        let all = [
+            ("motor angle only", MadeJoint { channels: &["motorCurrent", "motorAngle"], ..made() }),
+            ("load angle only", MadeJoint { channels: &["motorCurrent", "loadAngle"], ..made() }),
+            ("rigid", MadeJoint { flexible: false, ..made() }),
+            (
+                "rigid, motor angle only",
+                MadeJoint { flexible: false, channels: &["motorCurrent", "motorAngle"], ..made() },
+            ),
+            ("external torque", MadeJoint { external: 0.5, channels: external, ..made() }),
+        ];
+        for (name, made) in all {
+            let (_, judged) = told(name, &made);
+            assert_eq!(judged.verdict, JointVerdict::NoGap, "{name}, seed {seed}");
+        }
+    }
+}
+
+/// Dry friction and the spring of a joint whose owner has none lead in frames of their own.
+#[test]
+#[ignore = "four searches: ./test --full runs it"]
+fn what_a_joint_has_for_the_first_time_leads() {
+    for seed in 31..33 {
+        let made = || MadeJoint { seed, ..MadeJoint::default() };
+        let none = Value::Number(0.0);
+        let frictionless = [("coulombFriction", none.clone()), ("staticFriction", none)];
+        let rigid = [("jointFlexible", Value::Boolean(false))];
+        let all = [
+            ("motor-friction", MadeJoint { believed: &frictionless, ..made() }),
+            ("joint-flexibility", MadeJoint { believed: &rigid, ..made() }),
+        ];
+        for (id, made) in all {
+            let (found, judged) = told(id, &made);
+            assert_eq!(found.effects[0].id, id, "seed {seed}");
+            assert_eq!(judged.verdict, JointVerdict::Effects, "seed {seed}");
+        }
+    }
+}
+
+/// Lost readings, uneven ones, a coarse clock, slow and fast sampling: no false cause where nothing lacks, and the cause where one does.
+#[test]
+#[ignore = "ten searches: ./test --full runs it"]
+fn readings_at_any_times_name_what_lacks_and_nothing_else() {
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[1.5e-3, 1e-3, 2.0, 0.0, 0.0])];
+    let made = || MadeJoint { seed: 41, ..MadeJoint::default() };
+    let all = [
+        ("missing", MadeJoint { sampling: Sampling::Missing, ..made() }),
+        ("jitter", MadeJoint { sampling: Sampling::Jitter, ..made() }),
+        ("coarse clock", MadeJoint { sampling: Sampling::Coarse, ..made() }),
+        ("50 Hz", MadeJoint { rate: 50.0, recordings: (2, 300), ..made() }),
+        ("10 kHz", MadeJoint { rate: 1e4, recordings: (2, 20_000), ..made() }),
+    ];
+    for (name, made) in all {
+        let (_, judged) = told(name, &made);
+        assert_eq!(judged.verdict, JointVerdict::NoGap, "{name}");
+        let (found, judged) = told(name, &MadeJoint { effects: ripple, ..made });
+        assert_eq!((judged.verdict, found.effects[0].id), (JointVerdict::Effects, "torque-ripple"), "{name}");
+    }
+}
