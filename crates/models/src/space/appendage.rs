@@ -1,9 +1,9 @@
 //! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
 
-use super::axial::Axial;
 use super::end::LinkEnd;
 use super::flexible::{Appendages, Function, Mode, Part};
 use super::ritz;
+use super::second_order::SecondOrder;
 use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
 use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
 use super::vector::{Matrix, Vector, add, cross, scale, times, transposed, zero};
@@ -226,15 +226,12 @@ impl<T: Scalar> Appendages<T> {
         part.modes.1 = self.modes.len();
         if let Some((place, stiffening)) = end {
             part.carries = true;
-            let first =
-                [(0, shapes.x), (shapes.x, shapes.y)].map(|(k, n)| (n > 0).then_some(part.modes.0 + k));
-            let bending = shapes.x.max(shapes.y);
-            part.axial = (stiffening && bending > 0).then_some(self.axials.len());
-            if part.axial.is_some() {
-                let root = frame.origin;
-                self.axials.push(Axial { along: ez, root, mass, length, shapes: bending, first });
+            part.second_order = (stiffening && shapes.x.max(shapes.y) > 0).then_some(self.second_order.len());
+            if part.second_order.is_some() {
+                let (axes, root, first) = (frame.rotation, frame.origin, part.modes.0);
+                self.second_order.push(SecondOrder { axes, root, mass, length, shapes, first });
             }
-            self.links.push(LinkEnd { on, place, modes: part.modes, axial: part.axial });
+            self.links.push(LinkEnd { on, place, modes: part.modes, second_order: part.second_order });
         }
         self.parts.push(part);
         Ok(())
@@ -310,7 +307,7 @@ impl<T: Scalar> Appendages<T> {
             if let Some(end) = end {
                 part.carries = true;
                 let place = add(frame.origin, times(&frame.rotation, end));
-                all.links.push(LinkEnd { on, place, modes: part.modes, axial: None });
+                all.links.push(LinkEnd { on, place, modes: part.modes, second_order: None });
             }
             all.parts.push(part);
             Ok(())
@@ -345,7 +342,7 @@ impl<T: Scalar> Appendages<T> {
             functions: (functions, functions),
             modes: (first, first),
             carries: false,
-            axial: None,
+            second_order: None,
         })
     }
     /// A mode and how it moves the end.

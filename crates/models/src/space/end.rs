@@ -1,7 +1,8 @@
 //! The end of a link that bends, and how what it carries moves with it (LNK-1, LNK-2).
 //!
 //! The section at the end is shifted by u and turned by the rotation of Gibbs' vector theta / 2, u and theta being sums over
-//! modes of their columns S, Theta at the end times their coordinates: to second order the rotation vector theta, and exactly a
+//! modes of their columns S, Theta at the end times their coordinates (and over pairs of them, LNK-4, LNK-11): to second order the
+//! rotation vector theta, and exactly a
 //! rotation. All rates come from that rotation by differentiation, so energy and momentum are exact whatever the shapes.
 //!
 //! Everything is in the axes of the body whose link it is, motions about that body's origin.
@@ -22,8 +23,8 @@ pub struct LinkEnd<T> {
     pub place: Vector<T>,
     /// The first of its modes and the one after the last.
     pub modes: (usize, usize),
-    /// How it comes nearer by bending, where that is counted.
-    pub axial: Option<usize>,
+    /// What bending and twist displace to second order, where that is counted.
+    pub second_order: Option<usize>,
 }
 
 /// A link's end at an instant.
@@ -102,41 +103,42 @@ impl<T: Scalar> End<T> {
         (eta, rates): (&[T], &[T]),
         columns: &mut [Motion<T>],
     ) -> Self {
-        let reach = &appendages.reach;
+        let (first, last) = link.modes;
+        let reach = &appendages.reach[first..last];
+        let columns = &mut columns[first..last];
+        let (all_eta, all_rates) = (eta, rates);
+        let (eta, rates) = (&eta[first..last], &rates[first..last]);
+        columns.copy_from_slice(reach);
         let (mut shift, mut theta) = (zero(), zero());
-        let (mut shifting, mut turning) = (zero(), zero());
-        for j in link.modes.0..link.modes.1 {
-            let unit = reach[j];
-            shift = add(shift, scale(eta[j], unit.linear)); // (LNK-2)
-            theta = add(theta, scale(eta[j], unit.angular)); // (LNK-2)
-            shifting = add(shifting, scale(rates[j], unit.linear));
-            turning = add(turning, scale(rates[j], unit.angular));
+        for (unit, eta) in reach.iter().zip(eta) {
+            shift = add(shift, scale(*eta, unit.linear)); // (LNK-2)
+            theta = add(theta, scale(*eta, unit.angular)); // (LNK-2)
         }
-        let axial = link.axial.map(|a| &appendages.axials[a]);
-        let mut faster = zero();
-        if let Some(axial) = axial {
-            let [nearer, rate, pairs] = axial.end(eta, rates);
-            shift = sub(shift, scale(nearer, axial.along)); // (LNK-4)
-            shifting = sub(shifting, scale(rate, axial.along));
-            faster = scale(-pairs, axial.along);
+        // What accelerations of shift and theta have of rates in pairs.
+        let mut pairs = Motion::zero();
+        if let Some(second_order) = link.second_order.map(|s| &appendages.second_order[s]) {
+            second_order.end(all_eta, |j, by| {
+                let eta = eta[j - first] * 0.5;
+                shift = add(shift, scale(eta, by.linear)); // (LNK-4)
+                theta = add(theta, scale(eta, by.angular)); // (LNK-11)
+                columns[j - first] = columns[j - first].plus(by);
+            });
+            second_order.end(all_rates, |j, by| pairs = pairs.plus(by.times(rates[j - first])));
         }
+        let moving = columns.iter().zip(rates).fold(Motion::zero(), |sum, (c, r)| sum.plus(c.times(*r)));
+        let (shifting, turning) = (moving.linear, moving.angular);
         let half = T::constant(0.5);
         let gibbs = scale(half, theta);
         let share = T::one() / (dot(gibbs, gibbs) + 1.0);
         let place = add(link.place, shift);
         // The rate of a rotation by that of its Gibbs vector, linear in it.
         let rate = |turning: Vector<T>| scale(share, add(turning, cross(gibbs, turning))); // (LNK-2)
-        for j in link.modes.0..link.modes.1 {
-            let angular = rate(reach[j].angular);
-            columns[j] = Motion { angular, linear: add(reach[j].linear, cross(place, angular)) };
-        }
-        if let Some(axial) = axial {
-            axial.end_by(eta, |j, nearer| {
-                columns[j].linear = sub(columns[j].linear, scale(nearer, axial.along)); // (LNK-4)
-            });
+        for column in columns.iter_mut() {
+            let angular = rate(column.angular);
+            *column = Motion { angular, linear: add(column.linear, cross(place, angular)) };
         }
         let omega = rate(turning);
-        let slower = scale(-(share * dot(gibbs, turning)), omega);
+        let slower = sub(rate(pairs.angular), scale(share * dot(gibbs, turning), omega));
         let rotation = turned(gibbs, share);
         Self {
             modes: link.modes,
@@ -145,7 +147,7 @@ impl<T: Scalar> End<T> {
             velocity: Motion { angular: omega, linear: add(shifting, cross(place, omega)) },
             bias: Motion {
                 angular: slower,
-                linear: add(faster, add(cross(place, slower), cross(shifting, omega))),
+                linear: add(pairs.linear, add(cross(place, slower), cross(shifting, omega))),
             },
         }
     }

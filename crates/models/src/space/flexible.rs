@@ -11,10 +11,10 @@
 //!
 //! What it gets wrong: the shapes of an appendage do not shorten it when it bends, so nothing stiffens it when it spins (no
 //! geometric stiffness). Above about a fifth of the first frequency the spin softens it falsely: bending in the plane of the
-//! spin by the square of the spin's rate. Of links the shortening may be counted ([`super::axial`]).
+//! spin by the square of the spin's rate. Of links it may be counted ([`super::second_order`]).
 
-use super::axial::Axial;
 use super::end::{End, Ends, LinkEnd};
+use super::second_order::SecondOrder;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::Placed;
 use super::vector::{Matrix, Vector, add, cross, dot, scale, times, zero};
@@ -65,8 +65,8 @@ pub struct Part<T> {
     pub modes: (usize, usize),
     /// It is the link of its body: what the body carries hangs on its end.
     pub carries: bool,
-    /// How it is shortened by bending, where that is counted.
-    pub axial: Option<usize>,
+    /// What bending and twist displace of it to second order, where that is counted.
+    pub second_order: Option<usize>,
 }
 
 /// All appendages of a robot.
@@ -79,7 +79,7 @@ pub struct Appendages<T> {
     pub(super) links: ArrayVec<LinkEnd<T>, MAX_APPENDAGES>,
     /// How each mode shifts and turns the end of its link, per unit of its coordinate; 0 of those that carry nothing.
     pub(super) reach: Modal<Motion<T>>,
-    pub(super) axials: ArrayVec<Axial<T>, MAX_APPENDAGES>,
+    pub(super) second_order: ArrayVec<SecondOrder<T>, MAX_APPENDAGES>,
 }
 
 /// Of all modes.
@@ -90,14 +90,13 @@ impl<T: Scalar> Appendages<T> {
     #[inline]
     pub fn new() -> Self {
         let (parts, links) = (ArrayVec::new(), ArrayVec::new());
-        let axials = ArrayVec::new();
         Self {
             parts,
             functions: ArrayVec::new(),
             modes: ArrayVec::new(),
             links,
             reach: ArrayVec::new(),
-            axials,
+            second_order: ArrayVec::new(),
         }
     }
     /// The appendages.
@@ -170,11 +169,6 @@ impl<T: Scalar> Appendages<T> {
                 fixed += 1;
             }
         }
-        let shorter = part.axial.map(|a| {
-            let axial = &self.axials[a];
-            axial.couple(eta, (omega, v), &mut bent.coupling, &mut bent.bias);
-            axial.shorten((eta, rates), &mut now, &mut change, &mut own)
-        });
         for j in fixed..last {
             let coupling = self.modes[j].fixed;
             // The centre of mass moves as the momentum has it; what bending changes of the inertia is left out.
@@ -183,12 +177,17 @@ impl<T: Scalar> Appendages<T> {
             bent.coupling[j] = coupling; // (SFF-5)
             bent.bias[j] = dot(coupling.force, cross(omega, v)); // (SFF-5)
         }
+        let pairs = part.second_order.map(|s| {
+            let modal = (&mut bent.coupling[..], &mut bent.bias[..]);
+            let of_body = (&mut now, &mut change, &mut own);
+            self.second_order[s].bend((eta, rates), (omega, v), modal, of_body)
+        });
         // Momentum along a line is how the first moment changes.
         let mut bias = Wrench {
             torque: add(times(&change, omega), cross(own.force, v)),
             force: cross(omega, own.force),
         };
-        if let Some(wrench) = shorter {
+        if let Some(wrench) = pairs {
             bias = bias.plus(wrench);
         }
         let momentum = now.times(velocity).plus(own);

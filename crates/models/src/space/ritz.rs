@@ -25,41 +25,67 @@ pub struct LinkShape {
     coefficients: Polynomial,
 }
 
-/// How shapes of bending shorten a link of length 1, by pairs: with h(z) the integral of both slopes from 0 to z, h at the end, the
-/// integral of h, that of z h.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Shortening {
-    /// h(1).
-    pub end: Pairs,
-    /// Of h.
-    pub area: Pairs,
-    /// Of z h.
-    pub moment: Pairs,
-}
-
 /// A value for each pair of shapes.
 pub type Pairs = [[f64; MAX_LINK_SHAPES]; MAX_LINK_SHAPES];
 
-static SHORTENING: LazyLock<[Shortening; MAX_LINK_SHAPES + 1]> = LazyLock::new(|| {
-    std::array::from_fn(|n| {
-        let mut all = Shortening::default();
-        for j in 0..n {
-            for k in 0..n {
-                let (Some(a), Some(b)) = (bending(n, j), bending(n, k)) else { continue };
-                let slopes = |extra: i32| integral(&a.coefficients, &b.coefficients, BENDING.power, 1, extra);
-                // By parts: h(1) less the integral of z h', and half of h(1) less that of z^2 h'.
-                all.end[j][k] = slopes(0);
-                all.area[j][k] = slopes(0) - slopes(1);
-                all.moment[j][k] = 0.5 * (slopes(0) - slopes(2));
-            }
-        }
-        all
-    })
-});
+/// Of h(z), the displacement by pairs of shapes of a link of length 1.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Moments {
+    /// h(1).
+    pub end: Pairs,
+    /// Integral of h.
+    pub area: Pairs,
+    /// Integral of z h.
+    pub moment: Pairs,
+}
 
-/// Of `n` shapes of bending; `None` where there are none.
-pub fn shortening(n: usize) -> Option<&'static Shortening> {
-    SHORTENING.get(n).filter(|_| n > 0)
+/// What pairs of shapes of a link of length 1 displace to second order (LNK-4, LNK-11): phi of bending, psi of torsion.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Quadratic {
+    /// h the integral of phi_j' phi_k' from 0 to z.
+    pub slopes: Moments,
+    /// h the integral of (z - s) psi_k phi_j'' from 0 to z; bending first.
+    pub twist: Moments,
+    /// Half the integral of phi_j' psi_k' - phi_j'' psi_k; bending first.
+    pub turn_twist: Pairs,
+    /// Half the integral of phi_j' phi_k'' - phi_j'' phi_k'.
+    pub turn_bending: Pairs,
+}
+
+/// By numbers of shapes of bending and of torsion.
+type Quadratics = [[Quadratic; MAX_LINK_SHAPES + 1]; MAX_LINK_SHAPES + 1];
+static QUADRATICS: LazyLock<Quadratics> =
+    LazyLock::new(|| std::array::from_fn(|n| std::array::from_fn(|m| quadratic_of(n, m))));
+
+fn quadratic_of(bends: usize, twists: usize) -> Quadratic {
+    let mut all = Quadratic::default();
+    for (j, a) in (0..bends).filter_map(|j| bending(bends, j)).enumerate() {
+        let a = (&a.coefficients, BENDING.power);
+        for (k, b) in (0..bends).filter_map(|k| bending(bends, k)).enumerate() {
+            let b = (&b.coefficients, BENDING.power);
+            // By parts: h(1) less the integral of z h', and half of h(1) less that of z^2 h'.
+            let [one, z, z2] = [0, 1, 2].map(|extra| integral(a, b, [1, 1], extra));
+            all.slopes.end[j][k] = one;
+            all.slopes.area[j][k] = one - z;
+            all.slopes.moment[j][k] = 0.5 * (one - z2);
+            all.turn_bending[j][k] = 0.5 * (integral(a, b, [1, 2], 0) - integral(a, b, [2, 1], 0));
+        }
+        for (k, b) in (0..twists).filter_map(|k| torsion(twists, k)).enumerate() {
+            let b = (&b.coefficients, TORSION.power);
+            // Integrals over z from s to 1 of z - s, and of z (z - s), first.
+            let [one, s, s2, s3] = [0, 1, 2, 3].map(|extra| integral(a, b, [2, 0], extra));
+            all.twist.end[j][k] = one - s;
+            all.twist.area[j][k] = 0.5 * one - s + 0.5 * s2;
+            all.twist.moment[j][k] = one / 3.0 - 0.5 * s + s3 / 6.0;
+            all.turn_twist[j][k] = 0.5 * (integral(a, b, [1, 1], 0) - one);
+        }
+    }
+    all
+}
+
+/// Of so many shapes of bending and of torsion; `None` where there is no bending.
+pub fn quadratic(bends: usize, twists: usize) -> Option<&'static Quadratic> {
+    QUADRATICS.get(bends)?.get(twists).filter(|_| bends > 0)
 }
 
 /// Bending or torsion: the lowest power of z, how often the strain is differentiated.
@@ -95,9 +121,17 @@ impl LinkShape {
     pub fn slope_at(&self, z: f64) -> f64 {
         value(&self.coefficients, BENDING.power, 1, z)
     }
+    /// Second derivative of bending, at z in 0 .. 1.
+    pub fn curvature_at(&self, z: f64) -> f64 {
+        value(&self.coefficients, BENDING.power, 2, z)
+    }
     /// Of torsion, at z in 0 .. 1.
     pub fn torsion_at(&self, z: f64) -> f64 {
         value(&self.coefficients, TORSION.power, 0, z)
+    }
+    /// Derivative of torsion, at z in 0 .. 1.
+    pub fn twist_at(&self, z: f64) -> f64 {
+        value(&self.coefficients, TORSION.power, 1, z)
     }
 }
 
@@ -112,19 +146,24 @@ fn value(c: &Polynomial, power: i32, d: i32, z: f64) -> f64 {
 fn falling(p: i32, d: i32) -> f64 {
     (0..d).map(|i| f64::from(p - i)).product()
 }
-/// Integral over 0 .. 1 of z^extra times derivative `d` of both.
-fn integral(a: &Polynomial, b: &Polynomial, power: i32, d: i32, extra: i32) -> f64 {
+/// Integral over 0 .. 1 of z^extra times a derivative of each, of polynomials with their lowest powers.
+fn integral(a: (&Polynomial, i32), b: (&Polynomial, i32), d: [i32; 2], extra: i32) -> f64 {
     let mut sum = 0.0;
-    for (i, a) in a.iter().enumerate() {
-        for (j, b) in b.iter().enumerate() {
-            let (p, q) = (i as i32 + power, j as i32 + power);
-            let factor = a * b * falling(p, d) * falling(q, d);
+    for (i, ca) in a.0.iter().enumerate() {
+        for (j, cb) in b.0.iter().enumerate() {
+            let (p, q) = (i as i32 + a.1, j as i32 + b.1);
+            let factor = ca * cb * falling(p, d[0]) * falling(q, d[1]);
             if factor != 0.0 {
-                sum += factor / f64::from(p + q - 2 * d + extra + 1);
+                sum += factor / f64::from(p + q - d[0] - d[1] + extra + 1);
             }
         }
     }
     sum
+}
+
+/// Integral over 0 .. 1 of derivative `d` of both.
+fn product(kind: Kind, a: &Polynomial, b: &Polynomial, d: i32) -> f64 {
+    integral((a, kind.power), (b, kind.power), [d, d], 0)
 }
 
 fn binomial(n: i32, k: i32) -> f64 {
@@ -136,7 +175,7 @@ fn orthonormal(kind: Kind, n: usize) -> Vec<Polynomial> {
     if (kind.power, n) == (BENDING.power, 1) {
         // A single shape is the deflection by a force at the end.
         let c = [3.0, -1.0, 0.0, 0.0, 0.0];
-        return vec![scaled(&c, 1.0 / integral(&c, &c, kind.power, 0, 0).sqrt())];
+        return vec![scaled(&c, 1.0 / product(kind, &c, &c, 0).sqrt())];
     }
     let weight = 2 * kind.power;
     let jacobi = |k: i32| {
@@ -159,7 +198,7 @@ fn set(kind: Kind, n: usize) -> [LinkShape; MAX_LINK_SHAPES] {
     let mut stiffness = [[0.0; MAX_LINK_SHAPES]; MAX_LINK_SHAPES];
     for (i, a) in basis.iter().enumerate() {
         for (j, b) in basis.iter().enumerate() {
-            stiffness[i][j] = integral(a, b, kind.power, kind.strain, 0);
+            stiffness[i][j] = product(kind, a, b, kind.strain);
         }
     }
     let mut vectors = eigenvectors(stiffness, n);
@@ -183,8 +222,8 @@ fn shape(kind: Kind, c: Polynomial) -> LinkShape {
     let one_over = |extra: i32| {
         c.iter().enumerate().map(|(k, c)| c / f64::from(k as i32 + kind.power + extra + 1)).sum::<f64>()
     };
-    let square = integral(&c, &c, kind.power, 0, 0);
-    let stiffness = integral(&c, &c, kind.power, kind.strain, 0);
+    let square = product(kind, &c, &c, 0);
+    let stiffness = product(kind, &c, &c, kind.strain);
     let root = (stiffness / square).powf(0.5 / f64::from(kind.strain));
     let critical = 2.0 * (square * stiffness).sqrt();
     LinkShape {
@@ -239,7 +278,7 @@ mod tests {
                             (0, [a.shape.square, b.shape.square]),
                             (kind.strain, [a.shape.stiffness, b.shape.stiffness]),
                         ] {
-                            let off = integral(&a.coefficients, &b.coefficients, kind.power, d, 0);
+                            let off = product(kind, &a.coefficients, &b.coefficients, d);
                             // Sums of powers lose digits.
                             assert!(off.abs() < 1e-9 * (own[0] * own[1]).sqrt(), "{n} {i} {j} {d}: {off:e}");
                         }

@@ -111,7 +111,7 @@ struct Robot {
     beams: Vec<(usize, Shapes, Beam<f64>)>,
     /// How many of the beams, the last ones, carry what their bodies carry.
     links: usize,
-    /// These are shortened when they bend.
+    /// Their displacements of second order count.
     stiffening: bool,
     /// Place and weight on 0 .. 1.
     quadrature: Vec<(f64, f64)>,
@@ -180,10 +180,11 @@ impl Robot {
             (0..shapes.torsion).for_each(|j| turn[2] = turn[2] + of[shapes.x + shapes.y + j]);
             ([shift[0], shift[1], number(0.0)], turn)
         };
-        let ((mut shift, turn), (mut shifting, turning)) = (end(q), end(rates));
+        let ((mut shift, mut turn), (mut shifting, mut turning)) = (end(q), end(rates));
         if self.stiffening {
-            let nearer = self.nearer(k, &q[first(k)..], &rates[first(k)..], 1.0);
-            (shift[2], shifting[2]) = (number(-1.0) * nearer.0, number(-1.0) * nearer.1);
+            let [place, section] = self.beyond(k, &q[first(k)..], &rates[first(k)..], 1.0);
+            (shift, shifting) = (plus(shift, place.0), plus(shifting, place.1));
+            (turn, turning) = (plus(turn, section.0), plus(turning, section.1));
         }
         let axes = beam.frame.rotation.map(numbers);
         let of_body = |v: V| times(&axes, v);
@@ -215,30 +216,54 @@ impl Robot {
         }
     }
 
-    /// How far matter at the share z of beam k's length has come nearer to its root by bending, and its rate; by numbers.
-    fn nearer(&self, k: usize, eta: &[Hyper], rates: &[Hyper], z: f64) -> (Hyper, Hyper) {
+    /// Angles of beam k's sections and their slope, at the share z of the length: Theta, kappa, link's axes.
+    fn sections(&self, k: usize, eta: &[Hyper], z: f64) -> [V; 2] {
         let (_, shapes, beam) = &self.beams[k];
-        let n = shapes.x.max(shapes.y);
-        let (mut sigma, mut rate) = (number(0.0), number(0.0));
-        for (from, count) in [(0, shapes.x), (shapes.x, shapes.y)] {
-            for (y, weight) in &self.quadrature {
-                let (mut slope, mut turning) = (number(0.0), number(0.0));
-                for j in 0..count {
-                    let of = number(ritz::bending(n, j).unwrap().slope_at(z * y) / beam.length);
-                    slope = slope + of * eta[from + j];
-                    turning = turning + of * rates[from + j];
-                }
-                let part = number(weight * z * beam.length);
-                sigma = sigma + number(0.5) * part * slope * slope;
-                rate = rate + part * slope * turning;
+        let mut all = [numbers([0.0; 3]); 2];
+        let mut put = |axis: usize, j: usize, of: [f64; 2], power: i32| {
+            for (d, (to, value)) in all.iter_mut().zip(of).enumerate() {
+                let value = value / beam.length.powi(power + d as i32);
+                to[axis] = to[axis] + number(value) * eta[j];
             }
+        };
+        let bent = |j: usize| ritz::bending(shapes.x.max(shapes.y), j).unwrap();
+        for j in 0..shapes.x {
+            put(1, j, [bent(j).slope_at(z), bent(j).curvature_at(z)], 1);
         }
-        (sigma, rate)
+        for j in 0..shapes.y {
+            put(0, shapes.x + j, [-bent(j).slope_at(z), -bent(j).curvature_at(z)], 1);
+        }
+        for j in 0..shapes.torsion {
+            let twisted = ritz::torsion(shapes.torsion, j).unwrap();
+            put(2, shapes.x + shapes.y + j, [twisted.torsion_at(z), twisted.twist_at(z)], 0);
+        }
+        all
+    }
+
+    /// What comes second, after the shapes, in the series of Peano of dR/dz = R [kappa x], dr/dz = R z, at the share z of beam
+    /// k's length: of the place r, and of the rotation R the vector of its skew part. Each with its rate; by numbers.
+    fn beyond(&self, k: usize, eta: &[Hyper], rates: &[Hyper], z: f64) -> [(V, V); 2] {
+        let none = numbers([0.0; 3]);
+        let (mut place, mut section) = ((none, none), (none, none));
+        let length = self.beams[k].2.length;
+        let axis = numbers([0.0, 0.0, 1.0]);
+        for (y, weight) in &self.quadrature {
+            let [[theta, kappa], [turning, curving]] = [eta, rates].map(|of| self.sections(k, of, z * y));
+            let part = number(weight * z * length);
+            let left = number(z * (1.0 - y) * length) * part;
+            let column = |theta: V, kappa: V| cross(theta, cross(kappa, axis));
+            place.0 = plus(place.0, by(left, column(theta, kappa)));
+            place.1 = plus(place.1, by(left, plus(column(turning, kappa), column(theta, curving))));
+            let half = number(0.5) * part;
+            section.0 = plus(section.0, by(half, cross(theta, kappa)));
+            section.1 = plus(section.1, by(half, plus(cross(turning, kappa), cross(theta, curving))));
+        }
+        [place, section]
     }
 
     fn kinetic(&self, q: &[Hyper], rates: &[Hyper]) -> Hyper {
         let all = self.place(q, rates);
-        let (mut twice, mut shortened) = (number(0.0), number(0.0));
+        let (mut twice, mut displaced) = (number(0.0), number(0.0));
         let mut take = |mass: f64, v: V| twice = twice + number(mass) * dot(v, v);
         for (points, at) in self.points.iter().zip(&all) {
             for (mass, place) in points {
@@ -277,21 +302,20 @@ impl Robot {
                 let polar = beam.polar_inertia_per_length * beam.length * weight;
                 take(polar, [spin, number(0.0), number(0.0)]);
                 if link && self.stiffening {
-                    // What is of first order in the shortening.
-                    let (sigma, rate) = self.nearer(number_of, &q[first..], &rates[first..], *z);
-                    let back = |s: Hyper| times(&turned, [number(0.0), number(0.0), number(-1.0) * s]);
+                    // What is of first order in the displacement of second order.
+                    let [(d, moving), _] = self.beyond(number_of, &q[first..], &rates[first..], *z);
                     let unbent = [0.0, 0.0, z * beam.length];
                     let unbent = plus(numbers(beam.frame.origin), times(&turned, numbers(unbent)));
                     let still = at.velocity_of(unbent, numbers([0.0; 3]));
-                    let by_it =
-                        plus(cross(at.omega, times(&at.turned, back(sigma))), times(&at.turned, back(rate)));
+                    let [d, moving] = [d, moving].map(|v| times(&at.turned, times(&turned, v)));
+                    let by_it = plus(cross(at.omega, d), moving);
                     let mass = beam.mass_per_length * beam.length * weight;
-                    shortened = shortened + number(2.0 * mass) * dot(still, by_it);
+                    displaced = displaced + number(2.0 * mass) * dot(still, by_it);
                 }
             }
             first += shapes.modes();
         }
-        number(0.5) * (twice + shortened)
+        number(0.5) * (twice + displaced)
     }
 
     /// d/dt of dT/d(rates) less dT/dq.
@@ -375,7 +399,7 @@ fn robot(rng: &mut StdRng, links: bool, stiffening: bool) -> (Robot, Machine) {
     )
 }
 
-/// Checks SFF-5, SFF-6, LNK-2, LNK-3, LNK-4: all forces of both algorithms, at any accelerations, are Lagrange's.
+/// Checks SFF-5, SFF-6, LNK-2, LNK-3, LNK-4, LNK-11: all forces of both algorithms, at any accelerations, are Lagrange's.
 #[test]
 fn lagrange_s_equations_from_energy_point_by_point() {
     let mut rng = StdRng::seed_from_u64(59);
