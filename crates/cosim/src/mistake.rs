@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::system::Place;
+use crate::place::Place;
 
 /// One mistake.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,15 +11,6 @@ pub struct Mistake {
     pub place: Place,
     /// What is wrong, and the mend.
     pub message: String,
-}
-
-impl fmt::Display for Place {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.line {
-            0 => write!(f, "{}", self.file.display()),
-            line => write!(f, "{}:{line}", self.file.display()),
-        }
-    }
 }
 
 impl fmt::Display for Mistake {

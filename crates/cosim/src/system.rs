@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use trueup_fmi_description::description::Unit;
 
-use crate::error::Error;
 use crate::mistake::{Mistake, suggestion};
-use crate::toml::Names;
+pub use crate::place::Place;
 
 /// Components, connections and how to run them.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -40,23 +39,6 @@ pub struct InputFile {
     pub columns: Vec<(String, Port)>,
     /// Where it was said.
     pub place: Place,
-}
-
-/// Where something was said.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Place {
-    /// The file (an archive's entry as `system.ssp/SystemStructure.ssd`).
-    pub file: PathBuf,
-    /// Line, from 1; 0: built in code.
-    pub line: u32,
-}
-
-impl Place {
-    /// The line of the byte `at` of a file's `text`; of its last line where that is beyond it.
-    pub fn of(file: &Path, text: &str, at: usize) -> Self {
-        let before = &text.as_bytes()[..at.min(text.len())];
-        Self { file: file.into(), line: 1 + before.iter().filter(|b| **b == b'\n').count() as u32 }
-    }
 }
 
 /// One FMU with its name in the system.
@@ -252,20 +234,6 @@ words! { Algorithm, "algorithm":
 }
 
 impl System {
-    /// Reads a system: TOML (`.toml`), SSP (`.ssp`, `.ssd`, or a folder that one was unpacked into), or a single FMU (a file or an unpacked folder), which is the component without
-    /// a name.
-    ///
-    /// # Errors
-    /// [`Error::System`] with every mistake and its line.
-    pub fn read(file: &Path) -> Result<Self, Error> {
-        match file.extension().and_then(|e| e.to_str()).map(str::to_lowercase).as_deref() {
-            Some("toml") => crate::toml::read(file),
-            Some("ssp" | "ssd") => crate::ssp::read(file),
-            _ if file.join("SystemStructure.ssd").is_file() => crate::ssp::read(file),
-            _ => Ok(Self::of_fmu(file)),
-        }
-    }
-
     /// What a name stands for, `component.variable`: where the component ends is looked up, both may contain dots.
     /// `None` if it names no variable.
     pub fn port(&self, name: &str) -> Option<Port> {
@@ -304,5 +272,31 @@ impl System {
         let place = Place { file: file.into(), line: 0 };
         let component = Component { fmu: file.into(), place, ..Component::default() };
         Self { file: file.into(), components: vec![component], ..Self::default() }
+    }
+}
+
+/// Names of components, to find where a name ends and its variable begins: both may contain dots.
+pub(crate) struct Names<'a>(std::collections::HashSet<&'a str>);
+
+impl<'a> Names<'a> {
+    pub(crate) fn of(components: &'a [Component]) -> Self {
+        Self(components.iter().map(|c| c.name.as_str()).collect())
+    }
+
+    /// The component with the longest name that fits; of an unknown one what stands before the first dot.
+    pub(crate) fn port(&self, text: &str) -> Option<Port> {
+        let of =
+            |component: &str, variable: &str| Port { component: component.into(), variable: variable.into() };
+        if text.is_empty() {
+            return None;
+        }
+        if self.0.contains("") {
+            return Some(of("", text));
+        }
+        let dots = text.match_indices('.').map(|(at, _)| at);
+        let known = dots.rev().find(|at| self.0.contains(&text[..*at]));
+        let at = known.or_else(|| text.find('.'))?;
+        let (component, variable) = (&text[..at], &text[at + 1..]);
+        (!component.is_empty() && !variable.is_empty()).then(|| of(component, variable))
     }
 }

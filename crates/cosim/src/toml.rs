@@ -9,7 +9,7 @@ use trueup_fmi_description::description::Unit;
 
 use crate::error::Error;
 use crate::mistake::{Mistake, suggestion};
-use crate::system::{Component, Connection, InputFile, Place, Port, Record, Run, Start, System};
+use crate::system::{Component, Connection, InputFile, Names, Place, Port, Record, Run, Start, System};
 
 type Value<'i> = Spanned<DeValue<'i>>;
 
@@ -362,32 +362,6 @@ impl Reader<'_> {
         }
         let file = self.text(t, "file")?;
         Some(InputFile { file: self.path(&file), columns, place })
-    }
-}
-
-/// Names of components, to find where a name ends and its variable begins: both may contain dots.
-pub(crate) struct Names<'a>(std::collections::HashSet<&'a str>);
-
-impl<'a> Names<'a> {
-    pub(crate) fn of(components: &'a [Component]) -> Self {
-        Self(components.iter().map(|c| c.name.as_str()).collect())
-    }
-
-    /// The component with the longest name that fits; of an unknown one what stands before the first dot.
-    pub(crate) fn port(&self, text: &str) -> Option<Port> {
-        let of =
-            |component: &str, variable: &str| Port { component: component.into(), variable: variable.into() };
-        if text.is_empty() {
-            return None;
-        }
-        if self.0.contains("") {
-            return Some(of("", text));
-        }
-        let dots = text.match_indices('.').map(|(at, _)| at);
-        let known = dots.rev().find(|at| self.0.contains(&text[..*at]));
-        let at = known.or_else(|| text.find('.'))?;
-        let (component, variable) = (&text[..at], &text[at + 1..]);
-        (!component.is_empty() && !variable.is_empty()).then(|| of(component, variable))
     }
 }
 

@@ -4,13 +4,15 @@ use trueup_fmi_description::description::{Causality, Variability, Variable};
 use trueup_numerics::Figure;
 
 use super::links::{Drivers, end};
-use super::{Parts, Report, names};
+use super::names;
+use super::parts::Parts;
+use super::report::Report;
 use crate::grid::Grid;
 use crate::inputs::{InputSignal, Inputs};
 use crate::mistake::suggestion;
 use crate::plan::{Driven, Element};
+use crate::system::Names;
 use crate::system::{InputFile, Port, System};
-use crate::toml::Names;
 
 /// A variable that may change while its FMU runs, without being an input.
 fn is_tunable(v: &Variable) -> bool {

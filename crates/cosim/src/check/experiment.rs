@@ -2,7 +2,8 @@
 
 use trueup_numerics::Figure;
 
-use super::{Parts, Report};
+use super::parts::Parts;
+use super::report::Report;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
 use crate::step_rule::{internal_step, refusal};

@@ -4,9 +4,11 @@ use std::collections::HashMap;
 
 use trueup_fmi_description::description::Causality;
 
+use super::parts::{Part, Parts};
+use super::report::Report;
 use super::types::{Hand, Typed, hand_on};
 use super::units::Conversion;
-use super::{Part, Parts, Report, names, units};
+use super::{names, units};
 use crate::plan::{Element, Link};
 use crate::system::{Connection, Hop, Place, Port, System};
 

@@ -4,10 +4,12 @@ use std::collections::HashMap;
 
 use trueup_fmi_description::description::{Causality, Type};
 
-use super::{Parts, Report, names};
+use super::names;
+use super::parts::Parts;
+use super::report::Report;
 use crate::plan::{Element, Recorded};
+use crate::system::Names;
 use crate::system::{Place, Port, System};
-use crate::toml::Names;
 
 /// All outputs where nothing is asked for.
 pub(super) fn recorded(system: &System, parts: &Parts, report: &mut Report) -> Vec<Recorded> {

@@ -8,7 +8,8 @@ use trueup_fmi_description::description::{
     Causality, Description, Initial, Type, Values, Variability, Variable,
 };
 
-use super::{Report, names, units};
+use super::report::Report;
+use super::{names, units};
 use crate::slave::{Block, Buffer};
 use crate::system::{Component, Start};
 use crate::value;

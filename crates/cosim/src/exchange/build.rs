@@ -4,7 +4,8 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Unknown, Variability};
 
-use super::{Bank, Converted, Copy, DrivenSpot, Exchange, Op, Others, Phase, Reals, Scaled, Spot, Wiring};
+use super::bank::{Bank, Converted, Copy, Others, Reals, Scaled, Spot};
+use super::{DrivenSpot, Exchange, Op, Phase, Wiring};
 use crate::error::Error;
 use crate::exchange::newton::{Loop, Unknown as LoopUnknown};
 use crate::graph;

@@ -8,7 +8,7 @@
 
 use trueup_numerics::linear::{lu_factor, lu_solve};
 
-use super::{Bank, is_discard};
+use super::bank::{Bank, is_discard};
 use crate::error::{Error, Residual};
 use crate::node::{self, Node};
 

@@ -8,8 +8,8 @@ use trueup_fmi_description::description::Unit;
 use super::parameters::Transformation;
 use super::read::{Connector, Element, Inner, Kind, Root};
 use crate::mistake::Mistake;
+use crate::system::Names;
 use crate::system::{Component, Connection, Hop, InputFile, Place, Port, Run, Start, System};
-use crate::toml::Names;
 
 /// Connectors passed on one way; more is a circle.
 const MAX_HOPS: usize = 1000;
