@@ -59,3 +59,6 @@ pub(crate) fn drive(b: &mut Builder) {
         &["jointTorque", "motorAngle", "motorVelocity", "jointAngle", "jointVelocity"],
     );
 }
+
+/// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
+pub const TEST_BED: [bool; 3] = [true, false, false];

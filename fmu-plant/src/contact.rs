@@ -1,9 +1,9 @@
 //! `FreeBody`, `GripperContact` and `CaptureScene`: variable tables and configurations.
 
 use crate::arm;
+use crate::arm::TEST_BED;
 use crate::builder::Builder;
 use crate::experiment::{CAPTURE_TOLERANCE, TOLERANCE};
-use crate::model::TEST_BED;
 use crate::structure::{
     BALLS, CLOSES, MOUNTED, PLANAR, PORTS, RIGID, TOUCHES, Wanted, choices, chosen, planar,
 };

@@ -11,9 +11,10 @@ mod model;
 mod space;
 mod structure;
 
+pub use arm::TEST_BED;
 pub use experiment::schedule;
 pub use flexible_arm::of_arm;
-pub use model::{Plant, TEST_BED};
+pub use model::Plant;
 pub use space::{is_robot, of_design};
 pub use structure::{Choice, Wanted, choices};
 

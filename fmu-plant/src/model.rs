@@ -1,8 +1,9 @@
 //! The plants as one type: a library stands for any of them, as its configuration says.
 
+use crate::arm::{self, TEST_BED};
 use crate::contact::{self, Contact};
 use crate::structure::chosen;
-use crate::{arm, flexible_arm, joint, space};
+use crate::{flexible_arm, joint, space};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;
@@ -34,9 +35,6 @@ pub enum Plant {
     /// `FreeBody`, `GripperContact` or `CaptureScene`.
     Contact(Contact),
 }
-
-/// The structure of the CBK PAN test-bed: joint 1 flexible, joints 2 and 3 rigid.
-pub const TEST_BED: [bool; 3] = [true, false, false];
 
 trueup_numerics::delegate_hybrid!(Plant {
     Plant::Joint(m, _) => m,

@@ -12,7 +12,7 @@ use crate::case::Loaded;
 use crate::finding::{Finding, Kind, Severity};
 use crate::names::short;
 use crate::recording::{Channel, Recording};
-use crate::variable::{Role, Variable};
+use crate::variable::{Role, Variable, role};
 
 /// Looks at one recording. `relations` say which channels must agree; the caller knows the model.
 pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
@@ -52,10 +52,6 @@ pub fn case(loaded: &Loaded, known: &[Variable], relations: &[Relation]) -> Vec<
     }
     case::check(loaded, known, &mut findings);
     findings
-}
-
-fn role(known: &[Variable], name: &str) -> Option<Role> {
-    known.iter().find(|v| v.name == name).map(|v| v.role)
 }
 
 /// Inputs drive, outputs are compared: both must be there.

@@ -29,3 +29,8 @@ impl Error {
         }
     }
 }
+
+/// Either nothing is an error, or all is said.
+pub(crate) fn verdict<T>(value: T, findings: Vec<Finding>) -> Result<(T, Vec<Finding>), Error> {
+    if findings.iter().any(Finding::is_error) { Err(Error::Wrong(findings)) } else { Ok((value, findings)) }
+}

@@ -33,6 +33,7 @@ mod read;
 mod recording;
 pub mod spline;
 mod unit;
+mod value;
 mod variable;
 mod write;
 

@@ -15,17 +15,14 @@ pub(crate) mod toml;
 
 use std::path::{Path, PathBuf};
 
-use crate::error::Error;
-use crate::finding::{Finding, Kind, verdict};
+use crate::error::{Error, verdict};
+use crate::finding::{Finding, Kind};
 use crate::recording::{Declared, Recording};
 use crate::variable::Variable;
 pub use input::{InputColumn, InputTable};
 pub(crate) use parameters::{doubts, parameters};
 use sidecar::Sidecar;
 use table::{Table, Wanted};
-
-/// Errors of one kind that are told one by one; the rest is counted.
-pub(crate) const TOLD: usize = 5;
 
 impl Recording {
     /// Reads a CSV (also `.csv.gz` unpacked by the caller), Parquet or MAT file with its sidecar, if there is one.

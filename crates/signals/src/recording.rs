@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use crate::case::Value;
+use crate::value::Value;
 
 /// How a signal goes between its samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -56,3 +56,8 @@ impl Variable {
         Self { name: name.into(), unit: unit.into(), role, nominal, min, max, takes, positive, drives }
     }
 }
+
+/// The role of the variable of this name.
+pub(crate) fn role(known: &[Variable], name: &str) -> Option<Role> {
+    known.iter().find(|v| v.name == name).map(|v| v.role)
+}

@@ -2,9 +2,10 @@
 
 use std::path::Path;
 
-use crate::design::{Design, Value};
+use crate::design::Design;
 use crate::error::Error;
 use crate::file::Sweep;
+use crate::value::Value;
 
 /// Values this near, as a part of the larger one, are the same.
 const SAME: f64 = 1e-9;

@@ -8,9 +8,10 @@ use toml::Spanned;
 use trueup_cosim::Mistake;
 use trueup_cosim::system::{Algorithm, Place, Run};
 
-use crate::design::{MOST_SOBOL, Value};
+use crate::design::sobol::MOST as MOST_SOBOL;
 use crate::error::Error;
 use crate::mistakes::Mistakes;
+use crate::value::Value;
 
 /// A sweep as its author wrote it.
 #[derive(Clone, Debug, PartialEq)]

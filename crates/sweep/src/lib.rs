@@ -16,9 +16,10 @@ mod print;
 mod runner;
 mod slurm;
 mod table;
+mod value;
 
 pub use beside::Beside;
-pub use design::{Design, MOST_SOBOL, Value};
+pub use design::{Design, MOST_SOBOL};
 pub use done::{Done, done};
 pub use error::Error;
 pub use file::{Factor, Kind, Output, Range, Sweep, Take, Values};
@@ -28,3 +29,4 @@ pub use print::fingerprint;
 pub use runner::{Runner, Shard, Step, Tally};
 pub use slurm::script;
 pub use table::{Merged, merge};
+pub use value::Value;

@@ -8,12 +8,13 @@ use trueup_cosim::system::{Place, Record as Recorded, System};
 use trueup_cosim::{Error as RunError, Files, Kind, Master, Mistake, Sink, check_with};
 use trueup_fmi_description::description::Item;
 
-use crate::design::{Design, Value};
+use crate::design::Design;
 use crate::error::Error;
 use crate::file::{Output, Sweep, Take};
 use crate::log::{Damage, Log, Record, read};
 use crate::measure::Measures;
 use crate::print::fingerprint;
+use crate::value::Value;
 
 /// A share of the runs: every `of`-th one, from the `index`-th on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -13,12 +13,13 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use trueup_fmi_description::whole;
 
-use crate::design::{Design, Value};
+use crate::design::Design;
 use crate::done::{Done, done};
 use crate::error::Error;
 use crate::file::OWN;
 use crate::log::{Damage, Record};
 use crate::runner::Runner;
+use crate::value::Value;
 
 /// Rows of a group.
 const GROUP: usize = 1 << 16;

@@ -4,6 +4,7 @@ mod flexure;
 mod panel;
 mod reduced;
 mod urdf;
+mod wrong;
 
 use std::path::Path;
 
@@ -16,6 +17,7 @@ use trueup_models::space::tree::Joint;
 use crate::error::Error;
 use crate::near::suggestion;
 pub(crate) use urdf::JointFriction;
+use wrong::Wrong;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -82,7 +84,7 @@ struct Body {
     center_of_mass: [f64; 3],
     inertia: [[f64; 3]; 3],
     position: [f64; 3],
-    #[serde(default = "unturned")]
+    #[serde(default = "panel::unturned")]
     orientation: [f64; 4],
     #[serde(default = "along_z")]
     axis: [f64; 3],
@@ -111,27 +113,6 @@ struct Hand {
     mount: Option<[f64; 3]>,
 }
 
-/// What is wrong with the mend, and the byte of the file where it begins, where that is known.
-struct Wrong {
-    at: Option<usize>,
-    why: String,
-}
-
-impl Wrong {
-    fn at(byte: usize, why: String) -> Self {
-        Self { at: Some(byte), why }
-    }
-}
-
-impl From<String> for Wrong {
-    fn from(why: String) -> Self {
-        Self { at: None, why }
-    }
-}
-
-fn unturned() -> [f64; 4] {
-    [1.0, 0.0, 0.0, 0.0]
-}
 fn one() -> f64 {
     1.0
 }

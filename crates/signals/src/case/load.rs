@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::Case;
-use crate::error::Error;
-use crate::finding::{Finding, Kind, verdict};
+use crate::error::{Error, verdict};
+use crate::finding::{Finding, Kind};
 use crate::outlier;
 use crate::recording::Recording;
 use crate::variable::Variable;

@@ -5,8 +5,8 @@ use std::path::Path;
 use toml::de::{DeTable, DeValue};
 
 use super::Case;
-use crate::error::Error;
-use crate::finding::{Finding, Kind, verdict};
+use crate::error::{Error, verdict};
+use crate::finding::{Finding, Kind};
 use crate::keys;
 use crate::names::{base_name, suggestion};
 use crate::read::toml::{Reader, text};

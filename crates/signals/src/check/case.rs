@@ -1,12 +1,11 @@
 //! Recordings of a case against each other.
 
-use super::role;
 use crate::case::Loaded;
 use crate::finding::{Finding, Kind};
 use crate::names::short;
 use crate::noise;
 use crate::recording::{Channel, Recording};
-use crate::variable::{Role, Variable};
+use crate::variable::{Role, Variable, role};
 
 pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Finding>) {
     let case = &loaded.case;

@@ -2,11 +2,10 @@
 
 use std::path::Path;
 
-use super::TOLD;
 use super::clock::{self, Use};
 use super::sidecar::{Column, Sidecar};
-use super::table::{Table, TableColumn};
-use crate::finding::{Finding, Kind};
+use super::table::{Table, TableColumn, mend, unit_of};
+use crate::finding::{Finding, Kind, TOLD};
 use crate::names::{base_name, nearest, suggestion};
 use crate::recording::{Channel, Declared, Recording};
 use crate::unit::Unit;
@@ -96,12 +95,6 @@ fn with_unit(name: &str) -> Option<(&str, &str)> {
     })?;
     let index = unit.bytes().all(|b| b.is_ascii_digit() || b == b',' || b == b' ');
     (!index && !name.is_empty() && Unit::parse(unit).is_some()).then_some((name, unit))
-}
-
-/// The unit that the file itself gives a column, if it is known here.
-pub(super) fn unit_of(column: &TableColumn) -> Option<(String, Unit)> {
-    let text = column.unit.as_deref()?;
-    Some((text.to_owned(), Unit::parse(text)?))
 }
 
 /// What the case says of channels, then what the sidecar says; an array's name holds for its elements.
@@ -214,7 +207,7 @@ impl Source<'_> {
         let word = |(row, text): (usize, &String)| {
             (!text.is_empty() && text.parse::<f64>().is_err()).then(|| {
                 let what = format!("{text:?} is no number");
-                let finding = Finding::error(Kind::NotANumber, self.file, what, super::csv::mend(text));
+                let finding = Finding::error(Kind::NotANumber, self.file, what, mend(text));
                 finding.line(self.table.line(row)).channel(name)
             })
         };

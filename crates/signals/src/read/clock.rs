@@ -4,10 +4,9 @@ mod calendar;
 
 use std::path::Path;
 
-use super::TOLD;
 use super::sidecar::Sidecar;
-use super::table::{Table, TableColumn, Ticks};
-use crate::finding::{Finding, Kind};
+use super::table::{Table, TableColumn, Ticks, unit_of};
+use crate::finding::{Finding, Kind, TOLD};
 use crate::names::short;
 use crate::outlier::LARGEST;
 use crate::recording::Recording;
@@ -99,7 +98,7 @@ fn read(
     findings: &mut Vec<Finding>,
 ) -> Option<Clock> {
     let said = sidecar.column(&column.name);
-    let unit = match said.and_then(|c| c.unit.clone()).or_else(|| super::assemble::unit_of(column)) {
+    let unit = match said.and_then(|c| c.unit.clone()).or_else(|| unit_of(column)) {
         Some((_, unit)) if unit.exponents == [0, 0, 1, 0, 0, 0, 0] => Some(unit),
         Some((text, _)) => {
             let (place, line) = said.map_or((file, Some(1)), |c| (sidecar.file.as_path(), Some(c.line)));

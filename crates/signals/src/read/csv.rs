@@ -8,9 +8,8 @@ use std::path::Path;
 
 use csv::{ByteRecord, ReaderBuilder, Trim};
 
-use super::TOLD;
-use super::table::{LONG, Table, TableColumn, Wanted};
-use crate::finding::{Finding, Kind};
+use super::table::{LONG, Table, TableColumn, Wanted, mend};
+use crate::finding::{Finding, Kind, TOLD};
 use dialect::{Cell, Dialect};
 use head::Head;
 
@@ -304,14 +303,6 @@ impl Rows<'_> {
             }
         }
         table
-    }
-}
-
-/// What to do with a cell that should be a number.
-pub(super) fn mend(text: &str) -> &'static str {
-    match text.contains(',') {
-        true => "write it with a point (0.5, not 0,5)",
-        false => "write a number, or leave the cell empty where nothing was measured",
     }
 }
 

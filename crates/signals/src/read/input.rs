@@ -2,13 +2,13 @@
 
 use std::path::{Path, PathBuf};
 
-use super::assemble::{prepare, unit_of};
+use super::assemble::prepare;
 use super::clock::{self, Use};
 use super::sidecar::Sidecar;
-use super::table::Wanted;
+use super::table::{Wanted, unit_of};
 use super::table_of;
-use crate::error::Error;
-use crate::finding::{Finding, Kind, verdict};
+use crate::error::{Error, verdict};
+use crate::finding::{Finding, Kind};
 use crate::recording::Interpolation;
 use crate::unit::Unit;
 

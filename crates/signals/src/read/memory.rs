@@ -5,8 +5,8 @@ use std::path::Path;
 use super::assemble;
 use super::sidecar::Sidecar;
 use super::table::{Table, TableColumn};
-use crate::error::Error;
-use crate::finding::{Finding, Kind, verdict};
+use crate::error::{Error, verdict};
+use crate::finding::{Finding, Kind};
 use crate::recording::{Declared, Recording};
 use crate::variable::Variable;
 

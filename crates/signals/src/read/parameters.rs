@@ -6,9 +6,9 @@ use std::ops::Range;
 use toml::de::{DeTable, DeValue};
 
 use super::toml::{Node, Reader};
-use crate::case::Value;
 use crate::finding::Kind;
 use crate::names::{base_name, suggestion};
+use crate::value::Value;
 use crate::variable::{Role, Takes, Variable};
 
 /// An element's name, its value and where it stands.

@@ -7,12 +7,12 @@ use toml::de::{DeTable, DeValue};
 
 use super::parameters::parameters;
 use super::toml::{Node, Reader, text};
-use crate::case::Value;
 use crate::finding::{Finding, Kind};
 use crate::keys;
 use crate::names::{base_name, suggestion};
 use crate::recording::Settings;
 use crate::unit::Unit;
+use crate::value::Value;
 use crate::variable::{Role, Variable};
 
 /// Its contents.

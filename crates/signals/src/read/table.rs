@@ -1,6 +1,7 @@
 //! What stands in a file, before anybody says what it is.
 
 use crate::names::element_name;
+use crate::unit::Unit;
 
 /// Numbers from here on are kept as they are written: of a Unix time in s a double has no more than the microsecond, of a larger
 /// integer not even the last digit.
@@ -80,5 +81,19 @@ impl TableColumn {
             }
         };
         (0..width).map(of).collect()
+    }
+}
+
+/// The unit that the file itself gives a column, if it is known here.
+pub(super) fn unit_of(column: &TableColumn) -> Option<(String, Unit)> {
+    let text = column.unit.as_deref()?;
+    Some((text.to_owned(), Unit::parse(text)?))
+}
+
+/// What to do with a cell that should be a number.
+pub(super) fn mend(text: &str) -> &'static str {
+    match text.contains(',') {
+        true => "write it with a point (0.5, not 0,5)",
+        false => "write a number, or leave the cell empty where nothing was measured",
     }
 }

@@ -6,12 +6,12 @@ use std::path::Path;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::case::Value;
 use crate::finding::{Finding, Kind};
 use crate::keys::{self, Keys};
 use crate::names::{element_name, suggestion};
 use crate::outlier::LARGEST;
 use crate::recording::{Guess, Interpolation, Settings};
+use crate::value::Value;
 
 /// A value with its place.
 pub(crate) type Node<'i> = Spanned<DeValue<'i>>;

@@ -1,31 +1,15 @@
 //! `trueup arm map`: what bends of an arm under its weight.
 
+mod asked;
 mod grid;
 mod page;
 mod paper;
 mod pose;
 mod schedule;
 
-use trueup_flexibility::elements::Element;
-use trueup_flexibility::equilibrium::EquilibriumError;
-use trueup_flexibility::ground::{EARTH, Standing, loaded, standing};
-use trueup_models::flexible_arm::presets::{DELIAN, delian};
-use trueup_models::space::design::Design;
-use trueup_models::space::tree::Joint;
-
 use crate::args::ArmMap;
 use crate::error::Error;
-use crate::{robot, voice};
-
-/// The arm that is asked for.
-pub(super) struct Asked<'a> {
-    args: &'a ArmMap,
-    design: Design,
-    on: Standing,
-    gravity: [f64; 3],
-    /// Angles of all motors.
-    motors: Vec<f64>,
-}
+use asked::Asked;
 
 pub(crate) fn map(args: &ArmMap) -> Result<(), Error> {
     let asked = Asked::of(args)?;
@@ -35,89 +19,4 @@ pub(crate) fn map(args: &ArmMap) -> Result<(), Error> {
         || args.schedule.is_some()
         || args.steps.is_some();
     if args.pose.is_empty() || over { grid::run(&asked) } else { pose::run(&asked) }
-}
-
-impl<'a> Asked<'a> {
-    fn of(args: &'a ArmMap) -> Result<Self, Error> {
-        let own = args.robot.to_str() == Some(DELIAN);
-        let mut design = if own {
-            delian()
-        } else {
-            let read = robot::read_among(&args.robot, &[DELIAN])?;
-            read.notes.iter().for_each(|note| voice::note(note));
-            read.design
-        };
-        let gravity = match args.gravity.as_deref() {
-            None => EARTH,
-            Some(&[x, y, z]) if [x, y, z].iter().all(|g| g.is_finite()) => [x, y, z],
-            Some(_) => {
-                return Err(Error::Usage(
-                    "--gravity: give three finite numbers in m/s2, as in --gravity 0,0,-9.81".into(),
-                ));
-            }
-        };
-        if args.payload > 0.0 {
-            design = loaded(&design, args.payload).ok_or_else(|| {
-                let robot = args.robot.display();
-                Error::Usage(format!(
-                    "--payload: {robot} has no tip on a moving body; add a [[tip]] with the `body` that it is fixed to"
-                ))
-            })?;
-        }
-        let n = design.links.len();
-        if !args.pose.is_empty() && (args.pose.len() != n || args.pose.iter().any(|q| !q.is_finite())) {
-            return Err(Error::Usage(format!(
-                "--pose has {} numbers, the arm {n} joints; give one finite number each, in rad (m of prismatic joints)",
-                args.pose.len()
-            )));
-        }
-        let motors = if args.pose.is_empty() { vec![0.0; n] } else { args.pose.clone() };
-        let on = standing(&design, gravity).map_err(|why| Error::at(&args.robot, why))?;
-        let asked = Self { args, design, on, gravity, motors };
-        asked.mixed();
-        Ok(asked)
-    }
-
-    /// Deflections in m beside those in rad have no share that means anything.
-    fn mixed(&self) {
-        let slides = |l: &trueup_models::space::design::Link| l.joint == Joint::Prismatic && l.motor.flexible;
-        if let Some(k) = self.design.links.iter().position(slides) {
-            voice::note(&format!(
-                "joint {} slides: its deflection is in m, and shares take it as if it were rad",
-                k + 1
-            ));
-        }
-    }
-
-    /// Of the arm as a whole.
-    fn refused(&self, e: &EquilibriumError) -> Error {
-        Error::at(&self.args.robot, e)
-    }
-
-    /// The joint of an element (from 1), or the body whose link it is.
-    fn body(&self, element: Element) -> usize {
-        match element {
-            Element::Joint(j) => j,
-            Element::Link(l) => self.on.arm.structure().robot.bending().nth(l - 1).map_or(0, |b| b.0),
-        }
-    }
-
-    /// An element with the name of its body, as in `joint 2, shoulder pitch`.
-    fn named(&self, element: Element) -> String {
-        let body = self.body(element).checked_sub(1).and_then(|k| self.design.links.get(k));
-        body.map_or_else(|| element.to_string(), |b| format!("{element}, {}", b.name))
-    }
-
-    /// What the arm carries and where, for people.
-    fn loads(&self) -> String {
-        let [x, y, z] = self.gravity;
-        let load = self.args.payload;
-        let load = if load > 0.0 { format!(", {load} kg at the tip") } else { String::new() };
-        format!("gravity ({x}, {y}, {z}) m/s2{load}")
-    }
-}
-
-/// Of an element's size of deflection, deg (rad of the kernel).
-fn degrees(rad: f64) -> f64 {
-    rad.abs().to_degrees()
 }

@@ -1,24 +1,23 @@
 //! `trueup sweep`
 
+mod common;
 mod map;
 
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::Path;
+use std::time::Instant;
 
 use trueup_cosim::{Master, Results, check};
-use trueup_sweep::{Damage, Error as SweepError, Runner, Shard, merge, script};
+use trueup_sweep::{Runner, Shard, merge, script};
 
 use crate::args::{After, Merge, Sweep};
 use crate::error::Error;
 use crate::output::{say, write};
 use crate::stages::Stages;
 use crate::voice;
+use common::{TELL, beside, damaged, failed};
 
 /// Tasks of an array that clusters allow where nobody changed it.
 const TASKS: u64 = 1000;
-/// Time between two words on how far it is.
-const TELL: Duration = Duration::from_secs(2);
-
 pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
     match &args.after {
         Some(After::Merge(args)) => return merged(args),
@@ -36,13 +35,6 @@ pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
     match args.run {
         Some(run) => one(args, &mut runner, run),
         None => share(args, &mut runner),
-    }
-}
-
-fn failed(e: SweepError) -> Error {
-    match e {
-        SweepError::NoRun { .. } => Error::Usage(format!("--run: {e}")),
-        _ => Error::Failed(e.to_string()),
     }
 }
 
@@ -71,17 +63,6 @@ fn share(args: &Sweep, runner: &mut Runner) -> Result<(), Error> {
     say(&format!(
         "{folder}: {all} runs{before}{failures}\n`trueup sweep merge {file}` makes one table of them\n"
     ))
-}
-
-/// Damaged lines are told, a few of them.
-fn damaged(list: &[Damage], mend: &str) {
-    const FEW: usize = 3;
-    for damage in list.iter().take(FEW) {
-        voice::note(&format!("{}:{}: this line is damaged; {mend}", damage.file.display(), damage.line));
-    }
-    if list.len() > FEW {
-        voice::note(&format!("... and {} more damaged lines", list.len() - FEW));
-    }
 }
 
 fn slurm(file: &Path, tasks: u64) -> Result<(), Error> {
@@ -149,10 +130,4 @@ fn merged(args: &Merge) -> Result<(), Error> {
         n => format!(", {n} of them failed (column `reason`)"),
     };
     say(&format!("{}: {} runs{failures}\n", to.display(), merged.runs))
-}
-
-/// `NAME` with this end, in the folder of `NAME.toml`.
-fn beside(file: &Path, end: &str) -> PathBuf {
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    file.with_file_name(format!("{stem}{end}"))
 }

@@ -6,15 +6,15 @@ use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Flexure;
 use trueup_models::space::table::{LinkTable, Reach, Table, TabledMode};
 
-use super::Wrong;
 use super::reduced::{Damping, Reduced};
+use super::wrong::Wrong;
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Bends {
     #[serde(default)]
     position: [f64; 3],
-    #[serde(default = "super::unturned")]
+    #[serde(default = "super::panel::unturned")]
     orientation: [f64; 4],
     damping_ratio: Option<Spanned<f64>>,
     /// Shapes of a beam along its x, along its y, of torsion.

@@ -10,7 +10,7 @@ use trueup_models::space::table::{Table, TabledMode};
 pub(super) struct Panel {
     name: Option<String>,
     position: [f64; 3],
-    #[serde(default = "super::unturned")]
+    #[serde(default = "unturned")]
     orientation: [f64; 4],
     #[serde(default)]
     damping_ratio: f64,
@@ -107,4 +107,9 @@ impl Panel {
             modes: self.mode.unwrap_or_default().into_iter().map(row).collect(),
         })
     }
+}
+
+/// No rotation, as a quaternion (w, x, y, z).
+pub(super) fn unturned() -> [f64; 4] {
+    [1.0, 0.0, 0.0, 0.0]
 }

@@ -1,13 +1,12 @@
 //! A reduced set of coordinates of a link, as tools for structures export it, made its mass-normalised modes: a generalised
 //! symmetric eigenproblem. Models know modes alone.
 
+use super::wrong::Wrong;
 use nalgebra::{Cholesky, DMatrix, DVector, SymmetricEigen};
 use serde::Deserialize;
 use toml::Spanned;
 use trueup_models::space::MAX_MODES_OF_LINK;
 use trueup_models::space::table::{Reach, TabledMode};
-
-use super::Wrong;
 
 /// Coordinates x of a link, clamped at its root: M_ff dd(x) + D d(x) + K_ff x = forces. Rows of what is beside are of the coordinates.
 #[derive(Deserialize)]

@@ -12,7 +12,8 @@ use trueup_models::space::tree::Joint;
 use trueup_report::number;
 use trueup_signals::Table;
 
-use super::{Asked, page, pose, schedule::Wanted};
+use super::asked::Asked;
+use super::{page, pose, schedule::Wanted};
 use crate::error::Error;
 use crate::output::{can_be_made, folder, say, write};
 use crate::stages::Stages;

@@ -5,8 +5,9 @@ use trueup_flexibility::map::Pose;
 use trueup_models::space::tree::Joint;
 use trueup_report::{Heat, Page, number};
 
+use super::asked::{Asked, degrees};
 use super::grid::{Found, ROUNDING, first, settled};
-use super::{Asked, degrees, paper};
+use super::paper;
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.
 const LITTLE: [f64; 2] = [0.005, 0.001];

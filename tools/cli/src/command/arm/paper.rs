@@ -3,7 +3,7 @@
 use trueup_flexibility::elements::Element::{self, Joint, Link};
 use trueup_models::flexible_arm::presets::{DELIAN, RAISED};
 
-use super::Asked;
+use super::asked::Asked;
 
 /// An element: deflection, deg (Table 4); rise of the first frequency when it is 20 % stiffer (Table 5).
 pub(super) struct Row {

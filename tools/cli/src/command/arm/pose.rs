@@ -7,8 +7,8 @@ use trueup_flexibility::elements::{Contribution, Element, INCREMENT, squares};
 use trueup_flexibility::map::Pose;
 use trueup_report::number;
 
+use super::asked::{Asked, degrees};
 use super::paper::{self, TABLES};
-use super::{Asked, degrees};
 use crate::error::Error;
 use crate::output::say;
 

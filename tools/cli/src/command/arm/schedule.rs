@@ -5,7 +5,7 @@ use std::fmt::Write;
 use trueup_models::controller::adaptation::KNOTS;
 use trueup_report::number;
 
-use super::Asked;
+use super::asked::Asked;
 use super::grid::Found;
 use crate::error::Error;
 

@@ -6,7 +6,7 @@ use trueup_cosim::{Kind as Sort, Memory};
 use trueup_report::{Page, Tile, Tiles, number};
 use trueup_sweep::{Beside, Design, Done, Kind, Record, Runner, Sweep, Take, Value, done};
 
-use super::{TELL, beside, damaged, failed};
+use super::common::{TELL, beside, damaged, failed};
 use crate::args::Map;
 use crate::error::Error;
 use crate::output::{say, write};

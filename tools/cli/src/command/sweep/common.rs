@@ -1,0 +1,36 @@
+//! What the sweep and its map share.
+
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use trueup_sweep::{Damage, Error as SweepError};
+
+use crate::error::Error;
+use crate::voice;
+
+/// Time between two words on how far it is.
+pub(super) const TELL: Duration = Duration::from_secs(2);
+
+pub(super) fn failed(e: SweepError) -> Error {
+    match e {
+        SweepError::NoRun { .. } => Error::Usage(format!("--run: {e}")),
+        _ => Error::Failed(e.to_string()),
+    }
+}
+
+/// Damaged lines are told, a few of them.
+pub(super) fn damaged(list: &[Damage], mend: &str) {
+    const FEW: usize = 3;
+    for damage in list.iter().take(FEW) {
+        voice::note(&format!("{}:{}: this line is damaged; {mend}", damage.file.display(), damage.line));
+    }
+    if list.len() > FEW {
+        voice::note(&format!("... and {} more damaged lines", list.len() - FEW));
+    }
+}
+
+/// `NAME` with this end, in the folder of `NAME.toml`.
+pub(super) fn beside(file: &Path, end: &str) -> PathBuf {
+    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
+    file.with_file_name(format!("{stem}{end}"))
+}

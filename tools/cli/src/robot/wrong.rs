@@ -1,0 +1,19 @@
+//! What is wrong in a robot's file, and where.
+
+/// What is wrong with the mend, and the byte of the file where it begins, where that is known.
+pub(super) struct Wrong {
+    pub(super) at: Option<usize>,
+    pub(super) why: String,
+}
+
+impl Wrong {
+    pub(super) fn at(byte: usize, why: String) -> Self {
+        Self { at: Some(byte), why }
+    }
+}
+
+impl From<String> for Wrong {
+    fn from(why: String) -> Self {
+        Self { at: None, why }
+    }
+}
