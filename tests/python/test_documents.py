@@ -12,6 +12,7 @@ import json
 import os
 import re
 import subprocess
+import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -216,3 +217,25 @@ def test_summary_names_every_page_once():
     named = re.findall(r"\]\(([^)#]+\.md)\)", summary.read_text())
     there = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} - {"SUMMARY.md"}
     assert sorted(named) == sorted(there)
+
+
+def test_the_site_is_built_from_pages_whose_links_are_there(tmp_path):
+    """With a stub for mdbook, which is not needed for what tools/site does itself."""
+    stub = tmp_path / "mdbook"
+    stub.write_text('#!/bin/sh\necho "$@"\n')
+    stub.chmod(0o755)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    done = subprocess.run([ROOT / "tools" / "site"], env={**os.environ, "PATH": path}, capture_output=True, text=True)
+    assert done.returncode == 0 and f"build {ROOT}" in done.stdout, done.stderr
+    source = ROOT / "target" / "site-source"
+    copies = list(source.rglob("*.md"))
+    assert len(copies) == len(list((ROOT / "docs").rglob("*.md")))
+    for copy in copies:
+        text = prose(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
+        missing = [link for link in re.findall(r"\] <([^>]+)>", text) if not (copy.parent / link).exists()]
+        assert not missing, f"{copy}: {missing}"
+
+
+def test_without_mdbook_the_site_says_how_to_install_it(tmp_path):
+    done = subprocess.run([sys.executable, ROOT / "tools" / "site"], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+    assert done.returncode == 1 and "cargo install mdbook --locked" in done.stderr
