@@ -2,12 +2,17 @@
 
 A block of a language that is not here fails: say how it is tested. README.md's commands are run by test_readme.py, blocks of
 docs/systems.md by crates/cosim/tests/system/document.rs, too.
+
+The pages do without the words that CONTRIBUTING.md lists; those that are still to be rewritten are in pages_to_rewrite.txt, which only
+shrinks: TRUEUP_BLESS=1 takes out of it what has been rewritten. docs/SUMMARY.md names every page once.
 """
 
 import ast
 import json
+import os
 import re
 import subprocess
+import sys
 import xml.etree.ElementTree as xml
 from pathlib import Path
 
@@ -147,3 +152,90 @@ def test_a_block_is_read(language, text, tmp_path):
 def test_blocks_are_found():
     found = list(blocks())
     assert len(found) > 50 and {p.values[0][0] for p in found if p.values[0]} >= {"toml", "csv", "sh", "python", "console", "xml"}
+
+
+LIST = Path(__file__).parent / "pages_to_rewrite.txt"
+
+
+def listed_words():
+    table = (ROOT / "CONTRIBUTING.md").read_text().split("| not | but |", 1)[1].split("\n\n", 1)[0]
+    return [re.findall("`([^`]+)`", line.split("|")[1]) for line in table.splitlines()[2:]]
+
+
+def pages():
+    return sorted([ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")] + list((ROOT / "docs").rglob("*.md")))
+
+
+def prose(text):
+    """Without blocks of code, code, targets of links and comments."""
+    for code in (r"^```.*?^```", r"^    .*?$", r"<!--.*?-->", r"`[^`]*`", r"\]\([^)]*\)"):
+        text = re.sub(code, lambda found: "\n" * found[0].count("\n"), text, flags=re.S | re.M)
+    return text
+
+
+def images(text, words):
+    pattern = re.compile(r"\b(" + "|".join(words).replace(" ", r"\s+") + r")\b", re.I)
+    lines = prose(text).splitlines()
+    return [f"{number}: {hit[0]}" for number, line in enumerate(lines, 1) for hit in pattern.finditer(line)]
+
+
+def still_to_do():
+    return LIST.read_text().split()
+
+
+@pytest.fixture(scope="module")
+def words():
+    return [word for group in listed_words() for word in group]
+
+
+def test_forty_images_are_listed():
+    assert len(listed_words()) == 40
+
+
+def test_the_test_sees_words_and_no_code(words):
+    assert images("a `told` b\n```sh\ntold\n```\n[x](told.md) Told,\nhas a  say", words) == ["5: Told", "6: has a  say"]
+
+
+@pytest.mark.parametrize("page", pages(), ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_page_has_none_of_the_words(page, words):
+    name = page.relative_to(ROOT).as_posix()
+    hits = images(page.read_text(), words)
+    if name not in still_to_do():
+        assert not hits, f"{name}: {hits}; CONTRIBUTING.md lists what to write instead"
+    elif not hits and os.environ.get("TRUEUP_BLESS"):
+        LIST.write_text("".join(f"{other}\n" for other in still_to_do() if other != name))
+    else:
+        assert hits, f"{name} has been rewritten: take it out of {LIST.name} (TRUEUP_BLESS=1 does)"
+
+
+def test_pages_to_rewrite_are_there():
+    assert [name for name in still_to_do() if not (ROOT / name).is_file()] == []
+
+
+def test_summary_names_every_page_once():
+    summary = ROOT / "docs" / "SUMMARY.md"
+    named = re.findall(r"\]\(([^)#]+\.md)\)", summary.read_text())
+    there = {path.relative_to(ROOT / "docs").as_posix() for path in (ROOT / "docs").rglob("*.md")} - {"SUMMARY.md"}
+    assert sorted(named) == sorted(there)
+
+
+def test_the_site_is_built_from_pages_whose_links_are_there(tmp_path):
+    """With a stub for mdbook, which is not needed for what tools/site does itself."""
+    stub = tmp_path / "mdbook"
+    stub.write_text('#!/bin/sh\necho "$@"\n')
+    stub.chmod(0o755)
+    path = f"{tmp_path}:{os.environ['PATH']}"
+    done = subprocess.run([ROOT / "tools" / "site"], env={**os.environ, "PATH": path}, capture_output=True, text=True)
+    assert done.returncode == 0 and f"build {ROOT}" in done.stdout, done.stderr
+    source = ROOT / "target" / "site-source"
+    copies = list(source.rglob("*.md"))
+    assert len(copies) == len(list((ROOT / "docs").rglob("*.md")))
+    for copy in copies:
+        text = prose(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
+        missing = [link for link in re.findall(r"\] <([^>]+)>", text) if not (copy.parent / link).exists()]
+        assert not missing, f"{copy}: {missing}"
+
+
+def test_without_mdbook_the_site_says_how_to_install_it(tmp_path):
+    done = subprocess.run([sys.executable, ROOT / "tools" / "site"], env={"PATH": str(tmp_path)}, capture_output=True, text=True)
+    assert done.returncode == 1 and "cargo install mdbook --locked" in done.stderr
