@@ -1,7 +1,7 @@
 //! The innovations engine, stage by stage, against the numbers of another program of the same method.
 //!
 //! `none.json`, `single.json`, `pairs.json` and `outside.json` have these numbers for cases of the trials' generator; `double.json`
-//! has some of two other cases by that program with all columns in double precision.
+//! has some of three other cases by that program with all columns in double precision.
 
 mod compare;
 
