@@ -93,3 +93,19 @@ def test_a_case_that_is_done_in_time_is_as_without_a_deadline(tmp_path):
         assert done.returncode == 0, done.stderr
         told.append(done.stdout)
     assert told[0] == told[1]
+
+
+@pytest.mark.full
+def test_of_a_long_recording_it_is_said_how_long_it_takes(tmp_path):
+    random = np.random.default_rng(36)
+    t = np.arange(0, 600, 0.002)
+    i = 0.3 * np.sin(2 * t)
+    q = np.cumsum(np.cumsum(0.05 / 3e-2 * i * 0.002) * 0.002)
+    rows = np.column_stack([t, i, q + random.normal(0, 1e-4, t.size)])
+    np.savetxt(tmp_path / "a.csv", rows, delimiter=",", header="time,motorCurrent,motorAngle", comments="", fmt="%.9g")
+    (tmp_path / "case.toml").write_text(
+        'model = "TwoMassJoint"\ntrain = ["a.csv"]\n[parameters]\njointFlexible = false\ngearRatio = 1.0\ntorqueConstant = 0.05\n'
+        "motorInertia = 3e-2\nloadInertia = 1e-8\ncoulombFriction = 1e-6\nstaticFriction = 1e-6\nviscousFriction = 1e-6\n"
+        "[channels.motorAngle]\nnoise = 1e-4\n")
+    said = started("identify", tmp_path, "--deadline", "40").communicate(timeout=100)[1]
+    assert re.search(r"one simulation of 300000 readings with its derivatives takes \d+\.\d s here; .+ --deadline", said), said

@@ -163,7 +163,7 @@ fn reached(before: f64, part: f64) -> f64 {
 }
 
 fn message(part: f64, what: &str, spent: Duration) -> String {
-    if part >= 1.0 || part < LEAST || spent < FIRST {
+    if !(LEAST..1.0).contains(&part) || spent < FIRST {
         return what.to_owned();
     }
     let left = spent.mul_f64(((1.0 - part) / part).min(1e4));
