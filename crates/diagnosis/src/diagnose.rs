@@ -21,6 +21,7 @@ mod progress;
 pub mod record;
 mod strained;
 mod traces;
+mod unsimulated;
 mod watch;
 
 pub use evidence::diagnose_by_evidence;
@@ -171,8 +172,8 @@ pub struct Diagnosed {
     pub augmented: Option<Augmented>,
     /// Where its free runs of those recordings began.
     pub began: Vec<Began>,
-    /// What the verdict was decided from.
-    pub record: Record,
+    /// What the verdict was decided from; `None`: nothing could be simulated.
+    pub record: Option<Record>,
 }
 
 /// The model with what was claimed.
@@ -221,12 +222,15 @@ fn diagnose_all(
     tell(0.01, "finding what a perfect model would leave");
     let search = Search::new(&case, options.seed).map_err(DiagnoseError::Short)?;
     tell(0.02, "comparing the nominal model");
-    let raw = raw_excess(&search)?;
+    let raw = raw_excess(&search);
     let noticed = input_scale::mistaken(&search);
     let options = &Options { capped: options.capped || !noticed.is_empty() && !options.force, ..*options };
     if options.capped {
-        return nothing_concluded(loaded, &search, (raw, noticed), options, tell);
+        let found =
+            raw.and_then(|raw| nothing_concluded(loaded, &search, (raw, noticed.clone()), options, tell));
+        return unsimulated::in_place_of(found, loaded, &case, noticed, options);
     }
+    let raw = raw?;
     if options.engine == Engine::Filter {
         return by_filter(loaded, &search, (raw, noticed), options, tell);
     }

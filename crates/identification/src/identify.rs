@@ -3,6 +3,7 @@
 mod breakaway;
 mod design;
 mod effects;
+mod forecast;
 mod json;
 mod kept;
 mod leverage;

@@ -175,6 +175,9 @@ pub(crate) struct Diagnose {
     /// Seed of everything that is drawn
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
+    /// How long the work may take, s; else as long as it likes. Nothing is written if it is not done by then
+    #[arg(long, value_name = "S", value_parser = deadline)]
+    pub(crate) deadline: Option<f64>,
     /// Folder with the template libraries of the FMUs; found beside the program when not given
     #[arg(long, value_name = "DIR")]
     pub(crate) library: Option<PathBuf>,

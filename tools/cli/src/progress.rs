@@ -35,16 +35,7 @@ impl Progress {
             false if asked_for => Shown::Lines,
             false => Shown::Nothing,
         };
-        // Ctrl-C and SIGTERM alike. The second one ends the program at once. Where no handler can be set, the first one does.
-        let mut first = None;
-        let _ = ctrlc::set_handler(move || {
-            let begun = *first.get_or_insert_with(Instant::now);
-            if interrupt::request() && begun.elapsed() >= ONCE {
-                trueup_fmi_import::exit::expect();
-                crate::isolate::say(130);
-                std::process::exit(130);
-            }
-        });
+        end_by_signal();
         let now = Instant::now();
         Self { shown, start, stop, begun: now, next: now + FIRST }
     }
@@ -72,6 +63,20 @@ fn message(time: f64, part: f64, spent: Duration) -> String {
     let left = spent.mul_f64((1.0 - part) / part.max(1e-9));
     let left = HumanDuration(Duration::from_secs(left.as_secs()));
     format!("t = {time:.6} s, {left:#} left")
+}
+
+/// Ctrl-C and SIGTERM alike ask the work to end. The second one ends the program at once. Where no handler can be set, the first one
+/// does.
+pub(crate) fn end_by_signal() {
+    let mut first = None;
+    let _ = ctrlc::set_handler(move || {
+        let begun = *first.get_or_insert_with(Instant::now);
+        if interrupt::request() && begun.elapsed() >= ONCE {
+            trueup_fmi_import::exit::expect();
+            crate::isolate::say(130);
+            std::process::exit(130);
+        }
+    });
 }
 
 /// Signals that come closer to the first one are the same wish: a terminal sends Ctrl-C to all processes of the program, and

@@ -4,7 +4,7 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::contest::{Contender, HELPS};
+use super::contest::{Contender, HELPS, POLISH};
 use super::estimate::Reported;
 use super::ground::Ground;
 use super::held_out::{closed_alone, held_out};
@@ -103,8 +103,8 @@ pub(super) fn conclude(
                  what is particular about it, or leave it out"
             ));
         } else {
-            let own = Reported::of(search, window, &found.best, Some(&polished));
-            let shown = if own.free {
+            let own = Reported::of(search, window, &found.best, &[&polished]);
+            let shown = if own.free.is_some() {
                 Ran { complete: own.complete.clone(), shown: free }
             } else {
                 ran(own.complete.clone())?
@@ -117,16 +117,18 @@ pub(super) fn conclude(
     let own = match (&claim, &ground.fitted) {
         (None, Some(fitted)) if !no_gap => {
             let led = if bare { &found.best } else { &found.plain };
+            // The tuned model has all parameters free: where the owner's standard deviations let a fit predict as well, it is none.
+            let held = search.polish(led, POLISH);
             let free = Polished {
                 complete: tuned.complete.clone(),
                 misfit: ground.misfit,
                 fitted: Some(fitted.clone()),
             };
-            Some(Reported::of(search, window, led, Some(&free)))
+            Some(Reported::of(search, window, led, &[&held, &free]))
         }
         _ => None,
     };
-    if let Some(own) = own.as_ref().filter(|own| !own.free) {
+    if let Some(own) = own.as_ref().filter(|own| own.free != Some(1)) {
         tuned = ran(own.complete.clone())?;
     }
     let claimed = claim.is_some();
@@ -164,7 +166,8 @@ pub(super) fn conclude(
     let far = told.as_ref().map_or_else(Vec::new, |own| strained::told(own.fitted(), case));
     let plant = case.subject.plant;
     let rival = |set: &Fitted| {
-        Reported::of(search, window, set, freely(set).map(Contender::polished).as_ref()).estimated
+        let free = freely(set).map(Contender::polished);
+        Reported::of(search, window, set, &free.iter().collect::<Vec<_>>()).estimated
     };
     let claims = told.as_ref().filter(|_| claimed);
     let mut diagnosis = Diagnosis {
@@ -209,7 +212,7 @@ pub(super) fn conclude(
         flexible: case.subject.flexible.clone(),
         augmented,
         began,
-        record,
+        record: Some(record),
     })
 }
 

@@ -81,28 +81,30 @@ pub(super) struct Reported {
     pub estimated: Estimated,
     /// What the FMU has, and what the gap after is of.
     pub complete: Complete,
-    /// It is that of the free-running fit.
-    pub free: bool,
+    /// Which of the free-running fits it is; `None`: that of the balances.
+    pub free: Option<usize>,
 }
 
 impl Reported {
-    /// Of a set that the balances fitted, and of its free-running fit where it has one. Windows of that length decide;
-    /// where recordings hold none the free run does, which its own gap is of.
-    pub(super) fn of(
-        search: &Search<'_>,
-        window: Option<f64>,
-        led: &Fitted,
-        free: Option<&Polished>,
-    ) -> Self {
-        let own = free.and_then(|p| Some((&p.complete, p.fitted.as_ref()?)));
-        let Some((complete, fitted)) = own else {
-            return Self { estimated: Estimated::new(led, None), complete: led.complete(), free: false };
-        };
-        let balances = led.complete();
-        let better = window.is_some_and(|w| predicts_as_well(search, w, &balances, complete));
-        let [told, other] = if better { [led, fitted] } else { [fitted, led] };
-        let complete = if better { balances } else { complete.clone() };
-        Self { estimated: Estimated::new(told, Some(other)), complete, free: !better }
+    /// Of a set that the balances fitted, and of its free-running fits, those first that are held most by what its owner believes.
+    /// Each takes the place of those before it if it predicts better over windows of that length; where recordings hold none, if
+    /// it misses less of them whole.
+    pub(super) fn of(search: &Search<'_>, window: Option<f64>, led: &Fitted, free: &[&Polished]) -> Self {
+        let fitted =
+            |(at, p): (usize, &&Polished)| Some((at, p.fitted.clone()?, p.complete.clone(), p.misfit));
+        let all: Vec<(usize, Fitted, Complete, f64)> = free.iter().enumerate().filter_map(fitted).collect();
+        let (mut told, mut complete, mut missed, mut chosen) = (led, led.complete(), f64::INFINITY, None);
+        for (at, fitted, other, misfit) in &all {
+            let as_well = match window {
+                Some(seconds) => predicts_as_well(search, seconds, &complete, other),
+                None => missed <= ALIKE * misfit,
+            };
+            if !as_well {
+                (told, complete, missed, chosen) = (fitted, other.clone(), *misfit, Some(*at));
+            }
+        }
+        let other = if chosen.is_some() { Some(led) } else { all.first().map(|f| &f.1) };
+        Self { estimated: Estimated::new(told, other), complete, free: chosen }
     }
 }
 

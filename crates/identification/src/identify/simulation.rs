@@ -5,8 +5,8 @@ use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
 use super::{
-    Found, Identified, IdentifyError, Method, Settings, Start, design, found, kept, leverage, minima, starts,
-    unknowns,
+    Found, Identified, IdentifyError, Method, Settings, Start, design, forecast, found, kept, leverage,
+    minima, starts, unknowns,
 };
 use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
@@ -118,6 +118,7 @@ pub(super) fn by_simulation(
         all.extend(nuisance(model, nominal, train));
         all
     };
+    forecast::tell(&OutputError::new(model, nominal, &train, with_nuisance(&train)), settings.progress);
     (settings.progress)("starts from regressions and from the case");
     let mut starts = model.starts(nominal, &train, &fitted);
     let further = starts.first().map_or_else(Vec::new, also);

@@ -30,8 +30,8 @@ pub(crate) struct Identify {
     /// Load the FMU into this process, whoever made it: faster, and what ends the FMU ends all
     #[arg(long, requires = "fmu", conflicts_with_all = ["isolate", "deadline"])]
     pub(crate) in_process: bool,
-    /// How long a single call of the FMU may take, s; else as long as it likes
-    #[arg(long, value_name = "S", requires = "fmu", value_parser = deadline)]
+    /// How long the work may take, s; with --fmu how long a single call of the FMU may; else as long as it likes
+    #[arg(long, value_name = "S", value_parser = deadline)]
     pub(crate) deadline: Option<f64>,
     /// Also print the standard errors that runs begun otherwise are to be expected to have, over a value in SI units, as in
     /// initialSpringOffset=-0.05..0.05 (of an arm initialSpringOffset[1])

@@ -32,6 +32,9 @@ use crate::output::{can_be_made, folder, say};
 use crate::stages::Stages;
 use crate::templates;
 
+/// What is done before the recordings are known.
+pub(super) const READING: &str = "reading the case";
+
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
     if args.engine == Engine::Innovations {
         return verdict_alone(args);
@@ -48,9 +51,11 @@ fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
         let how = "--engine innovations says verdicts alone: give --verdict-only, and no --watch";
         return Err(Error::Usage(how.into()));
     }
+    let stages = Stages::watched(READING, args.deadline);
     let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
+    stages.name("weighing every cause by the innovations");
     let found = diagnose_by_evidence(&loaded, capped);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
@@ -58,6 +63,7 @@ fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
         .complete(&findings, &loaded.case.folder, Some(inputs))
         .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
     let said = json(&found)?;
+    drop(stages);
     store(&args.output, &[("diagnosis.json".into(), said.clone().into_bytes())])?;
     say(&if args.json { said } else { text(&found) })
 }
@@ -75,6 +81,7 @@ pub(crate) fn write(args: &Diagnose) -> Result<Diagnosed, Error> {
 /// Diagnoses; what became of writing the files.
 fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
+    let stages = Stages::watched(READING, args.deadline);
     let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
     // What would be in the way of writing is said before the work, not after it.
     let library = args.library.as_deref();
@@ -92,9 +99,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
         ..Options::default()
     };
     sensors(&loaded);
-    let mut stages = Stages::new();
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
-    drop(stages);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     // Those of the case were told when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
@@ -120,14 +125,19 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     }
     if let Some(picture) = &found.picture {
         let beside = files.iter().map(|f| f.0.clone());
-        let beside = ["diagnosis.json", record::FILE].map(str::to_owned).into_iter().chain(beside).collect();
+        let decided = found.record.is_some().then_some(record::FILE);
+        let beside = ["diagnosis.json"].into_iter().chain(decided).map(str::to_owned).chain(beside).collect();
         let page = page::html(&loaded, &found, picture, beside, args.seed);
         finite_words(&page).map_err(|e| not_finite(&args.output, "report.html", &e))?;
         files.push(("report.html".into(), page.into_bytes()));
     }
-    let record = serde_json::to_vec(&found.record).map_err(|e| Error::Failed(e.to_string()))?;
-    files.push((record::FILE.into(), record));
+    if let Some(record) = &found.record {
+        let record = serde_json::to_vec(record).map_err(|e| Error::Failed(e.to_string()))?;
+        files.push((record::FILE.into(), record));
+    }
     files.push(("diagnosis.json".into(), json(&found.diagnosis)?.into_bytes()));
+    // Files are written to the end.
+    drop(stages);
     let written = store(&args.output, &files);
     if written.is_ok() {
         eprintln!(

@@ -10,20 +10,27 @@ use trueup_identification::fmu::FmuModel;
 use trueup_identification::identify::{IdentifyError, Method, Settings, identify, identify_fmu, json};
 use trueup_identification::intake::Purpose;
 
+use super::diagnose::READING;
 use crate::args::Identify;
 use crate::case::{load, load_for};
 use crate::error::Error;
 use crate::near::suggestion;
 use crate::output::say;
+use crate::stages::Stages;
 
 pub(crate) fn run(args: &Identify) -> Result<(), Error> {
-    let progress = |what: &str| eprintln!("{what} ...");
+    let model =
+        args.fmu.as_ref().map(FmuModel::open).transpose().map_err(|e| Error::Failed(e.to_string()))?;
+    if let Some(model) = &model {
+        isolated(args, model.fmu())?;
+    }
+    // A process may divide before, not after. Each call of an FMU has the deadline for itself.
+    let stages = Stages::watched(READING, args.deadline.filter(|_| model.is_none()));
+    let progress = |what: &str| stages.name(what);
     let design = args.design.as_ref().map(|d| &d.0);
     let settings = Settings { method: args.method, profile: !args.fast, design, progress: &progress };
-    let (loaded, found) = match &args.fmu {
-        Some(file) => {
-            let model = FmuModel::open(file).map_err(|e| Error::Failed(e.to_string()))?;
-            isolated(args, model.fmu())?;
+    let (loaded, found) = match args.fmu.as_ref().zip(model) {
+        Some((file, model)) => {
             let folder = Folder::now();
             let loaded = load_for(&args.case, &model)?;
             let found = identify_fmu(&loaded, model, &settings);
@@ -56,6 +63,7 @@ pub(crate) fn run(args: &Identify) -> Result<(), Error> {
         }
         _ => Error::at(&loaded.case.file, e),
     })?;
+    drop(stages);
     if let Some(file) = &args.plot {
         crate::output::write(file, page::page(&loaded.case, &found).as_bytes())?;
     }

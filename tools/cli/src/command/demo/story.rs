@@ -47,6 +47,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         all_readings: false,
         force: false,
         seed: 1,
+        deadline: None,
         library: None,
     })?;
     let (found, traces) = (told.diagnosis, told.traces);

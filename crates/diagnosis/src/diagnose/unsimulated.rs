@@ -1,0 +1,73 @@
+//! What is reported after a grave finding where the nominal model cannot be simulated: no gap, for nothing can be compared.
+
+use trueup_signals::Loaded;
+
+use super::{DiagnoseError, Diagnosed, Options};
+use crate::engine::decide::Decision;
+use crate::engine::recordings::Prepared;
+use crate::finite;
+use crate::outcome::{Diagnosis, GapReport, Noticed, SCHEMA, Unknown, Where};
+use crate::picture::{isolability, picture};
+
+/// The verdict `unknown` without a gap in the place of an error of the simulation, or of figures that are not finite.
+///
+/// # Errors
+/// What has another reason than that the model cannot be simulated.
+pub(super) fn in_place_of(
+    found: Result<Diagnosed, DiagnoseError>,
+    loaded: &Loaded,
+    case: &Prepared,
+    noticed: Vec<Noticed>,
+    options: &Options,
+) -> Result<Diagnosed, DiagnoseError> {
+    match found {
+        Ok(found) => match finite::check(&found.diagnosis) {
+            Ok(()) => Ok(found),
+            Err(why) => Ok(without_gap(loaded, case, noticed, options, &why.to_string())),
+        },
+        Err(DiagnoseError::Nominal(why)) => Ok(without_gap(loaded, case, noticed, options, &why)),
+        Err(e) => Err(e),
+    }
+}
+
+fn without_gap(
+    loaded: &Loaded,
+    case: &Prepared,
+    noticed: Vec<Noticed>,
+    options: &Options,
+    why: &str,
+) -> Diagnosed {
+    let nothing = Decision::nothing();
+    let diagnosis = Diagnosis {
+        schema: SCHEMA.into(),
+        model: loaded.case.model.clone(),
+        verdict: nothing.verdict,
+        gap: GapReport::default(),
+        sensors: (&isolability(loaded, &case.subject)).into(),
+        location: Where::default(),
+        effects: Vec::new(),
+        candidates: Vec::new(),
+        parameters: Default::default(),
+        indistinguishable: Vec::new(),
+        unknown: Unknown { present: true, probability: nothing.unknown, place: None },
+        next_experiment: None,
+        watch: options.watch.then(Vec::new),
+        augmented: None,
+        capped: true,
+        findings: noticed,
+        inputs: None,
+        notes: vec![format!(
+            "there is no gap, for the nominal model cannot be compared with the recordings as they are: {why}"
+        )],
+    };
+    Diagnosed {
+        diagnosis,
+        picture: (!options.verdict_only).then(|| picture(loaded, &case.subject, &case.nominal)),
+        next: None,
+        traces: Vec::new(),
+        flexible: case.subject.flexible.clone(),
+        augmented: None,
+        began: Vec::new(),
+        record: None,
+    }
+}
