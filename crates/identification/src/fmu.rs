@@ -10,7 +10,6 @@
 //! them, the stiff integrator takes its Jacobian from them.
 
 mod field;
-mod instance;
 mod lane;
 mod simulate;
 
@@ -21,19 +20,19 @@ use std::sync::{Arc, Mutex};
 
 use crate::parallel;
 use trueup_fmi_description::description::{
-    Causality, Description, Dimension, Initial, Type, Values, Variability, Variable,
+    Causality, Description, Initial, Type, Values, Variability, Variable,
 };
-use trueup_fmi_import::{Error, Fmu};
+use trueup_fmi_import::{Error, Fmu, ModelExchange, array_lengths};
 use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
-use trueup_signals::{Role, Value, element_name};
+use trueup_plant::elements;
+use trueup_signals::{Role, Value};
 
 use crate::lanes::{LANES, Lanes};
 use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::Predictor;
 use crate::subject::Subject;
-use instance::Slave;
 
 /// An FMU that cannot be fitted.
 #[derive(Debug, thiserror::Error)]
@@ -105,7 +104,7 @@ pub struct FmuModel {
     along: AtomicU8,
     /// Relative tolerance of the integrator.
     tolerance: f64,
-    idle: Mutex<Vec<Slave>>,
+    idle: Mutex<Vec<ModelExchange>>,
 }
 
 impl std::fmt::Debug for FmuModel {
@@ -124,40 +123,6 @@ const TRUSTED: u8 = 1;
 const REFUSED: u8 = 2;
 /// Half the width of a central difference: of a logarithm, and of a linear unknown in its magnitude.
 const WIDTH: [f64; 2] = [1e-4, 1e-2];
-
-/// Lengths of the dimensions of a variable.
-fn lengths(d: &Description, v: &Variable) -> Option<Vec<usize>> {
-    let length = |dimension: &Dimension| match dimension {
-        Dimension::Fixed(n) => usize::try_from(*n).ok(),
-        Dimension::Variable(reference) => {
-            let parameter = d.variables.iter().find(|v| v.value_reference == *reference)?;
-            parameter.start.as_ref()?.as_f64()?.first().map(|n| *n as usize)
-        }
-    };
-    v.dimensions.iter().map(length).collect()
-}
-
-/// Names of the elements of a variable, row by row; of a scalar its own.
-fn elements(name: &str, lengths: &[usize]) -> Vec<String> {
-    let count: usize = lengths.iter().product();
-    if lengths.is_empty() {
-        return vec![name.to_owned()];
-    }
-    let one = |mut at: usize| {
-        let mut indices: Vec<usize> = lengths
-            .iter()
-            .rev()
-            .map(|n| {
-                let i = at % n;
-                at /= n;
-                i + 1
-            })
-            .collect();
-        indices.reverse();
-        element_name(name, &indices)
-    };
-    (0..count).map(one).collect()
-}
 
 impl FmuModel {
     /// Opens an FMU. It is native code of somebody else: opening it means trusting it.
@@ -226,7 +191,7 @@ impl FmuModel {
             }
             return;
         }
-        let (Some(lengths), Some(_)) = (lengths(d, v), d.elements(v)) else { return };
+        let (Some(lengths), Some(_)) = (array_lengths(d, v), d.elements(v)) else { return };
         let a = d.attributes(v);
         // As long as the program: a few words per FMU that is opened.
         let unit: &'static str = a.unit.map_or("", |u| Box::leak(u.into_boxed_str()));

@@ -24,7 +24,12 @@ const RULES: &[Rule] = &[
     Rule { name: "trueup-fmi", ours: &[], never: &["*"] },
     Rule { name: "trueup-fmi-export", ours: &["trueup-fmi", "trueup-numerics"], never: ARCHIVES },
     Rule { name: "trueup-fmi-description", ours: &["trueup-fmi"], never: &["libloading", "clap"] },
-    Rule { name: "trueup-fmi-import", ours: &["trueup-fmi", "trueup-fmi-description"], never: &["clap"] },
+    // Anybody's FMU is a plant, too.
+    Rule {
+        name: "trueup-fmi-import",
+        ours: &["trueup-fmi", "trueup-fmi-description", "trueup-numerics", "trueup-plant"],
+        never: &["clap"],
+    },
     Rule {
         name: "trueup-cosim",
         ours: &["trueup-numerics", "trueup-signals", "trueup-fmi-description", "trueup-fmi-import"],

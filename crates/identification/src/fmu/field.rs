@@ -1,29 +1,21 @@
 //! The FMU between events as an ordinary differential equation.
 
-use trueup_fmi_import::{Error, Status};
+use trueup_fmi_import::{Error, ModelExchange, StateColumns, Status};
 use trueup_numerics::driver::System;
 use trueup_numerics::integrate::Ode;
 
-use super::instance::Slave;
 use super::lane::Lane;
-
-/// Value references of states and their derivatives, where directional derivatives are offered.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Columns {
-    pub(super) states: Vec<u32>,
-    pub(super) derivatives: Vec<u32>,
-}
 
 /// The right-hand side, inputs on their way from `begin` on. What the FMU refuses becomes NaN, at which the integrator
 /// tries a shorter step; what it fails at ends the run.
 pub(super) struct Field<'a> {
-    pub(super) slave: &'a mut Slave,
+    pub(super) slave: &'a mut ModelExchange,
     pub(super) references: &'a [u32],
     pub(super) begin: f64,
     /// Inputs at `begin`, and their slopes.
     pub(super) u: &'a [f64],
     pub(super) du: &'a [f64],
-    pub(super) columns: Option<&'a Columns>,
+    pub(super) columns: Option<&'a StateColumns>,
     pub(super) nominal: &'a [f64],
     /// States; behind them come the sensitivities, lane by lane.
     pub(super) n: usize,

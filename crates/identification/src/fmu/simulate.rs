@@ -1,13 +1,12 @@
 //! A recording through the FMU: steps of the integrator, events, readings.
 
 use trueup_fmi_description::description::Interface;
-use trueup_fmi_import::{Error, Experiment};
+use trueup_fmi_import::{Error, Experiment, ModelExchange, StateColumns};
 use trueup_numerics::Figure;
 use trueup_numerics::driver::{DriveError, Memory, Options, Reached, Solver, Stepper, System};
 use trueup_numerics::event::Direction;
 
-use super::field::{Columns, Field};
-use super::instance::Slave;
+use super::field::Field;
 use super::lane::Lane;
 use super::{FmuModel, Place, WIDTH};
 use crate::lanes::Lanes;
@@ -36,9 +35,9 @@ const FREE: f64 = 1e100;
 
 /// A run under way.
 struct Under<'a> {
-    slave: Slave,
+    slave: ModelExchange,
     references: Vec<u32>,
-    columns: Option<&'a Columns>,
+    columns: Option<&'a StateColumns>,
     completed: bool,
     t: f64,
     /// States, then the sensitivities of each lane.
@@ -83,22 +82,6 @@ impl FmuModel {
         if scalars.len() == count { scalars } else { Vec::new() }
     }
 
-    fn columns(&self) -> Option<Columns> {
-        let d = self.fmu.description();
-        self.offered().filter(|i| i.provides_directional_derivatives)?;
-        let mut columns = Columns::default();
-        for unknown in &d.structure.derivatives {
-            let rate = d.variables.get(d.resolve(unknown.reference)?)?;
-            let state = d.variables.get(d.resolve(rate.derivative?)?)?;
-            if !(rate.dimensions.is_empty() && state.dimensions.is_empty()) {
-                return None;
-            }
-            columns.states.push(state.value_reference);
-            columns.derivatives.push(rate.value_reference);
-        }
-        Some(columns)
-    }
-
     /// What the sensors would show, with parameters `p`.
     pub(super) fn simulate(
         &self,
@@ -106,7 +89,7 @@ impl FmuModel {
         p: &[f64],
         map: &InputMap<f64>,
     ) -> Result<Vec<f64>, PredictError> {
-        let columns = self.columns();
+        let columns = StateColumns::of(self.fmu.description());
         let mut found = Err(Stopped::Other(String::new()));
         for solver in [Solver::Explicit, Solver::Stiff] {
             let mut y = vec![0.0; plan.len()];
@@ -139,7 +122,7 @@ impl FmuModel {
         p: &[f64],
         map: &InputMap<f64>,
         solver: Solver,
-        columns: Option<&Columns>,
+        columns: Option<&StateColumns>,
         lanes: Vec<(Lane, InputMap<f64>)>,
         each: &mut dyn FnMut(&mut Under, usize, usize) -> Result<(), Stopped>,
     ) -> Result<(), Stopped> {
@@ -150,7 +133,7 @@ impl FmuModel {
         let mut held = once.then_some(idle);
         let slave = match kept {
             Some(slave) => slave,
-            None => Slave::new(&self.fmu)?,
+            None => ModelExchange::new(&self.fmu)?,
         };
         let (lanes, maps): (Vec<Lane>, Vec<InputMap<f64>>) = lanes.into_iter().unzip();
         let mut run = self.start(slave, plan, p, map, solver, columns, lanes)?;
@@ -183,7 +166,7 @@ impl FmuModel {
         map: &InputMap<Lanes>,
         acting: &[usize],
     ) -> Option<Vec<Lanes>> {
-        let columns = self.columns()?;
+        let columns = StateColumns::of(self.fmu.description())?;
         let plain = |v: &[Lanes]| -> Vec<f64> { v.iter().map(|v| v.re).collect() };
         let moved = |v: &[Lanes], k: usize| -> Vec<f64> { v.iter().map(|v| v.eps[k]).collect() };
         let lanes = self.lanes(p, map, acting).into_iter().zip(acting).map(|(lane, &k)| {
@@ -216,7 +199,7 @@ impl FmuModel {
         done.ok().map(|()| y)
     }
 
-    fn output_of(&self, slave: &mut Slave, output: usize) -> Result<f64, Stopped> {
+    fn output_of(&self, slave: &mut ModelExchange, output: usize) -> Result<f64, Stopped> {
         let place = self.output_places.iter().rfind(|p| p.begin <= output);
         let Some(place) = place else { return Err(Stopped::Other(format!("there is no output {output}"))) };
         let mut values = vec![0.0; place.len];
@@ -226,12 +209,12 @@ impl FmuModel {
 
     fn start<'a>(
         &self,
-        mut slave: Slave,
+        mut slave: ModelExchange,
         plan: &Plan,
         p: &[f64],
         map: &InputMap<f64>,
         solver: Solver,
-        columns: Option<&'a Columns>,
+        columns: Option<&'a StateColumns>,
         lanes: Vec<Lane>,
     ) -> Result<Under<'a>, Stopped> {
         // How the first states move: they follow from the parameters, however the FMU does that.
@@ -256,12 +239,12 @@ impl FmuModel {
 
     fn begin<'a>(
         &self,
-        mut slave: Slave,
+        mut slave: ModelExchange,
         plan: &Plan,
         p: &[f64],
         map: &InputMap<f64>,
         solver: Solver,
-        columns: Option<&'a Columns>,
+        columns: Option<&'a StateColumns>,
         lanes: Vec<Lane>,
     ) -> Result<Under<'a>, Stopped> {
         let t = plan.time(0);

@@ -2,14 +2,43 @@
 
 use std::sync::Arc;
 
+use crate::{Completed, Error, EventInfo, Experiment, Fmu, Interface, Options, fmi2, fmi3};
 use trueup_fmi_description::Version;
-use trueup_fmi_description::description::Type;
-use trueup_fmi_import::{Completed, Error, EventInfo, Experiment, Fmu, Interface, Options, fmi2, fmi3};
+use trueup_fmi_description::description::{Description, Type};
 
-/// An instance of either version.
-pub(super) enum Slave {
+/// An instance for Model Exchange of either version. All methods return whatever the FMU returns.
+pub enum ModelExchange {
+    /// FMI 2.0.
     V2(Box<fmi2::Instance>),
+    /// FMI 3.0.
     V3(Box<fmi3::Instance>),
+}
+
+/// Value references of states and their derivatives, where directional derivatives can be had.
+#[derive(Clone, Debug, Default)]
+pub struct StateColumns {
+    /// States.
+    pub states: Vec<u32>,
+    /// Their derivatives, in the same order.
+    pub derivatives: Vec<u32>,
+}
+
+impl StateColumns {
+    /// Of an FMU that offers directional derivatives and whose states are known scalars; none else.
+    pub fn of(d: &Description) -> Option<Self> {
+        d.model_exchange.as_ref().filter(|i| i.provides_directional_derivatives)?;
+        let mut columns = Self::default();
+        for unknown in &d.structure.derivatives {
+            let rate = d.variables.get(d.resolve(unknown.reference)?)?;
+            let state = d.variables.get(d.resolve(rate.derivative?)?)?;
+            if !(rate.dimensions.is_empty() && state.dimensions.is_empty()) {
+                return None;
+            }
+            columns.states.push(state.value_reference);
+            columns.derivatives.push(rate.value_reference);
+        }
+        Some(columns)
+    }
 }
 
 /// Calls the method of either version.
@@ -19,15 +48,16 @@ macro_rules! either {
     };
     ($slave:expr, $i:ident => $v2:expr, $v3:expr) => {
         match $slave {
-            Slave::V2($i) => $v2,
-            Slave::V3($i) => $v3,
+            ModelExchange::V2($i) => $v2,
+            ModelExchange::V3($i) => $v3,
         }
     };
 }
 
-/// All return whatever the FMU returns.
-impl Slave {
-    pub(super) fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
+#[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
+impl ModelExchange {
+    /// Instantiates.
+    pub fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
         let options = Options::default();
         Ok(match fmu.description().version {
             Version::V2 => Self::V2(Box::new(fmi2::Instance::new(fmu, Interface::ModelExchange, options)?)),
@@ -35,20 +65,22 @@ impl Slave {
         })
     }
     /// Numbers of states and event indicators.
-    pub(super) fn counts(&mut self) -> Result<(usize, usize), Error> {
+    pub fn counts(&mut self) -> Result<(usize, usize), Error> {
         either!(self, i => {
             let d = i.fmu().description();
             Ok((d.structure.derivatives.len(), d.event_indicators()))
         }, Ok((i.number_of_states()?, i.number_of_event_indicators()?)))
     }
-    pub(super) fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
+    /// Sets `Float64` variables (`Real`), all elements of each.
+    pub fn set(&mut self, references: &[u32], values: &[f64]) -> Result<(), Error> {
         either!(self, i => i.set_real(references, values), i.set_float64(references, values))
     }
-    pub(super) fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
+    /// Reads them.
+    pub fn get(&mut self, references: &[u32], values: &mut [f64]) -> Result<(), Error> {
         either!(self, i => i.get_real(references, values), i.get_float64(references, values))
     }
     /// A parameter that is no real number.
-    pub(super) fn choose(&mut self, reference: u32, kind: Type, value: f64) -> Result<(), Error> {
+    pub fn choose(&mut self, reference: u32, kind: Type, value: f64) -> Result<(), Error> {
         let r = [reference];
         match (self, kind) {
             (Self::V2(i), Type::Boolean) => i.set_boolean(&r, &[value != 0.0]),
@@ -65,48 +97,60 @@ impl Slave {
             (Self::V3(i), _) => i.set_int64(&r, &[value as i64]),
         }
     }
-    pub(super) fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
+    /// Enters initialization mode.
+    pub fn enter_initialization_mode(&mut self, experiment: Experiment) -> Result<(), Error> {
         either!(self, i => i.enter_initialization_mode(experiment))
     }
-    pub(super) fn exit_initialization_mode(&mut self) -> Result<(), Error> {
+    /// Leaves it.
+    pub fn exit_initialization_mode(&mut self) -> Result<(), Error> {
         either!(self, i => i.exit_initialization_mode())
     }
     /// Back to where it was after instantiation.
-    pub(super) fn reset(&mut self) -> Result<(), Error> {
+    pub fn reset(&mut self) -> Result<(), Error> {
         either!(self, i => i.reset())
     }
-    pub(super) fn set_time(&mut self, time: f64) -> Result<(), Error> {
+    /// Time in s.
+    pub fn set_time(&mut self, time: f64) -> Result<(), Error> {
         either!(self, i => i.set_time(time))
     }
-    pub(super) fn set_states(&mut self, x: &[f64]) -> Result<(), Error> {
+    /// Sets the states.
+    pub fn set_states(&mut self, x: &[f64]) -> Result<(), Error> {
         either!(self, i => i.set_continuous_states(x))
     }
-    pub(super) fn get_states(&mut self, x: &mut [f64]) -> Result<(), Error> {
+    /// Reads them.
+    pub fn get_states(&mut self, x: &mut [f64]) -> Result<(), Error> {
         either!(self, i => i.get_continuous_states(x))
     }
-    pub(super) fn derivatives(&mut self, dx: &mut [f64]) -> Result<(), Error> {
+    /// Rates of the states.
+    pub fn derivatives(&mut self, dx: &mut [f64]) -> Result<(), Error> {
         either!(self, i => i.get_derivatives(dx))
     }
-    pub(super) fn nominals(&mut self, nominal: &mut [f64]) -> Result<(), Error> {
+    /// Nominal values of the states.
+    pub fn nominals(&mut self, nominal: &mut [f64]) -> Result<(), Error> {
         either!(self, i => i.get_nominals(nominal))
     }
-    pub(super) fn indicators(&mut self, z: &mut [f64]) -> Result<(), Error> {
+    /// Event indicators.
+    pub fn indicators(&mut self, z: &mut [f64]) -> Result<(), Error> {
         either!(self, i => i.get_event_indicators(z))
     }
-    pub(super) fn enter_event_mode(&mut self) -> Result<(), Error> {
+    /// Enters event mode.
+    pub fn enter_event_mode(&mut self) -> Result<(), Error> {
         either!(self, i => i.enter_event_mode())
     }
-    pub(super) fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
+    /// One event iteration.
+    pub fn update_discrete_states(&mut self) -> Result<EventInfo, Error> {
         either!(self, i => i.new_discrete_states(), i.update_discrete_states())
     }
-    pub(super) fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
+    /// Enters continuous-time mode.
+    pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
         either!(self, i => i.enter_continuous_time_mode())
     }
-    pub(super) fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
+    /// Says that a step is accepted.
+    pub fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
         either!(self, i => i.completed_integrator_step(true))
     }
     /// (d of / d by) seed.
-    pub(super) fn directional(
+    pub fn directional(
         &mut self,
         of: &[u32],
         by: &[u32],

@@ -1,0 +1,140 @@
+//! An instance on its way from its start over its events.
+
+use std::sync::Arc;
+
+use trueup_numerics::hybrid::Update;
+use trueup_plant::VariableTable;
+
+use super::table::Places;
+use crate::{Error, Experiment, Fmu, ModelExchange};
+
+/// Passes of an event iteration that count as without end.
+const PASSES: usize = 200;
+
+pub(super) struct Seat {
+    pub(super) instance: ModelExchange,
+    /// Parameters that it was initialised with.
+    p: Vec<f64>,
+    /// Number of the place where it is.
+    pub(super) at: i32,
+    /// No event has come since its start.
+    pub(super) first: bool,
+    /// In event mode.
+    pub(super) open: bool,
+    /// It was initialised, and has to be reset for another start.
+    used: bool,
+    /// The FMU has ended the run.
+    pub(super) ended: bool,
+    pub(super) next_event: Option<f64>,
+}
+
+impl Seat {
+    pub(super) fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
+        let instance = ModelExchange::new(fmu)?;
+        let (p, next_event) = (Vec::new(), None);
+        Ok(Self { instance, p, at: 0, first: false, open: false, used: false, ended: false, next_event })
+    }
+
+    /// It was started with these parameters.
+    pub(super) fn same(&self, p: &[f64]) -> bool {
+        self.used && self.p.len() == p.len() && self.p.iter().zip(p).all(|(a, b)| a.to_bits() == b.to_bits())
+    }
+
+    pub(super) fn renew(&mut self) -> Result<(), Error> {
+        if self.used {
+            self.instance.reset()?;
+        }
+        (self.used, self.first, self.open, self.ended, self.next_event) = (false, false, false, false, None);
+        Ok(())
+    }
+
+    pub(super) fn initialise(
+        &mut self,
+        start: f64,
+        places: &Places,
+        table: &VariableTable,
+        p: &[f64],
+        u: Option<&[f64]>,
+    ) -> Result<(), Error> {
+        self.used = true;
+        for place in &places.parameters {
+            // What is not said stays as the FMU has it.
+            let changed = place.elements().any(|i| p[i].to_bits() != table.parameters[i].start.to_bits());
+            if changed {
+                self.instance.set(&[place.reference], &p[place.elements()])?;
+            }
+        }
+        self.instance.enter_initialization_mode(Experiment { start, ..Experiment::default() })?;
+        if let Some(u) = u.filter(|u| !u.is_empty()) {
+            self.instance.set(&places.inputs, u)?;
+        }
+        self.instance.exit_initialization_mode()?;
+        self.p = p.to_vec();
+        (self.first, self.open) = (true, true);
+        Ok(())
+    }
+
+    fn iterate(&mut self) -> Result<(bool, bool), Error> {
+        let info = self.instance.update_discrete_states()?;
+        self.next_event = info.next_event.filter(|t| t.is_finite());
+        self.ended |= info.terminate;
+        Ok((info.again && !self.ended, info.states_changed))
+    }
+
+    fn close(&mut self) -> Result<(), Error> {
+        self.instance.enter_continuous_time_mode()?;
+        self.open = false;
+        Ok(())
+    }
+
+    /// Event iteration to its end; `false`: it has none.
+    pub(super) fn settle(&mut self) -> Result<bool, Error> {
+        for _ in 0..PASSES {
+            if !self.iterate()?.0 {
+                return self.close().map(|()| true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// One pass of event iteration at these values.
+    pub(super) fn event(
+        &mut self,
+        t: f64,
+        x: &mut [f64],
+        inputs: &[u32],
+        u: &[f64],
+    ) -> Result<Update, Error> {
+        if !self.open {
+            self.place(t, x, inputs, u)?;
+            self.instance.enter_event_mode()?;
+            (self.open, self.first) = (true, false);
+        }
+        if !inputs.is_empty() {
+            self.instance.set(inputs, u)?;
+        }
+        let (again, changed) = self.iterate()?;
+        if !again {
+            self.close()?;
+        }
+        if changed && !x.is_empty() {
+            self.instance.get_states(x)?;
+        }
+        Ok(Update { modes: again, states: changed })
+    }
+
+    pub(super) fn completed_step(&mut self) -> Result<bool, Error> {
+        let done = self.instance.completed_integrator_step()?;
+        self.ended |= done.terminate;
+        Ok(done.event)
+    }
+
+    /// Time, states and inputs, in continuous time.
+    pub(super) fn place(&mut self, t: f64, x: &[f64], inputs: &[u32], u: &[f64]) -> Result<(), Error> {
+        self.instance.set_time(t)?;
+        if !x.is_empty() {
+            self.instance.set_states(x)?;
+        }
+        if inputs.is_empty() { Ok(()) } else { self.instance.set(inputs, u) }
+    }
+}
