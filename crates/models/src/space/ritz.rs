@@ -44,8 +44,8 @@ pub struct Moments {
 pub struct Quadratic {
     /// h the integral of phi_j' phi_k' from 0 to z.
     pub slopes: Moments,
-    /// h the integral of (z - s) psi_k phi_j'' from 0 to z; bending first.
-    pub twist: Moments,
+    /// Integral of (1 - z) psi_k phi_j''; bending first.
+    pub shift_twist: Pairs,
     /// Half the integral of phi_j' psi_k' - phi_j'' psi_k; bending first.
     pub turn_twist: Pairs,
     /// Half the integral of phi_j' phi_k'' - phi_j'' phi_k'.
@@ -72,11 +72,8 @@ fn quadratic_of(bends: usize, twists: usize) -> Quadratic {
         }
         for (k, b) in (0..twists).filter_map(|k| torsion(twists, k)).enumerate() {
             let b = (&b.coefficients, TORSION.power);
-            // Integrals over z from s to 1 of z - s, and of z (z - s), first.
-            let [one, s, s2, s3] = [0, 1, 2, 3].map(|extra| integral(a, b, [2, 0], extra));
-            all.twist.end[j][k] = one - s;
-            all.twist.area[j][k] = 0.5 * one - s + 0.5 * s2;
-            all.twist.moment[j][k] = one / 3.0 - 0.5 * s + s3 / 6.0;
+            let [one, z] = [0, 1].map(|extra| integral(a, b, [2, 0], extra));
+            all.shift_twist[j][k] = one - z;
             all.turn_twist[j][k] = 0.5 * (integral(a, b, [1, 1], 0) - one);
         }
     }

@@ -2,9 +2,10 @@
 //! bending moments couple with twist.
 //!
 //! Modal coordinates are curvatures about the section's own axes, so strains are linear in them and places are not: matter at z
-//! is displaced by d beyond what shapes do, and the end is turned by p beyond theta, both sums over pairs of modes. The kinetic
-//! energy keeps what is of first order in d, so that all forces come from one energy and nothing is lost; products of d with the
-//! deflection are of third order and left out.
+//! comes nearer to the root by sigma(z), and the end is displaced by d and turned by p beyond what shapes do, all sums over pairs
+//! of modes. The kinetic energy keeps what is of first order in sigma, so that all forces come from one energy and nothing is
+//! lost; products of sigma with the deflection are of third order and left out. Of the link's own matter d counts along the
+//! link alone: across it modes move matter, too, and a kinetic energy of first order in d were not positive.
 
 use super::MAX_MODES_OF_LINK;
 use super::appendage::Shapes;
@@ -31,20 +32,19 @@ pub struct SecondOrder<T> {
     pub first: usize,
 }
 
-/// Integrals of a displacement d over the mass and over the mass times z / L, per kg; carrier's axes.
+/// Integrals of sigma over the mass and over the mass times z / L, per kg.
 #[derive(Clone, Copy)]
-struct Matter<T> {
-    area: Vector<T>,
-    moment: Vector<T>,
+struct Nearer<T> {
+    area: T,
+    moment: T,
 }
 
-impl<T: Scalar> Matter<T> {
+impl<T: Scalar> Nearer<T> {
     fn zero() -> Self {
-        Self { area: zero(), moment: zero() }
+        Self { area: T::zero(), moment: T::zero() }
     }
     fn plus(self, by: T, other: Self) -> Self {
-        let area = add(self.area, scale(by, other.area));
-        Self { area, moment: add(self.moment, scale(by, other.moment)) }
+        Self { area: self.area + by * other.area, moment: self.moment + by * other.moment }
     }
 }
 
@@ -67,20 +67,21 @@ impl<T: Scalar> SecondOrder<T> {
         of.iter().zip(pairs).fold(T::zero(), |sum, (e, p)| sum + *e * p[k])
     }
 
-    /// What each mode's coordinate changes of d, by these integrals: link's axes.
-    fn displaced(&self, slopes: &Pairs, twist: &Pairs, eta: &[T], mut take: impl FnMut(usize, Vector<T>)) {
+    /// What each mode's coordinate changes of the end's d: link's axes.
+    fn shifted(&self, q: &Quadratic, eta: &[T], mut take: impl FnMut(usize, Vector<T>)) {
         let [u, v, phi] = self.split(eta);
         let (n, over) = (T::zero(), T::constant(-1.0) / self.length);
         for j in 0..u.len() {
-            take(j, [n, Self::row(twist, j, phi), over * Self::row(slopes, j, u)]); // (LNK-4)
+            let back = over * Self::row(&q.slopes.end, j, u);
+            take(j, [n, Self::row(&q.shift_twist, j, phi), back]); // (LNK-11)
         }
         for j in 0..v.len() {
-            let back = over * Self::row(slopes, j, v);
-            take(u.len() + j, [-Self::row(twist, j, phi), n, back]); // (LNK-4)
+            let back = over * Self::row(&q.slopes.end, j, v);
+            take(u.len() + j, [-Self::row(&q.shift_twist, j, phi), n, back]); // (LNK-11)
         }
         for k in 0..phi.len() {
-            let across = [-Self::column(twist, k, v), Self::column(twist, k, u), n]; // (LNK-4)
-            take(u.len() + v.len() + k, across);
+            let [x, y] = [v, u].map(|bent| Self::column(&q.shift_twist, k, bent));
+            take(u.len() + v.len() + k, [-x, y, n]); // (LNK-11)
         }
     }
     /// What each mode's coordinate changes of p: link's axes.
@@ -101,27 +102,31 @@ impl<T: Scalar> SecondOrder<T> {
         }
     }
 
-    /// What each mode's coordinate changes of the matter at these coordinates (or rates), by the number of the mode.
-    fn matter(&self, q: &Quadratic, eta: &[T], mut each: impl FnMut(usize, Matter<T>)) {
-        let mut areas = [zero(); MAX_MODES_OF_LINK];
-        self.displaced(&q.slopes.area, &q.twist.area, eta, |j, by| areas[j] = times(&self.axes, by));
-        self.displaced(&q.slopes.moment, &q.twist.moment, eta, |j, by| {
-            each(self.first + j, Matter { area: areas[j], moment: times(&self.axes, by) });
-        });
+    /// What each mode's coordinate changes of sigma at these coordinates (or rates), by the number of the mode.
+    fn nearer(&self, q: &Quadratic, eta: &[T], mut take: impl FnMut(usize, Nearer<T>)) {
+        let (mut first, over) = (self.first, T::one() / self.length);
+        let [u, v, _] = self.split(eta);
+        for bent in [u, v] {
+            for j in 0..bent.len() {
+                let [area, moment] =
+                    [&q.slopes.area, &q.slopes.moment].map(|pairs| over * Self::row(pairs, j, bent));
+                take(first + j, Nearer { area, moment }); // (LNK-4)
+            }
+            first += bent.len();
+        }
     }
     fn along(&self) -> Vector<T> {
         let [_, _, along] = transposed(&self.axes);
         along
     }
-    /// Momentum of matter that is displaced at this rate.
-    fn momentum(&self, d: &Matter<T>) -> Wrench<T> {
-        let torque = add(cross(self.root, d.area), scale(self.length, cross(self.along(), d.moment)));
-        Wrench { torque: scale(self.mass, torque), force: scale(self.mass, d.area) }
+    /// Integral over the mass of the place times sigma.
+    fn place(&self, s: Nearer<T>) -> Vector<T> {
+        scale(self.mass, add(scale(s.area, self.root), scale(self.length * s.moment, self.along())))
     }
-    /// What an inertia gets by matter that is displaced so.
-    fn spread(&self, inertia: &mut Matrix<T>, d: &Matter<T>) {
-        spread(inertia, scale(self.mass, self.root), d.area);
-        spread(inertia, scale(self.mass * self.length, self.along()), d.moment);
+    /// Momentum of matter that comes nearer to the root at this rate.
+    fn momentum(&self, s: Nearer<T>) -> Wrench<T> {
+        let back = scale(T::constant(-1.0), self.along());
+        Wrench { torque: cross(self.place(s), back), force: scale(self.mass * s.area, back) }
     }
 
     /// What it changes of the link at these coordinates and rates, the body moving so: adds to what each mode meets of the body's
@@ -135,23 +140,22 @@ impl<T: Scalar> SecondOrder<T> {
         (now, change, own): (&mut Rigid<T>, &mut Matrix<T>, &mut Wrench<T>),
     ) -> Wrench<T> {
         let Some(q) = self.integrals() else { return Wrench::zero() };
-        // Accelerations of the matter at the root and, per unit of z / L, beyond it.
-        let root = add(cross(omega, cross(omega, self.root)), cross(omega, v));
-        let beyond = scale(self.length, cross(omega, cross(omega, self.along())));
-        let (mut displaced, mut moving) = (Matter::zero(), Matter::zero());
-        self.matter(q, eta, |j, by| {
-            coupling[j] = coupling[j].plus(self.momentum(&by));
-            bias[j] += self.mass * (dot(by.area, root) + dot(by.moment, beyond)); // (LNK-4)
-            displaced = displaced.plus(eta[j] * 0.5, by);
-            moving = moving.plus(rates[j], by);
+        let back = scale(T::constant(-1.0), self.along());
+        let (mut sigma, mut rate) = (Nearer::zero(), Nearer::zero());
+        self.nearer(q, eta, |j, by| {
+            coupling[j] = coupling[j].plus(self.momentum(by));
+            let turned = cross(omega, cross(omega, self.place(by)));
+            bias[j] += dot(back, add(turned, scale(self.mass * by.area, cross(omega, v)))); // (LNK-4)
+            sigma = sigma.plus(eta[j] * 0.5, by);
+            rate = rate.plus(rates[j], by);
         });
-        now.first = add(now.first, scale(self.mass, displaced.area)); // (LNK-4)
-        self.spread(&mut now.inertia, &displaced);
-        self.spread(change, &moving);
-        *own = own.plus(self.momentum(&moving));
-        let mut pairs = Matter::zero();
-        self.matter(q, rates, |j, by| pairs = pairs.plus(rates[j], by));
-        self.momentum(&pairs) // (LNK-4)
+        now.first = add(now.first, scale(self.mass * sigma.area, back)); // (LNK-4)
+        spread(&mut now.inertia, self.place(sigma), back);
+        spread(change, self.place(rate), back);
+        *own = own.plus(self.momentum(rate));
+        let mut pairs = Nearer::zero();
+        self.nearer(q, rates, |j, by| pairs = pairs.plus(rates[j], by));
+        self.momentum(pairs) // (LNK-4)
     }
 
     /// What each mode's coordinate changes of the end's d and p at these coordinates (or rates); carrier's axes, by the number of
@@ -159,7 +163,7 @@ impl<T: Scalar> SecondOrder<T> {
     pub(super) fn end(&self, eta: &[T], mut take: impl FnMut(usize, Motion<T>)) {
         let Some(q) = self.integrals() else { return };
         let mut shifts = [zero(); MAX_MODES_OF_LINK];
-        self.displaced(&q.slopes.end, &q.twist.end, eta, |j, by| shifts[j] = by);
+        self.shifted(q, eta, |j, by| shifts[j] = by);
         self.turned(q, eta, |j, by| {
             let [linear, angular] = [shifts[j], by].map(|v| times(&self.axes, v));
             take(self.first + j, Motion { angular, linear });

@@ -302,8 +302,9 @@ impl Robot {
                 let polar = beam.polar_inertia_per_length * beam.length * weight;
                 take(polar, [spin, number(0.0), number(0.0)]);
                 if link && self.stiffening {
-                    // What is of first order in the displacement of second order.
-                    let [(d, moving), _] = self.beyond(number_of, &q[first..], &rates[first..], *z);
+                    // What is of first order in the displacement of second order along the link.
+                    let [along, _] = self.beyond(number_of, &q[first..], &rates[first..], *z);
+                    let [d, moving] = [along.0, along.1].map(|v| [number(0.0), number(0.0), v[2]]);
                     let unbent = [0.0, 0.0, z * beam.length];
                     let unbent = plus(numbers(beam.frame.origin), times(&turned, numbers(unbent)));
                     let still = at.velocity_of(unbent, numbers([0.0; 3]));
