@@ -71,11 +71,11 @@ pub enum Error {
     #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
     System(Vec<Mistake>),
     /// A file of inputs that cannot be used.
-    #[error("{file}: {reason}")]
+    #[error("{}{}{reason}", .file.display(), if .reason.starts_with(':') { "" } else { ": " })]
     Inputs {
         /// The file.
         file: PathBuf,
-        /// What is wrong, with line or column.
+        /// What is wrong, with line or column; `:4: ...` of line 4.
         reason: String,
     },
     /// An FMU led the process into another folder, which gives names of files another meaning.

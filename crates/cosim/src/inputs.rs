@@ -41,13 +41,10 @@ pub struct InputSignal {
     held: bool,
 }
 
-/// The text of a finding without its file, which the error around it names: `a.csv:4: ...` becomes `line 4: ...`.
+/// The text of a finding without its file, which the error around it names: of `a.csv:4: ...` stays `:4: ...`.
 fn without_file(file: &Path, text: &str) -> String {
-    let Some(rest) = text.strip_prefix(&format!("{}:", file.display())) else { return text.to_owned() };
-    match rest.starts_with(|c: char| c.is_ascii_digit()) {
-        true => format!("line {rest}"),
-        false => rest.trim_start().to_owned(),
-    }
+    let Some(rest) = text.strip_prefix(&file.display().to_string()) else { return text.to_owned() };
+    rest.strip_prefix(": ").unwrap_or(rest).to_owned()
 }
 
 /// Unix times begin with the one of September 2001: whoever runs from a later one means the calendar.
@@ -395,10 +392,10 @@ mod tests {
     fn mistakes_are_named_with_line_and_column() {
         for (text, said) in [
             ("t,u\n0,1\n", "`time`"),
-            ("time,u\n0,1\n0,2\n0,3\n", ":3: at 0 s: the clock repeats"),
-            ("time,u\n1,1\n0,2\n", ":3: at 0 s: the clock jumps back"),
+            ("time,u\n0,1\n0,2\n0,3\n", "csv:3: at 0 s: the clock repeats"),
+            ("time,u\n1,1\n0,2\n", "csv:3: at 0 s: the clock jumps back"),
             ("time,u\n0,1e999\n", "line 2, u: a value is infinite"),
-            ("time,u\n0,1\nsoon,2\n", ":3: time: \"soon\" is no number"),
+            ("time,u\n0,1\nsoon,2\n", "csv:3: time: \"soon\" is no number"),
             ("time,u\n0,\n", "column u has no value"),
             ("time,u\n", "no row"),
         ] {

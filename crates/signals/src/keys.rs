@@ -47,7 +47,7 @@ pub const CASE: Keys = Keys {
             "holdout",
             "recordings that are never fitted: the reported figures are of them",
             "file names",
-            "none: figures are of `train`, and a note says so",
+            "none: figures are of `train`, with a note",
         ),
         key(
             "repeats",
@@ -72,12 +72,7 @@ pub const CASE: Keys = Keys {
             "",
             "nothing is known",
         ),
-        key(
-            "recordings",
-            "table: what holds for the rows of all recordings, see below",
-            "",
-            "nothing is said",
-        ),
+        key("recordings", "table: what holds for the rows of all recordings, see below", "", "none"),
     ],
 };
 
@@ -88,7 +83,7 @@ pub const RECORDINGS: Keys = Keys {
         "rate",
         "rows a second: they are evenly spaced, whatever the column `time` shows (a logger whose clock is coarser than its rows)",
         "Hz",
-        "the column `time` is believed",
+        "the column `time` is used",
     )],
 };
 
@@ -97,7 +92,7 @@ pub const EFFECTS: Keys = Keys {
     of: "effects",
     list: &[
         key("joint", "at which joint of an arm it is, from 1", "", "as arrays of its parameters say"),
-        key("doubt", "relative standard deviation of all its values", "1", "0: they are held to be known"),
+        key("doubt", "relative standard deviation of all its values", "1", "0: known exactly"),
     ],
 };
 
@@ -126,8 +121,8 @@ pub const PAYLOAD: Keys = Keys {
 pub const PAYLOAD_FIGURE: Keys = Keys {
     of: "a figure of payload",
     list: &[
-        key("value", "what it is believed to be", "as the figure", "0"),
-        key("doubt", "its standard deviation", "as the figure", "0: it is held to be known"),
+        key("value", "prior mean", "as the figure", "0"),
+        key("doubt", "its standard deviation", "as the figure", "0: known exactly"),
     ],
 };
 
@@ -137,13 +132,13 @@ pub const FIT: Keys = Keys {
     list: &[
         key(
             "parameters",
-            "what `identify` estimates; an array's name stands for its elements",
+            "what `identify` estimates; an array's name includes all its elements",
             "names",
             "of a joint stiffness, damping and frictions, of an arm motor inertia, stiffness and damping of flexible joints",
         ),
         key(
             "effects",
-            "effects that `identify` estimates beside the model's parameters, as `--with` does; parameters of them that the case gives are where it begins",
+            "effects that `identify` estimates in addition to the model's parameters, as `--with` does; parameters of them that the case gives are where it begins",
             "ids",
             "none",
         ),
@@ -192,7 +187,7 @@ pub const CHANNELS: Keys = Keys {
 pub const GUESS: Keys = Keys {
     of: "gain, offset or delay",
     list: &[
-        key("value", "what it is believed to be", "as the figure", "1 of a gain, 0 of an offset or a delay"),
+        key("value", "prior mean", "as the figure", "1 of a gain, 0 of an offset or a delay"),
         key(
             "doubt",
             "standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s",
@@ -216,19 +211,19 @@ pub const SIDECAR: Keys = Keys {
             "channels",
             "tables `[channels.NAME]` as in `case.toml`, of this recording alone",
             "",
-            "as `case.toml` says",
+            "as in `case.toml`",
         ),
         key(
             "parameters",
             "table: start values known for this run, such as `initialMotorAngle`",
             "the parameter's",
-            "as `case.toml` says",
+            "as in `case.toml`",
         ),
         key(
             "rate",
             "as under `[recordings]` of `case.toml`, of this recording alone",
             "Hz",
-            "as `case.toml` says",
+            "as in `case.toml`",
         ),
     ],
 };

@@ -41,7 +41,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
         (&["m", "-o", "r.mat"], 2, "end with .csv or .parquet"),
         (&["m"], 1, "no binary"),
         (&["absent.fmu"], 1, "absent.fmu"),
-        (&["m", "--input", "in.csv"], 1, "in.csv:3: "),
+        (&["m", "--input", "in.csv"], 1, "error: in.csv:3: "),
         (&["m", "--input", "jump.csv"], 1, "has no length; choose a later stop"),
         (&["m", "-o", "nowhere/r.csv"], 1, "nowhere/r.csv"),
     ] {
