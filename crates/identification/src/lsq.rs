@@ -3,7 +3,7 @@
 //!
 //! min_x 1/2 sum rho(r_i(x)^2), lower <= x <= upper. The unknowns should be scaled such that a change of 1 is a
 //! large one (logarithms, or multiples of a typical value).
-//! Deviation from MINPACK: the region is a ball in the unknowns as they are, such that a direction of which the data
+//! Deviation from MINPACK: the region is a ball in units that the problem chooses ([`Problem::units`]), such that a direction of which the data
 //! say little is left alone until the others fit; normal equations (the covariance does not come from them, see
 //! [`crate::covariance`]). Cross-tested against SciPy's `least_squares`.
 
@@ -29,6 +29,10 @@ pub trait Problem {
     fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, Self::Error>;
     /// Lower and upper bounds.
     fn bounds(&self) -> (Vec<f64>, Vec<f64>);
+    /// A large change of each unknown at `x`, above 0; the trust region is a ball in these units. 1 unless said otherwise.
+    fn units(&self, x: &[f64]) -> DVector<f64> {
+        DVector::from_element(x.len(), 1.0)
+    }
 }
 
 /// What a residual costs: 1/2 rho(r^2).
@@ -185,7 +189,8 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
             stop = Stop::Gradient;
             break;
         }
-        let region = Region::new(&q, &free, &q.gradient);
+        let units = problem.units(&x);
+        let region = Region::new(&q, &free, &q.gradient, &units);
         loop {
             let mut next = x.clone();
             let mut moving = free.clone();
@@ -201,19 +206,20 @@ pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result
                 // What ran into a bound stays there; the others make the best of it.
                 let held = DVector::from_fn(n, |i, _| if stay.contains(&i) { 0.0 } else { next[i] - x[i] });
                 let gradient = &q.gradient + &q.hessian * held;
-                step = Region::new(&q, &stay, &gradient).step(radius);
+                step = Region::new(&q, &stay, &gradient, &units).step(radius);
                 moving = stay;
             }
             let moved = DVector::from_fn(n, |i, _| next[i] - x[i]);
             let predicted = -(q.gradient.dot(&moved) + 0.5 * moved.dot(&(&q.hessian * &moved)));
             let small = moved.amax() <= options.step_tolerance;
+            let length = moved.component_div(&units).norm();
             let tried = problem.evaluate(&next, false).ok().map(|e| cost(&e.residuals, options.loss));
             let reached = tried.filter(|c| c.is_finite()).unwrap_or(f64::INFINITY);
             let gain = (best - reached) / predicted.max(f64::MIN_POSITIVE);
             if gain > 0.75 {
-                radius = radius.max(3.0 * moved.norm());
+                radius = radius.max(3.0 * length);
             } else if gain < 0.25 {
-                radius = 0.25 * radius.min(moved.norm());
+                radius = 0.25 * radius.min(length);
             }
             if reached < best {
                 let little = best - reached <= options.cost_tolerance * best && gain > 0.25;
@@ -254,8 +260,9 @@ fn evaluate<P: Problem>(problem: &P, x: &[f64]) -> Result<(DVector<f64>, DMatrix
     Ok((e.residuals, jacobian))
 }
 
-/// The quadratic model over the free unknowns, in its eigenvectors.
+/// The quadratic model over the free unknowns in their units, in its eigenvectors.
 struct Region {
+    units: DVector<f64>,
     values: DVector<f64>,
     vectors: DMatrix<f64>,
     /// Gradient along the eigenvectors.
@@ -263,15 +270,19 @@ struct Region {
 }
 
 impl Region {
-    fn new(q: &Quadratic, free: &[usize], gradient: &DVector<f64>) -> Self {
-        let h = DMatrix::from_fn(free.len(), free.len(), |a, b| q.hessian[(free[a], free[b])]);
-        let g = DVector::from_fn(free.len(), |a, _| gradient[free[a]]);
+    fn new(q: &Quadratic, free: &[usize], gradient: &DVector<f64>, units: &DVector<f64>) -> Self {
+        let units = DVector::from_fn(free.len(), |a, _| units[free[a]]);
+        let h = DMatrix::from_fn(free.len(), free.len(), |a, b| {
+            units[a] * q.hessian[(free[a], free[b])] * units[b]
+        });
+        let g = DVector::from_fn(free.len(), |a, _| units[a] * gradient[free[a]]);
         let e = h.symmetric_eigen();
         let floor = 1e-15 * e.eigenvalues.amax();
         Self {
             values: e.eigenvalues.map(|v| v.max(floor)),
             slope: e.eigenvectors.tr_mul(&g),
             vectors: e.eigenvectors,
+            units,
         }
     }
     /// The minimiser of the model within the radius: -(H + mu)^-1 g with the smallest such mu.
@@ -293,7 +304,7 @@ impl Region {
             }
             mu = high;
         }
-        &self.vectors * along(mu)
+        (&self.vectors * along(mu)).component_mul(&self.units)
     }
 }
 
@@ -330,6 +341,49 @@ mod tests {
         let found = solve(&bound, &[2.0, 2.0], Options::default()).unwrap();
         assert!((found.x[0] - 1.22437075).abs() < 1e-6 && found.x[1] == 1.5, "{found:?}");
         assert!((found.cost - 0.025213093946805685).abs() < 1e-9 && found.at_bound == [0, -1]);
+    }
+
+    /// a sin(k q) + b cos(k q) over an angle q: ln k, and amplitudes that end 40 units from where they begin.
+    struct Ripple {
+        turned: f64,
+        in_units: bool,
+    }
+
+    impl Problem for Ripple {
+        type Error = ();
+        fn evaluate(&self, x: &[f64], _: bool) -> Result<Evaluation, ()> {
+            const COUNT: usize = 2000;
+            let at = |i: usize| self.turned * i as f64 / COUNT as f64;
+            let wave = |ln_k: f64, a: f64, b: f64, q: f64| {
+                let (sin, cos) = (ln_k.exp() * q).sin_cos();
+                (a * sin + b * cos, [(a * cos - b * sin) * ln_k.exp() * q, sin, cos])
+            };
+            let rows: Vec<_> = (0..COUNT).map(|i| wave(x[0], x[1], x[2], at(i))).collect();
+            let measured = |i: usize| wave(60_f64.ln(), 30.0, 26.0, at(i)).0;
+            Ok(Evaluation {
+                residuals: DVector::from_fn(COUNT, |i, _| rows[i].0 - measured(i)),
+                jacobian: Some(DMatrix::from_fn(COUNT, 3, |i, j| rows[i].1[j])),
+            })
+        }
+        fn bounds(&self) -> (Vec<f64>, Vec<f64>) {
+            (vec![f64::NEG_INFINITY; 3], vec![f64::INFINITY; 3])
+        }
+        fn units(&self, x: &[f64]) -> DVector<f64> {
+            let order = if self.in_units { 1.0 / (x[0].exp() * self.turned) } else { 1.0 };
+            DVector::from_vec(vec![order, 1.0, 1.0])
+        }
+    }
+
+    #[test]
+    fn a_ball_in_units_lets_amplitudes_move_while_an_order_settles() {
+        // Two and a half turns; the order is off by two radians at their end.
+        let options = Options { max_iterations: 40, cost_tolerance: 1e-6, radius: 1.0, ..Options::default() };
+        let left = |in_units| {
+            let problem = Ripple { turned: 16.0, in_units };
+            solve(&problem, &[59.88_f64.ln(), 4.0, -4.0], options).unwrap().cost
+        };
+        let (plain, in_units) = (left(false), left(true));
+        assert!(in_units < 1e-6 * plain, "{plain} {in_units}");
     }
 
     #[test]

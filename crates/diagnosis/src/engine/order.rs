@@ -107,6 +107,12 @@ impl Search<'_> {
         h.least_order().max(if known { 0.0 } else { 2.0 / most })
     }
 
+    /// The largest angle that the shaft of a cause turns through in a recording, rad.
+    pub(crate) fn angle_turned(&self, h: &Hypothesis) -> f64 {
+        let of = |run: &Compared| self.shaft_of(&run.run, h).map(|(c, factor)| range(&c.y) * factor);
+        self.case.train.iter().filter_map(of).fold(0.0, f64::max)
+    }
+
     /// The channel that shows the motor of a joint, and turns of the shaft per unit of it; of a sensor's error its own.
     fn shaft(&self, outputs: impl Iterator<Item = usize>, h: &Hypothesis) -> Option<(usize, f64)> {
         let all: Vec<usize> = outputs.collect();

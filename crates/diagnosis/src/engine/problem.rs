@@ -94,6 +94,8 @@ pub struct Comparison<'a> {
     pub allowed: Vec<Vec<f64>>,
     /// What is believed of several unknowns together.
     pub belief: Option<&'a Belief>,
+    /// Orders of a shaft: which unknown (its logarithm is searched), and the angle that the shaft turns through (rad).
+    pub orders: Vec<(usize, f64)>,
 }
 
 impl<'a> Comparison<'a> {
@@ -106,6 +108,7 @@ impl<'a> Comparison<'a> {
             runs,
             led: Vec::new(),
             unknowns: Vec::new(),
+            orders: Vec::new(),
             held: BTreeMap::new(),
             allowed: Vec::new(),
             belief: None,
@@ -423,6 +426,15 @@ impl Problem for Comparison<'_> {
             self.unknowns.iter().map(|u| of(u.lower, u)).collect(),
             self.unknowns.iter().map(|u| of(u.upper, u)).collect(),
         )
+    }
+
+    /// A large change of an order is one that shifts the last period by a radian.
+    fn units(&self, theta: &[f64]) -> DVector<f64> {
+        let mut units = DVector::from_element(theta.len(), 1.0);
+        for (k, turned) in &self.orders {
+            units[*k] = 1.0 / (theta[*k].exp() * turned).max(1.0);
+        }
+        units
     }
 
     fn evaluate(&self, theta: &[f64], jacobian: bool) -> Result<Evaluation, PredictError> {

@@ -42,6 +42,9 @@ pub struct Stated {
     pub belief: Option<Belief>,
 }
 
+/// How many times as long a fit with an order of a shaft goes on: its amplitudes are known only once the order is.
+const PATIENCE: usize = 4;
+
 impl Stated {
     /// Coordinates to begin with: each unknown as the first of these fits has it that knows it.
     pub fn begin_with(&self, fits: &[&Fitted]) -> Vec<f64> {
@@ -293,7 +296,10 @@ impl<'a> Search<'a> {
         let coordinates = self.case.subject.coordinates(&stated.model, &stated.nominal);
         let lead = if stated.free.is_none() { self.case.train.len() } else { 0 };
         let led = self.led[..lead].iter();
+        let orders = stated.posed.iter().zip(&stated.begin).zip(&stated.set);
+        let orders = orders.filter_map(|((p, begin), h)| Some((begin + p.order?, self.angle_turned(h))));
         Comparison {
+            orders: orders.collect(),
             ties: stated.ties.clone(),
             led: led.map(|l| (l, l.links(&stated.model, &coordinates))).collect(),
             unknowns: stated.unknowns.clone(),
@@ -359,6 +365,8 @@ impl<'a> Search<'a> {
         held: BTreeMap<usize, Vec<f64>>,
     ) -> Result<Fitted, PredictError> {
         let problem = Comparison { held, ..self.compare(&stated) };
+        let times = if problem.orders.is_empty() { 1 } else { PATIENCE };
+        let options = Options { max_iterations: times * options.max_iterations, ..options };
         let (found, surer) = if stated.free.is_some() {
             (solve(&problem, start, options)?, 1.0)
         } else {
