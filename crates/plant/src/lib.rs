@@ -8,13 +8,15 @@
 //! It holds no physics and names no model: models implement the trait, and are compiled once.
 
 mod coordinate;
+mod lanes;
 mod linear;
 mod plant;
 mod scalar;
 mod variable;
 
 pub use coordinate::{Coordinate, CoordinateKind, Follows};
+pub use lanes::{LANES, Lanes};
 pub use linear::{Tangent, force_sensitivity, tangent};
 pub use plant::{Plant, PlantError};
-pub use scalar::{LANES, Lanes, PlantScalar};
+pub use scalar::PlantScalar;
 pub use variable::{ChosenAs, Quantity, StructureChoice, VariableTable, elements};

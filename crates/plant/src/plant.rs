@@ -3,7 +3,8 @@
 use std::any::Any;
 use std::fmt::Debug;
 
-use crate::{Coordinate, Lanes, VariableTable};
+use crate::lanes::Lanes;
+use crate::{Coordinate, VariableTable};
 use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, Sizes, Update};
 

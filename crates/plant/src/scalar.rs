@@ -1,14 +1,9 @@
 //! Code over a plant that holds for numbers and for numbers with derivatives.
 
-use crate::Plant;
+use crate::lanes::Lanes;
+use crate::plant::Plant;
+use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-use trueup_numerics::{Dual, Scalar};
-
-/// How many derivatives are computed at once. Every other width would compile every model, with all effects, once more.
-pub const LANES: usize = 8;
-
-/// A number with that many derivatives.
-pub type Lanes = Dual<LANES>;
 
 /// A scalar that every [`Plant`] computes with: `f64` or [`Lanes`]. Its methods are those of the plant.
 pub trait PlantScalar: Scalar {

@@ -2,6 +2,7 @@
 
 mod bars;
 mod budget;
+mod evidence;
 mod far;
 mod intake;
 mod maps;
@@ -15,164 +16,12 @@ mod watch;
 mod which;
 mod words;
 
-use trueup_diagnosis::diagnose;
-use trueup_diagnosis::locate::map::{Curve, Surface};
-use trueup_diagnosis::locate::{Bands, Order};
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
-use trueup_diagnosis::picture::Picture;
 
 use crate::page::Page;
 
-pub use intake::{Intake, Recorded};
+pub use evidence::{Evidence, Intake, Map, Recorded, Trace};
 pub use words::{effect_name, sentence};
-
-/// What the page shows besides `diagnosis.json`; whatever is empty is left out.
-#[derive(Clone, Debug, Default)]
-pub struct Evidence<'a> {
-    /// Name of the case.
-    pub case: &'a str,
-    /// Compared channels over time, the held-out recordings first.
-    pub traces: Vec<Trace<'a>>,
-    /// What is missing, as pictures.
-    pub maps: Vec<Map<'a>>,
-    /// The noise floor of each channel: channel, its standard deviation with unit, where it comes from.
-    pub floors: Vec<[String; 3]>,
-    /// Inputs of the next experiment: name, unit, times in s, values.
-    pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
-    /// What was read, and what was assumed of it.
-    pub intake: Intake,
-    /// Files that are written beside the page.
-    pub files: Vec<String>,
-    /// How it was done: setting and value.
-    pub settings: Vec<[String; 2]>,
-    /// With what: program or library and version.
-    pub versions: Vec<[String; 2]>,
-}
-
-/// A channel of a recording, measured and simulated.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Trace<'a> {
-    /// The recording.
-    pub recording: &'a str,
-    /// The channel.
-    pub channel: &'a str,
-    /// Its unit.
-    pub unit: &'a str,
-    /// Times in s.
-    pub time: &'a [f64],
-    /// What was measured.
-    pub measured: &'a [f64],
-    /// Simulated with nominal parameters.
-    pub before: &'a [f64],
-    /// With the model's own parameters refitted.
-    pub tuned: &'a [f64],
-    /// With the effects.
-    pub after: &'a [f64],
-    /// Standard deviation that noise alone leaves.
-    pub floor: f64,
-}
-
-impl<'a> Trace<'a> {
-    /// What the diagnosis compared, in this unit.
-    pub fn of(t: &'a diagnose::Trace, unit: &'a str) -> Self {
-        let diagnose::Trace { recording, channel, time, measured, before, tuned, after, floor } = t;
-        Self { recording, channel, unit, time, measured, before, tuned, after, floor: *floor }
-    }
-}
-
-/// A picture of what is missing.
-#[derive(Clone, Copy, Debug)]
-pub enum Map<'a> {
-    /// A quantity along another, with the band of its mean.
-    Curve {
-        /// What it is.
-        title: &'a str,
-        /// Quantity and unit along x.
-        x: [&'a str; 2],
-        /// Unit of the quantity.
-        unit: &'a str,
-        /// Before the effects were added.
-        before: &'a Curve,
-        /// With them.
-        after: Option<&'a Curve>,
-    },
-    /// A quantity over two others.
-    Surface {
-        /// What it is.
-        title: &'a str,
-        /// Quantity and unit along x.
-        x: [&'a str; 2],
-        /// Quantity and unit along y.
-        y: [&'a str; 2],
-        /// Unit of the quantity.
-        unit: &'a str,
-        /// The cells.
-        surface: &'a Surface,
-    },
-    /// Spectrum of a residual against that of noise.
-    Spectrum {
-        /// What it is.
-        title: &'a str,
-        /// Unit of the residual.
-        unit: &'a str,
-        /// The spectra.
-        bands: &'a Bands,
-    },
-    /// Amplitudes over the order of an angle.
-    Orders {
-        /// What it is.
-        title: &'a str,
-        /// Unit of the amplitude.
-        unit: &'a str,
-        /// Periods per turn with their amplitudes.
-        orders: &'a [Order],
-    },
-    /// An unknown quantity over time.
-    Course {
-        /// What it is.
-        title: &'a str,
-        /// The recording.
-        recording: &'a str,
-        /// Its unit.
-        unit: &'a str,
-        /// Times in s.
-        time: &'a [f64],
-        /// Its estimate.
-        value: &'a [f64],
-    },
-}
-
-/// Of the recordings so many are drawn.
-const RECORDINGS: usize = 4;
-
-impl<'a> Map<'a> {
-    /// What a case shows before any effect is named: courses of some recordings, surfaces, curves, orders, spectra.
-    pub fn of(picture: &'a Picture) -> Vec<Self> {
-        fn pair(of: &[String; 2]) -> [&str; 2] {
-            [&of[0], &of[1]]
-        }
-        let surfaces = picture.surfaces.iter().map(|s| {
-            let (x, y) = (pair(&s.x), pair(&s.y));
-            Map::Surface { title: &s.title, x, y, unit: &s.unit, surface: &s.map }
-        });
-        let curves = picture.curves.iter().map(|c| {
-            let (x, before, after) = (pair(&c.x), &c.map, None);
-            Map::Curve { title: &c.title, x, unit: &c.unit, before, after }
-        });
-        let orders =
-            picture.orders.iter().map(|o| Map::Orders { title: &o.title, unit: &o.unit, orders: &o.map });
-        let bands =
-            picture.bands.iter().map(|b| Map::Spectrum { title: &b.title, unit: &b.unit, bands: &b.map });
-        let courses = picture.courses.iter().take(RECORDINGS).map(|c| Map::Course {
-            title: &c.title,
-            recording: &c.recording,
-            unit: &c.unit,
-            time: &c.time,
-            value: &c.value,
-        });
-        courses.chain(surfaces).chain(curves).chain(orders).chain(bands).collect()
-    }
-}
 
 /// `report.html` of a diagnosis: one file that needs no network, and no script to be read.
 pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String {

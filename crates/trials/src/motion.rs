@@ -108,3 +108,13 @@ impl Motion {
         0.6 * fast + 0.4 * (TAU * self.frequency * t + self.lines[0].2).sin().signum()
     }
 }
+
+/// The family of the motion of recording `i`.
+pub(crate) fn family(d: &mut Draw, i: usize) -> Family {
+    // Slow motion at least once.
+    if i == 0 {
+        d.pick(&[Family::Triangles, Family::Reversals, Family::Multisine])
+    } else {
+        d.pick(&FAMILIES)
+    }
+}

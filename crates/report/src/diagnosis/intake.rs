@@ -2,36 +2,8 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Noticed, Severity};
 
-use super::Evidence;
+use super::evidence::Evidence;
 use crate::page::{Page, escape};
-
-/// What was read and what was assumed of it.
-#[derive(Clone, Debug, Default)]
-pub struct Intake {
-    /// Recordings in the order of the case.
-    pub recordings: Vec<Recorded>,
-    /// Channels: name, unit, what it is for the model, what is known of it.
-    pub channels: Vec<[String; 4]>,
-    /// What was assumed, a sentence each.
-    pub assumptions: Vec<String>,
-    /// The command line.
-    pub command: String,
-}
-
-/// A recording.
-#[derive(Clone, Debug, Default)]
-pub struct Recorded {
-    /// Its file in the case's folder.
-    pub name: String,
-    /// What the case uses it for.
-    pub role: String,
-    /// s.
-    pub duration: String,
-    /// Readings a second.
-    pub rate: String,
-    /// How many channels it has.
-    pub channels: usize,
-}
 
 /// Digits of a hash that tell files apart at a glance.
 const DIGITS: usize = 12;

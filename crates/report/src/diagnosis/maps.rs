@@ -2,7 +2,7 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
-use super::{Evidence, Map};
+use super::evidence::{Evidence, Map};
 use crate::chart::{Axis, Chart, Style};
 use crate::heat::Heat;
 use crate::page::Page;

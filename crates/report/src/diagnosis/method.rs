@@ -3,7 +3,7 @@
 use trueup_diagnosis::diagnose::began;
 use trueup_diagnosis::outcome::Diagnosis;
 
-use super::Evidence;
+use super::evidence::Evidence;
 use crate::page::Page;
 
 /// Settings and versions.

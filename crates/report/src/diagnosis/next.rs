@@ -2,7 +2,7 @@
 
 use trueup_diagnosis::outcome::Diagnosis;
 
-use super::Evidence;
+use super::evidence::Evidence;
 use super::words::told_by;
 use crate::chart::Chart;
 use crate::page::Page;

@@ -4,7 +4,7 @@ use trueup_diagnosis::diagnose::{began, record};
 use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Verdict};
 use trueup_diagnosis::words::check;
 
-use super::Evidence;
+use super::evidence::Evidence;
 use super::words::{effect_name, list, sets, told_by};
 use crate::page::{Page, escape};
 

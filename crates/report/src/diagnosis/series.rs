@@ -2,7 +2,7 @@
 
 use trueup_diagnosis::outcome::{Diagnosis, Verdict};
 
-use super::{Evidence, RECORDINGS, Trace};
+use super::evidence::{Evidence, RECORDINGS, Trace};
 use crate::chart::Chart;
 use crate::page::Page;
 

@@ -1,7 +1,8 @@
 //! The joint against exact solutions.
 
-use super::plant::{Joint, Values};
+use super::plant::Joint;
 use super::run::{Run, replay};
+use super::values::Values;
 
 const V: Values = Values {
     motor_inertia: 2e-5,

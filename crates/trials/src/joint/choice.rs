@@ -1,7 +1,7 @@
 //! Which law stands for an effect, and within which bounds its size may lie.
 
 use super::law::{Law, Pulse};
-use super::plant::Values;
+use super::values::Values;
 use crate::draw::Draw;
 
 /// How large things are in a run without effects.

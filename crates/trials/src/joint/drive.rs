@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use super::plant::Values;
+use super::values::Values;
 use crate::draw::Draw;
 use crate::sense::Meter;
 

@@ -1,18 +1,18 @@
 //! A case of a joint from its numbers.
 
-use super::bench::{Done, Replays, scales, spread, times};
+use super::bench::{Done, Replays, current_noise, scales, spread, times};
 use super::choice::{Choice, IDS, OUTSIDE, Scales, choose};
 use super::drive::{self, short};
 use super::law::Law;
-use super::plant::Values;
 use super::rig;
 use super::scene::{Believed, Nominal, Scene};
 use super::size::{by_channel, floors, left, overall, size};
+use super::values::Values;
 use super::write::{key, write};
 use crate::case::{Case, Split};
 use crate::draw::Draw;
 use crate::error::Error;
-use crate::motion::{FAMILIES, Family, Motion};
+use crate::motion::{Family, Motion, family};
 
 /// Attempts until a case is given up.
 const ATTEMPTS: usize = 40;
@@ -170,21 +170,6 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     case.key = key(split, seed, index, &choices, &effects, ratio, truth, &values, mimic.map(|m| m.0), &s);
     case.key.drive = if scene.drive.small { "harmonic drive" } else { "geared motor" }.into();
     Some(case)
-}
-
-pub(super) fn family(d: &mut Draw, i: usize) -> Family {
-    // Slow motion at least once.
-    if i == 0 {
-        d.pick(&[Family::Triangles, Family::Reversals, Family::Multisine])
-    } else {
-        d.pick(&FAMILIES)
-    }
-}
-
-/// Noise of the logged current: 0.05 to 0.5 % of what flows.
-pub(super) fn current_noise(plain: &[Done], d: &mut Draw) -> f64 {
-    let rms = (plain[0].current.iter().map(|u| u * u).sum::<f64>() / plain[0].current.len() as f64).sqrt();
-    short(rms * d.log(5e-4, 5e-3))
 }
 
 /// Makes an effect look like another.

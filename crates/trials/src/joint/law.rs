@@ -2,7 +2,7 @@
 //!
 //! Each law is one amplitude, [`Effect::size`], times fixed shapes; size 0 is no effect.
 
-use super::plant::{State, Values};
+use super::values::{State, Values};
 use crate::slip::Slip;
 
 /// A push over time.

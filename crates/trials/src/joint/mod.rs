@@ -12,6 +12,7 @@ mod rig;
 mod run;
 mod scene;
 mod size;
+mod values;
 mod write;
 
 pub(crate) use choice::{draw_pulses, spells};

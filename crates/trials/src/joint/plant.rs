@@ -2,62 +2,8 @@
 //! them behind a gear, dry and viscous friction at the motor. Motor-side quantities unless stated.
 
 use super::law::{Effect, Law};
+use super::values::{State, Values};
 use crate::slip::Slip;
-
-/// What the joint's owner may know.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Values {
-    pub(crate) motor_inertia: f64,
-    pub(crate) load_inertia: f64,
-    pub(crate) gear_ratio: f64,
-    pub(crate) torque_constant: f64,
-    pub(crate) stiffness: f64,
-    pub(crate) damping: f64,
-    pub(crate) coulomb: f64,
-    pub(crate) viscous: f64,
-}
-
-/// Names in the order of [`Values::list`].
-pub(crate) const NAMES: [&str; 8] = [
-    "motorInertia",
-    "loadInertia",
-    "gearRatio",
-    "torqueConstant",
-    "stiffness",
-    "damping",
-    "coulombFriction",
-    "viscousFriction",
-];
-
-impl Values {
-    pub(crate) fn list(&self) -> [f64; 8] {
-        let v = self;
-        [
-            v.motor_inertia,
-            v.load_inertia,
-            v.gear_ratio,
-            v.torque_constant,
-            v.stiffness,
-            v.damping,
-            v.coulomb,
-            v.viscous,
-        ]
-    }
-    pub(crate) fn of(v: [f64; 8]) -> Self {
-        let [motor_inertia, load_inertia, gear_ratio, torque_constant, stiffness, damping, coulomb, viscous] =
-            v;
-        Self {
-            motor_inertia,
-            load_inertia,
-            gear_ratio,
-            torque_constant,
-            stiffness,
-            damping,
-            coulomb,
-            viscous,
-        }
-    }
-}
 
 /// How the motor moves: dry friction holds it, or works against this direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,9 +11,6 @@ pub(crate) enum Mode {
     Stuck,
     Slides(f64),
 }
-
-/// motor angle, motor velocity, load angle, load velocity, then the effects' own.
-pub(crate) type State = [f64; 12];
 
 /// All torques at one instant.
 #[derive(Clone, Copy, Debug, Default)]

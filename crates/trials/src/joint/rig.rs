@@ -1,18 +1,17 @@
 //! What is wrong with a rig rather than with its joint: the scale and the offset of the current, a load hardly known, a hand
 //! that pushes a joint which stands, friction that goes on changing from one repeat to the next; and rigs where nothing is.
 
-use super::bench::{Done, Replays, scales, spread, times};
+use super::bench::{Done, Replays, current_noise, scales, spread, times};
 use super::choice::{Choice, Scales, draw_pulses};
 use super::drive::{self, short};
-use super::generate::{current_noise, family};
 use super::law::{Effect, Law};
-use super::plant::{NAMES, Values};
 use super::scene::{Believed, Nominal, Scene};
 use super::size::{by_channel, floors, left, overall, size};
+use super::values::{NAMES, Values};
 use super::write::{key, write};
 use crate::case::{Case, Guess, Moved, Split};
 use crate::draw::Draw;
-use crate::motion::{Family, Motion};
+use crate::motion::{Family, Motion, family};
 
 /// What a case is about, in turn.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! Runs of a joint: RK4 at a fixed step; where the motor stops or breaks away, the step is cut by bisection.
 
-use super::plant::{Joint, Mode, State};
+use super::plant::{Joint, Mode};
+use super::values::State;
 
 /// A fine record of a run.
 #[derive(Clone, Debug, Default)]

@@ -3,7 +3,8 @@
 use super::bench::{Done, record};
 use super::drive::Drive;
 use super::law::Effect;
-use super::plant::{Joint, Values};
+use super::plant::Joint;
+use super::values::Values;
 use crate::draw::Draw;
 use crate::motion::Motion;
 

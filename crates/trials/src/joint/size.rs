@@ -4,8 +4,8 @@ use super::bench::{Done, Replays, spread};
 use super::choice::Choice;
 use super::drive::short;
 use super::law::Effect;
-use super::plant::Values;
 use super::scene::{Believed, Scene};
+use super::values::Values;
 use crate::draw::Draw;
 
 /// What noise of the current leaves in each channel after a refit.
