@@ -8,7 +8,7 @@ use super::Augmented;
 use super::began::Began;
 use super::estimate::Estimated;
 use crate::engine::decide::Decision;
-use crate::engine::hypothesis::Hypothesis;
+use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::problem::{Target, Unknown};
 use crate::engine::replay::Complete;
 use crate::engine::search::{Fitted, Search};
@@ -16,15 +16,6 @@ use crate::engine::select::Found;
 use crate::engine::subject::Model;
 use crate::outcome::{Amount, Candidate, Claimed, Verdict};
 use trueup_numerics::order::descending;
-
-/// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
-pub(super) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
-    let counted = h.per_joint && !h.component.starts_with("sensor:base");
-    match plant {
-        effect::Plant::Joint => Some(1),
-        effect::Plant::Arm => counted.then_some(h.site + 1),
-    }
-}
 
 /// Probabilities of the `i`-th cause that is claimed and of what may stand in its place: one of them it is, or none, so that
 /// together they are no more than what is left beside `unknown`.

@@ -4,7 +4,6 @@ use trueup_identification::parallel;
 
 use super::field::{self, Field, Kind};
 use super::ground::Ground;
-use super::hints::merge;
 use crate::engine::decide::{LeftOut, Ran};
 use crate::engine::replay::{Complete, Polished, Replayed};
 use crate::engine::screen::Asked;
@@ -232,6 +231,16 @@ fn late_where(found: &Found, ran: &[Contender]) -> Option<usize> {
     let likeliest =
         |a: &usize, b: &usize| found.sets[*a].evidence(1.0).total_cmp(&found.sets[*b].evidence(1.0));
     late.max_by(likeliest).filter(|at| ran.iter().all(|c| c.at != *at))
+}
+
+/// Adds those that ran to the others; of the same set the new one takes the place of the old one.
+pub(super) fn merge(all: &mut Vec<Contender>, new: Vec<Contender>) {
+    for new in new {
+        match all.iter_mut().find(|old| old.at == new.at) {
+            Some(old) => *old = new,
+            None => all.push(new),
+        }
+    }
 }
 
 #[cfg(test)]

@@ -6,8 +6,7 @@
 use nalgebra::DMatrix;
 use trueup_models::effect;
 
-use super::claim::joint_of;
-use crate::engine::hypothesis::Hypothesis;
+use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::problem::{Target, Unknown};
 use crate::engine::replay::{Complete, Polished, Window};
 use crate::engine::search::{Fitted, Search, Stated};

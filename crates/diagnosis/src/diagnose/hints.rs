@@ -2,7 +2,7 @@
 
 use trueup_identification::parallel;
 
-use super::contest::{Contender, HELPS, MORE, POLISH, TRIED};
+use super::contest::{Contender, HELPS, MORE, POLISH, TRIED, merge};
 use super::ground::Ground;
 use crate::engine::hypothesis::Hypothesis;
 use crate::engine::replay::Polished;
@@ -229,16 +229,6 @@ impl Search<'_> {
         let mut begun: Vec<Polished> = parallel::map(all, brief).into_iter().flatten().collect();
         ascending(&mut begun, |item| item.misfit);
         begun.into_iter().take(TRIED).filter_map(|p| p.fitted).collect()
-    }
-}
-
-/// Adds those that ran to the others; of the same set the new one takes the place of the old one.
-pub(super) fn merge(all: &mut Vec<Contender>, new: Vec<Contender>) {
-    for new in new {
-        match all.iter_mut().find(|old| old.at == new.at) {
-            Some(old) => *old = new,
-            None => all.push(new),
-        }
     }
 }
 

@@ -7,9 +7,8 @@ use trueup_models::{effect, joint};
 use trueup_signals::Loaded;
 
 use super::Trace;
-use super::claim::joint_of;
 use crate::engine::decide::Decision;
-use crate::engine::hypothesis::Hypothesis;
+use crate::engine::hypothesis::{Hypothesis, joint_of};
 use crate::engine::recordings::Prepared;
 use crate::engine::search::Search;
 use crate::engine::select::Found;

@@ -1,9 +1,9 @@
 //! Parameters that recordings put far from where their owner believes them: either is wrong, and that is told.
 
-use crate::engine::hypothesis::KNOWN;
 use crate::engine::problem::{Target, Unknown};
 use crate::engine::recordings::Prepared;
 use crate::engine::search::Fitted;
+use crate::engine::unknown::KNOWN;
 use crate::outcome::{Noticed, Severity};
 use trueup_identification::unknown::Scale;
 

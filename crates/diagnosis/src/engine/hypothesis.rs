@@ -242,11 +242,6 @@ pub fn own_parameters(p: &Prepared) -> Vec<usize> {
     }
 }
 
-/// Doubt of a parameter that its owner holds to be known.
-pub const KNOWN: f64 = 0.01;
-/// Doubt of one that a hypothesis holds to be wrong, of its logarithm.
-pub const WRONG: f64 = 0.5;
-
 /// The unknown of a parameter of the plant with that relative doubt.
 pub fn parameter(p: &Prepared, index: usize, doubt: f64) -> Unknown {
     let named = &p.subject.parameters(&p.model)[index];
@@ -393,5 +388,14 @@ fn possible(p: &Prepared, choice: &Choice, site: usize) -> bool {
             effect::Plant::Arm,
         ) => known::rubs(p, site),
         _ => true,
+    }
+}
+
+/// Which joint a cause is at, from 1. What is counted of a reading of the base is its axis.
+pub(crate) fn joint_of(h: &Hypothesis, plant: effect::Plant) -> Option<usize> {
+    let counted = h.per_joint && !h.component.starts_with("sensor:base");
+    match plant {
+        effect::Plant::Joint => Some(1),
+        effect::Plant::Arm => counted.then_some(h.site + 1),
     }
 }

@@ -13,9 +13,9 @@ use trueup_signals::noise;
 use trueup_signals::{Case, Guess, Interpolation, Loaded, Recording, Sensor, Value};
 
 use super::coordinate::Coordinate;
-use super::hypothesis::WRONG;
 use super::problem::{Compared, Target, Unknown};
 use super::subject::{Model, Subject};
+use super::unknown::WRONG;
 use crate::floor::coloured;
 
 /// A case that cannot be diagnosed.

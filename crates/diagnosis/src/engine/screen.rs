@@ -8,10 +8,11 @@ use nalgebra::DVector;
 use trueup_identification::parallel;
 use trueup_models::effect::PUSHES;
 
-use super::hypothesis::{self, Hypothesis, Look, Posed, Times};
+use super::hypothesis::{Claim, Hypothesis, Look, Posed, Times};
 use super::problem::Unknown;
 use super::push::{Stretch, filled};
 use super::search::{Fitted, Search, Stated};
+use super::unknown::WRONG;
 use look::{Beside, Looked};
 pub use pair::Pair;
 use projection::Projection;
@@ -78,10 +79,10 @@ impl Search<'_> {
         let from = self.begin_with(&stated, base);
         let known =
             |h: &Hypothesis| base.stated.unknowns.iter().position(|u| u.name == h.id && u.run.is_none());
-        if let hypothesis::Claim::Parameter(_) = h.claim
+        if let Claim::Parameter(_) = h.claim
             && let Some(k) = known(h)
         {
-            let (gain, step) = projection.relaxed(base, k, hypothesis::WRONG)?;
+            let (gain, step) = projection.relaxed(base, k, WRONG)?;
             let mut start = from;
             start[k] += step.clamp(-0.7, 0.7);
             return Some(Screened { index, gain, start, looked: None });

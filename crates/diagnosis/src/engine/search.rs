@@ -13,10 +13,11 @@ use trueup_models::{effect, joint};
 
 use super::balance::Led;
 use super::floors::{self, Floors};
-use super::hypothesis::{self, Hypothesis, KNOWN, Posed};
+use super::hypothesis::{self, Hypothesis, Posed};
 use super::problem::{Belief, Comparison, Target, Unknown};
 use super::recordings::Prepared;
 use super::subject::Model;
+use super::unknown::{KNOWN, WRONG};
 use crate::json::number;
 
 /// A set of causes put into numbers.
@@ -245,8 +246,7 @@ impl<'a> Search<'a> {
             let name = &p.subject.parameters(&p.model)[index].name;
             let doubt = p.doubt.get(name).copied().unwrap_or(KNOWN);
             let claimed = set.iter().any(|h| h.claim == hypothesis::Claim::Parameter(index));
-            let mut u =
-                hypothesis::parameter(p, index, if claimed { doubt.max(hypothesis::WRONG) } else { doubt });
+            let mut u = hypothesis::parameter(p, index, if claimed { doubt.max(WRONG) } else { doubt });
             // The same parameter may lie elsewhere once there are effects.
             if let (Target::Parameter(i), Some(at)) = (&mut u.target, names.get(name)) {
                 *i = *at;

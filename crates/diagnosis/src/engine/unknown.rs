@@ -3,6 +3,12 @@
 pub use trueup_estimation::unknown::Target;
 use trueup_identification::unknown::Scale;
 
+/// Doubt of a parameter that its owner holds to be known.
+pub const KNOWN: f64 = 0.01;
+
+/// Doubt of one that a hypothesis holds to be wrong, of its logarithm.
+pub const WRONG: f64 = 0.5;
+
 /// One unknown.
 #[derive(Clone, Debug)]
 pub struct Unknown {

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::engine::push::Part;
+use crate::engine::unknown::WRONG;
 
 /// A point to look from: values of the hypothesis' unknowns.
 pub type Look = Vec<f64>;
