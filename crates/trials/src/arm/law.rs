@@ -1,6 +1,6 @@
 //! What a real arm does beyond its simulation, other than in the effect library; size 0 is no effect.
 
-use super::plant::{COORDINATES, State};
+use super::state::{COORDINATES, State};
 use crate::joint::{Pulse, pulses};
 use crate::slip::Slip;
 

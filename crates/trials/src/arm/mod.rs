@@ -8,6 +8,7 @@ mod rig;
 mod run;
 mod scene;
 mod size;
+mod state;
 mod write;
 
 pub(crate) use generate::generate;

@@ -4,13 +4,8 @@
 use nalgebra::{SMatrix, SVector};
 
 use super::law::{Effect, Law};
+pub(crate) use super::state::{COORDINATES, LINKS, State};
 use crate::slip::Slip;
-
-pub(crate) const LINKS: usize = 3;
-/// x, y, attitude, joint angles, motor angles (of rigid joints: unused).
-pub(crate) const COORDINATES: usize = 3 + 2 * LINKS;
-/// Coordinates, their rates, an appendage.
-pub(crate) type State = [f64; 2 * COORDINATES + 2];
 
 type Matrix = SMatrix<f64, COORDINATES, COORDINATES>;
 type Vector = SVector<f64, COORDINATES>;
