@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 from conftest import ROOT, from_environment
 
-FEW, ALL = 64, 300
+FEW, ALL = 40, 300
 SECONDS = 60
 
 ROWS = [(k * 0.05, 0.02 if k > 4 else 0.0, 0.001 * k) for k in range(21)]

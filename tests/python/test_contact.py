@@ -64,6 +64,7 @@ def test_three_fmus_come_to_what_one_comes_to(simulated, fmus, in_one):
     assert made["jacobi"] > 20 * abs(made["extrapolate"])
 
 
+@pytest.mark.full
 def test_an_arm_with_a_hand_in_three_fmus_is_the_one(trueup, fmus, simulated, tmp_path):
     """`chaser = planar`, its arm bent, against examples/capture-arm.toml, which has the defaults of the scene."""
     done = trueup("fmu", "pack", "CaptureScene", "--structure", "chaser=planar", "--fmi", "3", "-o", "out", cwd=tmp_path)

@@ -147,6 +147,7 @@ def error_under_load(run):
     return np.degrees(run("VWBC", GAIN, WAVE, load=LOAD, stop=60.0, interface="model-exchange")[2][-1])
 
 
+@pytest.mark.full
 def test_a_constant_load_leaves_vwbc_an_error(run):
     error = error_under_load(run)
     assert abs(error - -3.4022788396771397) < 1e-6, error

@@ -59,6 +59,7 @@ def test_both_kinds_agree_and_the_description_is_valid(fmu, version):
     assert off < 1e-6 and moved > 1e-4
 
 
+@pytest.mark.full
 def test_steps_of_fixed_size_stay_close(fmu, trueup, tmp_path):
     """LNK-10: steps of 1 ms, whatever tolerance is asked for, against those that the tolerance wants; the shoulder breaks away."""
     drive = np.array([(0.0, [0.03, 30.9 / DRIVE[1], 25.8 / DRIVE[2], 0, 0, 0])], dtype=[("time", float), ("motorCurrent", float, (6,))])
@@ -120,6 +121,7 @@ def reduced(length, mass_per_length, bending, twist, polar):
     ])
 
 
+@pytest.mark.full
 def test_a_link_by_a_table_keeps_its_energy_and_is_the_beam(trueup, tmp_path):
     """A fall by CVode: a reduced set of the beam that two shapes make is that beam, but for terms of second order in its bending."""
     modulus, moment, polar = 70e9, 4e-9, 2e-4

@@ -73,6 +73,7 @@ def write(folder, **truth):
     (folder / "case.toml").write_text(CASE)
 
 
+@pytest.mark.full
 def test_a_stiffer_servo_is_identified(trueup, tmp_path):
     write(tmp_path, gain=1.2 * GAIN)
     done = trueup("identify", tmp_path, "--fast", "--json")
