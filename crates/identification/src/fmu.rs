@@ -28,11 +28,11 @@ use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;
 use trueup_signals::{Role, Value};
 
-use crate::lanes::{LANES, Lanes};
 use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::Predictor;
 use crate::subject::Subject;
+use trueup_plant::{LANES, Lanes};
 
 /// An FMU that cannot be fitted.
 #[derive(Debug, thiserror::Error)]

@@ -9,7 +9,6 @@ pub mod fmu;
 pub mod identify;
 pub mod intake;
 mod interval;
-pub mod lanes;
 mod law;
 pub mod lsq;
 pub mod model;

@@ -13,13 +13,13 @@ use trueup_numerics::Scalar;
 
 use crate::carried::Carried;
 use crate::interval;
-use crate::lanes::{LANES, Lanes};
 use crate::lsq::{Evaluation, Problem};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::Predictor;
 use crate::run::{Channel, Run};
 use crate::sensors::Sensor;
 use crate::unknown::{Target, Unknown};
+use trueup_plant::{LANES, Lanes};
 
 /// Step of a difference by an unknown that shifts readings, as a coordinate.
 const SHIFT: f64 = 0.02;

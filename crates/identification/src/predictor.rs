@@ -5,9 +5,9 @@ use std::fmt::Debug;
 use trueup_numerics::hybrid::Sizes;
 
 use crate::carried::Carried;
-use crate::lanes::Lanes;
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::run::Run;
+use trueup_plant::Lanes;
 
 /// What can be simulated along a recording: a model of ours, or an FMU. What fits and judges takes it as a trait object,
 /// so that it is compiled once, not for each model.

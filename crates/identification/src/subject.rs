@@ -6,11 +6,11 @@ use trueup_numerics::hybrid::Sizes;
 use trueup_signals::Value;
 
 use crate::carried::{Carried, carried};
-use crate::lanes::Lanes;
 use crate::model::{Coordinate, Model, ModelError, Named};
 use crate::predict::{InputMap, Plan, PredictError, Prediction, predict};
 use crate::predictor::Predictor;
 use crate::run::Run;
+use trueup_plant::Lanes;
 
 /// Variables by name, simulated along recordings.
 pub trait Subject: Named + Predictor {

@@ -2,7 +2,6 @@
 
 #![allow(clippy::unwrap_used)]
 
-use trueup_identification::lanes::{LANES, Lanes};
 use trueup_identification::model::Model;
 use trueup_identification::predict::{InputMap, Plan};
 use trueup_identification::predictor::Predictor;
@@ -11,6 +10,7 @@ use trueup_models::joint::{output, parameter as p};
 use trueup_models::presets::delian;
 use trueup_numerics::driver::{Options, simulate};
 use trueup_numerics::{Dual, Scalar};
+use trueup_plant::{LANES, Lanes};
 
 use crate::plants::joint;
 

@@ -61,6 +61,18 @@ fn files_that_cannot_be_read_as_they_are() {
             DuplicateName,
             &["two columns", "`motorAngle`"],
         ),
+        (
+            "twice a name under comments",
+            b"# bench 3\n# by hand\ntime,motorAngle,motorAngle\n0,1,2\n",
+            DuplicateName,
+            &["run.csv:3", "two columns"],
+        ),
+        (
+            "a word under comments",
+            b"# bench 3\n# time,motorAngle\n0,1\n1,oops\n",
+            NotANumber,
+            &["run.csv:4", "motorAngle", "\"oops\""],
+        ),
         ("no time", b"t,motorAngle\n0,1\n", NoTime, &["no column `time`", "rename `t`", "\"t\" = \"time\""]),
         ("time is NaN", b"time,motorAngle\n0,1\nnan,2\n", MissingTime, &["run.csv:3", "remove the row"]),
         ("time is empty", b"time,motorAngle\n0,1\n,2\n", MissingTime, &["run.csv:3"]),

@@ -28,6 +28,8 @@ const STANDS_OUT: f64 = 0.5;
 const HARDLY: f64 = 0.9;
 /// Iterations of a last fit, free-running, of a claim that did not run freely.
 const LAST: usize = 16;
+/// Place of the tuned model among the free-running fits without a claim, behind the one that standard deviations hold.
+const TUNED: usize = 1;
 
 /// What a verdict is told from.
 pub(super) struct Decided {
@@ -128,7 +130,7 @@ pub(super) fn conclude(
         }
         _ => None,
     };
-    if let Some(own) = own.as_ref().filter(|own| own.free != Some(1)) {
+    if let Some(own) = own.as_ref().filter(|own| own.free != Some(TUNED)) {
         tuned = ran(own.complete.clone())?;
     }
     let claimed = claim.is_some();

@@ -1,8 +1,8 @@
 //! A direction in which a simulation is differentiated along the way.
 
 use super::{FmuModel, Place};
-use crate::lanes::Lanes;
 use crate::predict::InputMap;
+use trueup_plant::Lanes;
 
 /// Parameters and inputs that move in one direction.
 #[derive(Clone, Debug, Default)]

@@ -9,8 +9,8 @@ use trueup_numerics::event::Direction;
 use super::field::Field;
 use super::lane::Lane;
 use super::{FmuModel, Place, WIDTH};
-use crate::lanes::Lanes;
 use crate::predict::{InputMap, Plan, PredictError};
+use trueup_plant::Lanes;
 
 /// Why a run ended.
 enum Stopped {

@@ -30,7 +30,8 @@ pub(super) fn read(
     // The first bytes tell an encoding, the first two lines a separator.
     let dialect = match Dialect::of(file, &head.names, &head.below) {
         Ok(dialect) => dialect,
-        Err(wrong) => {
+        Err(mut wrong) => {
+            wrong.line = wrong.line.map(|_| head.line());
             findings.push(*wrong);
             return None;
         }
@@ -45,6 +46,7 @@ pub(super) fn read(
         dialect,
         wanted,
         names: Vec::new(),
+        names_line: head.line(),
         columns: Vec::new(),
         lines: Vec::new(),
         marks: [None; 2],
@@ -67,6 +69,8 @@ struct Rows<'a> {
     dialect: Dialect,
     wanted: Wanted,
     names: Vec<String>,
+    /// Where the names stand.
+    names_line: u64,
     columns: Vec<Filling>,
     lines: Vec<u64>,
     /// The first lines with a number that has a decimal point, and one that has a decimal comma.
@@ -96,22 +100,27 @@ impl Rows<'_> {
     fn read<R: Read>(&mut self, mut reader: csv::Reader<R>) {
         let header = match reader.byte_headers() {
             Ok(header) => header.clone(),
-            Err(e) => return self.push(Kind::Unreadable, e.to_string(), "export it again", 1),
+            Err(e) => return self.push(Kind::Unreadable, e.to_string(), "export it again", self.names_line),
         };
         // A separator at the end of each line makes no column.
         let cells = header.len() - usize::from(header.len() > 1 && header[header.len() - 1].is_empty());
         for (i, cell) in header.iter().take(cells).enumerate() {
             let Ok(name) = std::str::from_utf8(cell) else {
-                return self.push(Kind::Encoding, "the header is not UTF-8", "save the file as UTF-8", 1);
+                return self.push(
+                    Kind::Encoding,
+                    "the header is not UTF-8",
+                    "save the file as UTF-8",
+                    self.names_line,
+                );
             };
             let name = name.trim().trim_matches('"');
             if name.is_empty() {
                 let what = format!("column {} has no name", i + 1);
                 let mend = "name it, or remove it (an index column)";
-                self.push(Kind::NoHeader, what, mend, 1);
+                self.push(Kind::NoHeader, what, mend, self.names_line);
             } else if self.names.iter().any(|n| n == name) {
                 let what = format!("two columns are named `{name}`");
-                self.push(Kind::DuplicateName, what, "rename or remove one", 1);
+                self.push(Kind::DuplicateName, what, "rename or remove one", self.names_line);
             }
             self.names.push(name.into());
             self.columns.push(Filling::default());
@@ -129,7 +138,12 @@ impl Rows<'_> {
             }
         }
         if self.lines.is_empty() && self.wrong.is_empty() {
-            self.push(Kind::EmptyFile, "there is no row after the header", "export the recording again", 1);
+            self.push(
+                Kind::EmptyFile,
+                "there is no row after the header",
+                "export the recording again",
+                self.names_line,
+            );
         }
     }
 
@@ -169,7 +183,10 @@ impl Rows<'_> {
         let name = self.dialect.unusual()?;
         let comma = if self.marks[1].is_some() { ", numbers have decimal commas" } else { "" };
         let what = format!("the columns are separated by {name}{comma}");
-        Some(Finding::note(Kind::Separator, self.file, what, "nothing, if that is meant").line(1))
+        Some(
+            Finding::note(Kind::Separator, self.file, what, "nothing, if that is meant")
+                .line(self.names_line),
+        )
     }
 
     /// Loggers write `nan` where nothing was measured, and where a computation failed.

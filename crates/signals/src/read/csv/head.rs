@@ -48,6 +48,11 @@ impl Head {
         Ok(Self { comments, above: above.len(), names, below, between })
     }
 
+    /// The line of the names, from 1.
+    pub(super) fn line(&self) -> u64 {
+        self.above as u64 + 1
+    }
+
     /// All of it, with empty lines where comments stood above the names: lines are counted as in the file.
     pub(super) fn text(&self) -> Vec<u8> {
         let above = vec![b'\n'; self.above];
