@@ -5,7 +5,7 @@ use std::process::{Child, ExitStatus};
 
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
-use crate::keeper::children;
+use crate::children::children;
 
 /// Why there is no host any more.
 #[derive(Clone, Debug)]
