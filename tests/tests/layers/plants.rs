@@ -35,7 +35,6 @@ const NAMED: &[(&str, &str)] = &[
         "crates/hypotheses/src/innovations/search.rs",
         "the second engine has the joint's equations of its own so far",
     ),
-    ("crates/identification/src/identify.rs", "says for which plant a method is"),
     ("crates/report/src/diagnosis/words.rs", "says how a plant is drawn"),
     ("crates/signals/src/case/parse.rs", "says what a case looks like"),
     ("crates/signals/src/case/payload.rs", "says which model carries one"),
