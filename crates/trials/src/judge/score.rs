@@ -42,7 +42,7 @@ pub enum Aim {
     Most(f64, f64),
     /// Within.
     Within(f64, f64),
-    /// Only told.
+    /// Only reported.
     Told,
 }
 
@@ -80,7 +80,7 @@ pub struct Card {
     pub counts: Vec<(Split, usize, usize)>,
     /// All lines.
     pub lines: Vec<Line>,
-    /// Truth, what was said instead or as well, how often.
+    /// Truth, what was reported instead or as well, how often.
     pub confusion: Vec<(String, String, usize)>,
     /// Per effect: cases, named first by class.
     pub by_effect: Vec<(String, Share)>,
@@ -88,7 +88,7 @@ pub struct Card {
     pub seconds: Vec<f64>,
 }
 
-/// A case with what was said of it.
+/// A case with its result.
 pub(crate) struct Scored {
     pub(crate) key: Key,
     pub(crate) said: Said,
@@ -124,7 +124,7 @@ impl Scored {
         let place = first
             .and_then(|e| e.component.clone())
             .or_else(|| self.said.places.components.first().map(|c| c.id.clone()));
-        // Sensors of single elements stand under the channel.
+        // Sensors of single elements are under the channel.
         let base = |c: &str| c.split('[').next().unwrap_or(c).to_owned();
         let joint = self.key.joints.first().copied().unwrap_or(0);
         let right = joint == 0
@@ -154,8 +154,8 @@ impl Scored {
         }
         self.by_class() || self.ambiguous_with_truth(3)
     }
-    /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
-    /// owner believes.
+    /// A value that is off is reported under its name, within its interval or 10 % of it, and nearer to the true value than to the
+    /// nominal one.
     fn moves(&self, name: &str, m: Moved) -> bool {
         let Some(told) = self.said.parameters.get(name) else { return false };
         let Some(off) = told.value.map(|v| (v - m.to).abs()) else { return false };
@@ -262,7 +262,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         ),
         share("among the first three candidates", Share::of(clear().map(ranked)), Aim::Least(0.97, 0.995)),
         share(
-            "ambiguous though it can be told apart",
+            "ambiguous though it can be distinguished",
             Share::of(clear().map(|s| s.said.verdict == "ambiguous")),
             Aim::Most(0.10, 0.10),
         ),
@@ -368,7 +368,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
 mod tests {
     use super::*;
 
-    /// A rig's case with this key, of which that was said.
+    /// A rig's case with this key and that result.
     fn right(key: &str, said: &str) -> bool {
         let head = "case = 'a'\nplant = 'joint'\nsplit = 'rig'\nratio = 5.0\nseed = 1\nindex = 0\ncomponents = ['load']\n";
         let key = toml::from_str(&format!("{head}{key}")).unwrap();
@@ -389,7 +389,7 @@ mod tests {
         assert!(told("parameters", gain, 1.17, 1.1, 1.25));
         // Within 10 %, though not within its interval.
         assert!(told("parameters", gain, 1.14, 1.13, 1.15));
-        // Nearer to what the owner believes, whatever its interval says.
+        // Nearer to the nominal value, whatever its interval.
         assert!(!told("parameters", gain, 1.09, 0.9, 1.3));
         assert!(!told("parameters", "loadInertia", 1.2, 1.1, 1.3));
         assert!(!told("effects", gain, 1.2, 1.1, 1.3));
