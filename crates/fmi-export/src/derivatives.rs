@@ -119,7 +119,7 @@ impl Duals {
     }
 }
 
-/// What a sweep needs of the instance beside the work space.
+/// What a sweep needs of the instance in addition to the work space.
 struct InstanceParts<'a, M> {
     model: &'a M,
     layout: &'a crate::layout::Layout,
