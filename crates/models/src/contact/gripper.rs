@@ -10,7 +10,7 @@ use super::touch::{Touch, relative_motion, touch, two};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{Sizes, Update};
 
-/// A gripper's structure, and where its values lie; its parameters, states and outputs come first in the vectors of the models
+/// A gripper's structure, and where its values are; its parameters, states and outputs come first in the vectors of the models
 /// that have one.
 #[derive(Clone, Debug)]
 pub(super) struct Gripper {
@@ -174,7 +174,7 @@ impl Gripper {
         y[at.outcome] = T::constant(f64::from(outcome));
     }
 
-    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still the one that its mode says.
+    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still that of its mode.
     pub(super) fn indicate<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, z: &mut [T]) {
         let n = self.structure.balls;
         for i in 0..n {

@@ -1,4 +1,4 @@
-//! Bodies that bend, by assumed modes: a body is rigid + modes (SFF-5). The kernel knows matter that modes move, in the
+//! Bodies that bend, by assumed modes: a body is rigid + modes (SFF-5). The kernel treats matter that modes move, in the
 //! axes of the body that carries it; [`super::appendage`] makes such matter of beams and of tables of modes.
 //!
 //! The point that is at r unbent is at r + sum over functions g of f_g(r) u_g, u_g = sum over the modes of g of d_j eta_j:
@@ -289,7 +289,7 @@ pub struct Flexing<'a, T> {
     pub parts: &'a [Part<T>],
     /// Their modes.
     pub modes: &'a [Mode<T>],
-    /// Per appendage what it is at this instant.
+    /// The state of each appendage at this instant.
     pub now: &'a [BentPart<T>],
     /// Per mode momentum of the appendage per unit of its rate, carrier's axes and origin.
     pub coupling: &'a [Wrench<T>],

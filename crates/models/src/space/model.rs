@@ -98,7 +98,7 @@ impl Structure {
     /// Whether there can be such a model.
     ///
     /// # Errors
-    /// What cannot be, with the mend.
+    /// What cannot be, with the remedy.
     pub fn check(&self) -> Result<(), String> {
         let n = self.bodies();
         for (what, there, most) in [
@@ -131,7 +131,7 @@ impl Structure {
             let most = s.x.max(s.y).max(s.torsion);
             if most > MAX_LINK_SHAPES {
                 return Err(format!(
-                    "linkModes[{body}] asks for {most} shapes in one direction, at most {MAX_LINK_SHAPES} can be had"
+                    "linkModes[{body}] requests {most} shapes in one direction, at most {MAX_LINK_SHAPES} are possible"
                 ));
             }
             if s.x != s.y && s.x.min(s.y) > 0 {
@@ -182,7 +182,7 @@ impl Structure {
             }
             if self.axial_stiffening {
                 return Err(format!(
-                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not tell how bending shortens it; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
+                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not give the shortening by bending; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
                 ));
             }
         }
@@ -190,7 +190,7 @@ impl Structure {
     }
 }
 
-/// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values lie.
+/// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values are.
 ///
 /// Continuous states: r \[m\], Q, q_1 .. q_n \[rad; m\], q_m of the flexible joints, eta of the panels \[m; rad\], the velocity
 /// of the base \[m/s, inertial axes\], its rate \[rad/s, base axes\], the rates of joints, those motors and modes; see
@@ -220,7 +220,7 @@ pub struct Led<'a, T> {
     pub base: Option<(Vector<T>, Vector<T>)>,
     /// Joints (from 0) and their accelerations.
     pub joints: &'a [(usize, T)],
-    /// Motors of flexible joints (by joint, from 0; others are not led) and their accelerations, joint side.
+    /// Motors of flexible joints (by joint, from 0; others are not prescribed) and their accelerations, joint side.
     pub motors: &'a [(usize, T)],
 }
 
@@ -235,7 +235,7 @@ impl SpatialFreeFlyer {
     /// A model of that structure.
     ///
     /// # Errors
-    /// What of it cannot be, with the mend.
+    /// What of it cannot be, with the remedy.
     pub fn new(structure: Structure) -> Result<Self, String> {
         structure.check()?;
         let (state, parameter) = (States::new(&structure), Parameters::new(&structure));
@@ -390,7 +390,7 @@ impl SpatialFreeFlyer {
         self.rates_with_torques(at, led, dx, &mut []);
     }
 
-    /// The same, and the torques on the motors that are led beside those of their springs, N.m, joint side, where there is room
+    /// The same, and the torques on the prescribed motors in addition to those of their springs, N.m, joint side, where there is room
     /// for all joints; 0 of the others.
     #[inline(never)]
     pub fn rates_with_torques<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T], needed: &mut [T]) {
