@@ -13,7 +13,7 @@ use trueup_models::controller::{JointController, ManipulatorController};
 /// The models of this library.
 pub const MODELS: &[&str] = &["JointController", "ManipulatorController"];
 
-/// Either controller: the library stands for the one that its configuration names.
+/// Either controller: the library is the one that its configuration names.
 #[derive(Clone, Copy, Debug)]
 pub enum Controller {
     /// `JointController`.

@@ -84,7 +84,7 @@ impl Builder {
             new(names.limit, p::LIMIT, tunable, names.unit, &limit).above(0.0),
             new("waveFrequency", p::WAVE_FREQUENCY, tunable, "rad/s", "omega_n of the wave transfer function G = omega_n^2/(s^2 + omega_n s + omega_n^2), a setting of the damping")
                 .above(0.0),
-            new("washoutFrequency", p::WASHOUT_FREQUENCY, tunable, "rad/s", "omega_h of VWBC_WASHOUT: below it the waves give way to P_PI")
+            new("washoutFrequency", p::WASHOUT_FREQUENCY, tunable, "rad/s", "omega_h of VWBC_WASHOUT: below it P_PI replaces the waves")
                 .above(0.0),
             Variable::new("samplePeriod", Causality::Parameter, fixed, Storage::Parameter(scalars), "s", "sample period T_s of the controller, output held in between; 0: continuous")
                 .start(&[0.0])

@@ -84,5 +84,5 @@ pub(crate) fn assign(
     } else {
         format!("{:?}", v.kind)
     };
-    Err(format!("`{}` cannot be {text:?}; wanted: {wanted}", v.name))
+    Err(format!("`{}` cannot be {text:?}; expected: {wanted}", v.name))
 }

@@ -1,6 +1,6 @@
 //! Co-Simulation: a communication step with the FMU's own integrator.
 //!
-//! A step has three parts: [`Instance::begin_step`] checks the call and hands out a [`Job`], which runs on
+//! A step has three parts: [`Instance::begin_step`] checks the call and returns a [`Job`], which runs on
 //! copies of its own, so that the importer may read and set the instance from within its intermediate
 //! update callback; [`Instance::finish_step`] takes the result over.
 
@@ -21,11 +21,11 @@ pub struct Job<M> {
     model: Arc<M>,
     work: Box<CoSimulation>,
     t_end: f64,
-    /// Messages about events are wanted.
+    /// Messages about events are requested.
     pub log_events: bool,
 }
 
-/// What the importer wants after an internal step.
+/// What the importer requests after an internal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
     /// Go on.
@@ -86,12 +86,12 @@ pub struct StepEnd {
     pub t: f64,
     /// The importer has to enter event mode.
     pub event: bool,
-    /// Before the end that was asked for.
+    /// Before the requested end.
     pub early: bool,
 }
 
 impl<M: FmuModel> Instance<M> {
-    /// End of initialization: events other than a sample due at the start are settled.
+    /// End of initialization: events other than a sample due at the start are processed.
     pub(crate) fn begin_co_simulation(&mut self) -> Outcome {
         self.memory.driver = Memory::default();
         if self.settings.event_mode_used {
@@ -116,7 +116,7 @@ impl<M: FmuModel> Instance<M> {
         // Importers add up time in their own way.
         if !t.is_finite() || (t - m.t).abs() > 1e-9 * h.max(t.abs()) {
             return error(format!(
-                "currentCommunicationPoint = {t:?}, but the instance stands at {:?}: continue there or set a stored state",
+                "currentCommunicationPoint = {t:?}, but the instance is at {:?}: continue there or set a stored state",
                 m.t
             ));
         }
@@ -181,7 +181,7 @@ impl<M: FmuModel> Instance<M> {
     /// Last part of fmiXDoStep.
     ///
     /// A step that could not be completed: FMI 2.0 keeps what was reached (Discard, last successful time),
-    /// FMI 3.0 stands as before the call (Discard); without any progress it is an Error.
+    /// FMI 3.0 is as before the call (Discard); without any progress it is an Error.
     pub fn finish_step(
         &mut self,
         job: Job<M>,

@@ -26,7 +26,7 @@ pub(crate) struct Cache {
     z_valid: bool,
 }
 
-/// How an importer wants the instance to be.
+/// How an importer requests the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// Version of the standard.
@@ -50,7 +50,7 @@ pub struct Instance<M: FmuModel> {
     pub(crate) cache: Cache,
     /// States and modes of an event iteration that is only tried.
     pub(crate) tried: (Vec<f64>, Vec<i32>),
-    /// Bits of what was said of the states of this run, and whether of its communication steps.
+    /// Bits of the warnings given on states of this run, and whether of its communication steps.
     said: (u32, bool),
     /// Where messages go.
     pub log: Log,
@@ -78,7 +78,7 @@ pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
     *mut f64,
 );
 
-/// Relative tolerance of Co-Simulation while the importer asks for none. That of the default experiment may be looser: it is
+/// Relative tolerance of Co-Simulation while the importer requests none. That of the default experiment may be looser: it is
 /// for solvers of importers, which an input that jumps can stop.
 const TOLERANCE: f64 = 1e-9;
 
@@ -92,7 +92,7 @@ fn unasked(layout: &Layout) -> f64 {
 }
 
 impl<M: FmuModel> Instance<M> {
-    /// From the configuration packed into the library; the message says why not.
+    /// From the configuration packed into the library; the message gives the reason.
     pub fn new(configuration: &Configuration, settings: Settings) -> Result<Self, String> {
         let model = M::build(configuration)?;
         let layout = Layout::new(&model, configuration)?;
@@ -153,7 +153,7 @@ impl<M: FmuModel> Instance<M> {
     pub(crate) fn enter(&mut self, state: State) {
         self.memory.state = state;
     }
-    /// A value changed: results are to be computed anew.
+    /// A value changed: results are to be computed again.
     pub(crate) fn touch(&mut self) {
         (self.cache.y_valid, self.cache.dx_valid, self.cache.z_valid) = (false, false, false);
     }
@@ -246,7 +246,7 @@ impl<M: FmuModel> Instance<M> {
             self.log.say(Status::Warning, WARNINGS, warning);
         }
     }
-    /// Why values are not numbers now, as far as the model knows; else `otherwise`.
+    /// Why values are not numbers now, as far as the model reports it; else `otherwise`.
     pub(crate) fn singular(&self, otherwise: &str) -> String {
         let m = &self.memory;
         let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
@@ -300,7 +300,7 @@ impl<M: FmuModel> Instance<M> {
         self.model.outputs(at, &mut self.cache.y);
         self.finite(&self.cache.y, Storage::Output)?;
         self.cache.y_valid = true;
-        // Importers need not tell of completed steps, but read outputs where they stand.
+        // Importers need not report completed steps, but read outputs at the present state.
         if self.settings.interface == Interface::ModelExchange && !self.is_initial() {
             self.watch();
         }
@@ -338,7 +338,7 @@ impl<M: FmuModel> Instance<M> {
             return error(format!("startTime = {start:?}: it must be a finite number"));
         }
         if let Some(stop) = stop.filter(|stop| stop.is_nan() || *stop < start) {
-            return error(format!("stopTime = {stop:?} lies before startTime = {start:?}"));
+            return error(format!("stopTime = {stop:?} is before startTime = {start:?}"));
         }
         let m = &mut self.memory;
         m.tolerance = tolerance.unwrap_or(unasked(&self.layout));

@@ -63,7 +63,7 @@ impl<M: FmuModel> Instance<M> {
         let bytes = self.bytes(handle)?;
         let Some(out) = out.get_mut(..bytes.len()) else {
             return error(format!(
-                "size = {}, but the state needs {} bytes: ask fmiXSerializedFMUStateSize",
+                "size = {}, but the state needs {} bytes: call fmiXSerializedFMUStateSize",
                 out.len(),
                 bytes.len()
             ));

@@ -455,7 +455,7 @@ fn a_gravity_torque_of_an_arm_wants_a_base_that_is_fixed() {
     let known = "[effects]\ngravity-torque = { gravityTorque = 110.0, doubt = 0.1, joint = 2 }\n";
     for (known, with) in [(known, &[][..]), ("", &["gravity-torque"][..])] {
         let told = of("", known, with).unwrap_err().to_string();
-        assert!(told.contains("wants a fixed base") && told.contains("base = \"fixed\""), "{told}");
+        assert!(told.contains("requires a fixed base") && told.contains("base = \"fixed\""), "{told}");
     }
     let (values, model, case) = of("base = \"fixed\"\n", known, &[]).unwrap();
     let value = |name: &str| values[model.parameter(name).unwrap()];

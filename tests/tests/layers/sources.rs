@@ -1,4 +1,4 @@
-//! What may stand in a source file.
+//! What a source file may contain.
 
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
@@ -113,7 +113,7 @@ fn machine_paths(file: &File) -> Complaints {
     complaints
 }
 
-/// Files beside a `tests/main.rs`, and folders with a `mod.rs` there, that nothing names: their tests would never run.
+/// Files next to a `tests/main.rs`, and folders with a `mod.rs` there, that nothing names: their tests would never run.
 /// `targets` are the paths of test binaries of their own, as the crate's manifest gives them.
 fn unnamed_modules(main: &File, others: &[File], manifest: &File) -> Complaints {
     let folder = main.path.strip_suffix("main.rs").unwrap_or_default();
@@ -169,7 +169,7 @@ fn every_file_of_tests_is_run() {
     let mut complaints = Vec::new();
     for main in mains {
         let path = main.path.replace("tests/main.rs", "Cargo.toml");
-        // A folder `tests` below `src` or another one has no manifest beside it.
+        // A folder `tests` below `src` or another one has no manifest next to it.
         if let Some(manifest) = manifests.iter().find(|m| m.path == path) {
             complaints.extend(unnamed_modules(main, &sources, manifest));
         }

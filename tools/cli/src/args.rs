@@ -38,14 +38,14 @@ pub(crate) enum Command {
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
-    /// Show what a pose of a robot on a free base tells: matrices, measures, singularities; surfaces over two joints
+    /// Analyse a pose of a robot on a free base: matrices, measures, singularities; surfaces over two joints
     Robot(Robot),
     /// Show what bends of an arm on the ground, and how it vibrates
     #[command(subcommand)]
     Arm(Arm),
-    /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
+    /// Locate the gap between a model and recordings, name the effect that causes it, and report how far it shrinks
     Diagnose(Diagnose),
-    /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
+    /// Show the whole work flow once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
     Demo(Demo),
     /// The process of an FMU that has one of its own; started by this program alone
     #[command(name = "__fmu-host", hide = true)]
@@ -61,7 +61,7 @@ pub(crate) enum Fmu {
     Pack(Box<Pack>),
     /// List models, presets and effects
     List,
-    /// Tell what an FMU is
+    /// Describe an FMU
     Info(Info),
     /// Check anybody's FMU and say what is wrong with it
     Validate(Validate),
@@ -153,16 +153,16 @@ pub(crate) struct Diagnose {
     /// Folder for diagnosis.json, decision.json, report.html, the augmented FMUs and where their free runs began; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Also print what diagnosis.json says
+    /// Also print the content of diagnosis.json
     #[arg(long)]
     pub(crate) json: bool,
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
-    /// Take every reading: large recordings are thinned without, and the diagnosis says so
+    /// Take every reading: without it large recordings are thinned, which the diagnosis reports
     #[arg(long)]
     pub(crate) all_readings: bool,
-    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
     /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
@@ -178,7 +178,7 @@ pub(crate) struct Diagnose {
     /// How long the work may take, s; else as long as it likes. Nothing is written if it is not done by then
     #[arg(long, value_name = "S", value_parser = deadline)]
     pub(crate) deadline: Option<f64>,
-    /// Folder with the template libraries of the FMUs; found beside the program when not given
+    /// Folder with the template libraries of the FMUs; searched next to the program when not given
     #[arg(long, value_name = "DIR")]
     pub(crate) library: Option<PathBuf>,
 }
@@ -279,7 +279,7 @@ pub(crate) struct Simulate {
     /// Write the log of the run: algorithm and why, steps, events, loops; also of a run that failed
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
-    /// Tell the progress even where standard error is no terminal
+    /// Report progress even where standard error is no terminal
     #[arg(long)]
     pub(crate) progress: bool,
     /// Variables to record instead of all outputs: scalars, whole arrays, elements; `arm.*`: all outputs of `arm`
@@ -363,7 +363,7 @@ pub(crate) struct TrialRun {
     /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
     #[arg(long)]
     pub(crate) verdict_only: bool,
-    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
     /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
@@ -384,7 +384,7 @@ pub(crate) struct TrialScore {
     /// The scorecard, Markdown
     #[arg(short, long, value_name = "FILE.md")]
     pub(crate) output: PathBuf,
-    /// What the diagnosis was built from, to be told in the scorecard
+    /// What the diagnosis was built from, which the scorecard reports
     #[arg(long, value_name = "HASH")]
     pub(crate) commit: Option<String>,
 }

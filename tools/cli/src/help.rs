@@ -1,4 +1,4 @@
-//! What `--help` says beside usage and options: what the command does comes first, then usage, examples, exit status.
+//! What `--help` prints in addition to usage and options: what the command does comes first, then usage, examples, exit status.
 
 use clap::Command;
 

@@ -95,7 +95,7 @@ fn texts_items_and_truth_values_are_taken_as_they_stand() {
         )
     );
     for (cell, said) in [
-        ("a.mode\n0,up", "line 2, a.mode: \"up\" is no Enumeration; wanted: off, on"),
+        ("a.mode\n0,up", "line 2, a.mode: \"up\" is no Enumeration; expected: off, on"),
         ("a.mode\n0,3", "\"3\" is no"),
         ("a.u\n0,on", "line 2, a.u: \"on\" is no number"),
     ] {

@@ -1,5 +1,5 @@
 //! The 75 functions of FMI 3.0, generic over the model; [`export_fmu!`](crate::export_fmu) makes the C
-//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its promise.
+//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its responsibility.
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
 use super::{enter, free, slice, slice_mut, status, text, usable, write};
@@ -437,7 +437,7 @@ pub unsafe fn fmi3DoStep<E: Exported>(
         Ok(done) => done,
         Err(status) => return fmi3Status(status as c_int),
     };
-    // SAFETY: checked above; the rest is the importer's promise.
+    // SAFETY: checked above; the rest is the importer's responsibility.
     unsafe {
         call::<E::Model>(c, NAME, |_| {
             for ((name, p), value) in flags.into_iter().zip([done.event, false, done.early]) {

@@ -208,7 +208,7 @@ impl PlanarManipulator {
                 }
             }
         }
-        // Not positive definite: the accelerations are NaN, which whoever steps the model refuses.
+        // Not positive definite: the accelerations are NaN, which the caller refuses.
         let _ = mass.solve(&rows[..count], &mut acceleration);
         acceleration[..self.fixed_rows()].fill(T::zero());
         let mut applied = [T::zero(); MAX_LINKS];

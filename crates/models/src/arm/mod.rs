@@ -39,7 +39,7 @@ const MAX_MODES: usize = 16 * MAX_LINKS;
 /// A manipulator that cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ArmError {
-    /// So many links were asked for.
+    /// The requested number of links.
     Links(usize),
     /// The effects need so many modes.
     Modes(usize),

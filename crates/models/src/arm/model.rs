@@ -169,7 +169,7 @@ impl PlanarManipulator {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    /// The index of the parameter that is at fault, and the error with its remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         let n = self.links();
         for j in 0..n {

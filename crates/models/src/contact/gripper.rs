@@ -150,7 +150,7 @@ impl Gripper {
         y[at.outcome] = T::constant(f64::from(outcome));
     }
 
-    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still the one that its mode says.
+    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still that of its mode.
     pub(super) fn indicate<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, z: &mut [T]) {
         let n = self.structure.balls;
         for i in 0..n {

@@ -236,7 +236,7 @@ impl<T: Scalar> Appendages<T> {
         self.put_table(on, frame, rigid, table.iter().map(|m| (*m, Motion::zero())), None)
     }
 
-    /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which lies
+    /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which is
     /// at `end` unbent. Each mode comes with how it shifts and turns the end per unit of its coordinate (S, kg^-0.5; Theta,
     /// kg^-0.5/m). All is in the link's axes. A body has one link.
     ///

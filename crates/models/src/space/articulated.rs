@@ -26,7 +26,7 @@ struct Kept<T> {
 pub struct Found<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
-    /// Of the rotors, joint side, rad/s2; of those that are led: the torque that it takes, N.m.
+    /// Of the rotors, joint side, rad/s2; of the prescribed ones: the torque that it takes, N.m.
     pub rotor: &'a mut [T],
     /// Of the modes, m/s2 (rad/s2).
     pub modal: &'a mut [T],
@@ -205,7 +205,7 @@ fn axpy<T: Scalar>(s: T, a: [T; 3], b: [T; 3]) -> [T; 3] {
     [s * a[0] + b[0], s * a[1] + b[1], s * a[2] + b[2]]
 }
 
-/// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which whoever
+/// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which the caller
 /// steps the model refuses.
 fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
     let mut m = [T::zero(); 36];

@@ -83,7 +83,7 @@ fn climb<T: Scalar>(
     (0..BASE).for_each(|k| put(k, component(f, k)));
 }
 
-/// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] says, and those of the modes.
+/// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] gives, and those of the modes.
 pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();

@@ -1,4 +1,4 @@
-//! What a robot is made of, as a file or a preset says it: numbers with names, checked, before they become a [`Robot`].
+//! What a robot is made of, as a file or a preset gives it: numbers with names, checked, before they become a [`Robot`].
 
 use super::MAX_BODIES;
 use super::analysis::Robot;
@@ -24,7 +24,7 @@ pub struct Motor {
     pub gear_ratio: f64,
     /// Of the spring, N.m/rad (N/m).
     pub stiffness: f64,
-    /// Beside it, N.m.s/rad (N.s/m).
+    /// In parallel with it, N.m.s/rad (N.s/m).
     pub damping: f64,
 }
 
@@ -118,11 +118,11 @@ pub struct Tip {
     pub body: usize,
     /// Where, own axes, m.
     pub offset: Vector<f64>,
-    /// The point of the base that the arm's pull is told about, base axes, m.
+    /// The point of the base that the arm's pull is given about, base axes, m.
     pub mount: Vector<f64>,
 }
 
-/// A robot: a base, whose axes lie in its centre of mass, bodies on joints, hands.
+/// A robot: a base, whose axes have their origin in its centre of mass, bodies on joints, hands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// Its name.
@@ -155,12 +155,12 @@ pub struct Design {
     pub analysis: bool,
 }
 
-/// A design that cannot be: which body and value, and the mend.
+/// A design that cannot be: which body and value, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DesignError {
     /// Name of the body (or hand) at fault; the base is `base`.
     pub body: String,
-    /// What is wrong, with the mend.
+    /// What is wrong, with the remedy.
     pub message: String,
 }
 
@@ -172,7 +172,7 @@ impl std::fmt::Display for DesignError {
 impl std::error::Error for DesignError {}
 
 impl Design {
-    /// Where the arm that this body (from 1; 0 is the base) is on stands on the base, base axes, m: its first joint. A parent that
+    /// Where the arm that this body (from 1; 0 is the base) is on is mounted on the base, base axes, m: its first joint. A parent that
     /// does not come before its child ends the way.
     pub fn mount(&self, mut body: usize) -> Vector<f64> {
         while body > 0 && (1..body).contains(&self.links[body - 1].parent) {

@@ -58,11 +58,11 @@ impl<T: Scalar> Ends<T> {
             self.all.push(end);
         }
     }
-    /// A point that is fixed to what this body carries, from where it lies unbent to where it lies, body axes.
+    /// A point that is fixed to what this body carries, from its unbent position to its present one, body axes.
     pub fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
         self.of(body).map_or(place, |(_, e)| add(e.frame.origin, times(&e.frame.rotation, place)))
     }
-    /// Of this body, if its link bends: its number and what it is.
+    /// Of this body, if its link bends: its number and its model.
     #[inline]
     pub fn of(&self, body: usize) -> Option<(usize, &End<T>)> {
         self.of[body].map(|e| (e, &self.all[e]))

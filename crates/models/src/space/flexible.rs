@@ -1,4 +1,4 @@
-//! Bodies that bend, by assumed modes: a body is rigid + modes (SFF-5). The kernel knows matter that modes move, in the
+//! Bodies that bend, by assumed modes: a body is rigid + modes (SFF-5). The kernel treats matter that modes move, in the
 //! axes of the body that carries it; [`super::appendage`] makes such matter of beams and of tables of modes.
 //!
 //! The point that is at r unbent is at r + sum over functions g of f_g(r) u_g, u_g = sum over the modes of g of d_j eta_j:

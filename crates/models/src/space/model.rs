@@ -11,7 +11,7 @@ use crate::arm::rotor;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Sizes};
 
-/// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values lie.
+/// A base with arms and panels in space (S1 eq. 9-17, S2 eq. 1-18): its structure and where its values are.
 ///
 /// Continuous states: r \[m\], Q, q_1 .. q_n \[rad; m\], q_m of the flexible joints, eta of the panels \[m; rad\], the velocity
 /// of the base \[m/s, inertial axes\], its rate \[rad/s, base axes\], the rates of joints, those motors and modes; see
@@ -35,7 +35,7 @@ impl SpatialFreeFlyer {
     /// A model of that structure.
     ///
     /// # Errors
-    /// What of it cannot be, with the mend.
+    /// What of it cannot be, with the remedy.
     pub fn new(structure: Structure) -> Result<Self, String> {
         structure.check()?;
         let (state, parameter) = (States::new(&structure), Parameters::new(&structure));

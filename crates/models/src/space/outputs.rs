@@ -132,7 +132,7 @@ impl SpatialFreeFlyer {
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
-        // Of a rotor that is led its torque was found.
+        // Of a prescribed rotor the torque was found.
         needed.fill(T::zero());
         for (j, (found, drive)) in rotor.iter_mut().zip(&now.drives).enumerate() {
             if let Rotor::Led(acceleration) = drive.rotor {

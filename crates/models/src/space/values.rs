@@ -11,10 +11,10 @@ use super::tree::Tree;
 use super::vector::{Matrix, dot};
 use crate::arm::rotor;
 
-/// Motor inertia and stiffness of a flexible joint that nobody has described.
+/// Motor inertia and stiffness of a flexible joint that is not described.
 const SPRING: (f64, f64) = (0.1, 100.0);
 
-/// Young's modulus, Pa (S3 2), and Poisson's ratio of a link that nobody has described.
+/// Young's modulus, Pa (S3 2), and Poisson's ratio of a link that is not described.
 const ALUMINIUM: (f64, f64) = (78e9, 0.33);
 
 /// Diagonal of a matrix of 3 x 3, row by row.
@@ -246,7 +246,7 @@ impl SpatialFreeFlyer {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    /// The index of the parameter that is at fault, and the error with its remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         let (s, at) = (self.structure(), &self.parameter);
         let inertia =

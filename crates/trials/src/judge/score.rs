@@ -43,7 +43,7 @@ pub enum Aim {
     Most(f64, f64),
     /// Within.
     Within(f64, f64),
-    /// Only told.
+    /// Only reported.
     Told,
 }
 
@@ -81,7 +81,7 @@ pub struct Card {
     pub counts: Vec<(Split, usize, usize)>,
     /// All lines.
     pub lines: Vec<Line>,
-    /// Truth, what was said instead or as well, how often.
+    /// Truth, what was reported instead or as well, how often.
     pub confusion: Vec<(String, String, usize)>,
     /// Per effect: cases, named first by class.
     pub by_effect: Vec<(String, Share)>,
@@ -182,7 +182,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         ),
         share("among the first three candidates", Share::of(clear().map(ranked)), Aim::Least(0.97, 0.995)),
         share(
-            "ambiguous though it can be told apart",
+            "ambiguous though it can be distinguished",
             Share::of(clear().map(|s| s.said.verdict == "ambiguous")),
             Aim::Most(0.10, 0.10),
         ),
@@ -288,7 +288,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
 mod tests {
     use super::*;
 
-    /// A rig's case with this key, of which that was said.
+    /// A rig's case with this key and that result.
     fn right(key: &str, said: &str) -> bool {
         let head = "case = 'a'\nplant = 'joint'\nsplit = 'rig'\nratio = 5.0\nseed = 1\nindex = 0\ncomponents = ['load']\n";
         let key = toml::from_str(&format!("{head}{key}")).unwrap();
@@ -309,7 +309,7 @@ mod tests {
         assert!(told("parameters", gain, 1.17, 1.1, 1.25));
         // Within 10 %, though not within its interval.
         assert!(told("parameters", gain, 1.14, 1.13, 1.15));
-        // Nearer to what the owner believes, whatever its interval says.
+        // Nearer to the nominal value, whatever its interval.
         assert!(!told("parameters", gain, 1.09, 0.9, 1.3));
         assert!(!told("parameters", "loadInertia", 1.2, 1.1, 1.3));
         assert!(!told("effects", gain, 1.2, 1.1, 1.3));

@@ -26,7 +26,7 @@ pub(crate) fn ended(status: ExitStatus) -> String {
         4 => "crashed: SIGILL (illegal instruction)",
         5 => "crashed: SIGTRAP (trap)",
         6 => {
-            "crashed: SIGABRT (abort, a failed assertion, an exception that nobody caught, or its stack overflowed)"
+            "crashed: SIGABRT (abort, a failed assertion, an uncaught exception, or its stack overflowed)"
         }
         7 => "crashed: SIGBUS (bad memory access)",
         8 => "crashed: SIGFPE (arithmetic, such as an integer divided by zero)",

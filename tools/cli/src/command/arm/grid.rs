@@ -16,7 +16,7 @@ use crate::output::{can_be_made, folder, say, write};
 use crate::stages::Stages;
 use crate::voice;
 
-/// Angles of the first and the second joint when none are given, rad, and steps between: what lies behind is a mirror image.
+/// Angles of the first and the second joint when none are given, rad, and steps between: larger angles give mirror images.
 const FROM: [f64; 2] = [-PI / 2.0, -5.0 * PI / 6.0];
 const TO: [f64; 2] = [PI / 2.0, 5.0 * PI / 6.0];
 const STEPS: [u32; 2] = [18, 20];

@@ -9,7 +9,7 @@ use super::asked::Asked;
 use super::found::Found;
 use crate::error::Error;
 
-/// What `--schedule` says.
+/// The value of `--schedule`.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
     /// K_p of all joints, 1/s.
