@@ -3,7 +3,7 @@
 //! Unknowns: outputs, rates, event indicators; during initialization the initial states too.
 //! Knowns: inputs, parameters, time; states except during initialization, when they follow from the parameters.
 
-use crate::duals::{InstanceParts, Known, NOT_FINITE, Unknown, };
+use crate::duals::{InstanceParts, Known, NOT_FINITE, Unknown};
 use crate::fault::{Outcome, discard, error};
 use crate::instance::Instance;
 use crate::layout::Target;

@@ -21,12 +21,12 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use crate::estimate::{Estimated};
+use crate::estimate::Estimated;
 use crate::fit::{Comparison, free_run};
 use crate::fmu::FmuModel;
-use crate::model::{Model, };
+use crate::model::Model;
 use crate::recorded::{led, runs, runs_of};
-use crate::regress::{Regressed};
+use crate::regress::Regressed;
 use crate::run::Run;
 use crate::subject::Subject;
 

@@ -35,7 +35,6 @@ const NAMED: &[(&str, &str)] = &[
         "crates/hypotheses/src/innovations/search.rs",
         "the second engine has the joint's equations of its own so far",
     ),
-    ("crates/identification/src/identify.rs", "declares for which plant a method is"),
     ("crates/report/src/diagnosis/words.rs", "declares how a plant is drawn"),
     ("crates/signals/src/case/parse.rs", "declares what a case looks like"),
     ("crates/signals/src/case/payload.rs", "declares which model carries one"),

@@ -27,7 +27,13 @@ const UNSAFE: &[&str] = &[
     "crates/fmi-import/src/program.rs",
     "crates/fmi-import/src/table.rs",
 ];
-const LONGEST: usize = 600;
+const LONGEST: usize = 500;
+/// What is longer all the same, with its length. This list only shrinks.
+const LONGER: &[(&str, usize)] = &[
+    ("crates/cosim/src/couple.rs", 585),
+    ("crates/fmi-import/src/fmi2.rs", 558),
+    ("crates/identification/src/fmu/simulate.rs", 541),
+];
 
 fn printing(file: &File) -> Complaints {
     if file.path.starts_with("tools/") || is_test_file(&file.path) {
@@ -73,10 +79,13 @@ fn lints(manifest: &File) -> Complaints {
 
 fn length(file: &File) -> Complaints {
     let lines = file.text.lines().count();
-    let long = lines > LONGEST && file.path.contains("src/");
-    long.then(|| format!("{}: {lines} lines; split it, {LONGEST} are the most", file.path))
-        .into_iter()
-        .collect()
+    let most = LONGER.iter().find(|l| l.0 == file.path).map_or(LONGEST, |l| l.1);
+    let long = lines > most && file.path.contains("src/");
+    let listed = most > LONGEST && lines <= LONGEST;
+    let long = long.then(|| format!("{}: {lines} lines; split it, {most} are the most", file.path));
+    let listed =
+        listed.then(|| format!("{}: {lines} lines; take it out of the list of longer files", file.path));
+    long.into_iter().chain(listed).collect()
 }
 
 /// A path of one machine in what is built or read by users.
@@ -229,7 +238,7 @@ fn broken_rules_are_found() {
     assert!(tests_without_harness(&bare, &[file("crates/a/src/b.rs", "fn f() {}\n")]).is_empty());
     assert!(tests_without_harness(&file("crates/a/Cargo.toml", "[package]\n"), &[inline]).is_empty());
 
-    says(&length(&file(library, &"\n".repeat(LONGEST + 1))), &["601 lines", "split"]);
+    says(&length(&file(library, &"\n".repeat(LONGEST + 1))), &["501 lines", "split"]);
     assert!(length(&file(library, &"\n".repeat(LONGEST))).is_empty());
 
     says(&machine_paths(&file(library, "let p = \"/home/me/x\";\n")), &["joint.rs:1", "/home/", "relative"]);

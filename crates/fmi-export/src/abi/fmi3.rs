@@ -12,6 +12,7 @@ use core::ffi::{CStr, c_int, c_void};
 use trueup_fmi::abi::fmi3::*;
 use trueup_fmi::table::Factor;
 
+pub use super::fmi3_states::*;
 pub use super::fmi3_values::*;
 
 pub unsafe fn fmi3GetVersion<E: Exported>() -> fmi3String {
@@ -233,59 +234,6 @@ pub unsafe fn fmi3GetVariableDependencies<E: Exported>(
                 };
             }
             Ok(())
-        })
-    }
-}
-
-pub unsafe fn fmi3GetFMUState<E: Exported>(c: fmi3Instance, state: *mut fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe { call::<E::Model>(c, "fmi3GetFMUState", |i| super::get_state(i, state)) }
-}
-pub unsafe fn fmi3SetFMUState<E: Exported>(c: fmi3Instance, state: fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointer, see the module.
-    unsafe { call::<E::Model>(c, "fmi3SetFMUState", |i| i.set_state(state as usize)) }
-}
-pub unsafe fn fmi3FreeFMUState<E: Exported>(c: fmi3Instance, state: *mut fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe { call::<E::Model>(c, "fmi3FreeFMUState", |i| super::free_state(i, state)) }
-}
-pub unsafe fn fmi3SerializedFMUStateSize<E: Exported>(
-    c: fmi3Instance,
-    state: fmi3FMUState,
-    size: *mut usize,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3SerializedFMUStateSize", |i| {
-            write("size", size, i.serialized_size(state as usize)?)
-        })
-    }
-}
-pub unsafe fn fmi3SerializeFMUState<E: Exported>(
-    c: fmi3Instance,
-    state: fmi3FMUState,
-    out: *mut fmi3Byte,
-    size: usize,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3SerializeFMUState", |i| {
-            i.serialize(state as usize, slice_mut("serializedState", out, size)?)
-        })
-    }
-}
-pub unsafe fn fmi3DeserializeFMUState<E: Exported>(
-    c: fmi3Instance,
-    bytes: *const fmi3Byte,
-    size: usize,
-    state: *mut fmi3FMUState,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3DeserializeFMUState", |i| {
-            usable("FMUState", state, 1)?;
-            let handle = i.deserialize(slice("serializedState", bytes, size)?)?;
-            write("FMUState", state, handle as fmi3FMUState)
         })
     }
 }

@@ -75,7 +75,7 @@ pub enum IdentifyError {
     },
     /// The method does not do that.
     #[error(
-        "method {method} is for a flexible TwoMassJoint with recorded motorCurrent, motorAngle and loadAngle; use output-error"
+        "method {method} is for one flexible joint, motor, spring and load, with recorded motorCurrent, motorAngle and loadAngle; use output-error"
     )]
     Method {
         /// Which.
