@@ -16,7 +16,6 @@ const LEFT: &[&str] = &[
     "crates/fmi-export/src/co_simulation.rs",
     "crates/fmi-import/src/isolation/link.rs",
     "crates/fmi-import/src/isolation/link/fault.rs",
-    "crates/hypotheses/src/baseline.rs",
     "crates/identification/src/identify.rs",
     "crates/identification/src/predict.rs",
     "crates/models/src/arm/balance.rs",
