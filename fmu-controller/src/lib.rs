@@ -1,6 +1,7 @@
 //! JointController and ManipulatorController as FMUs: binding only.
 
 mod adaptation;
+mod builder;
 pub mod variables;
 
 use trueup_fmi::configuration::Configuration;

@@ -1,6 +1,7 @@
 //! The variable tables of JointController and ManipulatorController.
 
 use super::adaptation;
+use super::builder::{Builder, Names};
 use trueup_fmi::table::{
     Causality, Depends, Enumeration, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
 };
@@ -56,43 +57,7 @@ pub fn manipulator_controller(joints: usize) -> ModelTable {
     table
 }
 
-/// What the two controllers call differently.
-pub(super) struct Names {
-    pub(super) load: &'static str,
-    output: &'static str,
-    unit: &'static str,
-    limit: &'static str,
-    torque_constant: &'static str,
-    torque_constant_text: &'static str,
-    /// Excitation threshold in rad: a few steps of usual sensors.
-    threshold: f64,
-}
-
-pub(super) struct Builder {
-    pub(super) names: Names,
-    /// Number of joints; `None`: one, as scalars.
-    pub(super) joints: Option<usize>,
-}
-
 impl Builder {
-    pub(super) fn variable(
-        &self,
-        name: &str,
-        causality: Causality,
-        variability: Variability,
-        storage: fn(usize) -> Storage,
-        index: usize,
-        unit: &'static str,
-        text: &str,
-    ) -> Variable {
-        let n = self.joints.unwrap_or(1);
-        let v = Variable::new(name, causality, variability, storage(index * n), unit, text);
-        match self.joints {
-            Some(n) => v.array(&[n]),
-            None => v,
-        }
-    }
-
     fn parameters(&self, defaults: &[&[f64]; parameter::COUNT]) -> Vec<Variable> {
         use parameter as p;
         let names = &self.names;

@@ -6,50 +6,15 @@
 
 use crate::fault::{Outcome, Status, discard, error};
 use crate::instance::Instance;
-use crate::layout::Layout;
+use crate::integrator::CoSimulation;
 use crate::log::EVENTS;
 use crate::model::FmuModel;
 use crate::state_machine::{Call, Interface, State, Version};
 use std::sync::Arc;
 use trueup_fmi::table::Storage;
 use trueup_numerics::driver::{
-    DriveError, Driver, Flow, Inputs, Memory, Moment, Options, Quantity, Reached, Solver, State as Lent, View,
+    DriveError, Flow, Inputs, Memory, Moment, Quantity, Reached, State as Lent, View,
 };
-
-/// Integrator with work space.
-pub(crate) struct CoSimulation {
-    driver: Driver,
-    memory: Memory,
-    t: f64,
-    x: Vec<f64>,
-    u: Vec<f64>,
-    p: Vec<f64>,
-    modes: Vec<i32>,
-    slopes: Vec<f64>,
-    /// States, inputs and modes at the start of the step.
-    before: (Vec<f64>, Vec<f64>, Vec<i32>),
-}
-
-impl CoSimulation {
-    pub(crate) fn new<M: FmuModel>(layout: &Layout, model: &M) -> Self {
-        let n = layout.sizes;
-        let options = match model.fixed_step() {
-            Some(max_step) => Options { solver: Solver::FixedStiff, max_step, ..Options::default() },
-            None => Options { solver: Solver::Explicit, ..Options::default() },
-        };
-        Self {
-            driver: Driver::new(n, &layout.nominals, options),
-            memory: Memory::default(),
-            t: 0.0,
-            x: vec![0.0; n.states],
-            u: vec![0.0; n.inputs],
-            p: vec![0.0; n.parameters],
-            modes: vec![0; n.modes],
-            slopes: vec![0.0; n.inputs],
-            before: (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]),
-        }
-    }
-}
 
 /// A step under way.
 pub struct Job<M> {

@@ -1,11 +1,12 @@
 //! One instance of a model: its values, its mode, and the evaluation of its equations.
 
-use crate::co_simulation::CoSimulation;
+use crate::duals::Duals;
 use crate::fault::{Outcome, Status, discard, error};
+use crate::integrator::CoSimulation;
 use crate::layout::Layout;
 use crate::log::{Log, WARNINGS};
+use crate::memory::{Memory, Snapshot};
 use crate::model::FmuModel;
-use crate::snapshot::Snapshot;
 use crate::state_machine::{Call, Interface, State, Version};
 use std::sync::Arc;
 use trueup_fmi::abi::fmi3::fmi3Boolean;
@@ -13,36 +14,6 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{LOG_CATEGORIES, Storage};
 use trueup_numerics::driver;
 use trueup_numerics::hybrid::At;
-
-/// All that an FMU state holds.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Memory {
-    pub(crate) state: State,
-    /// Time in s.
-    pub(crate) t: f64,
-    pub(crate) start_time: f64,
-    pub(crate) stop_time: Option<f64>,
-    pub(crate) tolerance: f64,
-    pub(crate) x: Vec<f64>,
-    pub(crate) u: Vec<f64>,
-    pub(crate) p: Vec<f64>,
-    /// Parameter elements that were set.
-    pub(crate) set: Vec<bool>,
-    pub(crate) modes: Vec<i32>,
-    /// Slopes of the inputs during the last step, or the next one if `slopes_new` (FMI 2.0 input derivatives).
-    pub(crate) slopes: Vec<f64>,
-    pub(crate) slopes_new: bool,
-    /// Event iterations at this time (they must settle).
-    pub(crate) passes: u32,
-    /// States and modes have to be computed from the parameters.
-    pub(crate) start_stale: bool,
-    /// Parameters were changed and not yet checked against each other.
-    pub(crate) unchecked: bool,
-    /// What the integrator remembers (Co-Simulation).
-    pub(crate) driver: driver::Memory,
-    /// End of the last successful step, in s.
-    pub(crate) last_successful: f64,
-}
 
 /// Results that are valid until a value changes.
 #[derive(Debug, Default)]
@@ -86,7 +57,7 @@ pub struct Instance<M: FmuModel> {
     /// Boxed, because their addresses are the importer's handles.
     #[allow(clippy::vec_box)]
     pub(crate) snapshots: Vec<Box<Snapshot>>,
-    pub(crate) duals: crate::derivatives::Duals,
+    pub(crate) duals: Duals,
     /// Co-Simulation only; lent to the step under way.
     pub(crate) co_simulation: Option<Box<CoSimulation>>,
     /// Indices of inputs that may be set in intermediate update mode.
@@ -163,7 +134,7 @@ impl<M: FmuModel> Instance<M> {
             said: (0, false),
             log: Log::default(),
             snapshots: Vec::new(),
-            duals: crate::derivatives::Duals::default(),
+            duals: Duals::default(),
             co_simulation,
             intermediate: Vec::new(),
             intermediate_update: None,

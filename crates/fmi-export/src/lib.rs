@@ -8,12 +8,15 @@
 pub mod abi;
 pub mod co_simulation;
 pub mod derivatives;
+mod duals;
 pub mod events;
 mod export;
 pub mod fault;
 pub mod instance;
+mod integrator;
 pub mod layout;
 pub mod log;
+mod memory;
 pub mod model;
 pub mod reference;
 pub mod snapshot;

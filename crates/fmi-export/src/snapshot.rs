@@ -1,14 +1,10 @@
 //! FMU states: stored, restored, as bytes and back.
 
 use crate::fault::{Outcome, error};
-use crate::instance::{Instance, Memory};
+use crate::instance::Instance;
+use crate::memory::{Memory, Snapshot};
 use crate::model::FmuModel;
 use crate::state_machine::{Call, Interface, State, Version};
-
-/// A stored state; owned by the instance that made it.
-pub(crate) struct Snapshot {
-    memory: Memory,
-}
 
 /// First bytes of a serialized state, with the format's version.
 const HEAD: &[u8; 12] = b"TRUEUPSTATE\x01";

@@ -3,7 +3,6 @@
 
 #![allow(unsafe_code)] // fork
 
-use std::fs;
 use std::io::{self, PipeReader, PipeWriter, Read, Write};
 use std::sync::OnceLock;
 
@@ -12,6 +11,7 @@ use rustix::process::{
     set_parent_process_death_signal, wait, waitpid,
 };
 
+use crate::children::children;
 use crate::isolation::ended;
 
 unsafe extern "C" {
@@ -133,17 +133,4 @@ pub fn end_children() {
         }
         std::thread::yield_now();
     }
-}
-
-/// The children of a process.
-pub(crate) fn children(of: Pid) -> Vec<Pid> {
-    let all = fs::read_dir("/proc").into_iter().flatten().flatten();
-    let child = |entry: fs::DirEntry| {
-        let id = entry.file_name().to_str()?.parse().ok()?;
-        let stat = fs::read_to_string(entry.path().join("stat")).ok()?;
-        // Behind the name, which may contain anything: state and parent.
-        let parent = stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()?;
-        (Pid::from_raw(parent) == Some(of)).then(|| Pid::from_raw(id)).flatten()
-    };
-    all.filter_map(child).collect()
 }

@@ -16,6 +16,8 @@
 //! side: lengths are checked, states and instances are freed in order and once, what the FMU hands back is
 //! never followed blindly, and every status that is not OK or Warning becomes an [`Error`] with the FMU's messages.
 
+#[cfg(target_os = "linux")]
+mod children;
 mod core;
 mod error;
 pub mod exit;

@@ -7,7 +7,7 @@ use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
 use crate::model::{Model, ModelError};
 use crate::run::{Between, Channel, Drive, Run};
-use crate::sensors::OFFSET;
+use crate::sensor_unknowns::OFFSET;
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 

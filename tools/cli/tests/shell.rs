@@ -23,7 +23,9 @@ fn every_command_has_a_page_with_examples_and_exit_status() {
     let folder = tempfile::tempdir().unwrap();
     let man = folder.path().join("man");
     let listed = trueup(&["man", "-o", man.to_str().unwrap()]);
-    assert!(listed.lines().count() > 20 && listed.lines().count() == std::fs::read_dir(&man).unwrap().count());
+    assert!(
+        listed.lines().count() > 20 && listed.lines().count() == std::fs::read_dir(&man).unwrap().count()
+    );
     for path in listed.lines() {
         let page = std::fs::read_to_string(path).unwrap();
         for part in [".TH", ".SH NAME", ".SH SYNOPSIS", "Examples:", "Exit status:"] {

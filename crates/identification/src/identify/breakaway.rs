@@ -3,7 +3,11 @@
 use nalgebra::DMatrix;
 use trueup_models::joint::{input, output, parameter as p};
 
-use super::{Found, Identified, IdentifyError, Leverage, Method};
+use super::error::IdentifyError;
+use super::found::Found;
+use super::identified::Identified;
+use super::leverage::Leverage;
+use super::method::Method;
 use crate::estimate::Estimated;
 use crate::model::Model;
 use crate::quasi_static::{Breakaway, StaticError, breakaway, static_friction};

@@ -4,8 +4,9 @@
 //! The Cramer-Rao bound (J^T J)^-1, J the exact sensitivities of the case's own runs, begun so, at the estimates; sensors,
 //! noise, sampling, inputs and priors are the case's. It holds if the model is right and readings err independently.
 
-use super::simulation::Searched;
-use super::{Found, IdentifyError};
+use super::error::IdentifyError;
+use super::found::Found;
+use super::searched::Searched;
 use crate::covariance::Information;
 use crate::lsq::Problem;
 use crate::output_error::OutputError;

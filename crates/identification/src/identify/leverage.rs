@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::simulation::Searched;
+use super::searched::Searched;
 use crate::estimate;
 use crate::fit::Fit;
 use crate::lsq::Problem;

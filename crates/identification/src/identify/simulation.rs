@@ -4,64 +4,22 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use super::{
-    Found, Identified, IdentifyError, Method, Settings, Start, design, forecast, found, kept, leverage,
-    minima, starts, unknowns,
-};
+use super::error::IdentifyError;
+use super::found::{Found, found};
+use super::identified::{Identified, Settings};
+use super::method::Method;
+use super::searched::Searched;
+use super::starts::Start;
+use super::{design, forecast, kept, leverage, minima, starts, unknowns};
 use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
-use crate::fmu::FmuModel;
 use crate::lsq::{Loss, Problem, Stop, solve};
-use crate::model::Model;
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
-use crate::subject::Subject;
 use crate::unknown::{Target, Unknown};
-
-/// What differs between a model of ours and an FMU.
-pub(super) trait Searched: Subject {
-    /// Its name.
-    fn title(&self) -> String;
-    /// Intervals by profiles cost hundreds of fits.
-    fn profiles(&self) -> bool;
-    /// Where to begin.
-    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start>;
-    /// Further starts from a solution.
-    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>>;
-}
-
-impl Searched for Model {
-    fn title(&self) -> String {
-        self.structure().model.clone()
-    }
-    fn profiles(&self) -> bool {
-        true
-    }
-    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
-        starts::find(self, nominal, runs, fitted)
-    }
-    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
-        starts::above_coulomb(self, unknowns, fit)
-    }
-}
-
-impl Searched for FmuModel {
-    fn title(&self) -> String {
-        self.name().to_owned()
-    }
-    fn profiles(&self) -> bool {
-        false
-    }
-    fn starts(&self, _: &[f64], _: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
-        starts::around(fitted)
-    }
-    fn again(&self, _: &[Unknown], _: &Fit) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-}
 
 /// Readings that stand out from their neighbours by more than any noise: the residual less the median of the seven
 /// about it, against 8 times the larger of noise and usual size of that.

@@ -3,9 +3,9 @@
 use trueup_models::arm::PayloadParameter;
 use trueup_signals::{Case, Guess, base_name};
 
-use super::IdentifyError;
+use super::error::IdentifyError;
 use crate::run::Run;
-use crate::sensors::{Figure, Of, Sought, sought};
+use crate::sensor_unknowns::{Figure, Of, Sought, sought};
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 

@@ -12,6 +12,7 @@ mod compiled;
 pub mod kinematics;
 pub mod layout;
 mod model;
+mod motion;
 mod payload;
 mod replay;
 pub mod rotor;

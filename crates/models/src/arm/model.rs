@@ -1,8 +1,8 @@
 //! `PlanarManipulator` in the form that every model takes.
 
-use super::balance::Motion;
 use super::chain::Chain;
 use super::layout::{input, output, parameter};
+use super::motion::Motion;
 use super::payload::PAYLOAD;
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};

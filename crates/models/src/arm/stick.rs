@@ -1,8 +1,8 @@
 //! Stick-slip of several motors at once: a sticking motor is a constraint (ARM-9).
 
-use super::balance::Motion;
 use super::layout::parameter;
 use super::model::PlanarManipulator;
+use super::motion::Motion;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;

@@ -5,10 +5,10 @@
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
 //! command moves however large the force, but for `holdForceLimit`; with a motor (CON-11) their inertia does not act back on the hand.
 
-use super::gripper::{Gripper, View};
 use super::layout::{Against, Closing, HostParameters, Mount, Poses, Structure};
 use super::presets::SIM2;
 use super::touch::{frame, touch};
+use super::view::{Gripper, View};
 use super::{MAX_BALLS, parameters};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 use trueup_numerics::{Figure, Scalar};

@@ -1,10 +1,10 @@
 //! Default values of the contact models, and what their parameters may not be.
 
 use super::frame::{dot, sub};
-use super::gripper::Gripper;
 use super::layout::{Against, Closing, Mount, Parameters, Structure};
 use super::presets::Capture;
 use super::touch::two;
+use super::view::Gripper;
 
 /// Values of that capture in the order of [`Parameters`]; balls beyond three are further along the hand, in pairs.
 pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {

@@ -8,11 +8,11 @@
 use super::bodies::{Inertia, Motion, add_momenta, carry, put, put_rates};
 use super::chaser::{Chaser, RigidChaser};
 use super::frame::{Frame, Wrench, sub};
-use super::gripper::{Gripper, View};
 use super::gripper_contact::{MOST_MODES, copies};
 use super::layout::{Against, Mount, SceneOutputs, SceneParameters, SceneStates, Structure};
 use super::parameters;
 use super::touch::{Touch, frame, touch, two};
+use super::view::{Gripper, View};
 use crate::arm::{MAX_LINKS, input};
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;

@@ -2,9 +2,9 @@
 
 use super::closing::Jaws;
 use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub, turned};
-use super::gripper::{Gripper, View};
 use super::law::{self, Law, Pair, touches};
 use super::layout::{Against, Mount, Structure};
+use super::view::{Gripper, View};
 use super::{MAX_BALLS, layout};
 use trueup_numerics::Scalar;
 

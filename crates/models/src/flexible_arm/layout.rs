@@ -1,6 +1,6 @@
 //! The variables of [`FlexibleArm`](super::FlexibleArm) beside those of its bodies.
 
-use super::model::Structure;
+use super::structure::Structure;
 use crate::layout::Allowed::{Any, NotNegative};
 use crate::layout::{Entry, Items, Parameter, Shows, Start, layout};
 use crate::space::layout as space;

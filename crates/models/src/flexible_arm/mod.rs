@@ -8,8 +8,10 @@ mod friction;
 pub mod layout;
 mod model;
 pub mod presets;
+mod structure;
 
-pub use model::{FlexibleArm, Structure};
+pub use model::FlexibleArm;
+pub use structure::Structure;
 
 /// Most joints.
 pub const MAX_JOINTS: usize = 8;

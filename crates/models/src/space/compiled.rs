@@ -2,7 +2,8 @@
 
 use super::instant::Instant;
 use super::layout::{Inputs, Outputs, Parameters, States};
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::tree::Joint;
 use crate::compiled::{self, PlantModel};
 use trueup_numerics::Scalar;

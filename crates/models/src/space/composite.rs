@@ -5,8 +5,8 @@
 //! move by themselves, the modes of the appendages.
 
 use super::MAX_APPENDAGES;
-use super::articulated::{Drive, Rotor};
 use super::end::Ends;
+use super::joint_drive::{Drive, Rotor};
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Tree, all, subspace};

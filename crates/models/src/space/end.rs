@@ -7,25 +7,12 @@
 //!
 //! Everything is in the axes of the body whose link it is, motions about that body's origin.
 
-use super::flexible::{Appendages, Modal};
+use super::flexible::{Appendages, LinkEnd, Modal};
 use super::spatial::{Frame, Motion};
 use super::vector::{Matrix, Vector, add, cross, dot, identity, scale, sub, times, zero};
 use super::{MAX_APPENDAGES, MAX_BODIES};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
-
-/// A link's end as parameters have it.
-#[derive(Clone, Copy, Debug)]
-pub struct LinkEnd<T> {
-    /// The body whose link it is.
-    pub on: usize,
-    /// Its place unbent, m.
-    pub place: Vector<T>,
-    /// The first of its modes and the one after the last.
-    pub modes: (usize, usize),
-    /// What bending and twist displace to second order, where that is counted.
-    pub second_order: Option<usize>,
-}
 
 /// A link's end at an instant.
 #[derive(Clone, Copy, Debug)]

@@ -1,29 +1,19 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
-use super::attitude::{Quaternion, normalized, rotation, unit};
-use super::flexible::{Appendages, Bent};
-use super::model::{Led, SpatialFreeFlyer};
+use super::articulated::{Found, accelerations};
+use super::attitude::{Quaternion, four, normalized, rotation, unit};
+use super::bent::Bent;
+use super::flexible::Appendages;
+use super::joint_drive::{Drive, Moves, Rotor};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
 use super::tree::{All, Body, Joints, Placed, Tree};
-use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
+use super::vector::{Vector, add, cross, identity, matrix, scale, three, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-
-/// Three elements.
-pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
-    [v[at], v[at + 1], v[at + 2]]
-}
-/// Four elements.
-pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
-    [v[at], v[at + 1], v[at + 2], v[at + 3]]
-}
-/// Nine elements, row by row.
-pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
-    [three(v, at), three(v, at + 3), three(v, at + 6)]
-}
 
 /// The robot at one instant.
 pub(super) struct Instant<T> {

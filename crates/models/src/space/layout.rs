@@ -1,6 +1,6 @@
 //! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values are in the vectors.
 
-use super::model::Structure;
+use super::structure::Structure;
 use crate::layout::Allowed::{self, NotNegative, OneUp, Positive};
 use crate::layout::{Items, Parameter, Shows, Start, State, layout};
 

@@ -1,16 +1,18 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::articulated::{Found, Rotor};
-use super::attitude::{Quaternion, about_axis, normalized, product as turned_by, unit};
+use super::articulated::Found;
+use super::attitude::{Quaternion, about_axis, four, normalized, product as turned_by, unit};
 use super::composite::momentum;
 use super::flexible::Modal;
-use super::instant::{Instant, four, three};
+use super::instant::Instant;
+use super::joint_drive::Rotor;
 use super::measures::Arms;
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
 use super::tree::{All, Joint, Joints};
-use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
+use super::vector::{Vector, add, cross, dot, scale, sub, three, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 

@@ -1,7 +1,8 @@
 //! Robots of the papers. What they do not print is assumed: `docs/parameters.md` lists which.
 
-use super::appendage::{Beam, Shapes};
+use super::appendage::Beam;
 use super::design::{Appendage, Design, Link, Motor, Thruster, Tip};
+use super::shapes::Shapes;
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
 use crate::arm::parameter as planar;

@@ -5,7 +5,8 @@
 
 use super::composite::{BASE, mass_matrix};
 use super::instant::Instant;
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use trueup_numerics::hybrid::At;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 

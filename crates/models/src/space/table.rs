@@ -1,12 +1,11 @@
 //! Appendages and links by tables of modes, as a file has them and as parameters have them.
 
 use super::appendage::{AppendageError, TableMode, participation};
-use super::attitude::{Quaternion, rotation};
-use super::design::{inertia_fault, off_unit};
-use super::instant::{four, matrix, three};
+use super::attitude::{Quaternion, four, rotation};
+use super::body_check::{inertia_fault, off_unit};
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector};
+use super::vector::{Matrix, Vector, matrix, three};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 

@@ -1,11 +1,12 @@
 //! Values of the parameters of [`SpatialFreeFlyer`]: of a design, by themselves, and what they may not be.
 
-use super::appendage::Shapes;
-use super::attitude::{IDENTITY, square};
-use super::design::{Design, NOT_UNIT, inertia_fault};
-use super::instant::four;
+use super::attitude::{IDENTITY, four, square};
+use super::body_check::{NOT_UNIT, inertia_fault};
+use super::design::Design;
 use super::layout::Parameters;
-use super::model::{SpatialFreeFlyer, Structure};
+use super::model::SpatialFreeFlyer;
+use super::shapes::Shapes;
+use super::structure::Structure;
 use super::tree::Tree;
 use super::vector::{Matrix, dot};
 use crate::arm::rotor;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 
 use super::said;
-use super::score::Scored;
+use super::scored::Scored;
 use crate::case::{Key, Plant, Split};
 use crate::error::Error;
 use crate::files;

@@ -2,7 +2,7 @@
 
 use std::ffi::c_int;
 
-use super::Memory;
+use super::super::memory::Memory;
 use crate::error::Status;
 use crate::log::Message;
 

@@ -6,7 +6,7 @@ use trueup_models::space::tree::Joint;
 use trueup_report::{Heat, Page, number};
 
 use super::asked::{Asked, degrees};
-use super::grid::{Found, ROUNDING, first, settled};
+use super::found::{Found, ROUNDING, first, settled};
 use super::paper;
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.

@@ -6,7 +6,7 @@ use trueup_models::controller::adaptation::KNOTS;
 use trueup_report::number;
 
 use super::asked::Asked;
-use super::grid::Found;
+use super::found::Found;
 use crate::error::Error;
 
 /// The value of `--schedule`.
