@@ -3,6 +3,7 @@
 mod arm;
 mod identify;
 mod scale;
+mod shell;
 mod sweep;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use trueup_cosim::system::{Algorithm, Interface};
 pub(crate) use arm::{Arm, ArmMap};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::Scale;
+pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{After, Map, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
@@ -53,6 +55,10 @@ pub(crate) enum Command {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Print the script that completes commands and options in a shell
+    Completions(Completions),
+    /// Write the manual pages of all commands
+    Man(Man),
 }
 
 #[derive(Debug, Subcommand)]
