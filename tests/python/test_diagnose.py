@@ -202,21 +202,28 @@ def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
     assert len(gaps) == 2 and all(gap == 0 for gap in gaps.values()), gaps
 
 
-# A joint without a gap is judged by the filter in crates/hypotheses/tests/joint.rs each time.
+# Shorter: crates/diagnosis/tests/innovations.rs.
 @pytest.mark.full
-def test_the_filter_sees_no_gap_either(tmp_path, trials):
-    results = trials / "by-filter"
-    made = run("trial", "run", trials, "--results", results, "--verdict-only", "--engine", "filter")
-    assert made.returncode == 0, made.stderr
-    keys = {case.name: tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text()) for case in (trials / "cases").iterdir()}
-    names = [name for name, key in keys.items() if key["verdict"] == "no-gap"]
-    assert names
-    for name in names:
-        told = json.loads((results / name / "diagnosis.json").read_text())
-        assert told["verdict"] == "no-gap" and not told["effects"] and told["unknown"]["probability"] == 0.0
-    # Its verdicts are not decided again by rules of the other engine.
-    again = run("trial", "decide", results, "--results", tmp_path / "again")
-    assert again.returncode != 0 and "the filter decided it" in again.stderr, again.stderr
+def test_the_innovations_engine_makes_a_whole_diagnosis(tmp_path, trials):
+    keys = {case: tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text()) for case in (trials / "cases").iterdir()}
+    joints = [case for case in keys if 'model = "TwoMassJoint"' in (case / "case.toml").read_text()]
+    assert any(keys[case]["verdict"] == "no-gap" for case in joints)
+    for case in joints:
+        out = tmp_path / case.name
+        made = run("diagnose", case, "-o", out, "--engine", "innovations")
+        assert made.returncode == 0, made.stderr
+        told = json.loads((out / "diagnosis.json").read_text())
+        decided = json.loads((out / "decision.json").read_text())
+        assert "innovations" in decided and "instead" not in decided
+        assert (out / "report.html").is_file()
+        assert (told["augmented"] is not None) == bool(told["effects"])
+        if keys[case]["verdict"] == "no-gap":
+            assert told["verdict"] == "no-gap" and not told["effects"] and told["unknown"]["probability"] <= 0.05
+        for fmu in told["augmented"] or []:
+            description = fmpy.read_model_description(str(out / fmu))
+            start = {v.name: float(v.start) for v in description.modelVariables if v.type in ("Real", "Float64") and v.start is not None}
+            for values in [told["parameters"], told["effects"][0]["parameters"]]:
+                assert all(start[n] == pytest.approx(v["value"], rel=1e-9) for n, v in values.items() if n in start)
 
 
 def test_mistakes(tmp_path):

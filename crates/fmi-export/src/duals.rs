@@ -108,7 +108,7 @@ impl Duals {
     }
 }
 
-/// What a sweep needs of the instance beside the work space.
+/// What a sweep needs of the instance in addition to the work space.
 pub(crate) struct InstanceParts<'a, M> {
     pub(crate) model: &'a M,
     pub(crate) layout: &'a crate::layout::Layout,

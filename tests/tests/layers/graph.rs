@@ -53,14 +53,10 @@ const RULES: &[Rule] = &[
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
         never: ARCHIVES,
     },
-    Rule {
-        name: "trueup-hypotheses",
-        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals", "trueup-estimation"],
-        never: ARCHIVES,
-    },
+    Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },
     // What is fitted may be a model of ours or anybody's FMU.
     Rule {
         name: "trueup-identification",
@@ -69,7 +65,6 @@ const RULES: &[Rule] = &[
             "trueup-models",
             "trueup-plant",
             "trueup-signals",
-            "trueup-estimation",
             "trueup-fmi-description",
             "trueup-fmi-import",
         ],

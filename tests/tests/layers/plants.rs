@@ -30,10 +30,9 @@ const HOMES: &[&str] = &[
 /// What names a plant in a string all the same. This list only shrinks.
 const NAMED: &[(&str, &str)] = &[
     ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
-    ("crates/hypotheses/src/baseline.rs", "goes with the second engine: its message"),
     (
         "crates/hypotheses/src/innovations/search.rs",
-        "the second engine has the joint's equations of its own so far",
+        "the innovations engine has the joint's equations of its own so far",
     ),
     ("crates/report/src/diagnosis/words.rs", "declares how a plant is drawn"),
     ("crates/signals/src/case/parse.rs", "declares what a case looks like"),

@@ -3,6 +3,7 @@
 mod arm;
 mod identify;
 mod scale;
+mod shell;
 mod sweep;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use trueup_cosim::system::{Algorithm, Interface};
 pub(crate) use arm::{Arm, ArmMap};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::Scale;
+pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{After, Map, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
@@ -53,6 +55,10 @@ pub(crate) enum Command {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Print the script that completes commands and options in a shell
+    Completions(Completions),
+    /// Write the manual pages of all commands
+    Man(Man),
 }
 
 #[derive(Debug, Subcommand)]
@@ -126,22 +132,20 @@ impl std::str::FromStr for Way {
     }
 }
 
-/// What weighs the causes of a gap.
+/// What compares the causes of a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Engine {
+    /// Balances of accelerations, and free runs
     Balances,
-    Filter,
-    /// On trial: verdicts alone.
-    #[value(hide = true)]
+    /// Evidence of the innovations about a smoothed trajectory (TwoMassJoint; other cases by balances)
     Innovations,
 }
 
 impl From<Engine> for trueup_diagnosis::diagnose::Engine {
     fn from(engine: Engine) -> Self {
         match engine {
-            Engine::Filter => Self::Filter,
-            // The innovations engine is called by itself, before.
-            Engine::Balances | Engine::Innovations => Self::Balances,
+            Engine::Balances => Self::Balances,
+            Engine::Innovations => Self::Innovations,
         }
     }
 }
@@ -165,9 +169,9 @@ pub(crate) struct Diagnose {
     /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
-    #[arg(long, value_enum, default_value_t = Engine::Balances)]
-    pub(crate) engine: Engine,
+    /// What compares the causes; chosen by the case when not given
+    #[arg(long, value_enum)]
+    pub(crate) engine: Option<Engine>,
     /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
     /// recorded. Else the verdict is `unknown` then
     #[arg(long)]
@@ -366,9 +370,9 @@ pub(crate) struct TrialRun {
     /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
-    #[arg(long, value_enum, default_value_t = Engine::Balances)]
-    pub(crate) engine: Engine,
+    /// What compares the causes; chosen by the case when not given
+    #[arg(long, value_enum)]
+    pub(crate) engine: Option<Engine>,
     /// Processor time after which a case is stopped and counts as a miss, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) limit: f64,

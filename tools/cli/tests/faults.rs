@@ -172,13 +172,8 @@ fn an_exception_that_nobody_catches_ends_the_run() {
     let out = simulate(folder.path(), &["throwing", "--stop", "1", "--step", "0.1", "--isolate"]);
     let said = String::from_utf8_lossy(&out.stderr);
     assert_eq!(out.status.code(), Some(1), "{said}");
-    for word in [
-        "fmi2DoStep",
-        "\"throwing\"",
-        "SIGABRT",
-        "an uncaught exception",
-        "about to throw at 0.5 s",
-    ] {
+    for word in ["fmi2DoStep", "\"throwing\"", "SIGABRT", "an uncaught exception", "about to throw at 0.5 s"]
+    {
         assert!(said.contains(word), "{word}: {said}");
     }
     assert_eq!(times(&folder.path().join("results.partial.csv")).len(), 6, "{said}");

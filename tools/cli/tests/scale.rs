@@ -92,7 +92,8 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     let out = trueup(folder, &["t.toml", "--lambda", "0.3"]);
     let error = String::from_utf8_lossy(&out.stderr);
     assert!(
-        out.status.code() == Some(1) && error.contains("t.toml:1: `k` in N.m/A: the scale of A is not defined"),
+        out.status.code() == Some(1)
+            && error.contains("t.toml:1: `k` in N.m/A: the scale of A is not defined"),
         "{error}"
     );
     let given = trueup(folder, &["t.toml", "--lambda", "0.5", "--exponent", "A=0"]);

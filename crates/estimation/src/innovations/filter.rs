@@ -306,7 +306,7 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
                 x[i] += gain[i] * e;
             }
             if input.counted[at] {
-                out[at] = e / g.variance[at].sqrt();
+                out[at] = e / g.variance[at].sqrt(); // (EST-3)
             }
         }
         before = now;
@@ -422,7 +422,7 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                 add(&mut z[i], -gain[i] as f32, &e);
             }
             if input.counted[at] {
-                let r = (1.0 / g.variance[at].sqrt()) as f32;
+                let r = (1.0 / g.variance[at].sqrt()) as f32; // (EST-4)
                 for l in 0..LANES {
                     out[at][l] = e[l] * r;
                 }

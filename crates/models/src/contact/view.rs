@@ -1,9 +1,9 @@
-//! A gripper's structure with where its values lie, and what it sees at one instant.
+//! A gripper's structure with the places of its values, and its view at one instant.
 
 use super::frame::Frame;
 use super::layout::{Command, Outputs, Parameters, States, Structure};
 
-/// A gripper's structure, and where its values lie; its parameters, states and outputs come first in the vectors of the models
+/// A gripper's structure, and where its values are; its parameters, states and outputs come first in the vectors of the models
 /// that have one.
 #[derive(Clone, Debug)]
 pub(super) struct Gripper {

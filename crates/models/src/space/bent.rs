@@ -165,7 +165,7 @@ pub struct Flexing<'a, T> {
     pub parts: &'a [Part<T>],
     /// Their modes.
     pub modes: &'a [Mode<T>],
-    /// Per appendage what it is at this instant.
+    /// The state of each appendage at this instant.
     pub now: &'a [BentPart<T>],
     /// Per mode momentum of the appendage per unit of its rate, carrier's axes and origin.
     pub coupling: &'a [Wrench<T>],

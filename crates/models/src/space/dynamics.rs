@@ -85,7 +85,7 @@ impl SpatialFreeFlyer {
         self.rates_with_torques(at, led, dx, &mut []);
     }
 
-    /// The same, and the torques on the motors that are led beside those of their springs, N.m, joint side, where there is room
+    /// The same, and the torques on the prescribed motors in addition to those of their springs, N.m, joint side, where there is room
     /// for all joints; 0 of the others.
     #[inline(never)]
     pub fn rates_with_torques<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, dx: &mut [T], needed: &mut [T]) {

@@ -1,4 +1,4 @@
-//! `SpatialFreeFlyer`: its structure and where its values lie.
+//! `SpatialFreeFlyer`: its structure and where its values are.
 
 use super::MAX_BODIES;
 use super::attitude::{about, four, rotation, unit};

@@ -9,7 +9,7 @@ pub struct Led<'a, T> {
     pub base: Option<(Vector<T>, Vector<T>)>,
     /// Joints (from 0) and their accelerations.
     pub joints: &'a [(usize, T)],
-    /// Motors of flexible joints (by joint, from 0; others are not led) and their accelerations, joint side.
+    /// Motors of flexible joints (by joint, from 0; others are not prescribed) and their accelerations, joint side.
     pub motors: &'a [(usize, T)],
 }
 

@@ -85,7 +85,7 @@ impl Structure {
     /// Whether there can be such a model.
     ///
     /// # Errors
-    /// What cannot be, with the mend.
+    /// What cannot be, with the remedy.
     pub fn check(&self) -> Result<(), String> {
         let n = self.bodies();
         for (what, there, most) in [
@@ -118,7 +118,7 @@ impl Structure {
             let most = s.x.max(s.y).max(s.torsion);
             if most > MAX_LINK_SHAPES {
                 return Err(format!(
-                    "linkModes[{body}] asks for {most} shapes in one direction, at most {MAX_LINK_SHAPES} can be had"
+                    "linkModes[{body}] requests {most} shapes in one direction, at most {MAX_LINK_SHAPES} are possible"
                 ));
             }
             if s.x != s.y && s.x.min(s.y) > 0 {
@@ -167,7 +167,7 @@ impl Structure {
             }
             if self.axial_stiffening {
                 return Err(format!(
-                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not tell how bending shortens it; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
+                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not give the shortening by bending; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
                 ));
             }
         }

@@ -1,9 +1,9 @@
-//! A case with what was said of it, and which of that is right.
+//! A case with its result, and which parts of that are right.
 
 use super::said::Said;
 use crate::case::{Key, Moved, Plant, Split};
 
-/// A case with what was said of it.
+/// A case with its result.
 pub(crate) struct Scored {
     pub(crate) key: Key,
     pub(crate) said: Said,
@@ -39,7 +39,7 @@ impl Scored {
         let place = first
             .and_then(|e| e.component.clone())
             .or_else(|| self.said.places.components.first().map(|c| c.id.clone()));
-        // Sensors of single elements stand under the channel.
+        // Sensors of single elements are under the channel.
         let base = |c: &str| c.split('[').next().unwrap_or(c).to_owned();
         let joint = self.key.joints.first().copied().unwrap_or(0);
         let right = joint == 0
@@ -69,8 +69,8 @@ impl Scored {
         }
         self.by_class() || self.ambiguous_with_truth(3)
     }
-    /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
-    /// owner believes.
+    /// A value that is off is reported under its name, within its interval or 10 % of it, and nearer to the true value than to the
+    /// nominal one.
     pub(super) fn moves(&self, name: &str, m: Moved) -> bool {
         let Some(told) = self.said.parameters.get(name) else { return false };
         let Some(off) = told.value.map(|v| (v - m.to).abs()) else { return false };

@@ -5,9 +5,7 @@ mod page;
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{
-    Augmented, Diagnosed, Options, began, diagnose, diagnose_by_evidence, record,
-};
+use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
@@ -23,7 +21,7 @@ use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
-use crate::args::{Diagnose, Engine};
+use crate::args::Diagnose;
 use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
@@ -36,36 +34,10 @@ use crate::templates;
 pub(super) const READING: &str = "reading the case";
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
-    if args.engine == Engine::Innovations {
-        return verdict_alone(args);
-    }
     let (found, written) = found(args)?;
     // The result is printed even where it could not be written.
     say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
-}
-
-/// By the engine on trial, which gives verdicts alone.
-fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
-    if !args.verdict_only || args.watch {
-        let how = "--engine innovations gives verdicts alone: give --verdict-only, and no --watch";
-        return Err(Error::Usage(how.into()));
-    }
-    let stages = Stages::watched(READING, args.deadline);
-    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
-    can_be_made(&args.output)?;
-    let capped = !args.force && findings.iter().any(Finding::is_grave);
-    stages.name("weighing every cause by the innovations");
-    let found = diagnose_by_evidence(&loaded, capped);
-    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
-    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
-    found
-        .complete(&findings, &loaded.case.folder, Some(inputs))
-        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
-    let said = json(&found)?;
-    drop(stages);
-    store(&args.output, &[("diagnosis.json".into(), said.clone().into_bytes())])?;
-    say(&if args.json { said } else { text(&found) })
 }
 
 fn json(d: &Diagnosis) -> Result<String, Error> {
@@ -90,7 +62,7 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = Options {
         seed: args.seed,
-        engine: args.engine.into(),
+        engine: args.engine.map(Into::into),
         capped,
         force: args.force,
         watch: args.watch,
@@ -101,6 +73,9 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     sensors(&loaded);
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
+    if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
+        crate::voice::line(&format!("causes were compared by balances: {why}"));
+    }
     // Those of the case were reported when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
     grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));

@@ -44,7 +44,7 @@ impl Found {
         Some([least, most])
     }
 
-    /// A row for each pose; units stand behind the names.
+    /// A row for each pose; units follow the names.
     pub(super) fn table(&self) -> Table {
         let [a, b] = self.grid.joints;
         let mut columns = vec![

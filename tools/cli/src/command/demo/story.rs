@@ -7,7 +7,7 @@ use trueup_identification::identify::Method;
 use trueup_report::{Page, Trace, diagnosis_pictures, escape, sentence};
 use trueup_trials::{Folders, Key, Order, Plant, Split, generate};
 
-use crate::args::{Diagnose, Engine, Identify};
+use crate::args::{Diagnose, Identify};
 use crate::command::{diagnose, identify};
 use crate::error::Error;
 
@@ -42,7 +42,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         output,
         json: false,
         verdict_only: false,
-        engine: Engine::Balances,
+        engine: None,
         watch: false,
         all_readings: false,
         force: false,
