@@ -182,7 +182,7 @@ impl HybridFmu {
             Self::fail(
                 way,
                 format!(
-                    "{}: these modes, or these parameters in them, lie behind an event or another start; an FMU cannot go back: start again",
+                    "{}: these modes, or these parameters in them, are before an event or another start; an FMU cannot go back: start again",
                     self.fmu.file().display()
                 ),
             );
@@ -405,7 +405,7 @@ impl Plant for HybridFmu {
         } else {
             Self::fail(
                 &mut way,
-                format!("{}: an event of modes that lie behind; start again", self.fmu.file().display()),
+                format!("{}: an event of earlier modes; start again", self.fmu.file().display()),
             );
             Ok(())
         };

@@ -200,13 +200,13 @@ fn why_not(
         let (bound, which) =
             if found.at_bound[k] < 0 { (unknowns[k].lower, "lower") } else { (unknowns[k].upper, "upper") };
         return Some(format!(
-            "the fit ends at its {which} bound {bound:.4e}: the data ask for what the model cannot give, or say nothing about it"
+            "the fit ends at its {which} bound {bound:.4e}: the data require what the model cannot give, or contain nothing on it"
         ));
     }
     if found.jacobian.column(k).norm() == 0.0 {
         let why = match unknowns[k].name.as_str() {
             "staticFriction" => {
-                ": nothing breaks away in them, or it lies at or below the Coulomb level, where it does nothing"
+                ": nothing breaks away in them, or it is at or below the Coulomb level, where it has no effect"
             }
             _ => "",
         };

@@ -80,7 +80,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     };
     for j in led {
         found.notes.push(format!(
-            "jointTorque[{}] is not recorded: the motor is led along its measured motion",
+            "jointTorque[{}] is not recorded: the measured motion of the motor is prescribed",
             j + 1
         ));
     }

@@ -245,7 +245,8 @@ fn arm(torque: bool) -> Identified {
     let folder = tempfile::tempdir().unwrap();
     arm_case(folder.path(), torque);
     let r = identified(folder.path(), Method::OutputError);
-    let led = r.notes.iter().filter(|n| n.contains("led along its measured motion")).count();
+    let led =
+        r.notes.iter().filter(|n| n.contains("is not recorded: the measured motion of the motor")).count();
     assert_eq!(led, if torque { 0 } else { 3 });
     r
 }
@@ -413,7 +414,7 @@ fn a_known_effect_that_cannot_be_is_refused() {
     for (more, said) in [
         ("[effects]\ngravity-torque = { gravityAngle = 0.0 }\n", "its size is not given"),
         ("[effects]\njoint-flexibility = { stiffness = 1.0 }\n", "jointFlexible"),
-        ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it stands once"),
+        ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it occurs once"),
         (
             "[effects]\ngravity-torque = { gravityTorqu = 1.0 }\n",
             "gravityTorqu is no parameter of this effect, which has gravityTorque",

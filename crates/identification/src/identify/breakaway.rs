@@ -57,7 +57,7 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
     };
     let shown = |estimate: Estimated, unit, nominal: f64| Found { estimate, unit, nominal, doubt: None };
     let reason =
-        standard_error.is_none().then(|| "one ramp says nothing of its spread; record several".to_owned());
+        standard_error.is_none().then(|| "one ramp does not show its spread; record several".to_owned());
     let estimate = Estimated { reason, ..one("staticFriction", None, value, standard_error) };
     let nuisance = (runs.iter().zip(&all).enumerate())
         .map(|(r, (run, b))| {

@@ -51,7 +51,9 @@ pub(super) fn of(
         let spec = choice.spec();
         let refuse = |what: &str| Err(IdentifyError::Unknowns(format!("{id} {what}")));
         if case.known_effects().contains(&id.as_str()) {
-            return refuse("is in [effects] too: there it has values and doubts, here none; name it once");
+            return refuse(
+                "is in [effects] too: there it has values and standard deviations, here none; name it once",
+            );
         }
         if spec.loosens() {
             return refuse("is a spring; write jointFlexible = true, and fit its stiffness and damping");

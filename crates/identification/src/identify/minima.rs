@@ -72,7 +72,7 @@ pub(super) fn lowest(
             })
             .collect();
         notes.push(format!(
-            "other values fit as well but for chance ({:.1} to 1 against them): {}. The intervals do not hold them; a recording that excites it otherwise, or a doubt under [uncertain], decides",
+            "other values fit as well but for chance ({:.1} to 1 against them): {}. The intervals do not hold them; a recording that excites it otherwise, or an entry under [uncertain], decides",
             ((other.cost - fit.cost) / (size * size)).exp(),
             values.join(", ")
         ));

@@ -102,7 +102,7 @@ pub(super) fn by_simulation(
             }
         }
         notes.push(format!(
-            "noise of {} is not declared: weighed by what the fit leaves, so that it cannot be said whether the fit reaches the noise floor; declare noise or resolution under [channels]",
+            "noise of {} is not declared: weighed by what the fit leaves, so that it is not known whether the fit reaches the noise floor; declare noise or resolution under [channels]",
             free.join(", ")
         ));
     }
@@ -176,7 +176,7 @@ pub(super) fn by_simulation(
         Some((slack, finer)) => {
             problem.read_intervals(Some(slack));
             notes.push(format!(
-                "readings of coarse sensors are taken for the counts that they are, with an error of {slack} counts before counting"
+                "readings of coarse sensors are treated as counts, with an error of {slack} counts before counting"
             ));
             of_solution(&problem, finer, loss, fit.origins)?
         }
@@ -217,7 +217,7 @@ pub(super) fn by_simulation(
     }
     let own = all.split_off(shared.len());
     let designed = varied.map(|(d, v)| {
-        (settings.progress)("what runs begun otherwise would tell");
+        (settings.progress)("what runs from other starts would identify");
         v.designed(model, d, &problem, &fit.theta, &all)
     });
     let designed = designed.transpose()?;
