@@ -1,4 +1,4 @@
-//! The variables of [`FlexibleArm`](super::FlexibleArm) beside those of its bodies.
+//! The variables of [`FlexibleArm`](super::FlexibleArm) in addition to those of its bodies.
 
 use super::structure::Structure;
 use crate::layout::Allowed::{Any, NotNegative};
