@@ -219,6 +219,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
             shown[i] += series[k / CHANNELS];
         }
+        let own = shown.dot(&factor.solve(&shown));
         let group = [column];
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
@@ -236,7 +237,6 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let mut sums = GroupSums::new(&packed, &[&group[..]]);
         sums.pass(0, &gains, &e).unwrap();
         let got = sums.done().remove(0);
-        let own = shown.dot(&factor.solve(&shown));
         assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
         let with = shown.dot(&weighted);
         let size = (own * error.dot(&weighted)).sqrt();
