@@ -32,7 +32,7 @@ fn of_run(nominal: &[f64], run: &Run) -> Result<Breakaway, IdentifyError> {
     };
     let t: Vec<f64> = angle.t.iter().map(|t| t - angle.delay).collect();
     let u: Vec<f64> = t.iter().map(|t| at(current, *t)).collect();
-    // Through the spring the motor holds what the load is under when it stands.
+    // Through the spring the motor holds the torque on the load at rest.
     let load = run.drives.iter().find(|d| d.input == input::EXTERNAL_TORQUE && !d.t.is_empty());
     let external = load.map_or(0.0, |d| at(d, run.start)) / nominal[p::GEAR_RATIO];
     let noise = (angle.sigma.powi(2) - angle.resolution.powi(2) / 12.0).max(0.0).sqrt();

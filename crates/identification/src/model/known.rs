@@ -1,4 +1,4 @@
-//! Effects that the owner of a case knows to be there.
+//! Effects that a case declares.
 
 use trueup_models::effect::{Choice, Neutral, Plant, Role, Scope};
 use trueup_signals::{Case, base_name, element_name};
@@ -41,7 +41,7 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
             }
             _ => {}
         }
-        // Whose parameter is it that stands there?
+        // Whose parameter is it?
         let own = |name: &str| {
             let base = base_name(name);
             let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
