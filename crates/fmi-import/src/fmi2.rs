@@ -35,7 +35,7 @@ pub struct Instance {
     callbacks: Option<Box<fmi2CallbackFunctions>>,
 }
 
-// SAFETY: FMI requires that one thread at a time calls an instance, not that it is always the same.
+// SAFETY: FMI asks that one thread at a time calls an instance, not that it is always the same.
 unsafe impl Send for Instance {}
 
 impl Instance {
@@ -103,7 +103,7 @@ impl Instance {
         self.core.live.messages()
     }
 
-    /// Which debug messages are requested; no category: all.
+    /// Which debug messages are wanted; no category: all.
     ///
     /// # Errors
     /// Whatever `fmi2SetDebugLogging` returns.
@@ -250,7 +250,7 @@ impl Instance {
     /// A block to be read or written again and again.
     ///
     /// # Errors
-    /// None; as in [FMI 3.0](crate::fmi3::Instance::prepare), where sizes of arrays are requested.
+    /// None; as in [FMI 3.0](crate::fmi3::Instance::prepare), where sizes of arrays are asked for.
     pub fn prepare(&mut self, references: &[u32]) -> Result<Prepared, Error> {
         Ok(Prepared { references: references.into(), count: references.len(), epoch: 0 })
     }
@@ -339,7 +339,7 @@ impl Instance {
         call!(self.core, fmi2EnterContinuousTimeMode)
     }
 
-    /// Reports that an integrator step is accepted. `no_rollback`: no state before now will be restored.
+    /// Tells that an integrator step is accepted. `no_rollback`: no state before now will be restored.
     ///
     /// # Errors
     /// Whatever `fmi2CompletedIntegratorStep` returns.
@@ -427,7 +427,7 @@ impl Instance {
         }
     }
 
-    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
+    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
     ///
     /// # Errors
     /// As [`Instance::do_step`].

@@ -1,4 +1,4 @@
-//! Joints whose recordings the adaptive driver makes, as they are and as their nominal models.
+//! Joints whose recordings the adaptive driver makes, as they are and as their owner has them.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -48,7 +48,7 @@ pub(crate) enum Sampling {
     Coarse,
 }
 
-/// A joint as it is, and the differences of its nominal model.
+/// A joint as it is, and what its owner has otherwise.
 pub(crate) struct MadeJoint<'a> {
     /// Of the drive and of the noise.
     pub(crate) seed: u64,
@@ -60,13 +60,13 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) sampling: Sampling,
     /// With a spring.
     pub(crate) flexible: bool,
-    /// Effects with their parameters; the nominal model has none of them.
+    /// Effects with their parameters; the owner knows nothing of them.
     pub(crate) effects: &'a [(&'a str, &'a [f64])],
     /// Size of a torque on the load that is recorded, N.m.
     pub(crate) external: f64,
     /// Channels that are recorded.
     pub(crate) channels: &'a [&'a str],
-    /// The nominal values of parameters, where they are not the true ones.
+    /// What the owner has of parameters, where it is not as it is.
     pub(crate) believed: &'a [(&'a str, Value)],
 }
 
@@ -152,7 +152,7 @@ impl MadeJoint<'_> {
         }
     }
 
-    /// The case with the nominal model.
+    /// The case that its owner has.
     pub(crate) fn case(&self) -> Loaded {
         let ids: Vec<&str> = self.effects.iter().map(|e| e.0).collect();
         let joint = TwoMassJoint::new(self.flexible, &ids).unwrap();

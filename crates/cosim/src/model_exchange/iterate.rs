@@ -111,7 +111,7 @@ impl Group {
             if pass >= PASSES {
                 let reason = match again {
                     Some(node) => format!(
-                        "event iteration of instance \"{}\" does not end: it requested another pass {PASSES} times",
+                        "event iteration of instance \"{}\" does not end: it asked for another pass {PASSES} times",
                         nodes[node].slave.name()
                     ),
                     None => format!(

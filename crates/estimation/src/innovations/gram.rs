@@ -1,7 +1,7 @@
 //! Gram matrices of whitened innovations.
 //!
-//! The base (data, nuisances, accepted causes) has a full matrix; a group added to it only its products with the base and with
-//! itself, which is all that the evidence of base and group needs. Sums are in double precision: next to a strong effect the
+//! The base (data, nuisances, causes that stand) has a full matrix; a group beside it only its products with the base and with
+//! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
 //! evidence is a small difference of large sums.
 
 use std::rc::Rc;
@@ -113,7 +113,7 @@ impl PackedColumns {
         BaseGram { size, products: vec![0.0; size * size], ..BaseGram::default() }
     }
 
-    /// Adds a recording to the matrix of the base (its lower half); returns the innovations of data and base.
+    /// Adds a recording to the matrix of the base (its lower half); tells the innovations of data and base.
     ///
     /// # Errors
     /// Where no kernel has these sizes.
@@ -144,10 +144,10 @@ impl PackedColumns {
     }
 }
 
-/// Sums of groups in addition to a base while recordings pass.
+/// Sums of groups beside a base while recordings pass.
 pub struct GroupSums<'a> {
     packed: &'a PackedColumns,
-    /// Groups of at most [`GROUP`] columns, as many as fit next to each other.
+    /// Groups of at most [`GROUP`] columns, as many as fit beside each other.
     blocks: Vec<Vec<&'a [Column]>>,
     /// By block: products with each column of the base, and with the lane that is 0, 1, .. further.
     with_base: Vec<Vec<Wide>>,

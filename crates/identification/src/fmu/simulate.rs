@@ -248,7 +248,7 @@ impl FmuModel {
         lanes: Vec<Lane>,
     ) -> Result<Under<'a>, Stopped> {
         let t = plan.time(0);
-        // What is not given stays as the FMU has it.
+        // What is not said stays as the FMU has it.
         let changed = |place: &&Place| {
             (place.begin..place.begin + place.len).any(|i| p[i].to_bits() != self.starts[i].to_bits())
         };

@@ -14,13 +14,13 @@ use trueup_numerics::hybrid::{At, Hybrid, Sizes, StiffPart, Update};
 /// Inputs of the bodies at most: torques of the joints, wrenches at the tips.
 const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;
 
-/// An arm with flexible joints and links on the ground (S3): its structure and where its values are.
+/// An arm with flexible joints and links on the ground (S3): its structure and where its values lie.
 ///
 /// Continuous states: q_i of the joints, q_mi of the motors \[rad, joint side\], xi of the links \[m; rad\], and their rates. Each
-/// motor of a flexible joint has a mode of friction, as [`crate::friction`] describes.
+/// motor of a flexible joint has a mode of friction, as [`crate::friction`] tells.
 ///
-/// What it gets wrong: links bend as beams of Euler and Bernoulli; unless axial stiffening is requested, neither a load along a
-/// link nor its spin stiffens it; the joint's spring is linear; friction has no temperature, no load, no pre-sliding.
+/// What it gets wrong: links bend as beams of Euler and Bernoulli; unless axial stiffening is asked for, neither a load along a
+/// link nor its spin stiffens it; the joint's spring is linear; friction knows no temperature, no load, no pre-sliding.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm {
     structure: Structure,
@@ -41,7 +41,7 @@ impl FlexibleArm {
     /// A model of that structure.
     ///
     /// # Errors
-    /// What of it cannot be, with the remedy.
+    /// What of it cannot be, with the mend.
     pub fn new(structure: Structure) -> Result<Self, String> {
         let s = &structure.robot;
         let n = s.bodies();
@@ -49,7 +49,9 @@ impl FlexibleArm {
             return Err(format!("an arm of {n} joints cannot be had: give it 1 to {MAX_JOINTS}"));
         }
         if !s.held {
-            return Err("FlexibleArm is on a base that is held; a free one is SpatialFreeFlyer's".to_owned());
+            return Err(
+                "FlexibleArm stands on a base that is held; a free one is SpatialFreeFlyer's".to_owned()
+            );
         }
         if s.panels() > 0 || s.thrusters > 0 {
             return Err(
@@ -98,7 +100,7 @@ impl FlexibleArm {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and the error with its remedy.
+    /// The index of the parameter that is at fault, and what is wrong with the mend.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         self.bodies.check(p)?;
         for j in (0..self.joints()).filter(|j| self.bodies.motor_row(*j).is_none()) {
@@ -182,7 +184,7 @@ impl FlexibleArm {
         needed
     }
 
-    /// Of the torques that motors which stick need in addition to their springs': what friction balances at them; 0 of the others.
+    /// Of the torques that motors which stick need beside their springs': what friction balances at them; 0 of the others.
     fn balance<T: Scalar>(&self, at: &At<T>, u: &[T], needed: &mut [T]) {
         for j in 0..self.joints() {
             needed[j] = if at.modes[j] == STUCK {
@@ -194,7 +196,7 @@ impl FlexibleArm {
     }
 }
 
-/// Of a motor that is not described, N.m/A.
+/// Of a motor that nobody has described, N.m/A.
 const TORQUE_CONSTANT: f64 = 0.02;
 
 impl Hybrid for FlexibleArm {
@@ -276,7 +278,7 @@ impl StiffPart for FlexibleArm {
 pub(super) const MAX_STATES: usize = 2 * (2 * MAX_JOINTS + crate::space::MAX_MODES_OF_ALL);
 
 impl FlexibleArm {
-    /// Where the first tip would be if joints were at the angles of their motors and links were straight, inertial axes (LNK-7).
+    /// Where the first tip would be if joints stood where their motors do and links were straight, inertial axes (LNK-7).
     fn rigid_tip<T: Scalar>(&self, at: &At<T>) -> [T; 3] {
         let own = |j: usize| self.bodies.motor_row(j).unwrap_or(self.state.joint_angle + j);
         let q: PerJoint<T> = (0..self.joints()).map(|j| at.x[own(j)]).collect();
