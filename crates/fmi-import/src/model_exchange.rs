@@ -54,7 +54,7 @@ macro_rules! either {
     };
 }
 
-#[allow(clippy::missing_errors_doc, reason = "one sentence at the type covers it")]
+#[allow(clippy::missing_errors_doc, reason = "one sentence at the type says it")]
 impl ModelExchange {
     /// Instantiates.
     pub fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
@@ -145,7 +145,7 @@ impl ModelExchange {
     pub fn enter_continuous_time_mode(&mut self) -> Result<(), Error> {
         either!(self, i => i.enter_continuous_time_mode())
     }
-    /// Reports that a step is accepted.
+    /// Says that a step is accepted.
     pub fn completed_integrator_step(&mut self) -> Result<Completed, Error> {
         either!(self, i => i.completed_integrator_step(true))
     }
