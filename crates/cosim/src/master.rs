@@ -67,7 +67,7 @@ fn shares_events(plan: &mut Plan, rules: &[Option<StepRule>], algorithm: Algorit
     let seldom: Vec<&str> = plan.components.iter().filter(|c| c.every > 1).map(|c| c.name.as_str()).collect();
     let why = match (rigid.is_empty(), seldom.is_empty()) {
         (true, true) => return true,
-        (false, _) => format!("{}: not said to take parts of a step", quoted(&rigid)),
+        (false, _) => format!("{}: not declared to take parts of a step", quoted(&rigid)),
         (true, false) => format!("{} steps less often (`every`)", quoted(&seldom)),
     };
     if plan.components.iter().any(|c| c.interface == Interface::ModelExchange || has_event_mode(c)) {

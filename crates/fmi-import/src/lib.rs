@@ -1,4 +1,4 @@
-//! Loads an FMU of FMI 2.0 or 3.0 and calls it, whoever built it.
+//! Loads an FMU of FMI 2.0 or 3.0 and calls it, of any vendor.
 //!
 //! ```no_run
 //! use trueup_fmi_import::{Experiment, Fmu, Options, fmi3};

@@ -38,7 +38,7 @@ impl Pace {
         (each < LEAST * span).then(|| {
             let (each, left) = (Figure(each), Figure(span / each));
             format!(
-                "steps fell below {} s: the last {steps} led {each} s each, and the whole run would take {left} of them; its \
+                "steps fell below {} s: the last {steps} advanced {each} s each, and the whole run would take {left} of them; its \
                  derivatives jump or are noise: give what switches an event indicator, or set a fixed step with Co-Simulation",
                 Figure(LEAST * span)
             )

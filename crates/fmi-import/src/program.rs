@@ -2,7 +2,7 @@
 //! between them but a look at the status.
 //!
 //! What is checked elsewhere at every call is checked here when the program is [bound](Program::bind): that the instances
-//! are the same, live, and nobody else's as long as it is bound.
+//! are the same, live, and no one else's as long as it is bound.
 
 #![allow(unsafe_code)] // the C boundary
 
@@ -29,7 +29,7 @@ impl AnyInstance {
         }
     }
 
-    /// Where it lies, whether sizes of its arrays have changed, whether it can be called.
+    /// Where it is, whether sizes of its arrays have changed, whether it can be called.
     fn identity(&self) -> (*mut c_void, u32, bool) {
         match self {
             Self::V2(i) => (i.core.component, 0, i.core.ready("").is_ok()),
@@ -122,7 +122,7 @@ pub struct Program {
     calls: Vec<Call>,
     /// Instance of each call; of a copy 0.
     called: Vec<usize>,
-    /// Instances with where they lie and the sizes for which their blocks were prepared.
+    /// Instances with their places and the sizes for which their blocks were prepared.
     identities: Vec<(usize, *mut c_void, u32)>,
     references: Vec<Box<[u32]>>,
     /// Number of values needed.
@@ -132,7 +132,7 @@ pub struct Program {
 // SAFETY: the pointers are followed by `Bound` alone, while it has exclusive access to the instances.
 unsafe impl Send for Program {}
 
-/// A program with its instances, which nobody else can reach meanwhile.
+/// A program with its instances, which no one else can reach meanwhile.
 pub struct Bound<'a, I: ?Sized> {
     program: &'a Program,
     _instances: &'a mut I,
@@ -166,10 +166,10 @@ pub enum Stopped {
     },
 }
 
-/// What a step came to, as the FMU said it.
+/// What a step came to, as the FMU reported it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Begin and length of the step that was asked for, s.
+    /// Begin and length of the requested step, s.
     time: f64,
     step: f64,
     status: c_int,
@@ -326,7 +326,7 @@ fn good(status: c_int) -> bool {
 }
 
 /// One step of an instance that is live and exclusively the caller's; `None`: it went its whole way and nothing is to be
-/// told.
+/// reported.
 #[inline]
 fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Option<Outcome> {
     match stepping {
@@ -393,7 +393,7 @@ impl<I: ?Sized> Bound<'_, I> {
                 exit::calls(b.id);
             }
             // SAFETY: the signatures are the standard's; the instance is live and exclusively ours and the block was prepared
-            // for its sizes, see `bind`; the ranges and indices lie within `values`, by the assertion.
+            // for its sizes, see `bind`; the ranges and indices are within `values`, by the assertion.
             let status = unsafe {
                 match *call {
                     Call::Get2(f, b) => {

@@ -74,7 +74,7 @@ fn nothing_is_named_on_joints_of_other_structures() {
     }
 }
 
-/// Dry friction and the spring of a joint whose owner has none lead in frames of their own.
+/// Dry friction and the spring of a joint whose nominal model has none lead in frames of their own.
 #[test]
 #[ignore = "four searches: ./test --full runs it"]
 fn what_a_joint_has_for_the_first_time_leads() {

@@ -311,7 +311,7 @@ impl FmuModel {
         Ok(())
     }
 
-    /// What is estimated unless the case says otherwise: of a joint of ours what belongs to it, else nothing.
+    /// What is estimated unless the case chooses otherwise: of a joint of ours what belongs to it, else nothing.
     pub fn usual(&self) -> Vec<String> {
         let usual = ["stiffness", "damping", "coulombFriction", "viscousFriction", "staticFriction"];
         let known: Vec<String> =

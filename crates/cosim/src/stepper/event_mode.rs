@@ -186,7 +186,7 @@ impl EventStepper {
             nodes,
             self.node,
             time,
-            "event iteration does not end: it asked for another pass 100 times",
+            "event iteration does not end: it requested another pass 100 times",
         ))
     }
 

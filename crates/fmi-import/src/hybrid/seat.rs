@@ -58,7 +58,7 @@ impl Seat {
     ) -> Result<(), Error> {
         self.used = true;
         for place in &places.parameters {
-            // What is not said stays as the FMU has it.
+            // What is not given stays as the FMU has it.
             let changed = place.elements().any(|i| p[i].to_bits() != table.parameters[i].start.to_bits());
             if changed {
                 self.instance.set_float64(&[place.reference], &p[place.elements()])?;

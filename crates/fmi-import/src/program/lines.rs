@@ -1,4 +1,4 @@
-//! Steps whose inputs go on lines: set anew for each part of a step, or told as derivatives.
+//! Steps whose inputs go on lines: set again for each part of a step, or given as derivatives.
 
 use std::ffi::c_int;
 use std::ops::Range;
