@@ -176,11 +176,13 @@ def test_the_site_is_built_from_pages_whose_links_are_there(tmp_path):
     assert done.returncode == 0 and f"build {ROOT}" in done.stdout, done.stderr
     source = ROOT / "target" / "site-source"
     copies = list(source.rglob("*.md"))
-    assert len(copies) == len(list((ROOT / "docs").rglob("*.md")))
+    assert len(copies) == 1 + len(list((ROOT / "docs").rglob("*.md")))
     for copy in copies:
         text = without_code(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
         missing = [link for link in re.findall(r"\] <([^>]+)>", text) if not (copy.parent / link).exists()]
         assert not missing, f"{copy}: {missing}"
+    # A link that is written again leaves its surroundings as they were.
+    assert (source / "index.md").read_text().count(")") == (ROOT / "README.md").read_text().count(")")
 
 
 def test_without_mdbook_the_site_says_how_to_install_it(tmp_path):

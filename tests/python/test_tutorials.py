@@ -23,7 +23,7 @@ def words(line):
 
 
 def saved_as(before):
-    """The file that the text before a block tells the reader to save."""
+    """The file that the text before a block has the reader save."""
     named = re.findall(r"`(?:python3 )?([\w/]+\.(?:urdf|py|toml))`", before)
     return named[-1] if named else None
 

@@ -4,7 +4,7 @@
     cargo run --release --example stages -- TRIALS/cases/* >STAGES
     python tools/levels/fit_levels.py STAGES=TRIALS ...
 
-STAGES has a JSON object a line, or is a folder of such files. The program prints, for the weights as they stand and for the fitted ones, how
+STAGES has a JSON object a line, or is a folder of such files. The program prints, for the weights as they are and for the fitted ones, how
 many cases are on the wrong side of a half, the Brier score, and both again by five folds (fitted without the fold that is judged); then the
 fitted weights as Rust source. Weights stay near the present ones as far as the cases do not say otherwise (ridge regression towards them).
 """
@@ -68,7 +68,7 @@ def leaders(source: str) -> Rows:
 
 
 def seconds(source: str) -> Rows:
-    """Numbers of each second cause beside a true leader, and whether both are the true pair."""
+    """Numbers of each second cause next to a true leader, and whether both are the true pair."""
     rows: Rows = []
     for name, key, stages in cases(source):
         leader, truth = stages["hypotheses"][0], set(key["effects"])
@@ -121,7 +121,7 @@ def score(title: str, p: np.ndarray, rows: Rows) -> None:
         of = (p >= low) & (p < high)
         if of.any():
             bins.append(f"{p[of].mean():.2f}: {y[of].mean():.2f} of {int(of.sum())}")
-    print(f"  {title:<12} wrong side {wrong} of {len(rows)}, Brier {((p - y) ** 2).mean():.4f}; said: true  " + ", ".join(bins))
+    print(f"  {title:<12} wrong side {wrong} of {len(rows)}, Brier {((p - y) ** 2).mean():.4f}; reported: true  " + ", ".join(bins))
 
 
 def main(sources: list[str]) -> None:
@@ -130,7 +130,7 @@ def main(sources: list[str]) -> None:
     for name, rows in (("RIGHT", sum(map(leaders, sources), [])), ("SECOND", sum(map(seconds, sources), []))):
         old = present(name)
         print(f"{name}: {len(rows)} rows, {sum(row[2] for row in rows)} true")
-        score("as it stands", probability(old, rows), rows)
+        score("as it is", probability(old, rows), rows)
         new = fit(rows, old)
         score("fitted", probability(new, rows), rows)
         fold = np.array([zlib.crc32(row[0].encode()) % FOLDS for row in rows])

@@ -206,7 +206,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
             let got = smoothed.scores[(2 + CHANNELS) * (k / CHANNELS) + 2 + k % CHANNELS];
             assert!(close(got, weighted[i], weighted.amax(), 1e-9), "seed {seed}: score of reading {k}");
         }
-        // A column, in single precision: a force on the load with a reading error beside it.
+        // A column, in single precision: a force on the load with a reading error in addition.
         let rng = &mut StdRng::seed_from_u64(seed + 100);
         let series: Vec<f64> = (0..NODES).map(|_| rng.random_range(-1.0..1.0)).collect();
         let unit = d.data.forces[0].iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -322,7 +322,7 @@ fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
 /// Upper 1e-4 point of chi-square with 28 degrees of freedom: 7 parameters of 4 cases.
 const CHI_SQUARE: f64 = 64.66;
 
-/// What the data know are ratios; the owner's standard deviations put the common factor. Errors are compared with the standard errors of
+/// What the data know are ratios; the prior standard deviations determine the common factor. Errors are compared with the standard errors of
 /// the last Gram matrix: their sum of squares is chi-square, or less, as the truth is where the prior has it.
 #[test]
 fn a_fit_from_seven_tenths_of_all_values_returns_in_what_the_data_know() {

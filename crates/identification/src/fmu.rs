@@ -10,7 +10,6 @@
 //! them, the stiff integrator takes its Jacobian from them.
 
 mod error;
-mod field;
 mod lane;
 mod simulate;
 
@@ -23,7 +22,7 @@ use crate::parallel;
 use trueup_fmi_description::description::{
     Causality, Description, Initial, Type, Values, Variability, Variable,
 };
-use trueup_fmi_import::{Error, Fmu, ModelExchange, array_lengths};
+use trueup_fmi_import::{AnyInstance, Error, Fmu, array_lengths};
 use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;
@@ -78,7 +77,7 @@ pub struct FmuModel {
     along: AtomicU8,
     /// Relative tolerance of the integrator.
     tolerance: f64,
-    idle: Mutex<Vec<ModelExchange>>,
+    idle: Mutex<Vec<AnyInstance>>,
 }
 
 impl std::fmt::Debug for FmuModel {
@@ -284,7 +283,7 @@ impl FmuModel {
         Ok(())
     }
 
-    /// What is estimated unless the case says otherwise: of a joint of ours what belongs to it, else nothing.
+    /// What is estimated unless the case chooses otherwise: of a joint of ours what belongs to it, else nothing.
     pub fn usual(&self) -> Vec<String> {
         let usual = ["stiffness", "damping", "coulombFriction", "viscousFriction", "staticFriction"];
         let known: Vec<String> =

@@ -80,7 +80,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     };
     for j in led {
         found.notes.push(format!(
-            "jointTorque[{}] is not recorded: the motor is led along its measured motion",
+            "jointTorque[{}] is not recorded: the measured motion of the motor is prescribed",
             j + 1
         ));
     }
@@ -146,7 +146,7 @@ fn finish(
     }
     found.compared = free_run(model, &found.values, &read)?;
     found.fit = figures(model, &found.compared);
-    // What the owner believes may not even simulate.
+    // The nominal model may not even simulate.
     found.before = free_run(model, nominal, runs).map(|c| figures(model, &c)).unwrap_or_default();
     let names = |runs: &[Run]| runs.iter().map(|r| r.name.clone()).collect();
     found.names = [names(train), names(runs)];

@@ -49,7 +49,7 @@ pub enum PredictError {
     Fmu {
         /// Recording.
         run: String,
-        /// What it said.
+        /// Its message.
         what: String,
     },
     /// The model is too fast for these samples.

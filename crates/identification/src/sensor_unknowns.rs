@@ -10,7 +10,7 @@ pub const OFFSET: f64 = 0.3;
 /// Size of a delay of which nothing is known, s.
 const DELAY: f64 = 0.01;
 
-/// No delay is estimated further than this from what it is believed to be, s.
+/// No delay is estimated further than this from the assumed one, s.
 const MOST_DELAY: f64 = 0.5;
 
 /// Whose readings they are, by index in the model.
@@ -58,7 +58,7 @@ pub struct Sought {
 }
 
 impl Sought {
-    /// How far from what it is believed to be it is looked for, where that is not left to the method.
+    /// How far from the assumed value it is searched, where that is not left to the method.
     pub fn bounds(&self) -> Option<(f64, f64)> {
         let believed = self.guess.value;
         (self.figure == Figure::Delay).then_some((believed - MOST_DELAY, believed + MOST_DELAY))
@@ -66,7 +66,7 @@ impl Sought {
 }
 
 /// What is to be estimated of the sensors of these recordings, each figure once, as the first recording has it. Offsets of
-/// outputs are not among it: they are estimated in each recording anew.
+/// outputs are not among it: they are estimated in each recording.
 pub fn sought<'a>(runs: impl IntoIterator<Item = &'a Run>) -> Vec<Sought> {
     let mut all: Vec<Sought> = Vec::new();
     let mut add = |of: Of, figure: Figure, guess: Option<Guess>, wide: f64| {

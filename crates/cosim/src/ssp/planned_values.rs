@@ -2,13 +2,13 @@
 
 use trueup_fmi_description::description::{Description, Type, Variable};
 
+use crate::buffer::Buffer;
 use crate::plan::Planned;
-use crate::slave::Buffer;
 
 /// The values that the plan sets.
 pub(super) fn set(planned: &Planned, d: &Description, v: &Variable) -> Vec<String> {
     let mut texts = Vec::new();
-    let same = |b: &&crate::slave::Block| {
+    let same = |b: &&crate::buffer::Block| {
         b.references == [v.value_reference]
             && Buffer::new(v.kind, d.version, 0)
                 .is_some_and(|like| std::mem::discriminant(&like) == std::mem::discriminant(&b.values))

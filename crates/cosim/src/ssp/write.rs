@@ -16,7 +16,6 @@ use super::planned_values::{item, set};
 use crate::check::names;
 use crate::error::Error;
 use crate::plan::{Element, Link, Plan, Planned};
-use crate::slave::Buffer;
 use crate::store::Store;
 use crate::system::{Component, Connection, Interface, Port, Start, System};
 

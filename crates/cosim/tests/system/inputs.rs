@@ -156,7 +156,7 @@ fn times_beside_the_run_are_named() {
         let says = |part: &str| plan.notes.iter().any(|n| n.contains(part));
         let to = from + length;
         let beside = from > 4.0 || to < 0.0;
-        assert_eq!(says("no row of it lies within the run"), beside, "{from} to {to}: {:?}", plan.notes);
+        assert_eq!(says("no row of it is within the run"), beside, "{from} to {to}: {:?}", plan.notes);
         assert_eq!(
             says("what comes later is not used"),
             !beside && to > 4.0,

@@ -150,7 +150,7 @@ fn of_start_values() {
         ),
         (
             "gain = { value = 1, unit = 'mile' }",
-            "start of `a.gain`: nobody says what the unit mile is; define it (SSP: <Units>), or give the value in rad or deg",
+            "start of `a.gain`: the unit mile is not defined; define it (SSP: <Units>), or give the value in rad or deg",
         ),
         ("fixed = 1", "start of `a.fixed`: it is a constant and cannot be set"),
         (

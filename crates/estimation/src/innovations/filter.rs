@@ -1,14 +1,14 @@
 //! Gains once for all columns, then a pass of the same gains for each column.
 //!
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
-//! beside each other in single precision, [`LANES`] at a time.
+//! next to each other in single precision, [`LANES`] at a time.
 
 use std::rc::Rc;
 
 use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
-/// Columns that pass beside each other.
+/// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
 /// A linear system along a recording.
@@ -47,7 +47,7 @@ pub struct FilterGains<'a> {
     pub gain: Rc<[f64]>,
     /// Variance of each innovation; 1 without a reading.
     pub variance: Rc<[f64]>,
-    /// Covariance of each node before its readings; empty unless asked for.
+    /// Covariance of each node before its readings; empty unless requested.
     pub predicted: Vec<f64>,
 }
 

@@ -1,5 +1,5 @@
 //! What explains the gap: a screen of all shapes at once, leaders refined and fitted, other structures in frames of their own,
-//! pairs beside what the first leaves. All evidences are of the same readings.
+//! pairs for what the first leaves. All evidences are of the same readings.
 
 use std::cell::RefCell;
 use std::rc::Rc;

@@ -1,4 +1,4 @@
-//! What an experiment begun otherwise would tell: expected standard errors over the value of an initial state, or of
+//! What an experiment from another start would identify: expected standard errors over the value of an initial state, or of
 //! another parameter that is not fitted.
 //!
 //! The Cramer-Rao bound (J^T J)^-1, J the exact sensitivities of the case's own runs, begun so, at the estimates; sensors,
@@ -101,7 +101,7 @@ impl Varied {
         }
     }
 
-    /// All that can be said about the fit `theta`, whose first unknowns are those `shared` by all recordings.
+    /// The whole prediction for the fit `theta`, whose first unknowns are those `shared` by all recordings.
     ///
     /// # Errors
     /// [`IdentifyError::Refused`] with the value at which the model cannot be simulated.

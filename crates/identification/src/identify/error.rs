@@ -33,7 +33,7 @@ pub enum IdentifyError {
         /// Which.
         method: Method,
     },
-    /// A ramp that says nothing.
+    /// A ramp without information.
     #[error("{run}: {what}")]
     Static {
         /// Recording.
@@ -44,7 +44,7 @@ pub enum IdentifyError {
     /// What is to be varied is not there.
     #[error("--design {name}: the model has no such parameter")]
     NoDesign {
-        /// What was asked for.
+        /// What was requested.
         name: String,
         /// What there is.
         known: Vec<String>,
@@ -67,7 +67,7 @@ pub enum IdentifyError {
         /// Which.
         method: Method,
     },
-    /// Effects beside parameters.
+    /// Effects together with parameters.
     #[error("method {method} does not fit effects; use output-error or nelder-mead, or leave out --with")]
     Effects {
         /// Which.

@@ -11,9 +11,9 @@ pub struct Found {
     pub estimate: Estimated,
     /// Unit.
     pub unit: &'static str,
-    /// What the owner of the case believes.
+    /// The nominal value of the case.
     pub nominal: f64,
-    /// Relative doubt that was taken as a prior.
+    /// Relative standard deviation of the prior.
     pub doubt: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! What is asked of an identification, and what it says.
+//! The request to an identification, and its result.
 
 use nalgebra::DMatrix;
 
@@ -36,7 +36,7 @@ pub struct Identified {
     pub outputs: Vec<Quantity>,
     /// How.
     pub method: Method,
-    /// What was asked for.
+    /// What was requested.
     pub parameters: Vec<Found>,
     /// What is uncertain and was estimated along with it.
     pub uncertain: Vec<Found>,
@@ -48,7 +48,7 @@ pub struct Identified {
     pub held_out: bool,
     /// The same with the nominal parameters.
     pub before: Vec<Figure>,
-    /// The same with the model's own parameters fitted, without the effects that are fitted beside them; empty: there are
+    /// The same with the model's own parameters fitted, without the effects that are fitted with them; empty: there are
     /// none.
     pub without: Vec<Figure>,
     /// Residuals of the training.
@@ -65,7 +65,7 @@ pub struct Identified {
     pub rank: (usize, usize),
     /// Condition number of the scaled Jacobian.
     pub condition: f64,
-    /// By how much of itself each estimate moves with what is held to be known.
+    /// By how much of itself each estimate moves with what is assumed known.
     pub leverage: Leverage,
     /// Where the search began and what came of it; the first is where the solution came from.
     pub starts: Vec<Start>,
@@ -79,7 +79,7 @@ pub struct Identified {
     pub values: Vec<f64>,
     /// What was found of sensors, the same in all recordings.
     pub sensors: Vec<(Target, f64)>,
-    /// What runs begun otherwise would tell, if that was asked for.
+    /// What runs from other starts would identify, if that was requested.
     pub design: Option<Designed>,
 }
 
@@ -89,8 +89,8 @@ pub struct Settings<'a> {
     pub method: Method,
     /// Intervals by profile likelihood; else from standard errors.
     pub profile: bool,
-    /// Also asks what runs begun otherwise would tell.
+    /// Also requests what runs from other starts would identify.
     pub design: Option<&'a Design>,
-    /// Told what is going on.
+    /// Called with what is being done.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }

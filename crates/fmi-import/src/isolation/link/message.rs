@@ -1,4 +1,4 @@
-//! Messages as they lie in the ring of the shared memory.
+//! Messages as they are in the ring of the shared memory.
 
 use std::ffi::c_int;
 
