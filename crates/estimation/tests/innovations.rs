@@ -220,6 +220,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
             shown[i] += series[k / CHANNELS];
         }
         let group = [column];
+        let own = shown.dot(&factor.solve(&shown));
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
@@ -236,7 +237,6 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let mut sums = GroupSums::new(&packed, &[&group[..]]);
         sums.pass(0, &gains, &e).unwrap();
         let got = sums.done().remove(0);
-        let own = shown.dot(&factor.solve(&shown));
         assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
         let with = shown.dot(&weighted);
         let size = (own * error.dot(&weighted)).sqrt();
