@@ -221,6 +221,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         }
         let own = shown.dot(&factor.solve(&shown));
         let group = [column];
+        let own = shown.dot(&factor.solve(&shown));
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };

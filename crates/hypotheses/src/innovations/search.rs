@@ -89,13 +89,14 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if case.model != "TwoMassJoint" {
         return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
     }
-    let mut sensors = loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let doubted = sensors.any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
+    let sensors = || loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let doubted = sensors().any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
     let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
     let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
     let known = [
         (!case.effects.is_empty(), "known effects"),
         (doubted, "gains, offsets and unknown delays"),
+        (sensors().any(|s| s.delay != 0.0), "declared delays"),
         (sticks > slides, "static friction above Coulomb friction"),
         (case.doubt("gearRatio").is_some(), "a gear ratio that is not known"),
         (loaded.recordings.values().any(own), "parameters of single recordings"),
