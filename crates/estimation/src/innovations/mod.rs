@@ -6,6 +6,7 @@
 //! log evidence of every set of columns follows from one Gram matrix ([`gram`], [`evidence`]). The engine asks a
 //! [`plant::ForcedPlant`] and knows none by name; [`two_mass`] is the two-mass joint as such a plant.
 
+pub mod bank;
 pub mod column;
 pub mod evidence;
 pub mod filter;
