@@ -7,7 +7,9 @@ use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judg
 use trueup_models::joint::parameter;
 use trueup_signals::Loaded;
 
-use super::DiagnoseError;
+use super::{DiagnoseError, input_scale};
+use crate::engine::recordings::Prepared;
+use crate::engine::search::Search;
 use crate::outcome::{
     Amount, Candidate, Claimed, Diagnosis, GapReport, SCHEMA, Sensors, Unknown, Verdict, Where,
 };
@@ -16,15 +18,19 @@ use crate::outcome::{
 const NOTE: &str =
     "by the evidence of the innovations: sizes of effects, gaps and where the gap lies are not said";
 
-/// Diagnoses a joint by the innovations about its smoothed trajectory; `capped`: a grave finding lets nothing be concluded.
+/// Diagnoses a joint by the innovations about its smoothed trajectory; `capped`: a grave finding lets nothing be concluded. What the
+/// recordings show of their own channels caps it too, unless `force`.
 ///
 /// # Errors
 /// See [`DiagnoseError`].
-pub fn diagnose_by_evidence(loaded: &Loaded, capped: bool) -> Result<Diagnosis, DiagnoseError> {
+pub fn diagnose_by_evidence(loaded: &Loaded, capped: bool, force: bool) -> Result<Diagnosis, DiagnoseError> {
+    let case = Prepared::new(loaded)?;
+    let noticed = input_scale::mistaken(&Search::new(&case, 1).map_err(DiagnoseError::Short)?);
+    let capped = capped || !noticed.is_empty() && !force;
     let found = search_joint(loaded)?;
     let nothing = || DiagnoseError::Nominal("no hypothesis could be compared with them".into());
     let judged = judge(&found).ok_or_else(nothing)?;
-    Ok(told(loaded, &found, &judged, capped))
+    Ok(Diagnosis { findings: noticed, ..told(loaded, &found, &judged, capped) })
 }
 
 fn told(loaded: &Loaded, found: &JointFindings, judged: &JointJudgement, capped: bool) -> Diagnosis {

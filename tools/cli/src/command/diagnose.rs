@@ -56,7 +56,7 @@ fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     stages.name("weighing every cause by the innovations");
-    let found = diagnose_by_evidence(&loaded, capped);
+    let found = diagnose_by_evidence(&loaded, capped, args.force);
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
     let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
     found
