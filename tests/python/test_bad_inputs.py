@@ -1,8 +1,8 @@
-"""Files as people write them: good ones, changed in a way that is drawn. Of each way it is said what has to come of it:
+"""Files as people write them: good ones, changed in a way that is drawn. Each way has its expected outcome:
 
 - refused: exit status 1, one error that names the file (and the line, or the name at fault), nothing under the name of the results;
 - the same: exit status 0 and the same results as of the unchanged file;
-- noted: exit status 0, the same results unless said otherwise, and a note that names what is not used or was chosen.
+- noted: exit status 0, the same results unless noted otherwise, and a note that names what is not used or was chosen.
 
 Whatever is drawn: no panic, no silence, no hang. The seed is printed; TRUEUP_SEED chooses another one.
 """
@@ -175,7 +175,7 @@ def lists(desk, values=None, times=None):
     pq.write_table(table, desk.folder / "arm.parquet", compression="zstd")
 
 
-# What comes of a change: how it is run, what has to be said, whether the results stay, and the exit status.
+# What comes of a change: how it is run, the expected message, whether the results stay, and the exit status.
 def refused(command, *words, status=1):
     return command, words, False, status
 
@@ -524,8 +524,8 @@ def a_sweep_with_a_mistake(desk, rng):
 @way
 def a_urdf_with_a_mistake(desk, rng):
     old, new, words = rng.choice([
-        ('link name="fore"', 'link name="upper"', ("arm.urdf:4", "`upper` stands in line 3 already")),
-        ('joint name="elbow"', 'joint name="shoulder"', ("arm.urdf:6", "`shoulder` stands in line 5 already")),
+        ('link name="fore"', 'link name="upper"', ("arm.urdf:4", "`upper` is defined in line 3 already")),
+        ('joint name="elbow"', 'joint name="shoulder"', ("arm.urdf:6", "`shoulder` is defined in line 5 already")),
         ('<mass value="3"/>', "", ("arm.urdf:3", "<mass>")),
         ('<mass value="3"/>', '<mass value="three"/>', ("arm.urdf:3", "three")),
         ('<mass value="3"/>', '<mass value="0"/>', ("arm.urdf:3", "`upper`", "mass")),
@@ -547,7 +547,7 @@ def a_urdf_with_more_than_is_read(desk, rng):
     old, new, words = rng.choice([
         ("<axis", '<limit lower="-1" upper="1" effort="1" velocity="1"/><axis', ("<limit> of 1 joint (shoulder)",)),
         ("<axis", '<calibration rising="0"/><axis', ("<calibration> of 1 joint (shoulder)",)),
-        ('izz="0.02"', 'izz="0.9"', ("`base`", "larger than the sum", "taken as it stands")),
+        ('izz="0.02"', 'izz="0.9"', ("`base`", "larger than the sum", "used as it is")),
     ])
     desk.write("arm.urdf", URDF.replace(old, new, 1))
     return noted("urdf", "arm.urdf", *words, results=False)

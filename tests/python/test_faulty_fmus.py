@@ -1,5 +1,5 @@
 """FMUs that break, drawn by a seed: what x call x moment x FMI version x kind x process. A run of one either gives the right
-result, or fails with one message that names the FMU: it never looks like a good run, never says nothing, never lasts for ever, and
+result, or fails with one message that names the FMU: it never looks like a good run, never ends without a message, never lasts for ever, and
 leaves no process behind. `TRUEUP_SEED` repeats a draw; `--full` draws 200."""
 
 import csv
@@ -182,7 +182,7 @@ def test_no_lie_no_silence_no_hang(fmus, tmp_path, request):
     assert not bad, f"TRUEUP_SEED={seed}\n" + "\n".join(bad)
 
 
-# What ended the program without a word, or never ended: always the same ones.
+# What ended the program without a message, or never ended: always the same ones.
 KNOWN = [
     (2, "cs", False, "_exit", "step", 7), (3, "cs", False, "exec", "step", 2), (2, "me", False, "daemon", "derivatives", 7),
     (3, "me", False, "writes", "set_states", 2), (2, "cs", True, "pending", "step", 2), (2, "me", False, "chatter", "derivatives", 1), (3, "me", False, "noise", "derivatives", 1),

@@ -17,11 +17,11 @@ use crate::log::{Listener, Live};
 pub struct Options {
     /// Name of the instance, as it appears in messages; empty: the file's name.
     pub name: String,
-    /// Ask for the FMU's debug messages.
+    /// Request the FMU's debug messages.
     pub logging_on: bool,
     /// Let the FMU show itself.
     pub visible: bool,
-    /// Takes messages as they come; they are kept in the instance's log besides.
+    /// Takes messages as they come; they are kept in the instance's log, too.
     pub listener: Option<Listener>,
 }
 
@@ -54,12 +54,12 @@ pub struct Step {
     pub discarded: bool,
     /// FMI 3.0: event mode must be entered.
     pub event: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
 }
 
 impl Step {
-    /// A step of `step` s from `time` that went its whole way, with nothing to tell.
+    /// A step of `step` s from `time` that went its whole way, with nothing to report.
     pub fn whole(time: f64, step: f64) -> Self {
         Self { time: time + step, early: false, discarded: false, event: false, terminate: false }
     }
@@ -70,7 +70,7 @@ impl Step {
 pub struct EventInfo {
     /// Another iteration is needed.
     pub again: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
     /// Nominal values of the states have changed.
     pub nominals_changed: bool,
@@ -85,7 +85,7 @@ pub struct EventInfo {
 pub struct Completed {
     /// Event mode must be entered.
     pub event: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
 }
 

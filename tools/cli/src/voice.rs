@@ -1,4 +1,4 @@
-//! What is said on standard error: `error: ...`, `warning: ...`, `note: ...`, in one voice, coloured where a person reads it.
+//! What is printed on standard error: `error: ...`, `warning: ...`, `note: ...`, in one voice, coloured where a person reads it.
 
 #[cfg(unix)]
 use std::fs::File;
@@ -44,7 +44,7 @@ pub(crate) fn line(text: &str) {
     eprintln!("{text}");
 }
 
-/// Only a terminal, and only where nobody asked for none (<https://no-color.org>).
+/// Only a terminal, and only where colour was not refused (<https://no-color.org>).
 fn coloured() -> bool {
     let said = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty());
     std::io::stderr().is_terminal() && said("NO_COLOR").is_none() && said("TERM").is_none_or(|t| t != "dumb")

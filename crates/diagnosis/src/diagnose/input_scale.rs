@@ -8,10 +8,10 @@ use crate::outcome::{Noticed, Severity};
 /// What a gain comes from that is near it. Fewer than between channels (`trueup_signals::check`), whose slopes are sharp: a gain of
 /// 6 or 10 may be a wrong parameter, so neither revolutions nor rpm are among them.
 const CAUSES: [(f64, &str); 5] = [
-    (1e-3, "thousandths were taken for units"),
-    (1e3, "units were taken for thousandths"),
-    (std::f64::consts::PI / 180.0, "degrees were taken for radians"),
-    (180.0 / std::f64::consts::PI, "radians were taken for degrees"),
+    (1e-3, "thousandths were interpreted as units"),
+    (1e3, "units were interpreted as thousandths"),
+    (std::f64::consts::PI / 180.0, "degrees were interpreted as radians"),
+    (180.0 / std::f64::consts::PI, "radians were interpreted as degrees"),
     (-1.0, "it had the opposite sign"),
 ];
 /// As near to it (logarithm of a factor of 3): what is missing besides moves the gain. Causes are a factor of 17 apart.

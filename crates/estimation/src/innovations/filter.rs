@@ -1,14 +1,14 @@
 //! Gains once for all columns, then a pass of the same gains for each column.
 //!
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
-//! beside each other in single precision, [`LANES`] at a time.
+//! next to each other in single precision, [`LANES`] at a time.
 
 use std::rc::Rc;
 
 use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
-/// Columns that pass beside each other.
+/// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
 /// A linear system along a recording.
@@ -47,7 +47,7 @@ pub struct FilterGains<'a> {
     pub gain: Rc<[f64]>,
     /// Variance of each innovation; 1 without a reading.
     pub variance: Rc<[f64]>,
-    /// Covariance of each node before its readings; empty unless asked for.
+    /// Covariance of each node before its readings; empty unless requested.
     pub predicted: Vec<f64>,
 }
 
@@ -306,7 +306,7 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
                 x[i] += gain[i] * e;
             }
             if input.counted[at] {
-                out[at] = e / g.variance[at].sqrt();
+                out[at] = e / g.variance[at].sqrt(); // (EST-3)
             }
         }
         before = now;
@@ -422,7 +422,7 @@ fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneB
                 add(&mut z[i], -gain[i] as f32, &e);
             }
             if input.counted[at] {
-                let r = (1.0 / g.variance[at].sqrt()) as f32;
+                let r = (1.0 / g.variance[at].sqrt()) as f32; // (EST-4)
                 for l in 0..LANES {
                     out[at][l] = e[l] * r;
                 }

@@ -132,7 +132,7 @@ impl Instance {
         call!(self.core, fmi3EnterContinuousTimeMode)
     }
 
-    /// Tells that an integrator step is accepted. `no_rollback`: no state before now will be restored.
+    /// Reports that an integrator step is accepted. `no_rollback`: no state before now will be restored.
     ///
     /// # Errors
     /// Whatever `fmi3CompletedIntegratorStep` returns.
@@ -227,7 +227,7 @@ impl Instance {
         }
     }
 
-    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
     ///
     /// # Errors
     /// As [`Instance::do_step`].

@@ -52,7 +52,7 @@ fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
     let size = open.len();
     let copy = open.try_clone().map_err(|e| general(e.to_string()))?;
     let reader = SerializedFileReader::new(open)?;
-    // What is damaged may announce anything: no memory is taken for it before it is seen to be there.
+    // What is damaged may announce anything: memory is allocated only for what is there.
     let groups = reader.metadata().row_groups();
     let rows = groups.iter().map(|g| u64::try_from(g.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0, u64::saturating_add);
@@ -72,7 +72,7 @@ fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
         let place = u64::try_from(begin).ok().zip(u64::try_from(chunk.compressed_size()).ok());
         let place = place.filter(|(begin, length)| begin.checked_add(*length).is_some_and(|end| end <= size));
         let Some((begin, length)) = place else {
-            return Err(general("a column lies beyond the end of the file".into()));
+            return Err(general("a column is beyond the end of the file".into()));
         };
         let mut bytes = Vec::new();
         copy.get_read(begin)?.take(length).read_to_end(&mut bytes).map_err(|e| general(e.to_string()))?;
@@ -126,7 +126,7 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
     }
 }
 
-/// A cell as it lies in the file.
+/// A cell as it is in the file.
 #[derive(Clone, Copy)]
 enum Raw {
     Real(f64),
@@ -284,7 +284,7 @@ impl CellsOf {
         Ok(())
     }
 
-    /// Elements a row; none: it differs. A list that is missing says nothing of it.
+    /// Elements a row; none: it differs. A missing list gives no number.
     fn width(&self, list: bool) -> Option<usize> {
         let mut lengths = self.lengths.iter().copied().filter(|n| *n > 0);
         let width = if list { lengths.next().unwrap_or(1) } else { 1 };
