@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use trueup_fmi_description::description::{Type, Variability, Variable};
 use trueup_numerics::Figure;
 
+use crate::buffer::{Block, Buffer};
 use crate::exchange::Wiring;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
 use crate::mistake::quoted;
 use crate::node::Node;
 use crate::plan::Driven;
-use crate::slave::{Block, Buffer};
 use crate::system::Interface;
 
 /// Part of a communication step below which two times are the same.

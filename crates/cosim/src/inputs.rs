@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use trueup_fmi_description::description::{Description, Type, Variable};
 use trueup_signals::{Finding, InputColumn, InputTable, Interpolation, Unit};
 
+use crate::buffer::Buffer;
 use crate::check::units;
 use crate::error::Error;
-use crate::slave::Buffer;
 use crate::value;
 
 /// Columns over time; missing samples are left out.

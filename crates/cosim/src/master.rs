@@ -20,6 +20,7 @@ use trueup_fmi_import::{Experiment, Folder};
 use trueup_numerics::Figure;
 
 use crate::adaptive::{self, Adaptive};
+use crate::buffer::{Blocks, configure};
 use crate::choose::{choose, order, units};
 use crate::couple::Coupling;
 use crate::error::Error;
@@ -137,7 +138,7 @@ impl Master {
             let mut node = Node::new(planned, slave);
             node.rule = rule;
             let at = |source| Error::Call { time: start, source };
-            node.slave.configure(&node.planned.structural).map_err(at)?;
+            configure(&mut node.slave, &node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
             stays(&folder, start, std::iter::once(&node))?;
             nodes.push(node);

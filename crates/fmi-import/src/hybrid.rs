@@ -203,7 +203,7 @@ impl HybridFmu {
         match asked {
             Asked::Rates if result.is_empty() => Ok(()),
             Asked::Rates => seat.instance.derivatives(result),
-            Asked::Outputs => seat.instance.get(&self.places.outputs, result),
+            Asked::Outputs => seat.instance.get_float64(&self.places.outputs, result),
             Asked::Indicators => seat.instance.indicators(result),
         }
     }

@@ -25,14 +25,16 @@ pub mod fmi2;
 pub mod fmi3;
 mod folder;
 mod hybrid;
+mod instance;
+pub mod integration;
 pub mod interrupt;
 pub mod isolation;
 #[cfg(target_os = "linux")]
 pub mod keeper;
 mod library;
 mod log;
-mod model_exchange;
 mod open;
+pub mod pace;
 pub mod program;
 mod table;
 
@@ -40,7 +42,7 @@ pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, State
 pub use crate::error::{Error, FmiError, Status};
 pub use crate::folder::Folder;
 pub use crate::hybrid::{HybridFmu, array_lengths};
+pub use crate::instance::{AnyInstance, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};
-pub use crate::model_exchange::{ModelExchange, StateColumns};

@@ -19,17 +19,9 @@ pub use lines::{Following, Lines};
 use crate::core::{Prepared, Step, lent};
 use crate::error::Error;
 use crate::exit;
-use crate::{fmi2::Instance as V2, fmi3::Instance as V3};
+use crate::instance::AnyInstance;
 
-/// An instance of either version.
-pub enum Either<'a> {
-    /// FMI 2.0.
-    V2(&'a mut V2),
-    /// FMI 3.0.
-    V3(&'a mut V3),
-}
-
-impl Either<'_> {
+impl AnyInstance {
     fn id(&self) -> usize {
         match self {
             Self::V2(i) => i.core.live.id,
@@ -49,7 +41,7 @@ impl Either<'_> {
 /// Who has instances, by index.
 pub trait Instances {
     /// The instance of this index.
-    fn instance(&mut self, index: usize) -> Option<Either<'_>>;
+    fn instance(&mut self, index: usize) -> Option<&mut AnyInstance>;
 }
 
 /// A block of doubles: references (kept alive by the program), values in `first..first + values`.
@@ -189,16 +181,20 @@ pub struct Outcome {
 
 impl Program {
     /// Adds a step of an instance. `false`, and nothing is added: it has no doStep function, or intermediate updates.
-    pub fn step(&mut self, index: usize, instance: Either<'_>) -> bool {
+    pub fn step(&mut self, index: usize, instance: &mut AnyInstance) -> bool {
         let (component, ..) = instance.identity();
-        let step = match &instance {
-            Either::V2(i) => i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component, i.core.live.id)),
+        let step = match &*instance {
+            AnyInstance::V2(i) => {
+                i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component, i.core.live.id))
+            }
             // What happens in an intermediate update is looked at after each step.
-            Either::V3(i) if i.core.live.has_hook() => None,
-            Either::V3(i) => i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component, i.core.live.id)),
+            AnyInstance::V3(i) if i.core.live.has_hook() => None,
+            AnyInstance::V3(i) => {
+                i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component, i.core.live.id))
+            }
         };
         let Some(step) = step else { return false };
-        self.know(index, &instance);
+        self.know(index, instance);
         self.steps.push(step);
         self.stepped.push(index);
         true
@@ -209,20 +205,20 @@ impl Program {
     pub fn call(
         &mut self,
         index: usize,
-        instance: Either<'_>,
+        instance: &mut AnyInstance,
         set: bool,
         block: &Prepared,
         values: Range<usize>,
     ) -> bool {
-        let Some((it, references)) = Self::block(&instance, block, &values) else { return false };
-        let call = match (&instance, set) {
-            (Either::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
-            (Either::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
-            (Either::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
-            (Either::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
+        let Some((it, references)) = Self::block(instance, block, &values) else { return false };
+        let call = match (&*instance, set) {
+            (AnyInstance::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
+            (AnyInstance::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
+            (AnyInstance::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
+            (AnyInstance::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
         };
         let Some(call) = call else { return false };
-        self.know(index, &instance);
+        self.know(index, instance);
         self.references.push(references);
         self.values = self.values.max(values.end);
         self.calls.push(call);
@@ -231,7 +227,7 @@ impl Program {
     }
 
     /// A block with its references, `None` if it is not of this length.
-    fn block(instance: &Either<'_>, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
+    fn block(instance: &AnyInstance, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
         let (component, epoch, _) = instance.identity();
         if block.epoch != epoch || block.count != values.len() {
             return None;
@@ -255,7 +251,7 @@ impl Program {
         self.called.push(0);
     }
 
-    fn know(&mut self, index: usize, instance: &Either<'_>) {
+    fn know(&mut self, index: usize, instance: &AnyInstance) {
         let (component, epoch, _) = instance.identity();
         if !self.identities.iter().rev().any(|known| *known == (index, component, epoch)) {
             self.identities.push((index, component, epoch));
@@ -288,27 +284,27 @@ impl Program {
     ///
     /// # Errors
     /// As `do_step` of the instance.
-    pub fn explain(instance: Either<'_>, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn explain(instance: &mut AnyInstance, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
         let Outcome { time, step, status, event, terminate, early, last } = outcome;
         match instance {
-            Either::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
-            Either::V3(i) => {
+            AnyInstance::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
+            AnyInstance::V3(i) => {
                 i.stepped(i.core.check("fmi3DoStep", status), time, step, [event, terminate, early], last)
             }
         }
     }
 
     /// The error of what sets the inputs of the `at`-th step.
-    pub fn failure_ahead(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure_ahead(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
         let function = self.setter(at);
         match instance {
-            Either::V2(i) => i.core.check(function, status).err(),
-            Either::V3(i) => i.core.check(function, status).err(),
+            AnyInstance::V2(i) => i.core.check(function, status).err(),
+            AnyInstance::V3(i) => i.core.check(function, status).err(),
         }
     }
 
     /// The error of the `at`-th call.
-    pub fn failure(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
         let function = match self.calls[at] {
             Call::Get2(..) => "fmi2GetReal",
             Call::Set2(..) => "fmi2SetReal",
@@ -317,8 +313,8 @@ impl Program {
             Call::Hand { .. } => return None,
         };
         match instance {
-            Either::V2(i) => i.core.check(function, status).err(),
-            Either::V3(i) => i.core.check(function, status).err(),
+            AnyInstance::V2(i) => i.core.check(function, status).err(),
+            AnyInstance::V3(i) => i.core.check(function, status).err(),
         }
     }
 }

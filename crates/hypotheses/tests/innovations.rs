@@ -35,6 +35,21 @@ fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
     assert!((order - 2.0).abs() < 0.02, "{order}");
 }
 
+/// Cogging: an order far above those of a gear, on a motor so slow that its readings show it.
+#[test]
+fn a_ripple_of_order_sixty_has_its_order() {
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[3e-3, 2e-3, 60.0, 0.0, 0.0])];
+    let slow =
+        MadeJoint { seed: 12, recordings: (1, 1000), rate: 500.0, viscous: 6e-4, ..MadeJoint::default() };
+    let (found, judged) = told("ripple of order 60", &MadeJoint { effects: ripple, ..slow });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+    );
+    let order = found.effects[0].shape.value("h");
+    assert!((order - 60.0).abs() < 0.1, "{order}");
+}
+
 /// One sensor only, a rigid joint, a torque on the load that is recorded: no false cause where nothing lacks.
 #[test]
 #[ignore = "ten searches: ./test --full runs it"]

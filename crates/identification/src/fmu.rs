@@ -9,7 +9,6 @@
 //! with respect to states and continuous inputs, not to fixed parameters, and none across events. Where the FMU offers
 //! them, the stiff integrator takes its Jacobian from them.
 
-mod field;
 mod lane;
 mod simulate;
 
@@ -22,7 +21,7 @@ use crate::parallel;
 use trueup_fmi_description::description::{
     Causality, Description, Initial, Type, Values, Variability, Variable,
 };
-use trueup_fmi_import::{Error, Fmu, ModelExchange, array_lengths};
+use trueup_fmi_import::{AnyInstance, Error, Fmu, array_lengths};
 use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;
@@ -104,7 +103,7 @@ pub struct FmuModel {
     along: AtomicU8,
     /// Relative tolerance of the integrator.
     tolerance: f64,
-    idle: Mutex<Vec<ModelExchange>>,
+    idle: Mutex<Vec<AnyInstance>>,
 }
 
 impl std::fmt::Debug for FmuModel {

@@ -10,7 +10,7 @@ use trueup_fmi_description::description::{
 
 use super::report::Report;
 use super::{names, units};
-use crate::slave::{Block, Buffer};
+use crate::buffer::{Block, Buffer};
 use crate::system::{Component, Start};
 use crate::value;
 

@@ -6,12 +6,12 @@ use trueup_fmi_description::description::{Causality, Description, Initial, Type,
 
 use super::bank::{Bank, Converted, Copy, Others, Reals, Scaled, Spot};
 use super::{DrivenSpot, Exchange, Op, Phase, Wiring};
+use crate::buffer::{Block, Buffer};
 use crate::error::Error;
 use crate::exchange::newton::{Loop, Unknown as LoopUnknown};
 use crate::graph;
 use crate::node::Node;
 use crate::plan::{Driven, Element, Link, Planned};
-use crate::slave::{Block, Buffer};
 use crate::step_rule::is_continuous_input;
 use crate::value;
 

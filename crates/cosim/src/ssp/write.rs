@@ -12,10 +12,10 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::annotation::{NAMESPACE, TYPE};
 use super::emit::{Xml, packed, percent};
+use crate::buffer::Buffer;
 use crate::check::names;
 use crate::error::Error;
 use crate::plan::{Element, Link, Plan, Planned};
-use crate::slave::Buffer;
 use crate::store::Store;
 use crate::system::{Component, Connection, Interface, Port, Start, System};
 
@@ -479,7 +479,7 @@ fn unique(list: impl Iterator<Item = usize>) -> Vec<usize> {
 /// The values that the plan sets.
 fn set(planned: &Planned, d: &Description, v: &Variable) -> Vec<String> {
     let mut texts = Vec::new();
-    let same = |b: &&crate::slave::Block| {
+    let same = |b: &&crate::buffer::Block| {
         b.references == [v.value_reference]
             && Buffer::new(v.kind, d.version, 0)
                 .is_some_and(|like| std::mem::discriminant(&like) == std::mem::discriminant(&b.values))
