@@ -11,13 +11,13 @@ use std::sync::Arc;
 use trueup_fmi::abi::fmi2::*;
 
 use crate::core::{
-    Core, Experiment, Options, Prepared, StateId, States, c_string, c_strings, call, call_prepared, lent,
-    state_functions,
+    Core, Options, Prepared, StateId, States, c_string, c_strings, call, call_prepared, lent, state_functions,
 };
 use crate::error::Error;
 use crate::library::{Fmu, Interface};
 use crate::log::{Message, text, trueup_fmi2_logger};
 use crate::open;
+use crate::results::Experiment;
 use crate::table::table2::Functions;
 
 unsafe extern "C" {

@@ -11,14 +11,13 @@ use std::sync::{Arc, Weak};
 use trueup_fmi::abi::fmi3::*;
 
 use self::inner::Inner;
-use crate::core::{
-    Core, Experiment, Options, Prepared, StateId, States, c_string, c_strings, call, state_functions,
-};
+use crate::core::{Core, Options, Prepared, StateId, States, c_string, c_strings, call, state_functions};
 use crate::error::Error;
 use crate::isolation::Three;
 use crate::library::{Fmu, Interface};
 use crate::log::{Hook, Message, fmi3_intermediate_update, fmi3_log};
 use crate::open;
+use crate::results::Experiment;
 use crate::table::table3::Functions;
 
 pub use self::values::{DerivativeOf, Number};

@@ -36,9 +36,10 @@ mod log;
 mod open;
 pub mod pace;
 pub mod program;
+mod results;
 mod table;
 
-pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, StateId, Step};
+pub use crate::core::{Options, Prepared, StateId};
 pub use crate::error::{Error, FmiError, Status};
 pub use crate::folder::Folder;
 pub use crate::hybrid::{HybridFmu, array_lengths};
@@ -46,3 +47,4 @@ pub use crate::instance::{AnyInstance, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};
+pub use crate::results::{Completed, EventInfo, Experiment, Step};

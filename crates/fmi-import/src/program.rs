@@ -16,10 +16,11 @@ use trueup_fmi::abi::fmi3;
 
 pub use lines::{Following, Lines};
 
-use crate::core::{Prepared, Step, lent};
+use crate::core::{Prepared, lent};
 use crate::error::Error;
 use crate::exit;
 use crate::instance::AnyInstance;
+use crate::results::Step;
 
 impl AnyInstance {
     fn id(&self) -> usize {

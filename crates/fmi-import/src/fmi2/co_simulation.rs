@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 use trueup_fmi::abi::fmi2::*;
 
 use super::Instance;
-use crate::core::{Step, call, lent};
+use crate::core::{call, lent};
 use crate::error::{Error, Status};
+use crate::results::Step;
 use crate::{exit, interrupt};
 
 impl Instance {

@@ -3,8 +3,9 @@
 use trueup_fmi::abi::fmi2::*;
 
 use super::Instance;
-use crate::core::{Completed, EventInfo, call, lent};
+use crate::core::{call, lent};
 use crate::error::Error;
+use crate::results::{Completed, EventInfo};
 
 impl Instance {
     fn states_length(&self, function: &'static str, got: usize) -> Result<(), Error> {

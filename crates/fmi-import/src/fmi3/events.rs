@@ -3,9 +3,10 @@
 use trueup_fmi::abi::fmi3::*;
 
 use super::Instance;
-use crate::core::{Completed, EventInfo, Step, call, lent};
+use crate::core::{call, lent};
 use crate::error::{Error, Status};
 use crate::exit;
+use crate::results::{Completed, EventInfo, Step};
 
 impl Instance {
     /// Enters event mode.
