@@ -88,7 +88,7 @@ def of_a_trial(folder):
 
 @pytest.fixture(scope="module", params=["example", pytest.param("trial", marks=pytest.mark.full)])
 def sealed(request, tmp_path_factory):
-    """Play behind a gear that the model holds to be tight: case, what was written, diagnosis, what was told on the way."""
+    """Play behind a gear that the model assumes tight: case, files, diagnosis, progress messages."""
     folder = tmp_path_factory.mktemp("sealed")
     case = BACKLASH if request.param == "example" else of_a_trial(folder)
     done = run("diagnose", case, "-o", folder / "found", "--json")
@@ -133,7 +133,7 @@ def test_the_example_is_what_its_document_says(sealed):
 
 
 def shipped_is_reported(found, diagnosis):
-    """Every value that `diagnosis.json` has is the start value of both FMUs, and lies in its interval."""
+    """Every value that `diagnosis.json` has is the start value of both FMUs, and is in its interval."""
     told = dict(diagnosis["parameters"])
     for effect in diagnosis["effects"]:
         told |= effect["parameters"]
@@ -161,14 +161,14 @@ def test_what_is_shipped_is_what_is_reported(sealed):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_plays_the_augmented_fmu_with_the_gap_of_the_report(sealed, version):
-    """The short one of test_diagnose_replay.py: first states as told, not estimated anew."""
+    """The short one of test_diagnose_replay.py: first states as reported, not estimated again."""
     case, found, diagnosis, _ = sealed
     replay_from_first_states_told("joint", case, found, diagnosis, version)
 
 
 @pytest.mark.full
 def test_a_cause_that_hides_behind_another(tmp_path):
-    """Of a late encoder and a little gravity the equations of motion see the first only; what the free run lacks tells the second."""
+    """Of a late encoder and a little gravity the equations of motion see the first only; the residual of the free run shows the second."""
     made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "pairs", "--count", "3", "--seed", "100")
     assert made.returncode == 0, made.stderr
     keys = [tomllib.loads(p.read_text()) for p in (tmp_path / "keys").iterdir()]
@@ -245,7 +245,7 @@ def at_most_a_kilobyte():
 
 def test_a_folder_that_takes_no_file_is_said_before_the_work(tmp_path, trials):
     case = next((trials / "cases").iterdir())
-    # A process that ignores the signal is told that the file is too large, as by a full disk.
+    # A process that ignores the signal gets the error that the file is too large, as by a full disk.
     wrong = run("diagnose", case, "-o", tmp_path / "out", preexec_fn=at_most_a_kilobyte, restore_signals=False)
     assert wrong.returncode == 1 and "nothing can be written there: File too large" in wrong.stderr, wrong.stderr
     assert "name another folder with --output" in wrong.stderr

@@ -35,6 +35,21 @@ fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
     assert!((order - 2.0).abs() < 0.02, "{order}");
 }
 
+/// Cogging: an order far above those of a gear, on a motor so slow that its readings show it.
+#[test]
+fn a_ripple_of_order_sixty_has_its_order() {
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[3e-3, 2e-3, 60.0, 0.0, 0.0])];
+    let slow =
+        MadeJoint { seed: 12, recordings: (1, 1000), rate: 500.0, viscous: 6e-4, ..MadeJoint::default() };
+    let (found, judged) = told("ripple of order 60", &MadeJoint { effects: ripple, ..slow });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+    );
+    let order = found.effects[0].shape.value("h");
+    assert!((order - 60.0).abs() < 0.1, "{order}");
+}
+
 /// What the engine has no words for is refused at once, with a word for it.
 #[test]
 fn what_the_engine_lacks_words_for_is_refused_by_name() {
@@ -115,7 +130,7 @@ fn nothing_is_named_on_joints_of_other_structures() {
     }
 }
 
-/// Dry friction and the spring of a joint whose owner has none lead in frames of their own.
+/// Dry friction and the spring of a joint whose nominal model has none lead in frames of their own.
 #[test]
 #[ignore = "four searches: ./test --full runs it"]
 fn what_a_joint_has_for_the_first_time_leads() {

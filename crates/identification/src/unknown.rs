@@ -71,7 +71,7 @@ pub struct Unknown {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Believed value and standard deviation, both as theta of [`Unknown::scale`].
+    /// Prior value and standard deviation, both as theta of [`Unknown::scale`].
     pub prior: Option<(f64, f64)>,
 }
 

@@ -158,7 +158,7 @@ pub(super) fn conclude(
     let (picture, location, next) = if options.verdict_only {
         (None, Where::default(), None)
     } else {
-        tell(0.95, "finding where the gap lies");
+        tell(0.95, "finding where the gap is");
         let picture = look(loaded, search, &found, &decision);
         let location = where_it_lies(loaded, search, &found, &decision, &picture, &traces, options.seed);
         tell(0.97, "choosing what to record next");

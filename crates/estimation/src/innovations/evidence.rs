@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::gram::BaseGram;
 use super::numeric::median;
 
-/// Relative step of a parameter up to which its column is believed.
+/// Relative step of a parameter up to which its column is used.
 pub const TRUST: f64 = 0.3;
 /// How fast evidence falls beyond: one of these is half a nat.
 const BEYOND: f64 = 0.02;

@@ -100,7 +100,7 @@ impl PlantStep {
     }
 
     /// Covariance of what a step adds. `white`: standard deviation of a white force on each coordinate, N.m; `latent`: stationary
-    /// standard deviation of each latent force, N.m; `rest`: speed that is taken for rest, rad/s.
+    /// standard deviation of each latent force, N.m; `rest`: speed that counts as rest, rad/s.
     pub fn noise(
         &self,
         plant: &dyn ForcedPlant,

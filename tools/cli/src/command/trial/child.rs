@@ -60,7 +60,7 @@ impl Child {
         let errors = child.stderr.take();
         let words = thread::spawn(move || {
             let mut bytes = Vec::new();
-            // What cannot be read any more is not needed: the exit status says how it went.
+            // What cannot be read any more is not needed: the exit status is enough.
             let _ = errors.map(|mut e| e.read_to_end(&mut bytes));
             String::from_utf8_lossy(&bytes).into_owned()
         });
@@ -81,7 +81,7 @@ impl Child {
             return Err(Failure::Stopped(self.limit));
         }
         if !status.success() {
-            let last = words.lines().last().unwrap_or("it ended without a word");
+            let last = words.lines().last().unwrap_or("it ended without a message");
             return Err(Failure::Said(last.to_owned()));
         }
         let processor_seconds =

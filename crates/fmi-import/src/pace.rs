@@ -13,7 +13,7 @@ const STORM: f64 = 1e-2;
 
 /// Counts of steps and events since they were looked at last.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace {
+pub struct Pace {
     steps: (usize, f64),
     events: (usize, f64),
     told: bool,
@@ -21,12 +21,12 @@ pub(crate) struct Pace {
 
 impl Pace {
     /// From this time in s on.
-    pub(crate) fn at(time: f64) -> Self {
+    pub fn at(time: f64) -> Self {
         Self { steps: (0, time), events: (0, time), told: false }
     }
 
     /// More steps have led to `time`, in a run of `span` s: what is wrong if that is next to nowhere.
-    pub(crate) fn steps(&mut self, more: usize, time: f64, span: f64) -> Option<String> {
+    pub fn steps(&mut self, more: usize, time: f64, span: f64) -> Option<String> {
         let (steps, since) = self.steps;
         let steps = steps + more;
         self.steps = (steps, since);
@@ -38,7 +38,7 @@ impl Pace {
         (each < LEAST * span).then(|| {
             let (each, left) = (Figure(each), Figure(span / each));
             format!(
-                "steps fell below {} s: the last {steps} led {each} s each, and the whole run would take {left} of them; its \
+                "steps fell below {} s: the last {steps} advanced {each} s each, and the whole run would take {left} of them; its \
                  derivatives jump or are noise: give what switches an event indicator, or set a fixed step with Co-Simulation",
                 Figure(LEAST * span)
             )
@@ -46,7 +46,7 @@ impl Pace {
     }
 
     /// There is an event at `time` in a run of `span` s: how many a second, once, if they are very many.
-    pub(crate) fn event(&mut self, time: f64, span: f64) -> Option<String> {
+    pub fn event(&mut self, time: f64, span: f64) -> Option<String> {
         let (events, since) = self.events;
         self.events = (events + 1, since);
         if events + 1 < EVENTS {

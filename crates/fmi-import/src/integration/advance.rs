@@ -1,23 +1,12 @@
 //! [`Group::advance`]: steps of the integrator, located events, time events.
 
-use trueup_fmi_import::interrupt;
 use trueup_numerics::Figure;
-use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper as OneStep, System};
+use trueup_numerics::driver::{DriveError, Options, Quantity, Reached as Steps, Stepper, System};
 use trueup_numerics::event::Direction;
 
-use super::field::{Evaluation, Field};
-use super::{Group, Integrator, Reached, Surroundings};
-use crate::error::Error;
-use crate::node::Node;
-
-/// What an event came from.
-#[derive(Clone, Copy)]
-enum Cause {
-    Indicator(usize),
-    Time,
-    /// An FMU asked for it when a step was completed.
-    Step(usize),
-}
+use super::field::{Evaluation, Field, place};
+use super::{Cause, Failure, Fmus, Group, Integrator, Reached};
+use crate::interrupt;
 
 /// Events in a row within a nanosecond (at times around 1 s) after which they are held to be without end.
 const CHATTER: u32 = 100;
@@ -40,19 +29,20 @@ impl Group {
     /// # Errors
     /// What an FMU returns (a Discard only if it stays however short the step); values that are not finite; events
     /// or event iterations without end; no step that keeps the tolerance.
-    pub fn advance(
+    pub fn advance<F: Fmus + ?Sized>(
         &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
+        fmus: &mut F,
         to: f64,
         stop: bool,
-    ) -> Result<Reached, Error> {
+    ) -> Result<Reached, Failure<F::Error>> {
         let ended = Reached { event: false, terminated: true };
+        let (from, mut events) = (self.time, 0);
+        self.steps = Steps::default();
         loop {
             if interrupt::requested() {
-                return Err(Error::Interrupted { time: self.time });
+                return Err(Failure::Interrupted { time: self.time });
             }
-            if self.close(nodes, around)? {
+            if self.go_on(fmus)? {
                 return Ok(ended);
             }
             let next = self.next_event();
@@ -60,9 +50,9 @@ impl Group {
                 if let Some(next) = next.filter(|next| *next <= to + tiny(to)) {
                     if next > self.time {
                         self.time = next;
-                        self.place(nodes, around)?;
+                        self.place(fmus)?;
                     }
-                    self.mode.pending = true;
+                    self.mode.pending = Some(Cause::Time);
                 }
                 break;
             }
@@ -74,9 +64,9 @@ impl Group {
                 self.time = end;
                 None
             } else {
-                self.step(nodes, around, end)?
+                self.step(fmus, end)?
             };
-            let (asked, terminated) = self.complete(nodes, around)?;
+            let (asked, terminated) = self.complete(fmus)?;
             if terminated {
                 return Ok(ended);
             }
@@ -84,38 +74,41 @@ impl Group {
             let Some(cause) = crossed.map(Cause::Indicator).or(time).or(asked.map(Cause::Step)) else {
                 continue;
             };
-            self.guard(nodes, cause)?;
-            self.mode.pending = true;
+            self.guard(fmus, cause)?;
+            self.mode.pending = Some(cause);
             if stop || self.time >= to {
                 break;
             }
-            self.open(nodes)?;
+            events += 1;
+            if events > self.settings.most_events {
+                let reason = format!(
+                    "more than {} events between t = {} s and {} s",
+                    self.settings.most_events,
+                    Figure(from),
+                    Figure(to)
+                );
+                return Err(Failure::Stuck { time: self.time, reason, log: Vec::new() });
+            }
         }
-        if self.mode.pending || self.settings.opens {
-            self.open(nodes)?;
+        if self.settings.opens {
+            self.open(fmus)?;
         }
-        Ok(Reached { event: self.mode.pending, terminated: false })
-    }
-
-    /// Inputs go on from here in another way: the integrator starts anew.
-    pub fn interrupt(&mut self) {
-        self.mode.fresh = true;
+        Ok(Reached { event: self.mode.pending.is_some(), terminated: false })
     }
 
     /// One accepted step; the indicator at whose crossing it ended.
-    fn step(
+    fn step<F: Fmus + ?Sized>(
         &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
+        fmus: &mut F,
         stop: f64,
-    ) -> Result<Option<usize>, Error> {
+    ) -> Result<Option<usize>, Failure<F::Error>> {
         let n = self.x.len();
         let detect = self.settings.integrator == Integrator::Automatic && !self.stiff;
         let nominal = self.stepper.nominal_mut().to_vec();
         let mut field = Field {
-            nodes,
+            fmus,
             members: &self.members,
-            around,
+            along: self.along.as_ref(),
             nominal: &nominal,
             within: (self.time, stop),
             directional: !(self.settings.linked || self.distrusted),
@@ -133,15 +126,17 @@ impl Group {
                 return Err(error);
             }
             if let Some(i) = bad {
-                return Err(self.bad_indicator(field.nodes, i));
+                return Err(self.bad_indicator(field.fmus, i));
             }
             self.mode.fresh = false;
         }
-        let mut options = Options { tolerance: self.settings.tolerance, ..Options::default() };
+        let Self { settings, .. } = self;
+        let mut options =
+            Options { tolerance: settings.tolerance, max_steps: settings.most_steps, ..Options::default() };
         if let Integrator::Euler(h) = self.settings.integrator {
             options.max_step = h;
         }
-        let (before, mut done) = (self.time, Steps::default());
+        let (before, before_steps) = (self.time, self.steps);
         let result = self.stepper.step(
             &mut field,
             &|_| Direction::Both,
@@ -150,13 +145,14 @@ impl Group {
             &mut self.memory,
             stop,
             &options,
-            &mut done,
+            &mut self.steps,
         );
-        self.statistics.accepted += done.accepted;
-        self.statistics.rejected += done.rejected;
-        let steps = done.accepted + done.rejected;
+        let accepted = self.steps.accepted - before_steps.accepted;
+        let rejected = self.steps.rejected - before_steps.rejected;
+        self.statistics.accepted += accepted;
+        self.statistics.rejected += rejected;
         let looks_stiff = field.stiffness(self.time - before).is_some_and(|hl| hl > STABLE);
-        let Field { nodes, value, failure, refused, directional: still, .. } = field;
+        let Field { fmus, value, failure, refused, directional: still, .. } = field;
         if let Some(error) = failure {
             return Err(error);
         }
@@ -167,11 +163,10 @@ impl Group {
                 Figure(before)
             ));
         }
-        let crossed = result.map_err(|error| self.stuck(nodes, error, value, refused))?;
-        if let Some(slow) = self.pace.steps(steps, self.time, self.settings.span) {
-            let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].slave.name()).collect();
-            let reason = format!("integration of {names:?}: {slow}");
-            return Err(Error::Stuck { time: self.time, reason, log: Vec::new() });
+        let crossed = result.map_err(|error| self.stuck(fmus, error, value, refused))?;
+        if let Some(slow) = self.pace.steps(accepted + rejected, self.time, self.settings.span) {
+            let reason = format!("integration of {:?}: {slow}", self.instances(fmus));
+            return Err(Failure::Stuck { time: self.time, reason, log: Vec::new() });
         }
         if detect {
             self.suspect(looks_stiff);
@@ -191,66 +186,56 @@ impl Group {
             self.stiff = true;
             self.mode.fresh = true;
             let nominal = self.stepper.nominal_mut().to_vec();
-            self.stepper = OneStep::new(self.settings.integrator.solver(true), nominal, self.indicators);
+            self.stepper = Stepper::new(self.settings.integrator.solver(true), nominal, self.indicators);
             self.notes.push(format!("stiff from t = {} s on: integrated by RODAS4", Figure(self.time)));
         }
     }
 
-    /// Puts all FMUs at the time and the states of the group.
-    fn place(&self, nodes: &mut [Node], around: &mut dyn Surroundings) -> Result<(), Error> {
-        let mut field = Field {
-            nodes,
-            members: &self.members,
-            around,
-            nominal: &[],
-            within: (self.time, self.time),
-            directional: false,
-            value: None,
-            failure: None,
-            refused: None,
-            trace: None,
-        };
-        field.place(self.time, &self.x)
+    /// Puts all FMUs at the time and the states of the group, in continuous-time mode, with their inputs.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns.
+    pub fn place<F: Fmus + ?Sized>(&self, fmus: &mut F) -> Result<(), Failure<F::Error>> {
+        place(fmus, &self.members, self.time, &self.x)
     }
 
-    /// Tells all FMUs that the step is complete: which one asks for an event, whether one ends the run.
-    fn complete(
+    /// Reports to all FMUs that the step is complete: which one requests an event, whether one ends the run.
+    fn complete<F: Fmus + ?Sized>(
         &mut self,
-        nodes: &mut [Node],
-        around: &mut dyn Surroundings,
-    ) -> Result<(Option<usize>, bool), Error> {
-        self.place(nodes, around)?;
-        let (mut asked, mut terminated) = (None, false);
-        for member in self.members.iter().filter(|m| m.completed) {
-            let done = nodes[member.node].slave.completed_integrator_step(true).map_err(self.call())?;
+        fmus: &mut F,
+    ) -> Result<(Option<usize>, bool), Failure<F::Error>> {
+        self.place(fmus)?;
+        let (mut requested, mut terminated) = (None, false);
+        for (at, _) in self.members.iter().enumerate().filter(|(_, m)| m.completed) {
+            let done = fmus.instance(at).completed_integrator_step().map_err(self.call())?;
             terminated |= done.terminate;
             if done.event {
-                asked = Some(member.node);
+                requested = Some(at);
             }
         }
-        Ok((asked, terminated))
+        Ok((requested, terminated))
     }
 
     /// Counts events that follow each other at once.
-    fn guard(&mut self, nodes: &[Node], cause: Cause) -> Result<(), Error> {
+    fn guard<F: Fmus + ?Sized>(&mut self, fmus: &mut F, cause: Cause) -> Result<(), Failure<F::Error>> {
         let (t, m) = (self.time, &mut self.memory);
-        let stands = t - m.event_time <= 1e-9 * t.abs().max(1.0);
-        m.chatter = if stands { m.chatter + 1 } else { 0 };
+        let same = t - m.event_time <= 1e-9 * t.abs().max(1.0);
+        m.chatter = if same { m.chatter + 1 } else { 0 };
         m.event_time = t;
         let storm = self.pace.event(t, self.settings.span);
         if m.chatter <= CHATTER && storm.is_none() {
             return Ok(());
         }
         let without_end = m.chatter > CHATTER;
-        let (node, what) = match cause {
-            Cause::Indicator(i) => self.indicator(nodes, i),
+        let (member, what) = match cause {
+            Cause::Indicator(i) => self.indicator(fmus, i),
             Cause::Time => {
-                let at = self.members.iter().find(|m| m.next_event.is_some_and(|next| next <= t));
-                (at.map(|m| m.node), "its time event, which is never later than the one before,".into())
+                let at = self.members.iter().position(|m| m.next_event.is_some_and(|next| next <= t));
+                (at, "its time event, which is never later than the one before,".into())
             }
-            Cause::Step(node) => (Some(node), "completedIntegratorStep".into()),
+            Cause::Step(member) => (Some(member), "completedIntegratorStep".into()),
         };
-        let name = node.map(|n| nodes[n].slave.name().to_owned()).unwrap_or_default();
+        let name = member.map(|at| fmus.instance(at).name().to_owned()).unwrap_or_default();
         if let Some(storm) = storm.filter(|_| !without_end) {
             self.notes.push(format!("{storm}, the last one by {what} of instance \"{name}\""));
             return Ok(());
@@ -258,41 +243,31 @@ impl Group {
         let reason = format!(
             "events do not end: {CHATTER} in a row within a nanosecond, the last one by {what} of instance \"{name}\""
         );
-        Err(Error::Stuck { time: t, reason, log: node.map(|n| nodes[n].slave.log()).unwrap_or_default() })
-    }
-
-    /// The FMU and the name of an indicator.
-    fn indicator(&self, nodes: &[Node], i: usize) -> (Option<usize>, String) {
-        let member = self.members.iter().find(|m| m.indicators.contains(&i));
-        let name = member.map(|m| nodes[m.node].indicator_name(i - m.indicators.start));
-        (member.map(|m| m.node), name.unwrap_or_default())
-    }
-
-    fn bad_indicator(&self, nodes: &[Node], i: usize) -> Error {
-        let (node, variable) = self.indicator(nodes, i);
-        let instance = node.map(|n| nodes[n].slave.name().to_owned()).unwrap_or_default();
-        let log = node.map(|n| nodes[n].slave.log()).unwrap_or_default();
-        Error::NotFinite { time: self.time, instance, variable, value: f64::NAN, log }
+        let log = member.map(|at| fmus.instance(at).log()).unwrap_or_default();
+        Err(Failure::Stuck { time: t, reason, log })
     }
 
     /// Why there is no further step.
-    fn stuck(&self, nodes: &[Node], error: DriveError, value: Option<f64>, refused: Option<Error>) -> Error {
-        let stuck = |reason: String| Error::Stuck { time: self.time, reason, log: Vec::new() };
+    fn stuck<F: Fmus + ?Sized>(
+        &self,
+        fmus: &mut F,
+        error: DriveError,
+        value: Option<f64>,
+        refused: Option<Failure<F::Error>>,
+    ) -> Failure<F::Error> {
         match (error, refused) {
-            (DriveError::NotFinite { .. }, Some(Error::Call { source, .. })) => {
-                stuck(format!("{source}, however short the step"))
+            (DriveError::NotFinite { .. }, Some(Failure::Call { source, .. })) => {
+                let reason = format!("{source}, however short the step");
+                Failure::Stuck { time: self.time, reason, log: Vec::new() }
             }
-            (DriveError::NotFinite { what: Quantity::Indicator(i), .. }, _) => self.bad_indicator(nodes, i),
+            (DriveError::NotFinite { what: Quantity::Indicator(i), .. }, _) => self.bad_indicator(fmus, i),
             (DriveError::NotFinite { what: Quantity::Rate(i), .. }, _) if value.is_some() => {
-                self.not_finite(nodes, i, true, value.unwrap_or(f64::NAN))
+                self.not_finite(fmus, i, true, value.unwrap_or(f64::NAN))
             }
             (DriveError::NotFinite { what: Quantity::State(i), .. }, _) => {
-                self.not_finite(nodes, i, false, f64::NAN)
+                self.not_finite(fmus, i, false, f64::NAN)
             }
-            (error, _) => {
-                let names: Vec<_> = self.members.iter().map(|m| nodes[m.node].slave.name()).collect();
-                stuck(format!("integration of {names:?} fails: {error}"))
-            }
+            (source, _) => Failure::Integrator { time: self.time, instances: self.instances(fmus), source },
         }
     }
 }

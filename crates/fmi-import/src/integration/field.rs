@@ -1,19 +1,18 @@
 //! The group as an ordinary differential equation between events.
 
-use trueup_fmi_import::Status;
 use trueup_numerics::driver::System;
 use trueup_numerics::integrate::Ode;
 
-use super::{Member, Surroundings};
-use crate::error::Error;
-use crate::node::Node;
+use super::sensitivity::Along;
+use super::{Failure, Fmus, Member};
+use crate::Status;
 
 /// The right-hand side. What an FMU refuses becomes NaN, at which the integrator tries a shorter step; what it fails
 /// at ends the run: no FMU is called any more.
-pub(super) struct Field<'a> {
-    pub(super) nodes: &'a mut [Node],
+pub(super) struct Field<'a, F: Fmus + ?Sized> {
+    pub(super) fmus: &'a mut F,
     pub(super) members: &'a [Member],
-    pub(super) around: &'a mut dyn Surroundings,
+    pub(super) along: Option<&'a Along>,
     pub(super) nominal: &'a [f64],
     /// Interval that may be looked at, in s.
     pub(super) within: (f64, f64),
@@ -22,9 +21,9 @@ pub(super) struct Field<'a> {
     /// The last value that was not finite.
     pub(super) value: Option<f64>,
     /// An Error or Fatal.
-    pub(super) failure: Option<Error>,
+    pub(super) failure: Option<Failure<F::Error>>,
     /// The last Discard.
-    pub(super) refused: Option<Error>,
+    pub(super) refused: Option<Failure<F::Error>>,
     /// The last two evaluations, where the integrator is explicit: see [`Field::stiffness`].
     pub(super) trace: Option<[Evaluation; 2]>,
 }
@@ -43,37 +42,44 @@ impl Evaluation {
     }
 }
 
-impl Field<'_> {
-    /// Time, states and inputs of all FMUs.
-    pub(super) fn place(&mut self, time: f64, x: &[f64]) -> Result<(), Error> {
-        for member in self.members {
-            let slave = &mut self.nodes[member.node].slave;
-            let states = &x[member.states.clone()];
-            let set = slave
-                .set_time(time)
-                .and_then(|()| if states.is_empty() { Ok(()) } else { slave.set_states(states) });
-            set.map_err(|source| Error::Call { time, source })?;
-        }
-        self.around.exchange(self.nodes, time, false)
+/// Time, states and inputs of all FMUs.
+pub(super) fn place<F: Fmus + ?Sized>(
+    fmus: &mut F,
+    members: &[Member],
+    time: f64,
+    x: &[f64],
+) -> Result<(), Failure<F::Error>> {
+    for (at, member) in members.iter().enumerate() {
+        let instance = fmus.instance(at);
+        let states = &x[member.states.clone()];
+        let set = instance
+            .set_time(time)
+            .and_then(|()| if states.is_empty() { Ok(()) } else { instance.set_states(states) });
+        set.map_err(|source| Failure::Call { time, source })?;
+    }
+    fmus.exchange(time, false).map_err(Failure::Exchange)
+}
+
+impl<F: Fmus + ?Sized> Field<'_, F> {
+    fn place(&mut self, time: f64, x: &[f64]) -> Result<(), Failure<F::Error>> {
+        place(self.fmus, self.members, time, x)
     }
 
-    fn evaluate(&mut self, time: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Error> {
+    fn evaluate(&mut self, time: f64, x: &[f64], dx: &mut [f64]) -> Result<(), Failure<F::Error>> {
         self.place(time, x)?;
-        for member in self.members.iter().filter(|m| !m.states.is_empty()) {
-            let slave = &mut self.nodes[member.node].slave;
-            slave
-                .derivatives(&mut dx[member.states.clone()])
-                .map_err(|source| Error::Call { time, source })?;
+        let call = |source| Failure::Call { time, source };
+        for (at, member) in self.members.iter().enumerate().filter(|(_, m)| !m.states.is_empty()) {
+            self.fmus.instance(at).derivatives(&mut dx[member.states.clone()]).map_err(call)?;
         }
-        Ok(())
+        self.along.map_or(Ok(()), |along| along.rates(self.fmus.instance(0), time, x, dx)).map_err(call)
     }
 
     /// Keeps a failure; NaN tells the integrator.
-    fn kept(&mut self, result: Result<(), Error>, values: &mut [f64]) {
+    fn kept(&mut self, result: Result<(), Failure<F::Error>>, values: &mut [f64]) {
         let Err(error) = result else { return };
         values.fill(f64::NAN);
         let discard =
-            matches!(&error, Error::Call { source, .. } if source.status() == Some(Status::Discard));
+            matches!(&error, Failure::Call { source, .. } if source.status() == Some(Status::Discard));
         *(if discard { &mut self.refused } else { &mut self.failure }) = Some(error);
     }
 
@@ -105,16 +111,16 @@ impl Field<'_> {
     /// Column `j` by directional derivatives: those of the FMU whose state it is.
     fn directional(&mut self, t: f64, j: usize, column: &mut [f64]) {
         column.fill(0.0);
-        let Some(member) = self.members.iter().find(|m| m.states.contains(&j)) else { return };
+        let Some(at) = self.members.iter().position(|m| m.states.contains(&j)) else { return };
+        let member = &self.members[at];
         let Some(columns) = &member.columns else { return };
-        let own = &mut column[member.states.clone()];
-        let done = self.nodes[member.node].slave.directional_derivative(
+        let done = self.fmus.instance(at).directional(
             &columns.derivatives,
             std::slice::from_ref(&columns.states[j - member.states.start]),
             &[1.0],
-            own,
+            &mut column[member.states.clone()],
         );
-        self.kept(done.map_err(|source| Error::Call { time: t, source }), column);
+        self.kept(done.map_err(|source| Failure::Call { time: t, source }), column);
     }
 
     /// J v and a difference along v, for a v that touches every state: an FMU's derivatives may be wrong.
@@ -138,7 +144,7 @@ impl Field<'_> {
     }
 }
 
-impl Ode for Field<'_> {
+impl<F: Fmus + ?Sized> Ode for Field<'_, F> {
     fn rates(&mut self, t: f64, x: &[f64], dx: &mut [f64]) {
         if self.failure.is_some() {
             dx.fill(f64::NAN);
@@ -186,17 +192,17 @@ impl Ode for Field<'_> {
     }
 }
 
-impl System for Field<'_> {
+impl<F: Fmus + ?Sized> System for Field<'_, F> {
     fn indicators(&mut self, t: f64, x: &[f64], z: &mut [f64]) {
         if self.failure.is_some() {
             z.fill(f64::NAN);
             return;
         }
         let mut done = self.place(t, x);
-        for member in self.members.iter().filter(|m| !m.indicators.is_empty()) {
+        for (at, member) in self.members.iter().enumerate().filter(|(_, m)| !m.indicators.is_empty()) {
             done = done.and_then(|()| {
                 let z = &mut z[member.indicators.clone()];
-                self.nodes[member.node].slave.indicators(z).map_err(|source| Error::Call { time: t, source })
+                self.fmus.instance(at).indicators(z).map_err(|source| Failure::Call { time: t, source })
             });
         }
         self.kept(done, z);
