@@ -68,7 +68,7 @@ pub enum Engine {
 }
 
 /// What weighs the causes of a joint where nothing else is called for.
-pub const JOINT_ENGINE: Engine = Engine::Balances;
+pub const JOINT_ENGINE: Engine = Engine::Innovations;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
