@@ -66,7 +66,10 @@ SSD = (
     'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" name="s" version="1.0">\n<ssd:System name="root">\n'
     '<ssd:ParameterBindings><ssd:ParameterBinding source="resources/p.ssv"><ssd:ParameterMapping source="resources/m.ssm"/>'
     '</ssd:ParameterBinding></ssd:ParameterBindings>\n<ssd:Elements>\n<ssd:Component name="p" type="application/x-fmu-sharedlibrary" '
-    'source="resources/p.fmu"/>\n</ssd:Elements>\n</ssd:System>\n<ssd:DefaultExperiment startTime="0" stopTime="0.2"/>\n'
+    'source="resources/p.fmu"><ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet '
+    'xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="q"><ssv:Parameters>'
+    '<ssv:Parameter name="initialMotorAngle"><ssv:Real value="0.1"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
+    '</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings></ssd:Component>\n</ssd:Elements>\n</ssd:System>\n<ssd:DefaultExperiment startTime="0" stopTime="0.2"/>\n'
     "</ssd:SystemStructureDescription>\n"
 )
 
@@ -527,7 +530,7 @@ def a_urdf_with_a_mistake(desk, rng):
         ('<mass value="3"/>', '<mass value="three"/>', ("arm.urdf:3", "three")),
         ('<mass value="3"/>', '<mass value="0"/>', ("arm.urdf:3", "`upper`", "mass")),
         ('<parent link="upper"/>', '<parent link="uper"/>', ("arm.urdf:6", "`upper`")),
-        ('<parent link="foot"/>', '<parent link="fore"/>', ("arm.urdf", "loop")),
+        ('<parent link="foot"/>', '<parent link="fore"/>', ("arm.urdf:5", "loop")),
         ('<origin xyz="0 0 0.4"/>', '<origin xyz="0 0"/>', ("arm.urdf:5", "3 finite")),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', ("arm.urdf", "`upper`", "axis")),
         ('iyy="0.03"', 'iyy="-0.03"', ("arm.urdf", "`base`", "above 0")),

@@ -1,11 +1,13 @@
 //! From a case to a diagnosis.
 
+mod acting;
 pub mod began;
 mod blind;
 mod claim;
 mod complete;
 mod conclude;
 mod contest;
+mod dead;
 mod drift;
 mod estimate;
 mod field;

@@ -287,21 +287,35 @@ impl<F: Table> Drop for Core<F> {
     }
 }
 
-/// Elements of an array that are copied without allocating.
+/// Elements of an array that are copied one by one, and without allocating.
+const FEW: usize = 4;
 const SMALL: usize = 16;
 
-/// Hands a copy of `of` to `call`: some FMUs write into what they may only read.
+/// Hands a copy of `of` to `call`: some FMUs write into what they may only read. Most calls hand over a few elements, and a step has
+/// several such calls.
 #[inline]
 pub(crate) fn lent<T: Copy, R>(of: &[T], call: impl FnOnce(*const T) -> R) -> R {
-    match of {
-        [] => call(of.as_ptr()),
-        [first, ..] if of.len() <= SMALL => {
-            let mut copy = [*first; SMALL];
-            copy[..of.len()].copy_from_slice(of);
-            call(copy.as_ptr())
+    let few: [T; FEW];
+    let small: [T; SMALL];
+    let many: Vec<T>;
+    let copy = match of {
+        [] => of.as_ptr(),
+        [first, ..] if of.len() <= FEW => {
+            few = std::array::from_fn(|k| of.get(k).copied().unwrap_or(*first));
+            few.as_ptr()
         }
-        _ => call(of.to_vec().as_ptr()),
-    }
+        [first, ..] if of.len() <= SMALL => {
+            let mut all = [*first; SMALL];
+            all[..of.len()].copy_from_slice(of);
+            small = all;
+            small.as_ptr()
+        }
+        _ => {
+            many = of.to_vec();
+            many.as_ptr()
+        }
+    };
+    call(copy)
 }
 
 /// Calls a function of the table with a prepared block: what a running system does most, so no error is built before it

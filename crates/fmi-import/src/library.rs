@@ -183,6 +183,10 @@ impl Fmu {
 
 /// Loads a library, or returns why it cannot be loaded.
 pub(crate) fn load(path: &Path) -> Result<Library, String> {
+    #[cfg(target_os = "linux")]
+    if let Some(why) = trueup_fmi_description::elf::unfit(path) {
+        return Err(why);
+    }
     preload_libm();
     open(path).or_else(|e| python::retry(path, e))
 }

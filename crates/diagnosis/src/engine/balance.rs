@@ -351,6 +351,11 @@ impl Led {
         links.lead_of(coordinate) == Some(channel) || self.leading.apart.contains(&channel)
     }
 
+    /// Whether a channel is compared as an acceleration, not by its readings.
+    pub fn shows_acceleration(&self, links: &Links, channel: usize) -> bool {
+        matches!(links.shows[channel], Some((i, ..)) if links.leads[i].is_some() && self.as_lead(links, i, channel))
+    }
+
     /// Octaves of what is missing, in units of their floors; the channels of one part after each other.
     pub fn weighted<T: Scalar>(&self, missing: &[Vec<T>]) -> Vec<T> {
         let split: Vec<Vec<T>> = missing.iter().map(|v| octaves::split(&self.counted(v))).collect();

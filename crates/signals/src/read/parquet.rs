@@ -89,6 +89,8 @@ enum Meaning {
     Unsigned,
     /// Times ten to the power of minus this.
     Decimal(i32),
+    /// Of 16 bits.
+    Half,
     /// Times: counts a second, and whether they count from the beginning of 1970.
     Time(f64, bool),
     Text,
@@ -107,7 +109,8 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(t)), _) => Meaning::Time(per_second(&t.unit), true),
         (Some(LogicalType::Time(t)), _) => Meaning::Time(per_second(&t.unit), false),
-        (Some(LogicalType::Decimal(d)), _) if !bytes => Meaning::Decimal(d.scale),
+        (Some(LogicalType::Decimal(d)), _) => Meaning::Decimal(d.scale),
+        (Some(LogicalType::Float16), _) => Meaning::Half,
         (Some(LogicalType::Integer(i)), _) if !i.is_signed && i.bit_width == 64 => Meaning::Unsigned,
         (Some(LogicalType::Date), _) | (None, ConvertedType::DATE) => Meaning::Time(1.0 / 86_400.0, true),
         (Some(LogicalType::String), _) | (None, ConvertedType::UTF8) => Meaning::Text,
@@ -116,7 +119,7 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
         (None, ConvertedType::TIME_MILLIS) => Meaning::Time(1e3, false),
         (None, ConvertedType::TIME_MICROS) => Meaning::Time(1e6, false),
         (None, ConvertedType::UINT_64) => Meaning::Unsigned,
-        (None, ConvertedType::DECIMAL) if !bytes => Meaning::Decimal(column.type_scale()),
+        (None, ConvertedType::DECIMAL) => Meaning::Decimal(column.type_scale()),
         _ if column.physical_type() == Physical::INT96 => Meaning::Time(1e9, true),
         _ if bytes => Meaning::Other,
         _ => duration.map_or(Meaning::Plain, |(_, per_second)| Meaning::Time(*per_second, false)),
@@ -183,7 +186,12 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
                     cells.fill(&mut r, rows, |x| Raw::Real((*x).into()))?
                 }
                 ColumnReader::DoubleColumnReader(mut r) => cells.fill(&mut r, rows, |x| Raw::Real(*x))?,
-                _ => {}
+                ColumnReader::FixedLenByteArrayColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                }
+                ColumnReader::ByteArrayColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                }
             }
         }
         let Some(width) = cells.width(list) else {
@@ -202,6 +210,29 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
         return Err(ParquetError::General("columns of different lengths".into()));
     }
     Ok(table)
+}
+
+/// A number that is written as bytes: a decimal, the highest byte first, or a `Float16`, the lowest byte first.
+fn of_bytes(bytes: &[u8], meaning: Meaning) -> f64 {
+    match (meaning, bytes) {
+        (Meaning::Decimal(scale), [first, rest @ ..]) => {
+            let whole =
+                rest.iter().fold(f64::from(first.cast_signed()), |sum, b| 256.0 * sum + f64::from(*b));
+            whole / 10_f64.powi(scale)
+        }
+        (Meaning::Half, [low, high]) => {
+            let bits = u16::from_le_bytes([*low, *high]);
+            let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+            let size = match exponent {
+                0 => fraction * 2_f64.powi(-14),
+                31 if fraction == 0.0 => f64::INFINITY,
+                31 => f64::NAN,
+                _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
+            };
+            if bits >> 15 == 1 { -size } else { size }
+        }
+        _ => f64::NAN,
+    }
 }
 
 /// The cells of a column, and of lists how many there are in each row.

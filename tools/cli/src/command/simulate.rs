@@ -92,7 +92,11 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
                     .map_err(|e| Error::Failed(e.to_string()))?;
             }
-            eprintln!("{}: {rows} rows\n{}", args.output.display(), summary::log(&log).trim_end());
+            crate::voice::line(&format!(
+                "{}: {rows} rows\n{}",
+                args.output.display(),
+                summary::log(&log).trim_end()
+            ));
             Ok(())
         }
         Err(e) => {

@@ -211,6 +211,7 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
             format!("the root is <{found}>, of URDF it is <robot>; is this another format?"),
         ));
     }
+    written::check(robot)?;
     let mut bodies = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("link")) {
         bodies.push(Body { name: needed(node, "name")?, rigid: inertial(node)?, line: line(node) });
@@ -241,7 +242,23 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
         let why = format!("links `{}` and `{}` both hang on nothing; join them", root.name, other.name);
         return Err((other.line, why));
     }
-    assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)
+    // What does not hang on the root, however far down, hangs on itself.
+    let mut hangs = vec![root.name];
+    let mut at = 0;
+    while let Some(link) = hangs.get(at).copied() {
+        hangs.extend(joints.iter().filter(|j| j.parent == link).map(|j| j.child));
+        at += 1;
+    }
+    if let Some(joint) = joints.iter().find(|j| !hangs.contains(&j.child)) {
+        let why = format!(
+            "link `{}` hangs on itself by joint `{}`: a loop, which a tree has not; cut it open",
+            joint.child, joint.name
+        );
+        return Err((joint.line, why));
+    }
+    let mut made = assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)?;
+    made.notes.extend(written::transmissions(robot, &joints));
+    Ok(made)
 }
 
 fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault> {
@@ -419,6 +436,8 @@ fn quaternion(r: &Matrix<f64>) -> [f64; 4] {
     }
     q
 }
+
+mod written;
 
 #[cfg(test)]
 mod tests;
