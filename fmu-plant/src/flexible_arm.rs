@@ -20,13 +20,13 @@ use trueup_numerics::hybrid::Hybrid;
 const BY_TORQUE: usize = 2;
 const RIGID: usize = 2;
 const STIFFENING: usize = 2;
-/// Whose structure is told body by body.
+/// Whose structure is given body by body.
 const PARENT: &str = "parent";
 
 /// Size of the steps of Co-Simulation where they are fixed, s.
 pub(crate) const STEP: f64 = 1e-3;
 
-/// What is chosen beside a structure that is told body by body.
+/// What is chosen in addition to a structure that is given body by body.
 const BESIDE: [&str; 3] = [DRIVE_CHOICE, AXIAL_CHOICE, SOLVER_CHOICE];
 
 /// The item that is chosen of one of [`BESIDE`].
@@ -34,7 +34,7 @@ fn item(c: &Configuration, choice: &str) -> Option<usize> {
     c.structure.iter().find(|s| s.0 == choice).and_then(|s| s.1.first()).map(|item| *item as usize)
 }
 
-/// Whether a configuration wants steps of fixed size.
+/// Whether a configuration requires steps of fixed size.
 pub(crate) fn fixed(c: &Configuration) -> bool {
     item(c, SOLVER_CHOICE) == Some(FIXED)
 }
@@ -74,7 +74,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
 /// The configuration of a model of this arm, its motors driven by currents.
 ///
 /// # Errors
-/// A structure that cannot be had, with the mend.
+/// A structure that cannot be had, with the remedy.
 pub fn of_arm(design: &Design) -> Result<Configuration, String> {
     let design = Design { held: true, ..design.clone() };
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: true })?;

@@ -1,5 +1,5 @@
 """FMUs with events under integrators of others: FMPy's CVode and Euler, over random parameters and tolerances, against our own event code
-(the FMU's Co-Simulation at 1e-11), and by energy where an FMU tells all of it.
+(the FMU's Co-Simulation at 1e-11), and by energy where an FMU reports all of it.
 
 `EVENT_SEED` chooses other parameters; the seed is printed."""
 
@@ -17,7 +17,7 @@ SEED = int(os.environ.get("EVENT_SEED", "20"))
 EULER, SHORT = 3, 8
 # Light links bounce at once: their velocities differ by 0.06 at 1e-5 and 4e-4 at 1e-8 with the same touches in the same order.
 AMPLIFIED = {"CaptureScene-planar": 3000}
-# m: an integrator's root lies closer to the touch.
+# m: an integrator's root is closer to the touch.
 DEEP = 1e-9
 TOLERANCES = (None, 1e-4, 1e-6, 1e-8, 1e-10)
 # Of the gripper: they jump at events whose times differ, or stay.
@@ -146,7 +146,7 @@ class Bench:
         nominals = {v.name: float(v.nominal or 1.0) for v in variables}
         self.nominals = np.array([nominals[name] for name in self.states])
         names = {v.name for v in variables}
-        # Of a capture by a rigid body all energy is told.
+        # Of a capture by a rigid body all energy is reported.
         stored = [n for n in ("kineticEnergy", "elasticEnergy", "dissipatedEnergy", "jawKineticEnergy") if n in names]
         self.ledger = [*stored, "jawWork"] if "chaserMass" in names else []
         self.depths = sorted(n for n in names if n.startswith("penetration"))
@@ -201,7 +201,7 @@ class Bench:
         return (np.abs(have - want) / scale).max()
 
     def energy(self, result):
-        """Energy that was made or lost, over the largest there was; 0 where not all of it is told."""
+        """Energy that was made or lost, over the largest there was; 0 where not all of it is reported."""
         if not self.ledger:
             return 0.0
         *stored, work = (result[name] for name in self.ledger)

@@ -9,6 +9,7 @@ use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use trueup_estimation::innovations::bank::{BANK, gains_of_bank};
 use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::gram::{GroupSums, PackedColumns};
@@ -165,6 +166,7 @@ fn close(a: f64, b: f64, size: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * size.max(1e-300)
 }
 
+/// Checks EST-1, EST-2, EST-3, EST-4, EST-5 and EST-6.
 #[test]
 fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution() {
     for seed in 0..6 {
@@ -207,7 +209,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
             let got = smoothed.scores[(2 + CHANNELS) * (k / CHANNELS) + 2 + k % CHANNELS];
             assert!(close(got, weighted[i], weighted.amax(), 1e-9), "seed {seed}: score of reading {k}");
         }
-        // A column, in single precision: a force on the load with a reading error beside it.
+        // A column, in single precision: a force on the load with a reading error in addition.
         let rng = &mut StdRng::seed_from_u64(seed + 100);
         let series: Vec<f64> = (0..NODES).map(|_| rng.random_range(-1.0..1.0)).collect();
         let unit = d.data.forces[0].iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -220,11 +222,24 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
             shown[i] += series[k / CHANNELS];
         }
+        let own = shown.dot(&factor.solve(&shown));
         let group = [column];
+        // Its amplitude integrated out is a covariance more.
+        let (mean, deviation) = (0.3, 2.0);
+        let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
+        let with = PackedColumns::new(vec![d.data.clone()], &group, CHANNELS);
+        let mut grams = vec![with.nothing()];
+        with.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, _| ()).unwrap();
+        let found = log_evidence(&grams.remove(0).mirrored(), &priors).log;
+        let more = &w.rows * &w.covariance * w.rows.transpose()
+            + &w.noise
+            + deviation.powi(2) * &shown * shown.transpose();
+        let (factor_of_more, off) = (Cholesky::new(more).unwrap(), &error - mean * &shown);
+        let want = -0.5 * (off.dot(&factor_of_more.solve(&off)) + factor_of_more.determinant().ln());
+        assert!(close(found, want, want.abs() + own, 1e-5), "seed {seed}: evidence {found} {want}");
         let mut sums = GroupSums::new(&packed, &[&group[..]]);
         sums.pass(0, &gains, &e).unwrap();
         let got = sums.done().remove(0);
-        let own = shown.dot(&factor.solve(&shown));
         assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
         let with = shown.dot(&weighted);
         let size = (own * error.dot(&weighted)).sqrt();
@@ -321,6 +336,7 @@ fn recorded(seed: u64, truth: &[f64; 7], gear_ratio: f64) -> Loaded {
 
 const TRUTH: [f64; 7] = [0.3, 0.07, 6e-5, 5e-3, 6e-5, 0.055, 2.5e-5];
 
+/// Checks EST-11.
 #[test]
 fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
     let loaded = recorded(1, &TRUTH, 120.0);
@@ -346,7 +362,7 @@ fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
 /// Upper 1e-4 point of chi-square with 28 degrees of freedom: 7 parameters of 4 cases.
 const CHI_SQUARE: f64 = 64.66;
 
-/// What the data know are ratios; the owner's standard deviations put the common factor. Errors are compared with the standard errors of
+/// What the data know are ratios; the prior standard deviations determine the common factor. Errors are compared with the standard errors of
 /// the last Gram matrix: their sum of squares is chi-square, or less, as the truth is where the prior has it.
 #[test]
 fn a_fit_from_seven_tenths_of_all_values_returns_in_what_the_data_know() {

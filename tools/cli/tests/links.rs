@@ -89,7 +89,7 @@ fn the_documents_reduced_set_is_the_beam_beside_it() {
     assert!(trueup(&["robot", file.to_str().unwrap()]).status.success());
 }
 
-/// Each mistake by one error with file, line, name and mend.
+/// Each mistake by one error with file, line, name and remedy.
 #[test]
 fn mistakes_in_a_table_name_file_line_and_mend() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! Gains once for all columns, then a pass of the same gains for each column.
 //!
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
-//! beside each other in single precision, [`LANES`] at a time.
+//! next to each other in single precision, [`LANES`] at a time.
 
 use std::rc::Rc;
 
@@ -10,7 +10,7 @@ use pulp::Simd;
 use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
-/// Columns that pass beside each other.
+/// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
 /// A linear system along a recording.
@@ -49,7 +49,7 @@ pub struct FilterGains<'a> {
     pub gain: Rc<Vec<f64>>,
     /// Variance of each innovation; 1 without a reading.
     pub variance: Rc<Vec<f64>>,
-    /// Covariance of each node before its readings; empty unless asked for.
+    /// Covariance of each node before its readings; empty unless requested.
     pub predicted: Vec<f64>,
 }
 
@@ -309,7 +309,7 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
                 x[i] += gain[i] * e;
             }
             if input.counted[at] {
-                out[at] = e / g.variance[at].sqrt();
+                out[at] = e / g.variance[at].sqrt(); // (EST-3)
             }
         }
         before = now;
@@ -449,6 +449,7 @@ fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
                     z[s][i] = plus(simd, z[s][i], -gain[i], e);
                 }
                 if input.counted[at] {
+                    // (EST-4)
                     let whitened = simd.splat_f32s((1.0 / gains[s].variance[at].sqrt()) as f32);
                     S::as_mut_simd_f32s(&mut streams[s].out[at]).0[part] = simd.mul_f32s(e, whitened);
                 }

@@ -48,7 +48,7 @@ pub struct InnovationsFrame {
     pub release: f64,
     /// Speed that is reached or exceeded 3 % of the time, rad/s.
     pub usual_speed: f64,
-    /// Least speed that the encoder tells from rest, rad/s.
+    /// Least speed that the encoder distinguishes from rest, rad/s.
     pub least_rest: f64,
     /// Tangent of the laws in force.
     pub feedback: Feedback,
@@ -133,16 +133,16 @@ impl InnovationsFrame {
         let dt = self.runs[recording].dt;
         SignRule { rest: self.rest, level: self.dry_level(), drive: drive * largest, dt }
     }
-    /// Signs anew from the speed of the readings.
+    /// Signs again from the speed of the readings.
     pub fn signs_from_readings(&mut self) {
         self.set_signs(|r| r.speed.clone());
     }
-    /// Signs anew from the smoothed speed.
+    /// Signs again from the smoothed speed.
     pub fn signs_from_states(&mut self) {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         self.set_signs(|r| r.state(velocity));
     }
-    /// Signs anew from the smoothed speed of another frame of the same recordings, with its misplaced events.
+    /// Signs again from the smoothed speed of another frame of the same recordings, with its misplaced events.
     pub fn signs_along(&mut self, other: &Self) {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         for k in 0..self.runs.len() {
@@ -251,7 +251,7 @@ impl InnovationsFrame {
         })
     }
 
-    /// What pushes a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
+    /// The forces on a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
     fn known(&self, recording: usize, own: Option<&OwnForces>) -> Vec<Vec<f64>> {
         let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
         let mut all = vec![vec![0.0; r.nodes]; self.coordinates()];
@@ -372,7 +372,7 @@ impl InnovationsFrame {
         Ok(self.pass_bank(packed, &[q.to_vec()])?.pop().unwrap_or_default())
     }
 
-    /// Gram matrices of groups beside a base that was passed at the same intensities.
+    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.

@@ -20,7 +20,7 @@ const SCALE: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const ODD: f64 = 5.0;
 /// Nats that misplaced events have to gain, and the impulse of a release.
 const GAIN: [f64; 2] = [10.0, 5.0];
-/// Torque held at rest, in levels of dry friction, beyond which a release has an impulse, and the largest that is believed.
+/// Torque held at rest, in levels of dry friction, beyond which a release has an impulse, and the largest that is accepted.
 const RELEASE: [f64; 2] = [1.3, 6.0];
 
 /// Rest and signs with the intensities about which they were found.
@@ -33,7 +33,7 @@ struct Settling {
 
 impl InnovationsFrame {
     /// Signs and rest from the readings' speed, then from the smoothed one, again: the best by evidence at a few intensities,
-    /// about which the trajectory is smoothed. Tells these.
+    /// about which the trajectory is smoothed. Returns these.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.

@@ -88,7 +88,7 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
         }
         for i in 0..N {
             let p: [f64; N] = row(&g.predicted, N * t + i);
-            states[N * t + i] = predicted[t][i] - dot(&p, &l);
+            states[N * t + i] = predicted[t][i] - dot(&p, &l); // (EST-6)
         }
         if t > 0 {
             let (a, b) = &steps[usize::from(input.mode[t - 1])];

@@ -191,7 +191,7 @@ impl<'a> JointAlong<'a> {
     pub fn parameter(&self, k: usize) -> f64 {
         self.frame.theta[k]
     }
-    /// The owner's value of a parameter.
+    /// The nominal value of a parameter.
     pub fn nominal(&self, k: usize) -> f64 {
         self.frame.plant.parameters()[k].value
     }

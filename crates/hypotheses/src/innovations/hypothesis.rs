@@ -59,7 +59,7 @@ impl FittedEffect {
     pub fn laws(&self, sizes: &UsualSizes) -> Vec<AppliedLaw> {
         applied(&self.parts, &self.frame.borrow(), sizes)
     }
-    /// Whether it is one law whose shape tells all, so that both shapes of a pair can be refined.
+    /// Whether it is one law whose shape determines all, so that both shapes of a pair can be refined.
     pub fn is_plain(&self) -> bool {
         self.parts.len() == 1 && self.parts[0].0.id() == self.id && self.id != "sensor-delay"
     }

@@ -1,5 +1,5 @@
 //! What explains the gap: a screen of all shapes at once, leaders refined and fitted, other structures in frames of their own,
-//! pairs beside what the first leaves. All evidences are of the same readings.
+//! pairs for what the first leaves. All evidences are of the same readings.
 
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -10,7 +10,7 @@ use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
-use trueup_signals::Loaded;
+use trueup_signals::{Loaded, Recording};
 
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};
@@ -41,7 +41,7 @@ pub enum JointSearchError {
     #[error(transparent)]
     Nodes(#[from] NodesError),
     /// Not one of the plants that this is made for.
-    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}; leave --engine out")]
+    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}")]
     Model {
         /// The case.
         file: String,
@@ -57,7 +57,7 @@ pub enum JointSearchError {
         name: &'static str,
     },
     /// Known effects, gains, offsets, delays that are estimated.
-    #[error("{file}: the innovations engine does not know {what}; leave --engine out")]
+    #[error("{file}: the innovations engine does not know {what}")]
     Known {
         /// The case.
         file: String,
@@ -89,9 +89,18 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if case.model != "TwoMassJoint" {
         return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
     }
-    let mut sensors = loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let doubted = sensors.any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
-    let known = [(!case.effects.is_empty(), "known effects"), (doubted, "gains, offsets and unknown delays")];
+    let sensors = || loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let doubted = sensors().any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
+    let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
+    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
+    let known = [
+        (!case.effects.is_empty(), "known effects"),
+        (doubted, "gains, offsets and unknown delays"),
+        (sensors().any(|s| s.delay != 0.0), "declared delays"),
+        (sticks > slides, "static friction above Coulomb friction"),
+        (case.doubt("gearRatio").is_some(), "a gear ratio that is not known"),
+        (loaded.recordings.values().any(own), "parameters of single recordings"),
+    ];
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }

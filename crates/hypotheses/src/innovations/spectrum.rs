@@ -127,7 +127,7 @@ impl OrderSpectra {
     }
 }
 
-/// These orders beside usual ones: to four digits, increasing, each once.
+/// These orders in addition to usual ones: to four digits, increasing, each once.
 pub fn with_usual(peaks: &[f64], usual: &[f64]) -> Vec<f64> {
     let rounded = |x: &f64| (x * 1e4).round_ties_even() / 1e4;
     let mut all: Vec<f64> = peaks.iter().chain(usual).map(rounded).collect();

@@ -1,8 +1,10 @@
 //! Links that bend in a design: beams and tables of modes, and the same robot with links that do not.
 
-use super::appendage::{Shapes, rod};
+use super::appendage::rod;
 use super::attitude::{Quaternion, rotation};
-use super::design::{Design, DesignError, off_unit};
+use super::body_check::off_unit;
+use super::design::{Design, DesignError};
+use super::shapes::Shapes;
 use super::spatial::Rigid;
 use super::vector::Vector;
 

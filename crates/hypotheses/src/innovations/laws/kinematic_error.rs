@@ -9,7 +9,7 @@ use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::shape::LawShape;
 use crate::innovations::spectrum::{OrderPeaks, with_usual};
 
-/// Order `h` per turn of the motor: the twist is q_m + e(q_m) - psi, and the motor feels its torque times 1 + e'.
+/// Order `h` per turn of the motor: the twist is q_m + e(q_m) - psi, and its torque times 1 + e' acts on the motor.
 pub(super) struct KinematicErrorColumns;
 
 /// Columns of sin and cos of an order.
