@@ -89,11 +89,11 @@ fn a_current_in_another_unit_is_told_beside_a_gap() {
 
 #[test]
 fn a_current_in_another_unit_or_turned_is_told() {
-    let (milli, turned) = ("thousandths were taken", "opposite sign");
+    let (milli, turned) = ("thousandths were interpreted", "opposite sign");
     for (gain, slack, said) in [
         (1e3, 0.0, milli),
         (1e3, 0.1, milli),
-        (1e-3, 0.0, "units were taken"),
+        (1e-3, 0.0, "units were interpreted"),
         (-1.0, 0.0, turned),
         (-1.0, 0.1, turned),
     ] {

@@ -7,6 +7,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
+use trueup_estimation::innovations::bank::{BANK, gains_of_bank};
 use trueup_estimation::innovations::column::{Column, ColumnPart};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
@@ -180,8 +181,10 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let weighted = factor.solve(&error);
         // Likelihood.
         let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
-        let mut gram = packed.nothing();
-        let e = packed.pass_base(0, &gains, &mut gram).unwrap();
+        let mut grams = vec![packed.nothing()];
+        let mut e = Vec::new();
+        packed.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, x| e = x.to_vec()).unwrap();
+        let gram = grams.remove(0);
         let want = error.dot(&weighted) + factor.determinant().ln();
         assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
         // Smoothed states.
@@ -221,6 +224,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         }
         let own = shown.dot(&factor.solve(&shown));
         let group = [column];
+        let own = shown.dot(&factor.solve(&shown));
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
@@ -241,6 +245,43 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let with = shown.dot(&weighted);
         let size = (own * error.dot(&weighted)).sqrt();
         assert!(close(got.base[0], with, size, 1e-5), "seed {seed}: {} {with}", got.base[0]);
+    }
+}
+
+#[test]
+fn gains_of_several_intensities_are_those_of_each() {
+    for seed in 0..4 {
+        let d = Drawn::new(seed, seed % 2 == 1);
+        let counted = vec![true; NODES * CHANNELS];
+        let one = d.gains(&counted).input;
+        // One more than pass beside each other, and the rest of them.
+        let inputs: Vec<_> = (0..BANK + 3)
+            .map(|k| {
+                let mut input = one.clone();
+                let factor = 4f64.powi(k as i32 - 4);
+                input.noise.iter_mut().flatten().for_each(|q| *q *= factor);
+                input.variance.iter_mut().for_each(|r| *r *= 1.0 + k as f64);
+                input
+            })
+            .collect();
+        let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
+        let bank = gains_of_bank(inputs.clone()).unwrap();
+        let mut together = vec![packed.nothing(); bank.len()];
+        packed.pass_base(0, &bank, &mut together, |_, _| ()).unwrap();
+        for (k, (input, (got, gram))) in inputs.into_iter().zip(bank.iter().zip(together)).enumerate() {
+            let want = FilterGains::new(input, false).unwrap();
+            let size = want.gain.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+            for (a, b) in got.gain.iter().zip(want.gain.iter()) {
+                assert!(close(*a, *b, size, 1e-11), "seed {seed}, intensity {k}: gain {a}, alone {b}");
+            }
+            for (a, b) in got.variance.iter().zip(want.variance.iter()) {
+                assert!(close(*a, *b, *b, 1e-11), "seed {seed}, intensity {k}: variance {a}, alone {b}");
+            }
+            let mut alone = vec![packed.nothing()];
+            packed.pass_base(0, &[want], &mut alone, |_, _| ()).unwrap();
+            let (a, b) = (gram.product(0, 0), alone[0].product(0, 0));
+            assert!(close(a, b, b, 1e-10), "seed {seed}, intensity {k}: squares {a}, alone {b}");
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //! log evidence of every set of columns follows from one Gram matrix ([`gram`], [`evidence`]). The engine requires a
 //! [`plant::ForcedPlant`] and names none; [`two_mass`] is the two-mass joint as such a plant.
 
+pub mod bank;
 pub mod column;
 pub mod evidence;
 pub mod filter;

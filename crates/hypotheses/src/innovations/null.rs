@@ -85,7 +85,8 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
     f.put_in_force(&[], &[], &best.zeros, &best.q)?;
     let base = f.packed(&[]);
     let none = vec![INTENSITY[0]; best.q.len()];
-    let latents = f.evidence_of(&base, &best.q)?.log - f.evidence_of(&base, &none)?.log;
+    let worth: Vec<f64> = f.evidences_of(&base, &[best.q.clone(), none])?.iter().map(|e| e.log).collect();
+    let latents = worth[0] - worth[1];
     if best.evidence > f.evidence + BEGIN || f.start != values {
         f.start.clone_from(&best.theta);
         for k in &f.unknown {

@@ -71,11 +71,11 @@ impl Screening {
     ) -> Result<f64, SizeError> {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
+        let new = bank.iter().filter(|q| !self.passed.iter().any(|p| p.0 == **q));
+        let new: Vec<Vec<f64>> = new.cloned().collect();
+        let passed = frame.pass_bank(&self.packed, &new)?;
+        self.passed.extend(new.into_iter().zip(passed));
         for q in bank {
-            if !self.passed.iter().any(|p| p.0 == *q) {
-                let base = frame.pass_base(&self.packed, q)?;
-                self.passed.push((q.clone(), base));
-            }
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
             let groups: Vec<&[Column]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
             let groups = frame.pass_groups(&self.packed, base, &groups, q)?;
