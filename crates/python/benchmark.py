@@ -1,4 +1,4 @@
-"""Figures of docs/python.md: short runs beside FMPy, threads, Dask.   python benchmark.py [runs] [runs of the sweep]"""
+"""Figures of docs/python.md: short runs compared with FMPy, threads, Dask.   python benchmark.py [runs] [runs of the sweep]"""
 
 import os
 import shutil

@@ -64,7 +64,7 @@ def main(trueup):
                 [trueup, "simulate", fmu, "--input", folder / "in.csv", "--stop", str(SECONDS), "--step", repr(1 / (RATE * FINE)),
                  "--outputs", "motorAngle,loadAngle", "--interface", "me", "-o", folder / "out.csv", *values],
                 check=True, capture_output=True)
-            # Rows at events lie between those of the grid.
+            # Rows at events are between those of the grid.
             rows = {round(float(r["time"]) * RATE * FINE, 4): r for r in csv.DictReader(open(folder / "out.csv"))}
             with open(HERE / f"{name}.csv", "w") as file:
                 file.write("time,motorCurrent,motorAngle,loadAngle\n")

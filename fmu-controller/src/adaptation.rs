@@ -1,6 +1,6 @@
 //! The variables of the adaptive strategies: parameters, outputs and states behind those of the law.
 
-use super::variables::Builder;
+use super::builder::Builder;
 use trueup_fmi::table::{Causality, Depends, Enumeration, Kind, Storage, Variability, Variable};
 use trueup_models::controller::{
     self,

@@ -1,6 +1,7 @@
 //! JointController and ManipulatorController as FMUs: binding only.
 
 mod adaptation;
+mod builder;
 pub mod variables;
 
 use trueup_fmi::configuration::Configuration;
@@ -12,7 +13,7 @@ use trueup_models::controller::{JointController, ManipulatorController};
 /// The models of this library.
 pub const MODELS: &[&str] = &["JointController", "ManipulatorController"];
 
-/// Either controller: the library stands for the one that its configuration names.
+/// Either controller: the library is the one that its configuration names.
 #[derive(Clone, Copy, Debug)]
 pub enum Controller {
     /// `JointController`.

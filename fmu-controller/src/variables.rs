@@ -1,6 +1,7 @@
 //! The variable tables of JointController and ManipulatorController.
 
 use super::adaptation;
+use super::builder::{Builder, Names};
 use trueup_fmi::table::{
     Causality, Depends, Enumeration, Experiment, Kind, ModelTable, Storage, Terminal, Variability, Variable,
 };
@@ -56,43 +57,7 @@ pub fn manipulator_controller(joints: usize) -> ModelTable {
     table
 }
 
-/// What the two controllers call differently.
-pub(super) struct Names {
-    pub(super) load: &'static str,
-    output: &'static str,
-    unit: &'static str,
-    limit: &'static str,
-    torque_constant: &'static str,
-    torque_constant_text: &'static str,
-    /// Excitation threshold in rad: a few steps of usual sensors.
-    threshold: f64,
-}
-
-pub(super) struct Builder {
-    pub(super) names: Names,
-    /// Number of joints; `None`: one, as scalars.
-    pub(super) joints: Option<usize>,
-}
-
 impl Builder {
-    pub(super) fn variable(
-        &self,
-        name: &str,
-        causality: Causality,
-        variability: Variability,
-        storage: fn(usize) -> Storage,
-        index: usize,
-        unit: &'static str,
-        text: &str,
-    ) -> Variable {
-        let n = self.joints.unwrap_or(1);
-        let v = Variable::new(name, causality, variability, storage(index * n), unit, text);
-        match self.joints {
-            Some(n) => v.array(&[n]),
-            None => v,
-        }
-    }
-
     fn parameters(&self, defaults: &[&[f64]; parameter::COUNT]) -> Vec<Variable> {
         use parameter as p;
         let names = &self.names;
@@ -119,7 +84,7 @@ impl Builder {
             new(names.limit, p::LIMIT, tunable, names.unit, &limit).above(0.0),
             new("waveFrequency", p::WAVE_FREQUENCY, tunable, "rad/s", "omega_n of the wave transfer function G = omega_n^2/(s^2 + omega_n s + omega_n^2), a setting of the damping")
                 .above(0.0),
-            new("washoutFrequency", p::WASHOUT_FREQUENCY, tunable, "rad/s", "omega_h of VWBC_WASHOUT: below it the waves give way to P_PI")
+            new("washoutFrequency", p::WASHOUT_FREQUENCY, tunable, "rad/s", "omega_h of VWBC_WASHOUT: below it P_PI replaces the waves")
                 .above(0.0),
             Variable::new("samplePeriod", Causality::Parameter, fixed, Storage::Parameter(scalars), "s", "sample period T_s of the controller, output held in between; 0: continuous")
                 .start(&[0.0])

@@ -243,8 +243,8 @@ impl Tabled for PlanarManipulator {
     }
     fn add_inputs(&self, b: &mut Builder) {
         b.inputs(&input::list(&self.layout()));
-        b.retell("tipForce", "On the last link at its tip beside the contact, inertial frame");
-        b.retell("tipTorque", "On the last link beside the contact");
+        b.retell("tipForce", "On the last link at its tip in addition to the contact, inertial frame");
+        b.retell("tipTorque", "On the last link in addition to the contact");
     }
     fn add_outputs(&self, b: &mut Builder) {
         b.outputs(&output::list(&self.layout()));
@@ -323,7 +323,7 @@ pub(crate) mod tests {
         let table = scene.table();
         for name in ["tipForce", "tipTorque"] {
             let told = &table.variables.iter().find(|v| v.name == name).unwrap().description;
-            assert!(told.contains("beside the contact"), "{name}: {told}");
+            assert!(told.contains("in addition to the contact"), "{name}: {told}");
         }
         for name in ["linearMomentum", "angularMomentum", "kineticEnergy"] {
             let told = &table.variables.iter().find(|v| v.name == name).unwrap().description;

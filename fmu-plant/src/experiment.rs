@@ -7,7 +7,7 @@ use trueup_fmi_export::reference::Schedule;
 /// Relative tolerance of the default experiments. Importers that hold sampled inputs between communication
 /// points and do not restart their solver there (FMPy with CVode) give up when it is tighter: inputs that jump are no part of a
 /// smooth solution. Each model has the tightest that all of its sampled runs pass (table in docs/benchmarks.md).
-/// Co-Simulation has a tolerance of its own where the importer asks for none.
+/// Co-Simulation has a tolerance of its own where the importer requests none.
 pub(crate) const TOLERANCE: f64 = 1e-5;
 /// Of a robot in space.
 pub(crate) const SPACE_TOLERANCE: f64 = 1e-6;

@@ -22,12 +22,12 @@ const RIGID: usize = 2;
 /// Size of the steps of Co-Simulation where they are fixed, s.
 pub(crate) const STEP: f64 = 1e-3;
 
-/// The item of a structural choice, told body by body or not.
+/// The item of a structural choice, given body by body or not.
 fn item(c: &Configuration, choice: &str) -> Option<usize> {
     c.structure.iter().find(|s| s.0 == choice).and_then(|s| s.1.first()).map(|item| *item as usize)
 }
 
-/// Whether a configuration wants steps of fixed size.
+/// Whether a configuration requires steps of fixed size.
 pub(crate) fn fixed(c: &Configuration) -> bool {
     item(c, SOLVER_CHOICE) == Some(FIXED)
 }
@@ -87,7 +87,7 @@ pub fn with_links(design: Design, choices: &[(String, Vec<u32>)]) -> Result<Desi
 /// The configuration of a model of this arm on the ground, with what these choose of its drive and of its solver.
 ///
 /// # Errors
-/// A structure that cannot be had, with the mend.
+/// A structure that cannot be had, with the remedy.
 pub fn of_arm(design: &Design, choices: &[(String, Vec<u32>)]) -> Result<Configuration, String> {
     let design = Design { held: true, ..design.clone() };
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: true })?;

@@ -129,9 +129,9 @@ mod tests {
             let plant = Plant::build(&c).unwrap();
             let Plant::FlexibleArm { arm, .. } = &plant else { panic!("no arm") };
             let table = plant.table();
-            let told = table.find("axialStiffening").unwrap().start[0];
+            let start = table.find("axialStiffening").unwrap().start[0];
             assert_eq!(
-                (arm.structure().robot.axial_stiffening, told == 2.0),
+                (arm.structure().robot.axial_stiffening, start == 2.0),
                 (wanted, wanted),
                 "{structure:?}"
             );
@@ -158,8 +158,8 @@ mod tests {
             let arm = crate::of_arm(&design, &choices).unwrap();
             for (c, wanted) in [(of_design(&design).unwrap(), wanted), (arm, on_ground.stiffens())] {
                 let table = Plant::build(&c).unwrap().table();
-                let told = table.find("axialStiffening").unwrap().start[0];
-                assert_eq!(told == 2.0, wanted, "{} {held} {file:?} {beside:?}", c.model);
+                let start = table.find("axialStiffening").unwrap().start[0];
+                assert_eq!(start == 2.0, wanted, "{} {held} {file:?} {beside:?}", c.model);
             }
         }
     }

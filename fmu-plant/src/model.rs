@@ -1,4 +1,4 @@
-//! The plants as one type: a library stands for any of them, as its configuration says.
+//! The plants as one type: a library is any of them, as its configuration declares.
 
 use crate::arm::{self, TEST_BED};
 use crate::contact::{self, Contact};

@@ -42,7 +42,7 @@ pub(crate) fn build(c: &Configuration) -> Result<(SpatialFreeFlyer, Vec<f64>), S
     Ok((model, start))
 }
 
-/// The structure that a configuration tells body by body.
+/// The structure that a configuration gives body by body.
 pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
     let found = |name: &str| {
         c.structure
@@ -81,7 +81,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
             .chunks(3)
             .map(|l| match l {
                 [x, y, torsion] => Ok(Shapes { x: *x, y: *y, torsion: *torsion }),
-                _ => Err(format!("{LINK_MODES} wants three numbers per body")),
+                _ => Err(format!("{LINK_MODES} requires three numbers per body")),
             })
             .collect::<Result<_, _>>()?,
         tabled_links: found(LINK_TABLE_MODES).collect(),
@@ -91,7 +91,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
 /// The configuration of a model of this robot: its structure, and every value that is not the model's own.
 ///
 /// # Errors
-/// A structure that cannot be had, with the mend.
+/// A structure that cannot be had, with the remedy.
 pub fn of_design(design: &Design) -> Result<Configuration, String> {
     let s = design.structure();
     let model = SpatialFreeFlyer::new(s.clone())?;
@@ -105,7 +105,7 @@ pub fn of_design(design: &Design) -> Result<Configuration, String> {
     })
 }
 
-/// Its structure is told body by body: a robot that somebody describes.
+/// Its structure is given body by body: a robot that a user describes.
 pub fn is_robot(c: &Configuration) -> bool {
     c.structure.iter().any(|(name, _)| name == PARENT)
 }

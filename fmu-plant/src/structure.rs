@@ -17,7 +17,7 @@ pub struct Choice {
     pub name: &'static str,
     /// What may be chosen.
     pub wanted: Wanted,
-    /// What it is.
+    /// Meaning.
     pub text: &'static str,
 }
 
@@ -88,10 +88,10 @@ impl Choice {
             Wanted::Item(items) => items.items.iter().map(|i| i.0).collect::<Vec<_>>().join(", "),
         }
     }
-    /// The number that a text stands for.
+    /// The number that a text gives.
     ///
     /// # Errors
-    /// It stands for none: what would.
+    /// It gives none: what would.
     pub fn parse(&self, text: &str) -> Result<u32, String> {
         let number = match self.wanted {
             Wanted::Count(_) => text.parse().ok(),
@@ -99,7 +99,7 @@ impl Choice {
         };
         number
             .filter(|n| self.allows(*n))
-            .ok_or_else(|| format!("`{}` wants one of {}, not `{text}`", self.name, self.range()))
+            .ok_or_else(|| format!("`{}` requires one of {}, not `{text}`", self.name, self.range()))
     }
     fn allows(&self, number: u32) -> bool {
         let most = match self.wanted {

@@ -1,4 +1,4 @@
-//! The error of each algorithm against the communication step: closed loops of our FMUs, coupled by the master, beside the
+//! The error of each algorithm against the communication step: closed loops of our FMUs, coupled by the master, next to the
 //! same equations in one solver. `TRUEUP_FMUS=DIR cargo bench -p trueup-acceptance --bench accuracy` reads the FMUs that
 //! `trueup fmu pack -o DIR` makes, prints the tables of docs/master-accuracy.md and draws its pictures.
 #![allow(missing_docs, dead_code)]

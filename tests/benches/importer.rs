@@ -19,7 +19,7 @@ pub struct Importer<'a> {
     moved: Vec<f64>,
     dx: Vec<f64>,
     inputs: (Vec<u32>, Vec<f64>),
-    /// Values of the inputs at the start: bodies that are led stand apart.
+    /// Values of the inputs at the start: bodies of prescribed motion are apart.
     start: Vec<f64>,
     outputs: (Vec<u32>, Vec<f64>),
     _callbacks: Box<fmi2CallbackFunctions>,
@@ -36,7 +36,7 @@ macro_rules! ok {
 
 impl<'a> Importer<'a> {
     fn new(fmu: &'a Fmu, model_exchange: bool) -> Self {
-        // SAFETY: a function without parameters that ignores what it is called with.
+        // SAFETY: a function without parameters that ignores its arguments.
         let logger = unsafe { core::mem::transmute::<*const (), Logger>(silent as *const ()) };
         let callbacks = Box::new(fmi2CallbackFunctions {
             // Reference FMUs of FMI 2.0 want all three.

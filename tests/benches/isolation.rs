@@ -55,7 +55,7 @@ fn isolate(fmu: &Fmu) {
 /// Seconds of a run over `CALLS` steps.
 fn run(folder: &Path, components: &str, isolated: bool) -> f64 {
     let file = folder.join("s.toml");
-    // Connections stand before the first table.
+    // Connections are before the first table.
     let at = components.find("[components").unwrap();
     let (links, rest) = components.split_at(at);
     let stop = 1e-3 * CALLS as f64;

@@ -1,7 +1,7 @@
 """What it costs to couple a capture (examples/capture-coupled.toml, S2's SIM2) out of three FMUs, against the same capture in one FMU with
-located events; whether both come to the same at the places of the paper's tests; and CaptureScene beside a loop in NumPy.
+located events; whether both come to the same at the places of the paper's tests; and CaptureScene compared with a loop in NumPy.
 
-    python tests/python/benchmark_contact.py target/release/trueup        (the packed library stands beside the program)
+    python tests/python/benchmark_contact.py target/release/trueup        (the packed library is next to the program)
 """
 
 import csv
@@ -278,7 +278,7 @@ def in_numpy(step):
 
 
 def against_numpy(reference):
-    """CaptureScene by Co-Simulation beside the loop."""
+    """CaptureScene by Co-Simulation compared with the loop."""
     tolerance = 1e-8
     scene = in_one(tolerance, "co-simulation", 0.1)[0]
     for step in (1e-3, 5e-3):

@@ -1,4 +1,4 @@
-"""Time of `trueup diagnose`: over generated cases; how it grows with samples, candidates and cores; beside SciPy's least_squares refitting
+"""Time of `trueup diagnose`: over generated cases; how it grows with samples, candidates and cores; compared with SciPy's least_squares refitting
 every candidate over a compiled simulation. Alone on the machine, in one run; prints tables for docs/benchmarks.md.
 
     python tests/python/benchmark_diagnosis.py target/release/trueup [JOINTS [MANIPULATORS]]
@@ -86,7 +86,7 @@ void simulate(const double *p, const double *x0, const double *t, const double *
 }
 """
 OWN = ("motorInertia", "loadInertia", "torqueConstant", "stiffness", "damping", "coulombFriction", "viscousFriction")
-# Where the effect's two parameters stand in the C code.
+# Where the effect's two parameters are in the C code.
 EFFECTS = {"asymmetric-friction": 8, "cable-stiffness": 10, "gravity-torque": 12}
 
 
@@ -162,7 +162,7 @@ def candidates(case):
 
 
 def diagnose(binary, case, threads=2):
-    """Wall seconds, processor seconds, and what it said."""
+    """Wall seconds, processor seconds, and its output."""
     with tempfile.TemporaryDirectory() as out:
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
         begin = time.perf_counter()

@@ -1,4 +1,4 @@
-"""What the Python tests share: the packed FMUs, the program, witnesses that need more than a Python package."""
+"""What the Python tests share: the packed FMUs, the program, references that need more than a Python package."""
 
 import ctypes
 import json
@@ -38,7 +38,7 @@ LEFT_OUT = pytest.StashKey[int]()
 
 
 def pytest_sessionfinish(session):
-    # A worker of pytest-xdist tells its controller, which collects nothing itself.
+    # A worker of pytest-xdist reports to its controller, which collects nothing itself.
     if hasattr(session.config, "workeroutput"):
         session.config.workeroutput["left_out"] = session.config.stash.get(LEFT_OUT, 0)
 
@@ -121,7 +121,7 @@ def full(request):
 
 @pytest.fixture(scope="session")
 def example():
-    """example(name, text) runs an example program, which cargo built beside the program, and returns what it prints."""
+    """example(name, text) runs an example program, which cargo built next to the program, and returns what it prints."""
     folder = from_environment("TRUEUP_BIN").parent / "examples"
 
     def run(name, text=None):

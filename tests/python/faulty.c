@@ -2,6 +2,8 @@
    never changes sign. The environment variable FAULT = "what call count" makes it do something in a call of that name, from
    the count-th one on. No header of FMI is needed. */
 #define _GNU_SOURCE
+#include <fcntl.h>
+#include <fenv.h>
 #include <math.h>
 #include <pthread.h>
 #include <signal.h>
@@ -9,6 +11,8 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -39,11 +43,50 @@ static void child(int leaves) {
     }
 }
 static void *crash_of_thread(void *p) { *(volatile int *)p = 1; return 0; }
+static void *abort_of_thread(void *p) { (void)p; abort(); }
+static void exit_again(void) { _exit(0); }
+static void exit_never(void) { for (;;) sleep(1); }
+static void exit_badly(void) { *(volatile int *)8 = 1; }
+/* Uses up the stack: each call is needed by the one before. */
+static int deeper(volatile char *p) { volatile char more[4096]; more[0] = *p; return deeper(more) + more[0]; }
+static void limit(int what, rlim_t to) { struct rlimit l = {to, to}; setrlimit(what, &l); }
+/* What it does to the process that it is in, which goes on. */
+static int around(M *m) {
+    if (is("chdir")) return chdir("/");
+    if (is("close1")) close(1);
+    if (is("close2")) close(2);
+    if (is("closes")) for (int i = 0; i < 256; i++) close(i);
+    if (is("nowhere")) for (int i = 0, n = open("/dev/null", O_RDWR); i < 3; i++) dup2(n, i);
+    if (is("ignores")) for (int i = 1; i < 32; i++) signal(i, SIG_IGN);
+    if (is("defaults")) for (int i = 1; i < 32; i++) signal(i, SIG_DFL);
+    if (is("blocks")) { sigset_t all; sigfillset(&all); sigprocmask(SIG_BLOCK, &all, 0); }
+    if (is("alarm")) { alarm(1); usleep(1200000); }
+    if (is("atexit_exits")) atexit(exit_again);
+    if (is("atexit_hangs")) atexit(exit_never);
+    if (is("atexit_crashes")) atexit(exit_badly);
+    if (is("file_size")) limit(RLIMIT_FSIZE, 0);
+    if (is("files")) limit(RLIMIT_NOFILE, 3);
+    if (is("memory")) limit(RLIMIT_AS, 1 << 20);
+    if (is("traps")) feenableexcept(FE_DIVBYZERO | FE_INVALID | FE_OVERFLOW);
+    if (is("rounds")) fesetround(FE_UPWARD);
+    if (is("forks")) fork();
+    if (is("session_of_its_own")) setsid();
+    if (is("mask")) umask(0777);
+    if (is("environment")) clearenv();
+    if (is("slow")) usleep(300000);
+    if (is("prints")) for (int i = 0; i < 200000; i++) puts("1,2,3,4");
+    if (is("prints2")) for (int i = 0; i < 200000; i++) fputs("error: nothing\n", stderr);
+    if (is("no_text")) say(m, "\xff\xfe\x80 no UTF-8");
+    if (is("escapes")) say(m, "\033[2J\033]0;title\007\r\nerror: a line of its own");
+    if (is("empty")) say(m, "");
+    return 0;
+}
 static void *exit_of_thread(void *p) { (void)p; _exit(0); }
 static int spins;
 /* What a fault does that is none of values; the status to return. */
 static int in(M *m, const char *name) {
     if (strcmp(name, call) || ++count < from) return 0;
+    if (count == from && around(m)) return 3;
     if (is("_exit")) _exit(0);
     if (is("exit_group")) syscall(SYS_exit_group, 0);
     if (is("exit")) exit(0);
@@ -52,6 +95,8 @@ static int in(M *m, const char *name) {
     if (is("daemon")) if (daemon(1, 1)) return 3;
     if (is("thread_exits")) { pthread_t t; pthread_create(&t, 0, exit_of_thread, 0); for (;;) sleep(1); }
     if (is("thread_crashes")) { pthread_t t; pthread_create(&t, 0, crash_of_thread, (void *)8); for (;;) sleep(1); }
+    if (is("thread_aborts")) { pthread_t t; pthread_create(&t, 0, abort_of_thread, 0); for (;;) sleep(1); }
+    if (is("overflow")) return deeper((volatile char *)what);
     if (is("segv")) *(volatile int *)8 = 1;
     if (is("abort")) abort();
     if (is("trap")) __builtin_trap();
@@ -154,6 +199,17 @@ static int discrete(M *m, int *again, int *defined, double *next) {
     return status;
 }
 
+static double nominal(void) {
+    int now = !strcmp(call, "nominals");
+    return now && is("zero") ? 0 : now && is("negative") ? -1 : 1;
+}
+/* How many there are, of FMI 3.0. */
+static size_t counted(const char *name) {
+    if (strcmp(name, call)) return 1;
+    return is("none") ? 0 : is("two") ? 2 : is("huge") ? (size_t)1 << 60 : 1;
+}
+static int ends(const char *name) { return !strcmp(call, name) && count >= from && is("ends"); }
+
 #if V == 2
 const char *fmi2GetVersion(void) { return "2.0"; }
 const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -170,13 +226,13 @@ int fmi2ExitInitializationMode(void *c) { return in(c, "exit_initialization"); }
 int fmi2Terminate(void *c) { return in(c, "terminate"); }
 int fmi2GetReal(void *c, const unsigned r[], size_t n, double v[]) { return get(c, r, n, v); }
 int fmi2SetReal(void *c, const unsigned r[], size_t n, const double v[]) { return set(c, r, n, v); }
-int fmi2DoStep(void *c, double t, double h, int b) { (void)b; return do_step(c, t, h); }
+int fmi2DoStep(void *c, double t, double h, int b) { (void)b; int s = do_step(c, t, h); return ends("step") ? 2 : s; }
 int fmi2GetStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = is("pending") ? 5 : 0, 0; }
 int fmi2GetRealStatus(void *c, int k, double *v) { (void)k; return *v = ((M *)c)->t, 0; }
-int fmi2GetBooleanStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = 0, 0; }
+int fmi2GetBooleanStatus(void *c, int k, int *v) { (void)c, (void)k; return *v = ends("step"), 0; }
 int fmi2EnterEventMode(void *c) { return in(c, "event_mode"); }
 typedef struct { int again, terminate, nominals, states, defined; double next; } Info;
-int fmi2NewDiscreteStates(void *c, Info *e) { memset(e, 0, sizeof *e); return discrete(c, &e->again, &e->defined, &e->next); }
+int fmi2NewDiscreteStates(void *c, Info *e) { memset(e, 0, sizeof *e); int s = discrete(c, &e->again, &e->defined, &e->next); return e->terminate = ends("discrete"), s; }
 int fmi2EnterContinuousTimeMode(void *c) { return in(c, "continuous_mode"); }
 int fmi2CompletedIntegratorStep(void *c, int b, int *e, int *t) { (void)b; return *e = *t = 0, in(c, "completed"); }
 int fmi2SetTime(void *c, double t) { ((M *)c)->t = t; return in(c, "set_time"); }
@@ -184,7 +240,7 @@ int fmi2SetContinuousStates(void *c, const double x[], size_t n) { (void)n; retu
 int fmi2GetDerivatives(void *c, double d[], size_t n) { (void)n; return derivatives(c, d); }
 int fmi2GetEventIndicators(void *c, double z[], size_t n) { (void)n; return indicators(c, z); }
 int fmi2GetContinuousStates(void *c, double x[], size_t n) { (void)n; return get_states(c, x); }
-int fmi2GetNominalsOfContinuousStates(void *c, double x[], size_t n) { (void)n; int s = in(c, "nominals"); x[0] = 1; give("nominals", x, 1); return s; }
+int fmi2GetNominalsOfContinuousStates(void *c, double x[], size_t n) { (void)n; int s = in(c, "nominals"); x[0] = nominal(); give("nominals", x, 1); return s; }
 #else
 #include <stdbool.h>
 #include <stdint.h>
@@ -211,13 +267,15 @@ int fmi3SetFloat64(void *c, const uint32_t r[], size_t n, const double v[], size
 int fmi3DoStep(void *c, double t, double h, bool b, bool *event, bool *end, bool *early, double *last) {
     (void)b;
     int s = do_step(c, t, h);
-    *event = *end = *early = false, *last = t + h;
+    int now = !strcmp(call, "step") && count >= from;
+    *event = now && is("event"), *end = ends("step"), *early = now && is("early");
+    *last = now && is("early") ? t + h / 2 : now && is("last_nan") ? NAN : now && is("last_back") ? t - 1 : now && is("last_far") ? t + 10 * h : t + h;
     return s;
 }
 int fmi3EnterEventMode(void *c) { return in(c, "event_mode"); }
 int fmi3UpdateDiscreteStates(void *c, bool *again, bool *end, bool *nominals, bool *states, bool *defined, double *next) {
     int a, d, s = discrete(c, &a, &d, next);
-    *again = a, *end = *nominals = *states = false, *defined = d;
+    *again = a, *end = ends("discrete"), *nominals = *states = false, *defined = d;
     return s;
 }
 int fmi3EnterContinuousTimeMode(void *c) { return in(c, "continuous_mode"); }
@@ -227,7 +285,7 @@ int fmi3SetContinuousStates(void *c, const double x[], size_t n) { (void)n; retu
 int fmi3GetContinuousStateDerivatives(void *c, double d[], size_t n) { (void)n; return derivatives(c, d); }
 int fmi3GetEventIndicators(void *c, double z[], size_t n) { (void)n; return indicators(c, z); }
 int fmi3GetContinuousStates(void *c, double x[], size_t n) { (void)n; return get_states(c, x); }
-int fmi3GetNominalsOfContinuousStates(void *c, double x[], size_t n) { (void)n; int s = in(c, "nominals"); x[0] = 1; give("nominals", x, 1); return s; }
-int fmi3GetNumberOfContinuousStates(void *c, size_t *n) { (void)c; return *n = 1, 0; }
-int fmi3GetNumberOfEventIndicators(void *c, size_t *n) { (void)c; return *n = 1, 0; }
+int fmi3GetNominalsOfContinuousStates(void *c, double x[], size_t n) { (void)n; int s = in(c, "nominals"); x[0] = nominal(); give("nominals", x, 1); return s; }
+int fmi3GetNumberOfContinuousStates(void *c, size_t *n) { return *n = counted("states"), in(c, "states"); }
+int fmi3GetNumberOfEventIndicators(void *c, size_t *n) { return *n = counted("number"), in(c, "number"); }
 #endif

@@ -93,7 +93,7 @@ class Exchange:
 def run(path, start, inputs, grid, names, watch=(), times=(), rtol=1e-12):
     """Values of `names` at the times of `grid`, the last of which ends the run, and the times at which an output of `watch`
     (Booleans) changed. `inputs` has a Signal for each input that is not 0, `start` values of parameters; at `times` there are
-    events that no indicator tells.
+    events that no indicator shows.
 
     Values between the ends of steps are interpolated, and what that leaves no tolerance bounds: where a law has a kink (bristles
     whose velocity turns) up to 2e-6 at a tolerance of 1e-10, 1e-9 at that of here."""

@@ -1,4 +1,4 @@
-"""What of the Modelica package is compared with which FMU: classes, effects, where they stand."""
+"""What of the Modelica package is compared with which FMU: classes, effects, where they act."""
 
 import os
 import subprocess
@@ -32,7 +32,7 @@ def own_parameters(model):
     return {n: v.start for n, v in described(model).items() if v.causality == "parameter"}
 
 
-# Effects of the joint: id, place, block, the effect's states in both, what is set beside the defaults.
+# Effects of the joint: id, place, block, the effect's states in both, what is set in addition to the defaults.
 EFFECTS = {
     "current-saturation": ("actuator", "Saturation", [], {}),
     "actuator-lag": ("actuator", "Lag", ["laggedTorque"], {"actuatorDelay": 0.008}),
@@ -70,7 +70,7 @@ def own_of_effect(effect):
 
 
 SENSORS = {
-    # The order stands at its least, 1: values about 2 are all allowed.
+    # The order is at its least, 1: values about 2 are all allowed.
     "sensor-eccentricity": ("Eccentricity", {"motorAngleEccentricityCosine": 0.02, "motorAngleEccentricityOrder": 2.0}),
     "sensor-drift": ("Drift", {"motorAngleDriftStart": 0.4, "motorAngleDriftTime": 0.5}),
     "sensor-delay": ("Delay", {}),
@@ -83,7 +83,7 @@ def of_sensor(name):
     return short[0].lower() + short[1:]
 
 
-# Effects of the arm that stand once: id with its place, place in Modelica, block, states.
+# Effects of the arm that occur once: id with its place, place in Modelica, block, states.
 ARM_EFFECTS = {
     "base-drag": ("onBase", "Base.Drag", []),
     "base-thrust": ("onBase", "Base.Thrust", []),

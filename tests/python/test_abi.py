@@ -21,7 +21,7 @@ def headers():
 
 @pytest.fixture(scope="module")
 def abi(example):
-    """What Rust says of its types: {kind: [fields, ...]}."""
+    """Rust's description of its types: {kind: [fields, ...]}."""
     table = {}
     for line in example("abi").splitlines():
         kind, rest = line.split(" ", 1)

@@ -14,7 +14,7 @@ FLEXIBILITY = [[0], [0, 0, 0], [1, 0, 0], [1, 1, 1], [0, 1, 0, 1, 0], [1, 0, 1, 
 
 
 class Arm:
-    """Random parameters, random states, and what Rust says of them."""
+    """Random parameters, random states, and Rust's results for them."""
 
     def __init__(self, flexible, example):
         random = np.random.default_rng(len(flexible) * 10 + sum(flexible))
@@ -93,7 +93,7 @@ def test_pinocchio(arm):
         mass.append(error(m, theirs[np.ix_(order, order)]))
         nle = pin.nonLinearEffects(tree, data, q, v)[order]
         bias.append(error(b, nle[: 3 + n]))
-        assert np.all(np.abs(nle[3 + n :]) < 1e-10)  # rotors feel nothing of it
+        assert np.all(np.abs(nle[3 + n :]) < 1e-10)  # no effect on rotors
         coriolis.append(error(c, pin.computeCoriolisMatrix(tree, data, q, v)[np.ix_(chain, chain)]))
     report(f"M + J* against Pinocchio, {STATES} states", mass, 1e-13)
     report("C v against Pinocchio", bias, 1e-12)
@@ -103,7 +103,7 @@ def test_pinocchio(arm):
 def test_mujoco(arm):
     mujoco = pytest.importorskip("mujoco")
     n = arm.n
-    # Across the plane inertias are of no account, but MuJoCo wants a body that can exist.
+    # Across the plane inertias are of no account, but MuJoCo requires a body that can exist.
     def inertial(mass, inertia, com=(0.0, 0.0)):
         return (f'<inertial pos="{com[0]!r} {com[1]!r} 0" mass="{mass!r}" '
                 f'diaginertia="{inertia!r} {inertia!r} {inertia!r}"/>')

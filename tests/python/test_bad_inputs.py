@@ -1,8 +1,8 @@
-"""Files as people write them: good ones, changed in a way that is drawn. Of each way it is said what has to come of it:
+"""Files as people write them: good ones, changed in a way that is drawn. Each way has its expected outcome:
 
 - refused: exit status 1, one error that names the file (and the line, or the name at fault), nothing under the name of the results;
 - the same: exit status 0 and the same results as of the unchanged file;
-- noted: exit status 0, the same results unless said otherwise, and a note that names what is not used or was chosen.
+- noted: exit status 0, the same results unless noted otherwise, and a note that names what is not used or was chosen.
 
 Whatever is drawn: no panic, no silence, no hang. The seed is printed; TRUEUP_SEED chooses another one.
 """
@@ -66,7 +66,10 @@ SSD = (
     'xmlns:ssc="http://ssp-standard.org/SSP1/SystemStructureCommon" name="s" version="1.0">\n<ssd:System name="root">\n'
     '<ssd:ParameterBindings><ssd:ParameterBinding source="resources/p.ssv"><ssd:ParameterMapping source="resources/m.ssm"/>'
     '</ssd:ParameterBinding></ssd:ParameterBindings>\n<ssd:Elements>\n<ssd:Component name="p" type="application/x-fmu-sharedlibrary" '
-    'source="resources/p.fmu"/>\n</ssd:Elements>\n</ssd:System>\n<ssd:DefaultExperiment startTime="0" stopTime="0.2"/>\n'
+    'source="resources/p.fmu"><ssd:ParameterBindings><ssd:ParameterBinding><ssd:ParameterValues><ssv:ParameterSet '
+    'xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues" version="1.0" name="q"><ssv:Parameters>'
+    '<ssv:Parameter name="initialMotorAngle"><ssv:Real value="0.1"/></ssv:Parameter></ssv:Parameters></ssv:ParameterSet>'
+    '</ssd:ParameterValues></ssd:ParameterBinding></ssd:ParameterBindings></ssd:Component>\n</ssd:Elements>\n</ssd:System>\n<ssd:DefaultExperiment startTime="0" stopTime="0.2"/>\n'
     "</ssd:SystemStructureDescription>\n"
 )
 
@@ -172,7 +175,7 @@ def lists(desk, values=None, times=None):
     pq.write_table(table, desk.folder / "arm.parquet", compression="zstd")
 
 
-# What comes of a change: how it is run, what has to be said, whether the results stay, and the exit status.
+# What comes of a change: how it is run, the expected message, whether the results stay, and the exit status.
 def refused(command, *words, status=1):
     return command, words, False, status
 
@@ -521,13 +524,13 @@ def a_sweep_with_a_mistake(desk, rng):
 @way
 def a_urdf_with_a_mistake(desk, rng):
     old, new, words = rng.choice([
-        ('link name="fore"', 'link name="upper"', ("arm.urdf:4", "`upper` stands in line 3 already")),
-        ('joint name="elbow"', 'joint name="shoulder"', ("arm.urdf:6", "`shoulder` stands in line 5 already")),
+        ('link name="fore"', 'link name="upper"', ("arm.urdf:4", "`upper` is defined in line 3 already")),
+        ('joint name="elbow"', 'joint name="shoulder"', ("arm.urdf:6", "`shoulder` is defined in line 5 already")),
         ('<mass value="3"/>', "", ("arm.urdf:3", "<mass>")),
         ('<mass value="3"/>', '<mass value="three"/>', ("arm.urdf:3", "three")),
         ('<mass value="3"/>', '<mass value="0"/>', ("arm.urdf:3", "`upper`", "mass")),
         ('<parent link="upper"/>', '<parent link="uper"/>', ("arm.urdf:6", "`upper`")),
-        ('<parent link="foot"/>', '<parent link="fore"/>', ("arm.urdf", "loop")),
+        ('<parent link="foot"/>', '<parent link="fore"/>', ("arm.urdf:5", "loop")),
         ('<origin xyz="0 0 0.4"/>', '<origin xyz="0 0"/>', ("arm.urdf:5", "3 finite")),
         ('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>', ("arm.urdf", "`upper`", "axis")),
         ('iyy="0.03"', 'iyy="-0.03"', ("arm.urdf", "`base`", "above 0")),
@@ -544,7 +547,7 @@ def a_urdf_with_more_than_is_read(desk, rng):
     old, new, words = rng.choice([
         ("<axis", '<limit lower="-1" upper="1" effort="1" velocity="1"/><axis', ("<limit> of 1 joint (shoulder)",)),
         ("<axis", '<calibration rising="0"/><axis', ("<calibration> of 1 joint (shoulder)",)),
-        ('izz="0.02"', 'izz="0.9"', ("`base`", "larger than the sum", "taken as it stands")),
+        ('izz="0.02"', 'izz="0.9"', ("`base`", "larger than the sum", "used as it is")),
     ])
     desk.write("arm.urdf", URDF.replace(old, new, 1))
     return noted("urdf", "arm.urdf", *words, results=False)

@@ -1,4 +1,4 @@
-"""FMPy as the witness of how often an FMU is called: one that makes a sample of its law per `doStep` gives the same values at every
+"""FMPy as the reference for how often an FMU is called: one that makes a sample of its law per `doStep` gives the same values at every
 time, over steps, lengths and inputs that are drawn (`TRUEUP_SEED`)."""
 
 import csv

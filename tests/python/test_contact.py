@@ -105,7 +105,7 @@ def first_touch(rows, component):
 
 
 def test_a_touch_ends_the_step_of_all(simulated, fmus):
-    """The chaser drifts until the touch: where it stands then tells when it was stopped."""
+    """The chaser drifts until the touch: its final position shows when it was stopped."""
     text = coupled(fmus, "extrapolate", "\nevent-rows = true").replace("stop = 30", "stop = 3.6")
     before, after, later = first_touch(simulated(text, True), "contact")
     scene = fmus / "CaptureScene.fmi3.fmu"

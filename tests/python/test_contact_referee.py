@@ -20,7 +20,7 @@ def table(file):
 
 @pytest.fixture(scope="module")
 def sim2(trueup, fmus, tmp_path_factory):
-    """S2's SIM2 with all events, at intervals in which forces are polynomials to far below what is asked."""
+    """S2's SIM2 with all events, at intervals in which forces are polynomials to far below the tolerance."""
     folder = tmp_path_factory.mktemp("engines")
     scene = fmus / "CaptureScene.fmi3.fmu"
     (folder / "s.toml").write_text(

@@ -55,7 +55,7 @@ interface = "{interface}"
 
 @pytest.fixture(scope="module", params=(pytest.param(2, marks=pytest.mark.full), 3))
 def run(request, trueup, fmus, fmu, tmp_path_factory):
-    """run(strategy, gain, wave, reference, load, ...) gives times, tip angles and load angles, or the columns asked for."""
+    """run(strategy, gain, wave, reference, load, ...) gives times, tip angles and load angles, or the requested columns."""
     folder = tmp_path_factory.mktemp("delian")
     plant = fmus / "effects" / f"TwoMassJoint+flexible-link.fmi{request.param}.fmu"
     if not plant.is_file():

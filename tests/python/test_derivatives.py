@@ -64,7 +64,7 @@ class Point:
         return np.concatenate([self.read(self.rates), self.read(self.outputs)])
 
     def sides(self, z):
-        """On which side of each event and of each kink without an event the point lies."""
+        """On which side of each event and of each kink without an event the point is."""
         self.write(z)
         nz = self.f.description.numberOfEventIndicators or 0
         indicators = (ctypes.c_double * max(nz, 1))()
@@ -103,7 +103,7 @@ def test_directional_derivatives_equal_central_differences(fmu):
         p = Point(f)
         # Nominal values are what a solver resolves; the joint's motor runs a hundred times faster.
         scale_x = (100 if "TwoMassJoint" in fmu.name else 1) * np.array([max(abs(v), 1e-9) for v in state_nominals(f)])
-        # The rate of a hysteretic spring and of bristles has a kink where their deformation stands still, so not at rest.
+        # The rate of a hysteretic spring and of bristles has a kink where their deformation rests, so not at rest.
         at_rest = 0 if re.search("hysteresis|load-friction|presliding", fmu.name) else 4
         for trial in range(5 * POINTS):
             if len(worst) == points:
@@ -117,7 +117,7 @@ def test_directional_derivatives_equal_central_differences(fmu):
             z[: p.nx] = current_states(f, p.nx)
             seeds = [rng.normal(size=len(z)) * np.concatenate([scale_x, np.full(p.nu, 0.02)]) for _ in range(4)]
             if any(p.sides(z + 2 * STEP * w * seed) != p.sides(z) for seed in seeds for w in (-1, 1)):
-                continue  # an event lies within the difference: there is no derivative across it
+                continue  # an event is within the difference: there is no derivative across it
             p.value(z)
             exact = np.array([p.derivative(seed) for seed in seeds])
             difference = np.array([five_points(lambda s: p.value(z + s * seed)) for seed in seeds])

@@ -1,5 +1,5 @@
 """What model descriptions say of quantities and of units for display, against a list of its own, and the default experiment
-as FMI-LS-REF tells of it."""
+as FMI-LS-REF describes it."""
 
 import csv
 import io

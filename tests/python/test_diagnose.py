@@ -88,7 +88,7 @@ def of_a_trial(folder):
 
 @pytest.fixture(scope="module", params=["example", pytest.param("trial", marks=pytest.mark.full)])
 def sealed(request, tmp_path_factory):
-    """Play behind a gear that the model holds to be tight: case, what was written, diagnosis, what was told on the way."""
+    """Play behind a gear that the model assumes tight: case, files, diagnosis, progress messages."""
     folder = tmp_path_factory.mktemp("sealed")
     case = BACKLASH if request.param == "example" else of_a_trial(folder)
     done = run("diagnose", case, "-o", folder / "found", "--json")
@@ -133,7 +133,7 @@ def test_the_example_is_what_its_document_says(sealed):
 
 
 def shipped_is_reported(found, diagnosis):
-    """Every value that `diagnosis.json` has is the start value of both FMUs, and lies in its interval."""
+    """Every value that `diagnosis.json` has is the start value of both FMUs, and is in its interval."""
     told = dict(diagnosis["parameters"])
     for effect in diagnosis["effects"]:
         told |= effect["parameters"]
@@ -161,14 +161,14 @@ def test_what_is_shipped_is_what_is_reported(sealed):
 
 @pytest.mark.parametrize("version", [2, 3])
 def test_fmpy_plays_the_augmented_fmu_with_the_gap_of_the_report(sealed, version):
-    """The short one of test_diagnose_replay.py: first states as told, not estimated anew."""
+    """The short one of test_diagnose_replay.py: first states as reported, not estimated again."""
     case, found, diagnosis, _ = sealed
     replay_from_first_states_told("joint", case, found, diagnosis, version)
 
 
 @pytest.mark.full
 def test_a_cause_that_hides_behind_another(tmp_path):
-    """Of a late encoder and a little gravity the equations of motion see the first only; what the free run lacks tells the second."""
+    """Of a late encoder and a little gravity the equations of motion see the first only; the residual of the free run shows the second."""
     made = run("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "pairs", "--count", "3", "--seed", "100")
     assert made.returncode == 0, made.stderr
     keys = [tomllib.loads(p.read_text()) for p in (tmp_path / "keys").iterdir()]
@@ -202,21 +202,28 @@ def test_an_effect_of_one_joint_of_an_arm_is_packed_there(tmp_path):
     assert len(gaps) == 2 and all(gap == 0 for gap in gaps.values()), gaps
 
 
-# A joint without a gap is judged by the filter in crates/hypotheses/tests/joint.rs each time.
+# Shorter: crates/diagnosis/tests/innovations.rs.
 @pytest.mark.full
-def test_the_filter_sees_no_gap_either(tmp_path, trials):
-    results = trials / "by-filter"
-    made = run("trial", "run", trials, "--results", results, "--verdict-only", "--engine", "filter")
-    assert made.returncode == 0, made.stderr
-    keys = {case.name: tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text()) for case in (trials / "cases").iterdir()}
-    names = [name for name, key in keys.items() if key["verdict"] == "no-gap"]
-    assert names
-    for name in names:
-        told = json.loads((results / name / "diagnosis.json").read_text())
-        assert told["verdict"] == "no-gap" and not told["effects"] and told["unknown"]["probability"] == 0.0
-    # Its verdicts are not decided again by rules of the other engine.
-    again = run("trial", "decide", results, "--results", tmp_path / "again")
-    assert again.returncode != 0 and "the filter decided it" in again.stderr, again.stderr
+def test_the_innovations_engine_makes_a_whole_diagnosis(tmp_path, trials):
+    keys = {case: tomllib.loads((trials / "keys" / f"{case.name}.toml").read_text()) for case in (trials / "cases").iterdir()}
+    joints = [case for case in keys if 'model = "TwoMassJoint"' in (case / "case.toml").read_text()]
+    assert any(keys[case]["verdict"] == "no-gap" for case in joints)
+    for case in joints:
+        out = tmp_path / case.name
+        made = run("diagnose", case, "-o", out, "--engine", "innovations")
+        assert made.returncode == 0, made.stderr
+        told = json.loads((out / "diagnosis.json").read_text())
+        decided = json.loads((out / "decision.json").read_text())
+        assert "innovations" in decided and "instead" not in decided
+        assert (out / "report.html").is_file()
+        assert (told["augmented"] is not None) == bool(told["effects"])
+        if keys[case]["verdict"] == "no-gap":
+            assert told["verdict"] == "no-gap" and not told["effects"] and told["unknown"]["probability"] <= 0.05
+        for fmu in told["augmented"] or []:
+            description = fmpy.read_model_description(str(out / fmu))
+            start = {v.name: float(v.start) for v in description.modelVariables if v.type in ("Real", "Float64") and v.start is not None}
+            for values in [told["parameters"], told["effects"][0]["parameters"]]:
+                assert all(start[n] == pytest.approx(v["value"], rel=1e-9) for n, v in values.items() if n in start)
 
 
 def test_mistakes(tmp_path):
@@ -238,7 +245,7 @@ def at_most_a_kilobyte():
 
 def test_a_folder_that_takes_no_file_is_said_before_the_work(tmp_path, trials):
     case = next((trials / "cases").iterdir())
-    # A process that ignores the signal is told that the file is too large, as by a full disk.
+    # A process that ignores the signal gets the error that the file is too large, as by a full disk.
     wrong = run("diagnose", case, "-o", tmp_path / "out", preexec_fn=at_most_a_kilobyte, restore_signals=False)
     assert wrong.returncode == 1 and "nothing can be written there: File too large" in wrong.stderr, wrong.stderr
     assert "name another folder with --output" in wrong.stderr

@@ -25,7 +25,7 @@ def arm_states():
 
 
 # Model, cases, the effect that its model does not know. On an arm with play motions part from first states that are nearly alike:
-# whoever estimates them anew ends elsewhere.
+# estimating them again ends elsewhere.
 PLANTS = {
     "joint": ("TwoMassJoint", 8, "backlash", {
         "motorAngle": ("initialMotorAngle", "initialMotorVelocity"),
@@ -134,7 +134,7 @@ def replay_from_first_states_told(plant, case, out, diagnosis, version):
     squares, variation = np.sum(sums, axis=0)
     gaps = np.sqrt(squares / variation)
     overall, report = np.sqrt((gaps**2).mean()), diagnosis["gap"]
-    print(f"FMI {version} from the first states told: replay {overall:.6f}, report {report['overall']['after']:.6f}")
+    print(f"FMI {version} from the first states reported: replay {overall:.6f}, report {report['overall']['after']:.6f}")
     assert overall == pytest.approx(report["overall"]["after"], rel=1e-3)
     for channel, gap in zip(channels, gaps):
         assert gap == pytest.approx(report["channels"][channel]["after"], rel=1e-3, abs=1e-3 * overall)

@@ -1,10 +1,9 @@
-"""Every block of every document is what it says it is: read by the program's own reader, or parsed by its language.
+"""Every block of every document is valid: read by the program's own reader, or parsed by its language.
 
 A block of a language that is not here fails: say how it is tested. README.md's commands are run by test_readme.py, blocks of
 docs/systems.md by crates/cosim/tests/system/document.rs, too.
 
-The pages do without the words that CONTRIBUTING.md lists; those that are still to be rewritten are in pages_to_rewrite.txt, which only
-shrinks: TRUEUP_BLESS=1 takes out of it what has been rewritten. docs/SUMMARY.md names every page once.
+docs/SUMMARY.md names every page once, and links of the site lead somewhere.
 """
 
 import ast
@@ -18,6 +17,7 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT, from_environment
+from words import without_code
 
 BLOCK = re.compile(r"^```([^\n]*)\n(.*?)^```", re.S | re.M)
 BASE = '[base]\nmass = 100.0\ninertia = [[5.0, 0.0, 0.0], [0.0, 6.0, 0.0], [0.0, 0.0, 7.0]]\n'
@@ -154,62 +154,9 @@ def test_blocks_are_found():
     assert len(found) > 50 and {p.values[0][0] for p in found if p.values[0]} >= {"toml", "csv", "sh", "python", "console", "xml"}
 
 
-LIST = Path(__file__).parent / "pages_to_rewrite.txt"
-
-
-def listed_words():
-    table = (ROOT / "CONTRIBUTING.md").read_text().split("| not | but |", 1)[1].split("\n\n", 1)[0]
-    return [re.findall("`([^`]+)`", line.split("|")[1]) for line in table.splitlines()[2:]]
-
-
-def pages():
-    return sorted([ROOT / name for name in ("README.md", "ARCHITECTURE.md", "CONTRIBUTING.md")] + list((ROOT / "docs").rglob("*.md")))
-
-
-def prose(text):
-    """Without blocks of code, code, targets of links and comments."""
-    for code in (r"^```.*?^```", r"^    .*?$", r"<!--.*?-->", r"`[^`]*`", r"\]\([^)]*\)"):
-        text = re.sub(code, lambda found: "\n" * found[0].count("\n"), text, flags=re.S | re.M)
-    return text
-
-
-def images(text, words):
-    pattern = re.compile(r"\b(" + "|".join(words).replace(" ", r"\s+") + r")\b", re.I)
-    lines = prose(text).splitlines()
-    return [f"{number}: {hit[0]}" for number, line in enumerate(lines, 1) for hit in pattern.finditer(line)]
-
-
-def still_to_do():
-    return LIST.read_text().split()
-
-
-@pytest.fixture(scope="module")
-def words():
-    return [word for group in listed_words() for word in group]
-
-
-def test_forty_images_are_listed():
-    assert len(listed_words()) == 40
-
-
-def test_the_test_sees_words_and_no_code(words):
-    assert images("a `told` b\n```sh\ntold\n```\n[x](told.md) Told,\nhas a  say", words) == ["5: Told", "6: has a  say"]
-
-
-@pytest.mark.parametrize("page", pages(), ids=lambda page: str(page.relative_to(ROOT)))
-def test_a_page_has_none_of_the_words(page, words):
-    name = page.relative_to(ROOT).as_posix()
-    hits = images(page.read_text(), words)
-    if name not in still_to_do():
-        assert not hits, f"{name}: {hits}; CONTRIBUTING.md lists what to write instead"
-    elif not hits and os.environ.get("TRUEUP_BLESS"):
-        LIST.write_text("".join(f"{other}\n" for other in still_to_do() if other != name))
-    else:
-        assert hits, f"{name} has been rewritten: take it out of {LIST.name} (TRUEUP_BLESS=1 does)"
-
-
-def test_pages_to_rewrite_are_there():
-    assert [name for name in still_to_do() if not (ROOT / name).is_file()] == []
+def test_the_citation_has_the_version_of_the_workspace():
+    version = re.search(r'^version = "(.*)"$', (ROOT / "Cargo.toml").read_text(), re.M)[1]
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 def test_summary_names_every_page_once():
@@ -229,11 +176,13 @@ def test_the_site_is_built_from_pages_whose_links_are_there(tmp_path):
     assert done.returncode == 0 and f"build {ROOT}" in done.stdout, done.stderr
     source = ROOT / "target" / "site-source"
     copies = list(source.rglob("*.md"))
-    assert len(copies) == len(list((ROOT / "docs").rglob("*.md")))
+    assert len(copies) == 1 + len(list((ROOT / "docs").rglob("*.md")))
     for copy in copies:
-        text = prose(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
+        text = without_code(re.sub(r"\]\(([^)#\s:]+)(#[^)]*)?\)", r"] <\1>", copy.read_text()))
         missing = [link for link in re.findall(r"\] <([^>]+)>", text) if not (copy.parent / link).exists()]
         assert not missing, f"{copy}: {missing}"
+    # A link that is written again leaves its surroundings as they were.
+    assert (source / "index.md").read_text().count(")") == (ROOT / "README.md").read_text().count(")")
 
 
 def test_without_mdbook_the_site_says_how_to_install_it(tmp_path):

@@ -64,7 +64,7 @@ def test_a_deadline_ends_it_with_what_was_done(long_case, tmp_path, what):
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_it_with_what_was_done(long_case, tmp_path, what, sent):
     child = started(*commands(long_case, tmp_path / "out")[what])
-    # The handler stands before the first recording is read; a moment for the program to start.
+    # The handler is set before the first recording is read; a moment for the program to start.
     time.sleep(0.5)
     child.send_signal(sent)
     begun = time.monotonic()

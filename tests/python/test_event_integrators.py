@@ -2,7 +2,7 @@
 (the FMU's Co-Simulation at `FINE`).
 
 Judge of touches: of each pair the same sequence, at times that differ by no more than start values, parameters and inputs do that are off by
-what the integrator may leave. Judge of states where nothing bounces: their error. Of energy, where an FMU tells all of it: what is made or lost.
+what the integrator may leave. Judge of states where nothing bounces: their error. Of energy, where an FMU reports all of it: what is made or lost.
 
 `EVENT_SEED` chooses other parameters; the seed is printed."""
 
@@ -27,7 +27,7 @@ LEFT = 3 * 1000**0.5
 # Order of what Euler's steps h make of energy. An oscillation of frequency w grows by exp(w^2 h T) in the contacts' time T, at most about
 # exp(0.2) here, which raises the order by 0.2 / (4 ln 2) = 0.07; a touch that is met h late adds to h^2.
 ORDER = (0.8, 1.2)
-# m: an integrator's root lies closer to the touch.
+# m: an integrator's root is closer to the touch.
 DEEP = 1e-9
 TOLERANCES = (None, 1e-4, 1e-6, 1e-8, 1e-10)
 # Of the gripper: they jump at events whose times differ, or stay.
@@ -155,7 +155,7 @@ class Bench:
         self.nominals = np.array([nominals[name] for name in self.states])
         self.values = {v.name: float(v.start) for v in variables if v.causality == "parameter" and v.type == "Real"}
         names = {v.name for v in variables}
-        # Of a capture by a rigid body all energy is told.
+        # Of a capture by a rigid body all energy is reported.
         stored = [n for n in ("kineticEnergy", "elasticEnergy", "dissipatedEnergy", "jawKineticEnergy") if n in names]
         self.ledger = [*stored, "jawWork"] if "chaserMass" in names else []
         self.depths = sorted(n for n in names if n.startswith("penetration"))
@@ -234,7 +234,7 @@ class Bench:
         return max(self.parted(self.ours(*self.moved(rng, start, inputs, share)), wanted) for _ in range(DRAWS))
 
     def energy(self, result):
-        """Energy that was made or lost, over the largest there was; 0 where not all of it is told."""
+        """Energy that was made or lost, over the largest there was; 0 where not all of it is reported."""
         if not self.ledger:
             return 0.0
         *stored, work = (result[name] for name in self.ledger)

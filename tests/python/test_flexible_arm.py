@@ -61,7 +61,7 @@ def test_both_kinds_agree_and_the_description_is_valid(fmu, version):
 
 @pytest.mark.full
 def test_steps_of_fixed_size_stay_close(fmu, trueup, tmp_path):
-    """LNK-10: steps of 1 ms, whatever tolerance is asked for, against those that the tolerance wants; the shoulder breaks away."""
+    """LNK-10: steps of 1 ms, whatever tolerance is requested, against those that the tolerance requires; the shoulder breaks away."""
     drive = np.array([(0.0, [0.03, 30.9 / DRIVE[1], 25.8 / DRIVE[2], 0, 0, 0])], dtype=[("time", float), ("motorCurrent", float, (6,))])
     fixed = packed(trueup, tmp_path, "--structure", "solver=fixed")
     tips = [
@@ -132,7 +132,7 @@ def test_a_link_by_a_table_keeps_its_energy_and_is_the_beam(trueup, tmp_path):
     for name, link in (("beam", beam), ("table", table)):
         (tmp_path / f"{name}.toml").write_text(robot(link))
         (tmp_path / name).mkdir()
-        # The table does not tell how bending shortens the link, so the beam must do without that, too.
+        # The table does not give the shortening of the link by bending, so the beam must do without that, too.
         robots = "--robot", tmp_path / f"{name}.toml", "--structure", "axialStiffening=off"
         path = packed(trueup, tmp_path / name, *robots, "--set", "gravity=0,0,-9.81")
         assert not validate_fmu(str(path))

@@ -1,7 +1,7 @@
 """An arm of two links that bend, against engines that know rigid bodies alone: there a link is N pieces on springs.
 
-Every hinge stands in the middle of one Nth of the link and gives way as that Nth does, E J N / length; pieces are rods from hinge
-to hinge. What that is off falls by 1/N^2, so the beam comes by extrapolation. Springs are the referee's own: engines are asked
+Every hinge is in the middle of one Nth of the link and as compliant as that Nth, E J N / length; pieces are rods from hinge
+to hinge. What that is off falls by 1/N^2, so the beam comes by extrapolation. Springs are the referee's own: engines are used
 for mass matrices and for what gravity and rates do.
 """
 

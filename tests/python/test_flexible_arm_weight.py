@@ -1,8 +1,8 @@
-"""An arm of two links under its weight in three dimensions, a load beside its end, against chains of rigid pieces in MuJoCo.
+"""An arm of two links under its weight in three dimensions, a load off its end, against chains of rigid pieces in MuJoCo.
 
-Three hinges (twist and bending both ways) stand in the middle of each Nth of a link and give way as that Nth does; their order
+Three hinges (twist and bending both ways) are in the middle of each Nth of a link and as compliant as that Nth; their order
 is that of the node before turned round, so that what finite turns do not commute by cancels. What that is off falls by 1/N^2.
-Springs are the referee's own: MuJoCo is asked for mass matrices, places and what gravity does, at any angle.
+Springs are the referee's own: MuJoCo is used for mass matrices, places and what gravity does, at any angle.
 
 `STORED` is what `rest` and `limit` make of 20, 40 and 80 pieces; the long test makes it again and compares.
 """

@@ -198,7 +198,7 @@ def test_momentum_does_not_drift():
     signal["jointTorque[1]"] = np.repeat(0.3 * np.sin(edges[:-1]), 2)
     signal["jointTorque[2]"] = np.repeat(-0.2 * np.cos(2 * edges[:-1]), 2)
     signal["jointTorque[3]"] = np.repeat(0.1 * np.sin(3 * edges[:-1]), 2)
-    # The default is 1e-5, so that sampled inputs run at all (test_fmpy_defaults.py); who wants more exact momenta asks for it.
+    # The default is 1e-5, so that sampled inputs run at all (test_fmpy_defaults.py); more exact momenta require a smaller one.
     for tolerance, bound in [(1e-12, 1e-9), (1e-9, 1e-6), (None, 1e-3)]:
         r = simulate_fmu(
             path("PlanarManipulator", 2),
@@ -215,7 +215,7 @@ def test_momentum_does_not_drift():
 
 
 def exact_run():
-    """Current pulses of both signs, and pushes on the load that make the stuck motor break away."""
+    """Current pulses of both signs, and forces on the load that make the stuck motor break away."""
     from exact_joint import ExactJoint
 
     joint = ExactJoint(1.2e-7, 8.0, 44340.0, 0.02, 3.07e-5, 8.07e-8, 7.37e-5, 2.99e-4, 7.2e-8)

@@ -1,4 +1,4 @@
-"""An arm on the ground with a load that is not balanced: known to its owner, not known, and on a base that floats.
+"""An arm on the ground with a load that is not balanced: declared known, not known, and on a base that floats.
 
 The arm is simulated here by its own few lines: two links in the plane, rigid joints, a controller in the loop.
 """
@@ -133,7 +133,7 @@ def test_a_gravity_torque_that_is_not_known_is_found_at_its_joint(tmp_path):
     assert "gravityTorque" in info and "base = fixed" in info, info
 
 
-REFUSED = ["wants a fixed base", 'base = "fixed"']
+REFUSED = ["requires a fixed base", 'base = "fixed"']
 
 
 def test_a_base_that_floats_refuses_it_with_the_mend(tmp_path):

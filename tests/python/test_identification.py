@@ -1,5 +1,5 @@
-"""Identification against witnesses: the FMU driven in FMPy by recorded currents with the identified parameters, and the
-paper's least squares made here, in NumPy, from what FMPy says that the FMU did."""
+"""Identification against references: the FMU driven in FMPy by recorded currents with the identified parameters, and the
+paper's least squares made here, in NumPy, from the results of FMPy."""
 
 import json
 

@@ -1,5 +1,5 @@
 """`trueup identify --design`: expected standard errors over how a run begins, against bounds made here, in NumPy, from the exact
-solution of the joint, and against what `identify` says of runs that do begin so."""
+solution of the joint, and against what `identify` reports for runs that do begin so."""
 
 import json
 
@@ -128,7 +128,7 @@ def test_the_table_says_what_the_offset_is_worth(trueup, tmp_path):
     done = trueup("identify", lay(tmp_path / "a", 0.01), "--fast", "--design", "initialSpringOffset=-0.08..0.08")
     assert done.returncode == 0, done.stderr
     assert "Expected standard errors over initialSpringOffset" in done.stdout
-    assert "the same runs would tell stiffness " in done.stdout and "times smaller" in done.stdout
+    assert "the same runs would identify stiffness " in done.stdout and "times smaller" in done.stdout
 
 
 BAD = {

@@ -1,4 +1,4 @@
-"""What is wrong with a case or a recording is said by `trueup identify` before anything is fitted, with the file and the mend."""
+"""What is wrong with a case or a recording is reported by `trueup identify` before anything is fitted, with the file and the remedy."""
 
 import pytest
 
@@ -24,9 +24,9 @@ BROKEN = {
     "unknown parameter": ({"case.toml": CASE + "[parameters]\nstifness = 1\n"}, "stifness"),
     "parameter no number": ({"case.toml": CASE + '[parameters]\nstiffness = "much"\n'}, "stiffness"),
     "negative inertia": ({"case.toml": CASE + "[parameters]\nmotorInertia = -1\n"}, "motorInertia"),
-    "doubt of what has no value": ({"case.toml": CASE + "[uncertain]\nstiffness = 0.1\n"}, "[parameters] has no value"),
-    "doubt below 0": ({"case.toml": CASE + "[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"}, "doubt"),
-    "fit of nobody": ({"case.toml": CASE + '[fit]\nparameters = ["mass"]\n'}, "no parameter `mass`"),
+    "uncertainty without a value": ({"case.toml": CASE + "[uncertain]\nstiffness = 0.1\n"}, "[parameters] has no value"),
+    "uncertainty below 0": ({"case.toml": CASE + "[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"}, "doubt"),
+    "fit of nothing": ({"case.toml": CASE + '[fit]\nparameters = ["mass"]\n'}, "no parameter `mass`"),
     "fit of an initial state": ({"case.toml": CASE + '[fit]\nparameters = ["initialLoadAngle"]\n'}, "initialLoadAngle"),
     "holdout in train": ({"case.toml": CASE + 'holdout = ["run.csv"]\n'}, "in `holdout` and in `train`"),
     "two joints": ({"case.toml": CASE + "[parameters]\njointFlexible = [true, true]\n"}, "jointFlexible"),
@@ -39,7 +39,7 @@ BROKEN = {
     "no header": ({"run.csv": table("0,1,2", "0.1,1,2")}, "name the columns"),
     "no time": ({"run.csv": table("t,motorAngle", "0,1")}, "no column `time`"),
     "clock back": ({"run.csv": table("time,motorAngle", "0,1", "2,1", "1,1")}, "run.csv:4"),
-    "clock stands": ({"run.csv": table("time,motorAngle", "0,1", "1,1", "1,1")}, "repeats 1 s"),
+    "constant clock": ({"run.csv": table("time,motorAngle", "0,1", "1,1", "1,1")}, "repeats 1 s"),
     "a word": ({"run.csv": table("time,motorAngle", "0,1", "1,oops")}, '"oops"'),
     "infinite": ({"run.csv": table("time,motorAngle", "0,1", "1,inf")}, "run.csv:3"),
     "short row": ({"run.csv": table("time,motorCurrent,motorAngle", "0,0,0", "1,1")}, "run.csv:3"),

@@ -79,5 +79,5 @@ def test_published_parameters_and_a_recording_that_was_not_fitted(trueup, tmp_pa
         (least, most), value = values[name]["ci95"], values[name]["value"]
         print(f"{name} {value:.4g} [{least:.4g}, {most:.4g}], published {low} to {high}")
         assert least <= high and low <= most, name
-    # It says that the model lacks more: joint 1's inertia and friction are not as published (docs/real-data.md).
+    # It reports that the model lacks more: joint 1's inertia and friction are not as published (docs/real-data.md).
     assert any("above its noise floor" in note for note in found["notes"])

@@ -1,4 +1,4 @@
-"""Inputs from files beside FMPy: jumps and tunable parameters, drawn."""
+"""Inputs from files compared with FMPy: jumps and tunable parameters, drawn."""
 
 import random
 import subprocess

@@ -1,4 +1,4 @@
-"""Bad inputs through the built program: each ends with status 1 or 2 and one error that names a file and the mend; never a panic, a
+"""Bad inputs through the built program: each ends with status 1 or 2 and one error that names a file and the remedy; never a panic, a
 hang, or memory without bound."""
 
 import itertools
@@ -31,7 +31,7 @@ def case_files():
         for value in ("0", "-1.0", "-1e20"):
             yield f"{name} = {value}", {"case.toml": f"{CASE}[parameters]\n{name} = {value}\n"}
     for value in (*VALUES, "-0.1"):
-        yield f"doubt {value}", {"case.toml": f"{CASE}[parameters]\nstiffness = 1.0\n[uncertain]\nstiffness = {value}\n"}
+        yield f"uncertainty {value}", {"case.toml": f"{CASE}[parameters]\nstiffness = 1.0\n[uncertain]\nstiffness = {value}\n"}
     for key in ("train", "holdout", "rest"):
         for value in ('"run.csv"', "1", "[1]", '[["run.csv"]]', "[true]", '["gone.csv"]', "{ a = 1 }"):
             base = 'model = "TwoMassJoint"\n' if key == "train" else CASE
@@ -78,13 +78,13 @@ def recordings():
 
 
 def sidecars():
-    """What stands beside a recording."""
+    """The sidecar of a recording."""
     for value in ("1", "true", "[]", '"nobody"', "{ scale = 0 }", '{ scale = "1" }', "{ scale = 1e300 }", '{ unit = "kg" }', "{ unit = 1 }",
                   "{ factor = 2 }", "{ offset = nan }", "{ variable = 1 }"):
         yield f"column {value}", {"run.toml": f"[columns]\nmotorAngle = {value}\n"}
     for name, value in itertools.product(("gearRatio", "initialMotorAngle"), VALUES):
         yield f"sidecar {name} = {value}", {"run.toml": f"[parameters]\n{name} = {value}\n"}
-    for text in ("[", "[colums]\n", "columns = 1\n", "channels = 1\n", "[channels.nobody]\nnoise = 1\n", "\x00"):
+    for text in ("[", "[colums]\n", "columns = 1\n", "channels = 1\n", "[channels.other]\nnoise = 1\n", "\x00"):
         yield f"sidecar {text!r}", {"run.toml": text}
     yield "two sidecars", {"run.toml": "", "run.csv.toml": ""}
     for text in (b"PAR1", b"PAR1" * 9, b"", b"x" * 1000):
@@ -143,13 +143,13 @@ def test_300_bad_inputs_are_refused(program, tmp_path):
 
 
 def test_mends_are_right(trueup, tmp_path):
-    """The mend of a mistake leads on."""
+    """The remedy of a mistake works."""
     lay(tmp_path, {"empty.toml": ""})
     for arguments, parts in (
         (("diagnose", tmp_path / "run.csv", "-o", tmp_path / "out"), ("a recording, no case", 'train = ["run.csv"]')),
         (("identify", tmp_path / "run.csv"), ("a recording, no case", "case.toml")),
         (("identify", tmp_path / "nowhere"), ("nowhere", "a case is a folder")),
-        (("statics", tmp_path / "empty.toml"), ("the file says nothing", "[[deflection]]")),
+        (("statics", tmp_path / "empty.toml"), ("the file is empty", "[[deflection]]")),
     ):
         done = trueup(*arguments)
         assert done.returncode == 1 and all(part in done.stderr for part in parts), done.stderr
@@ -194,7 +194,7 @@ def test_one_wild_reading_of_any_size_is_as_none(trueup, tmp_path):
 
 @pytest.mark.full
 def test_grave_findings_cap_the_verdict_unless_forced(trueup, tmp_path):
-    """A load angle of the opposite sign, in a recording that is not fitted, lest the search for causes of it takes long."""
+    """A load angle of the opposite sign, in a recording that is not fitted, so that the search for its causes does not take long."""
     made = trueup("trial", "generate", "-o", tmp_path, "--plant", "joint", "--split", "none", "--count", "1", "--seed", "7")
     assert made.returncode == 0, made.stderr
     case = next((tmp_path / "cases").iterdir())
@@ -235,7 +235,7 @@ def test_a_current_in_milliamperes_is_no_effect(trueup, tmp_path):
         file.write_text("\n".join([header, *rows]) + "\n")
     done = trueup("diagnose", case, "-o", tmp_path / "out", "--verdict-only")
     assert done.returncode == 0, done.stderr
-    assert "grave: case.toml: motorCurrent: it looks as if thousandths were taken for units" in done.stderr, done.stderr
+    assert "grave: case.toml: motorCurrent: it looks as if thousandths were interpreted as units" in done.stderr, done.stderr
     found = json.loads((tmp_path / "out/diagnosis.json").read_text())
     assert found["verdict"] == "unknown" and found["capped"] and not found["effects"], found
     assert (found["findings"][0]["kind"], found["findings"][0]["channel"]) == ("input-scale", "motorCurrent")
@@ -243,7 +243,7 @@ def test_a_current_in_milliamperes_is_no_effect(trueup, tmp_path):
 
 @pytest.mark.full
 def test_a_doubt_of_0_is_a_known_value(tmp_path, trueup):
-    """Beside doubted values of an array, as in linkCenterOfMass = [[0.02, 0], ...]: figures are finite, and those of a case without it."""
+    """Next to uncertain values of an array, as in linkCenterOfMass = [[0.02, 0], ...]: figures are finite, and those of a case without it."""
     made = trueup("trial", "generate", "-o", tmp_path, "--plant", "manipulator", "--split", "none", "--count", "1", "--seed", "3")
     assert made.returncode == 0, made.stderr
     case = next((tmp_path / "cases").iterdir())

@@ -89,7 +89,7 @@ def joint_inputs(seed):
 
 
 def controller_inputs(seed):
-    """Motions of motor and load that ask for torques within and beyond the limit; the load swings behind its spring."""
+    """Motions of motor and load that require torques within and beyond the limit; the load swings behind its spring."""
     a = np.random.default_rng(100 + seed).uniform(0.7, 1.3, 6)
     t = np.linspace(0.0, 1.0, 41)
     load = 0.1 * a[4] * t + 2e-3 * np.sin(30 * t)
@@ -201,7 +201,7 @@ def test_effects_run_like_the_fmu(effect, seed):
 @pytest.mark.parametrize("seed", range(SETS))
 @pytest.mark.parametrize("effect", ["load-friction", "presliding-friction", "transmission-hysteresis"])
 def test_the_runs_of_the_fmu_are_exact_enough_to_judge(effect, seed):
-    """Where bristles yield: a run that stops at each time of the grid, and tighter, differs by a tenth of what is asked."""
+    """Where bristles yield: a run that stops at each time of the grid, and tighter, differs by a tenth of the tolerance."""
     of_joint, of_effect, _, names = joint_with(effect, seed)
     file = packed(f"TwoMassJoint+{effect}")
     names = [n if isinstance(n, str) else n[1] for n in names]

@@ -55,7 +55,7 @@ def test_libcosim(model, drive, watched):
 @pytest.mark.parametrize("model,drive,watched", CASES)
 def test_ecos(model, drive, watched, version):
     if version == 3 and "[" in watched:
-        pytest.skip("ecos 0.7.2 knows no arrays of FMI 3.0")
+        pytest.skip("ecos 0.7.2 has no arrays of FMI 3.0")
     if ctypes.util.find_library("tbb") is None:
         pytest.skip("ecospy needs the system library libtbb.so.12 (Debian: libtbb12), which is not installed")
     from ecospy import EcosSimulation, EcosSimulationStructure

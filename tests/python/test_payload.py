@@ -1,4 +1,4 @@
-"""A body that a link of an arm carries, of which its owner knows little: [payload] of a case.
+"""A body that a link of an arm carries, with little known of it: [payload] of a case.
 
 The truth is simulated with the link and what it carries as one body, put together here by Steiner.
 """
@@ -124,7 +124,7 @@ def test_of_a_payload_its_mass_alone_is_needed_and_an_augmented_fmu_has_it_in_it
     assert abs(last - 4.64 - 0.8) < 0.02, line
 
 
-@pytest.mark.parametrize("text, said", [
+@pytest.mark.parametrize("text, message", [
     ("link = 0\nmass = 1.0\n", "`link` of [payload] is 0"),
     ("mass = 1.0\n", "[payload] has no `link`"),
     ('link = 3\nmass = "estimate"\n', "write mass = { value = 0.0, doubt = 2.0 } in kg"),
@@ -132,11 +132,11 @@ def test_of_a_payload_its_mass_alone_is_needed_and_an_augmented_fmu_has_it_in_it
     ("link = 4\nmass = 1.0\n", "there is no link 4; the model has 3"),
     ("link = 3\nmass = 1.0\ncenterOfMass = 0.3\n", "has 1 numbers, not 2"),
 ])
-def test_what_is_wrong_with_a_payload_is_said_with_its_mend(tmp_path, text, said):
+def test_what_is_wrong_with_a_payload_is_said_with_its_mend(tmp_path, text, message):
     folder = tmp_path / "case"
     folder.mkdir()
     rows = "".join(f"{k * 0.01},{k * 0.01}\n" for k in range(60))
     (folder / "a.csv").write_text('time,"jointAngle[1]"\n' + rows)
     (folder / "case.toml").write_text('model = "PlanarManipulator"\ntrain = ["a.csv"]\n[payload]\n' + text)
     done = run("identify", folder)
-    assert done.returncode == 1 and said in done.stderr and "case.toml" in done.stderr, done.stderr
+    assert done.returncode == 1 and message in done.stderr and "case.toml" in done.stderr, done.stderr

@@ -167,7 +167,7 @@ def wine(run, zig):
     if program is None:
         pytest.skip("wine (Debian: wine, wine64) is not installed")
     # A part of Windows, from which Rust's standard library takes random numbers for its hash tables; wine 8.0 has it not. The
-    # stand-in is the host's alone, and no part of an FMU.
+    # dummy is the host's alone, and no part of an FMU.
     source = run.folder / "bcryptprimitives.c"
     source.write_text(
         "#include <stddef.h>\n__declspec(dllexport) int ProcessPrng(unsigned char *bytes, size_t n) {\n"

@@ -139,7 +139,7 @@ def test_coupled_with_each_other(trueup, folder, a, b):
 
 @pytest.mark.parametrize("version", PACKAGES)
 def test_with_ours(trueup, fmu, folder, version):
-    """By itself the master holds the inputs of an FMU that declares nothing, and calls it as often as asked for; asked for lines, it makes some."""
+    """By itself the master holds the inputs of an FMU that declares nothing, and calls it as often as requested; with lines requested, it makes some."""
     system = f"""
 connections = ["plant.motorVelocity -> lag.u"]
 [run]
@@ -180,7 +180,7 @@ def test_what_goes_wrong_is_said(trueup, folder, version, fault, words):
 
 
 def test_a_step_that_returns_false(trueup, folder):
-    """PythonFMU says then that it wants to end the run, PythonFMU3 that no step is short enough."""
+    """PythonFMU then requests the end of the run, PythonFMU3 reports that no step is short enough."""
     done, results = coupled(trueup, folder, 2, 2, fault=2)
     assert done.returncode == 0 and "`b` ended the run" in done.stderr and read(results)["time"][-1] == 0.5
     done, results = coupled(trueup, folder, 2, 3, fault=2)

@@ -1,4 +1,4 @@
-"""Motions above 3 Hz behind coarse encoders: accelerations tell nothing there, free runs over stretches of a second do. And friction that goes
+"""Motions above 3 Hz behind coarse encoders: accelerations have no information there, free runs over stretches of a second do. And friction that goes
 on changing from one recording to the next.
 
 The joints are simulated here by their own few lines.
@@ -24,7 +24,7 @@ def quick(seed, constant=1.0, gravity=0.0, cable=0.0, seconds=8.0):
     motor = load = motor_speed = load_speed = 0.0
     h, rows = 1 / RATE / FINE, []
     for k in range(int(seconds * RATE)):
-        # Held in the middle by a weak spring, lest friction let it wander.
+        # Held in the middle by a weak spring, so that friction does not let it wander.
         current = size * float(np.sin(2 * np.pi * tones * k / RATE + phases).sum()) - 0.3 * motor
         rows.append((k / RATE, current, COUNT * round(motor / COUNT), COUNT * round(load / COUNT)))
         for _ in range(FINE):
@@ -159,7 +159,7 @@ noise = {NOISE}
     begun = first["initialFrictionDriftTime"]
     description = read_model_description(tmp_path / "out" / said["augmented"][0])
     start = {v.name: float(v.start) for v in description.modelVariables if v.causality == "parameter" and v.type == "Real"}
-    assert start["initialFrictionDriftTime"] == begun, "the FMU stands where the recording held out begins"
+    assert start["initialFrictionDriftTime"] == begun, "the FMU begins where the recording held out begins"
     # When it began and how fast it went can be traded; how much it is while the recording held out runs cannot.
     grows, settles = start["frictionDriftRate"], start["frictionDriftTime"]
     level = start["coulombFriction"] * (1 + grows * settles * (1 - math.exp(-(4.0 + begun) / settles)))

@@ -1,4 +1,4 @@
-"""What README.md says to type really works: its `sh` blocks first, then its `python` blocks."""
+"""The commands of README.md work: its `sh` blocks first, then its `python` blocks."""
 
 import os
 import re

@@ -17,7 +17,7 @@ from fmpy.util import read_csv
 
 
 def columns(file):
-    """What FMPy's reader, which knows no quotes, does not read: names with commas, as of arrays of two dimensions."""
+    """What FMPy's reader, which has no quotes, does not read: names with commas, as of arrays of two dimensions."""
     with open(file, newline="") as f:
         names, *rows = csv_module.reader(f)
     return np.array([tuple(map(float, row)) for row in rows], dtype=[(name, float) for name in names])
@@ -78,7 +78,7 @@ def test_ctrl_c_keeps_what_was_computed(fmu, tmp_path):
 def test_progress_tells_how_far_the_run_is_and_what_is_left(fmu, tmp_path, terminal):
     program, stop = from_environment("TRUEUP_BIN"), 3e4
     arguments = ["simulate", fmu("TwoMassJoint", 2), "--stop", stop, "--step", "1e-3", "-o", tmp_path / "r.parquet"]
-    # A terminal is told by itself; a pipe only if asked for.
+    # A terminal gets it by default; a pipe only if requested.
     here, there = pty.openpty() if terminal else os.pipe()
     run = subprocess.Popen([program, *map(str, arguments), *([] if terminal else ["--progress"])], stderr=there)
     os.close(there)
@@ -89,7 +89,7 @@ def test_progress_tells_how_far_the_run_is_and_what_is_left(fmu, tmp_path, termi
         told = {float(t): (int(percent), left, unit) for percent, t, left, unit in line.findall(said)}
         assert run.poll() is None, said
     run.send_signal(signal.SIGINT)
-    while True:  # lest the program waits for us
+    while True:  # so that the program does not wait for us
         try:
             if not os.read(here, 4096):
                 break

@@ -1,7 +1,7 @@
-"""What owners of real rigs ask for: inputs that are off, effects that are known, recordings that part from a healthy model.
+"""What users of real rigs require: inputs that are off, effects that are known, recordings that deviate from a healthy model.
 
 The drive is simulated here, by small steps and its own few lines: a mass on a guide with dry and viscous friction, a position
-controller in the loop, a drive that is a constant off, pushes.
+controller in the loop, a drive that is a constant off, forces.
 """
 
 import json

@@ -78,7 +78,7 @@ def test_a_stiffer_servo_is_identified(trueup, tmp_path):
     write(tmp_path, gain=1.2 * GAIN)
     done = trueup("identify", tmp_path, "--fast", "--json")
     assert done.returncode == 0, done.stderr
-    # Nobody measures a torque: the load's inertia, held to be known, gives the scale.
+    # No torque is measured: the load's inertia, assumed known, gives the scale.
     found = json.loads(done.stdout)
     gain = found["uncertain"]["servoProportionalGain"]
     print(f"{gain['value']:.4f} N.m/rad of {1.2 * GAIN}, {gain['ci95']}")
@@ -173,5 +173,5 @@ def test_the_elbow_of_hobby_servos_hangs_in_its_gravity(diagnosed, tmp_path):
     found = {name: said["parameters"][name]["value"] for name in ("servoProportionalGain", "gravityTorque")}
     print(said["verdict"], found, said["gap"]["overall"]["after"])
     assert said["verdict"] == "parameters" and said["gap"]["overall"]["after"] < 0.1
-    # Moved from what the case says, and of the size that its droop of 33 to 41 mrad asks for.
+    # Moved from the case's value, and of the size that its droop of 33 to 41 mrad requires.
     assert found["gravityTorque"] > 0.6 and 6 < found["servoProportionalGain"] < 12

@@ -1,6 +1,6 @@
 """What `trueup diagnose` ships for a joint with play in closed loop, 20 s long: the numbers of its page, and the true ones.
 
-A free run of 20 s through stick and slip strays even with the true parameters, by decisions to stick alone; windows do not.
+A free run of 20 s through stick and slip diverges even with the true parameters, by decisions to stick alone; windows do not.
 The joint is simulated by lines of this file's own.
 """
 

@@ -68,7 +68,7 @@ def test_the_chaser_moves_its_arm_and_nothing_drifts(fmu, version):
         output=[*outputs(version, jointAngle=6, **MOMENTA), "kineticEnergy"],
     )
     drift = largest(result, MOMENTA)
-    # The torques stand still for half a second at a time: their work is torque times way.
+    # The torques are constant for half a second at a time: their work is torque times way.
     t, work = np.asarray(result["time"]), 0.0
     for k in range(40):
         here, there = np.flatnonzero(t <= 0.5 * k + 1e-9)[-1], np.flatnonzero(t <= 0.5 * (k + 1) + 1e-9)[-1]

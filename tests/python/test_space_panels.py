@@ -1,4 +1,4 @@
-"""Panels by assumed modes against chains of rigid segments with springs in MuJoCo, which knows nothing of shapes."""
+"""Panels by assumed modes against chains of rigid segments with springs in MuJoCo, which has no shapes."""
 
 import mujoco
 import numpy as np

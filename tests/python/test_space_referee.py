@@ -31,7 +31,7 @@ def inertia(random, size):
 
 
 class Robot:
-    """Random parameters, random states, and what Rust says of them."""
+    """Random parameters, random states, and Rust's results for them."""
 
     def __init__(self, bodies, branches, example):
         random = np.random.default_rng(100 * bodies + branches)

@@ -42,7 +42,7 @@ def test_runs_to_the_end_and_as_fmi_2_does(trueup, fmu, tmp_path, seed):
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
         found.append(columns(out))
-    # Rows stand at events too in event mode: compared where both have one.
+    # Rows are at events too in event mode: compared where both have one.
     a, b = found
     assert a["time"][-1] == b["time"][-1] == 30
     last = np.searchsorted(a["time"], b["time"], side="right") - 1

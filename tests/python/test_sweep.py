@@ -101,7 +101,7 @@ def test_an_arm_at_another_size_says_what_the_full_one_does(run, fmus, tmp_path)
 
 
 def capture(fmus, folder, name, **instead):
-    """One of the captures of examples/, beside its FMU; `instead` replaces the values of factors."""
+    """One of the captures of examples/, next to its FMU; `instead` replaces the values of factors."""
     (folder / "scene.fmu").symlink_to(fmus / "CaptureScene.fmi3.fmu")
     system = (ROOT / "examples/capture.toml").read_text().replace("../out/CaptureScene.fmi3.fmu", "scene.fmu")
     (folder / "capture.toml").write_text(system)
@@ -160,7 +160,7 @@ def test_what_others_say_stands_beside_and_decides_nothing(map_of, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "change, letters, says",
+    "change, letters, message",
     [
         (("outcome = {", "# outcome = {"), None, "outcome = { variable"),
         (('design = "grid"', 'design = "sobol"\nruns = 2'), None, "a grid or a list"),
@@ -168,7 +168,7 @@ def test_what_others_say_stands_beside_and_decides_nothing(map_of, tmp_path):
         (None, "y,x,bench\n0.0,0.12,A\n0.0,7,C\n", "line 3: no run has y = 0.0, x = 7"),
     ],
 )
-def test_maps_that_cannot_be_drawn_say_why(trueup, fmus, tmp_path, change, letters, says):
+def test_maps_that_cannot_be_drawn_say_why(trueup, fmus, tmp_path, change, letters, message):
     capture(fmus, tmp_path, "capture-map", x=[0.12], y=[0.0])
     file = tmp_path / "capture-map.toml"
     if change:
@@ -180,13 +180,13 @@ def test_maps_that_cannot_be_drawn_say_why(trueup, fmus, tmp_path, change, lette
         (tmp_path / "letters.csv").write_text(letters)
         options = ["--beside", "letters.csv"]
     done = trueup("sweep", "map", "capture-map.toml", *options, cwd=tmp_path)
-    assert done.returncode != 0 and says in done.stderr, done.stderr
+    assert done.returncode != 0 and message in done.stderr, done.stderr
     assert not (tmp_path / "capture-map.html").exists()
 
 
 @pytest.mark.full
 def test_a_hundred_thousand_runs_survive_fifty_kills(run, trueup, fmus, tmp_path):
-    """Killed at random times, resumed, in changing shares: the merged file has the bytes of a sweep that nobody disturbed."""
+    """Killed at random times, resumed, in changing shares: the merged file has the bytes of an undisturbed sweep."""
     text = """design = "sobol"
 runs = 100000
 [run]

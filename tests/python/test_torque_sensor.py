@@ -1,4 +1,4 @@
-"""A joint with a torque sensor in its drive train, whose gain and offset nobody knows.
+"""A joint with a torque sensor in its drive train, whose gain and offset are not known.
 
 The joint is simulated here by its own few lines: motor and load with a linear spring and damper between them.
 """

@@ -65,7 +65,7 @@ def program(path, text):
 
 
 def test_a_case_that_takes_too_long_is_a_miss(trueup, trials, tmp_path):
-    """By another program: one that never ends, one that gives up, and then the first beside what was stopped."""
+    """By another program: one that never ends, one that gives up, and then the first next to what was stopped."""
     busy = program(tmp_path / "busy", "while :; do :; done\n")
     run = trueup("trial", "run", trials, "--results", trials / "busy", "--program", busy, "--limit", 1)
     assert run.returncode == 0 and "stopped after 1 s of processor time, a miss (--limit)" in run.stderr, run.stderr

@@ -71,7 +71,7 @@ fn none_after_initialization() {
     if all.is_empty() {
         skipped("neither TRUEUP_FMUS nor TRUEUP_BIN is set, so there is no FMU to count in; run ./test");
     }
-    // A robot with all that is made when it is asked for: measures and a table of modes.
+    // A robot with all that is made on request: measures and a table of modes.
     let folder = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("robot");
     let robot = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/robot.toml");
     if pack(&["--robot", robot], &folder) {

@@ -1,4 +1,4 @@
-//! docs/cases.md has every key that the reader of cases knows, as the reader has it, and no other; its examples are cases.
+//! docs/cases.md has every key of the reader of cases, as the reader has it, and no other; its examples are cases.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 
@@ -23,7 +23,7 @@ fn rows(keys: &Keys) -> String {
     keys.list.iter().map(row).collect::<String>().replace("|  |", "| |")
 }
 
-/// Where the rows of each table lie that stands below a `<!-- keys of: NAME -->`.
+/// Lines of the rows of each table below a `<!-- keys of: NAME -->`.
 fn told(document: &str) -> BTreeMap<String, Range<usize>> {
     let mark = "<!-- keys of: ";
     let of = |(at, _): (usize, &str)| {
@@ -37,7 +37,7 @@ fn told(document: &str) -> BTreeMap<String, Range<usize>> {
     document.match_indices(mark).map(of).collect()
 }
 
-/// `TRUEUP_BLESS=1` writes the tables anew.
+/// `TRUEUP_BLESS=1` writes the tables again.
 #[test]
 fn every_key_of_the_reader_is_told_and_no_other() {
     let (mut document, there) = (document(), told(&document()));
@@ -60,7 +60,7 @@ fn every_key_of_the_reader_is_told_and_no_other() {
         assert_eq!(
             document[there[keys.of].clone()],
             rows(keys),
-            "docs/cases.md, keys of {}: TRUEUP_BLESS=1 writes them anew",
+            "docs/cases.md, keys of {}: TRUEUP_BLESS=1 writes them again",
             keys.of
         );
     }
@@ -101,7 +101,7 @@ fn every_key_is_read() {
                 base.iter().filter(|(key, _)| *key != name).map(|(_, text)| *text).collect();
             let whole: String = base.iter().map(|(_, text)| *text).collect();
             let said = match keys.of {
-                // Whatever else stands there is a parameter.
+                // Anything else is a parameter.
                 "effects" if name == "unknown" => continue,
                 "effects" => case(&format!("{whole}[effects.backlash]\n{line}")),
                 "payload" | "a figure of payload" => {

@@ -94,7 +94,7 @@ fn jacobian(model: &Model, table: &ModelTable, p: &[f64], rest: bool, random: &m
     columns
 }
 
-/// Where scalars lie in a column (unknowns) and which column is theirs (knowns), by name.
+/// Where scalars are in a column (unknowns) and which column is theirs (knowns), by name.
 fn places(model: &Model, table: &ModelTable) -> BTreeMap<String, usize> {
     let sizes = model.sizes();
     let place = |storage| match storage {
@@ -126,7 +126,7 @@ fn kinds(d: &Description) -> BTreeMap<(&str, &str), &'static str> {
     };
     let word = |kind: String| -> &'static str {
         let known = ["constant", "fixed", "tunable", "dependent"].into_iter().find(|k| *k == kind);
-        known.expect("a kind that the test knows")
+        known.expect("a kind that the test handles")
     };
     unknowns(d).flat_map(of).map(|(pair, kind)| (pair, word(kind))).collect()
 }
@@ -198,7 +198,7 @@ fn what_is_said_of_dependencies_holds_for_every_model_with_every_effect() {
         for kind in kinds(&d).into_values() {
             *said.entry((c.model.clone(), kind)).or_default() += 1;
         }
-        // FMI 3.0 says the same of arrays.
+        // FMI 3.0 defines the same for arrays.
         let third = written(&c, Version::V3);
         let third = read::read(third.as_bytes()).expect("what is written can be read");
         let base = |name: &str| name.replace(')', "").split('[').next().unwrap_or_default().to_owned();

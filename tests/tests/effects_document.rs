@@ -1,5 +1,5 @@
-//! docs/effects.md says of every effect what the library says: its table is written from the specifications and
-//! from the equation at the head of each effect's file. `TRUEUP_BLESS=1` writes it anew.
+//! docs/effects.md describes every effect as the library does: its table is written from the specifications and
+//! from the equation at the head of each effect's file. `TRUEUP_BLESS=1` writes it again.
 
 #![allow(clippy::expect_used, clippy::panic)]
 
@@ -60,7 +60,7 @@ fn section(kind: Kind, equation: &str, file: &str) -> String {
         let list: Vec<_> = spec.places.iter().map(places).collect();
         let _ = writeln!(s, "| places | {} |", list.join(", "));
     }
-    // Of the channels the first one stands for all.
+    // Of the channels the first one represents all.
     let shown = if spec.scope == Scope::Channel { 1 } else { spec.places.len().max(1) };
     for place in 0..shown {
         let c = Choice { kind, place };
@@ -114,14 +114,14 @@ fn the_document_says_what_the_library_says() {
         assert_eq!(
             is,
             must,
-            "docs/effects.md differs from the library in line {} of its table; TRUEUP_BLESS=1 writes it anew",
+            "docs/effects.md differs from the library in line {} of its table; TRUEUP_BLESS=1 writes it again",
             i + 1
         );
     }
     assert_eq!(
         table.lines().count(),
         expected.lines().count(),
-        "docs/effects.md: TRUEUP_BLESS=1 writes it anew"
+        "docs/effects.md: TRUEUP_BLESS=1 writes it again"
     );
 }
 

@@ -1,5 +1,5 @@
 //! `modelDescription/` holds what the packer writes for every model as it is by default; it is committed so that
-//! a change of the interface shows in a review. `TRUEUP_BLESS=1` writes it anew.
+//! a change of the interface shows in a review. `TRUEUP_BLESS=1` writes it again.
 
 #![allow(clippy::expect_used, clippy::panic)]
 

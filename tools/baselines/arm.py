@@ -41,7 +41,7 @@ class Arm(Plant):
         self.seen = {i for i in self.joints if f"motorAngle[{i}]" in channels}
         self.base = {"basePosition[1]", "basePosition[2]", "baseAttitude"} <= set(channels)
         self.angles = [c for c in channels if "Angle" in c or c == "baseAttitude"]
-        # A joint that is held to be rigid has the same angle on both sides.
+        # A joint that is assumed rigid has the same angle on both sides.
         self.both = [i for i in self.joints if i in self.seen and i not in self.flexible]
         self.rows = [f"twist {i}" for i in self.both] + (["base x", "base y", "base torque"] if self.base else [])
         self.rows += [f"joint {i}" for i in self.joints] + [f"motor {i}" for i in self.flexible if i in self.seen]
@@ -55,7 +55,7 @@ class Arm(Plant):
         self.parameters = self.parts = [name for name in names if p.get(name)]
 
     def seconds(self):
-        """Width of the smoothing window: as the noise of the joints' accelerations asks for."""
+        """Width of the smoothing window: as the noise of the joints' accelerations requires."""
         time, channels = self.case.recording(self.case.train[0])
         rate = 1 / np.median(np.diff(time))
         for width in WIDTHS:

@@ -86,7 +86,7 @@ class Key:
 
 @dataclass
 class Answer:
-    """What a method says of a case."""
+    """The result of a method for a case."""
 
     verdict: str
     effects: list = field(default_factory=list)  # claimed, first the most important one

@@ -1,4 +1,4 @@
-"""What simpler methods make of blind trials, beside the results of `trueup trial run` (docs/blind-trials.md).
+"""Results of simpler methods for blind trials, compared with those of `trueup trial run` (docs/blind-trials.md).
 
     python tools/baselines/compare.py TRIALS... --train DIR... [--cache DIR] [-o table.md]
 """

@@ -126,7 +126,7 @@ class Evidence:
         """What columns explain of that which the parameters leave."""
         beside = _beside(self.basis, columns)
         size = np.linalg.norm(beside, axis=0)
-        # A column that the parameters can stand for explains nothing.
+        # A column that the parameters can represent explains nothing.
         beside = beside[:, size > 1e-6 * np.linalg.norm(columns, axis=0) + 1e-300]
         if not beside.shape[1]:
             return np.zeros_like(self.left)
@@ -137,7 +137,7 @@ class Evidence:
         return np.sum(self._explained(columns) ** 2) / np.sum(self.left**2)
 
     def _reach(self, run, port):
-        """What a unit at a port does to the white rows at every point; rows that remember do not tell."""
+        """What a unit at a port does to the white rows at every point; rows with memory are left out."""
         unit = self._white(run, self.plant.by_signals(run, {port: np.ones_like(run.t)}))
         return np.where(np.reshape(self.plant.slow, (-1, 1)), 0.0, unit)
 
@@ -241,5 +241,5 @@ def _basis(columns, rows):
 
 
 def _beside(basis, x):
-    """x without what lies in the basis."""
+    """x without its part in the basis."""
     return x - basis @ (basis.T @ x)

@@ -32,7 +32,7 @@ class Joint(Plant):
         self.rows += ["motor"] if two else ["sum"]
 
     def seconds(self):
-        """Width of the smoothing window: as the noise of the motor's acceleration asks for."""
+        """Width of the smoothing window: as the noise of the motor's acceleration requires."""
         p = self.p
         load = p["loadInertia"] / p["gearRatio"] ** 2
         time, channels = self.case.recording(self.case.train[0])
@@ -62,7 +62,7 @@ class Joint(Plant):
         run.drive = torque / (p["motorInertia"] * n + p["loadInertia"] / n)
         run.q = motor[0] / n
         if self.load and not self.rigid:
-            # Twist by the encoders, unless the motor's balance tells the torque with less noise.
+            # Twist by the encoders, unless the motor's balance gives the torque with less noise.
             load = run.full["loadAngle"]
             value, _, bend = np.linalg.norm(run.fine.kernels, axis=0)
             of_motor, of_load = self.case.deviation("motorAngle"), n * self.case.deviation("loadAngle")

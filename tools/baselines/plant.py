@@ -17,7 +17,7 @@ class TooLittle(Exception):
 
 @dataclass
 class Term:
-    """A candidate: columns that stand together for an effect at a place. Of several shapes the best one is taken."""
+    """A candidate: columns that together represent an effect at a place. Of several shapes the best one is taken."""
 
     effect: str
     place: str
@@ -28,7 +28,7 @@ class Term:
 
 @dataclass
 class Push:
-    """A candidate for pushes at unknown times: together at these ports."""
+    """A candidate for impulses at unknown times: together at these ports."""
 
     effect: str
     place: str
@@ -55,7 +55,7 @@ class Plant:
         self.case, self.p = case, case.parameters
 
     def ready(self, run, x):
-        """A signal of all samples as `balances` wants it: value and two derivatives."""
+        """A signal of all samples as `balances` requires it: value and two derivatives."""
         return run.at(x)
 
     def points(self, run, rows):

@@ -34,7 +34,7 @@ def _lines(cases, names, pairs, classes):
     ]
 
 
-# What each method can say: a name for an effect, two effects at once, sets that cannot be told apart.
+# What each method can report: a name for an effect, two effects at once, sets that cannot be distinguished.
 METHODS = {
     "Trueup": (True, True, True),
     "refit of parameters": (False, False, False),

@@ -29,7 +29,7 @@ def answer(problem):
         return Answer("unknown")
     known, group, names = int(problem["known"]), problem["group"], problem["names"]
     train, holdout = problem["train"], problem["holdout"]
-    # Below the parameters' rows of the triangular factor stands what they cannot explain.
+    # Below the parameters' rows of the triangular factor is what they cannot explain.
     x, y = train[known:, known:-1], train[known:, -1]
     norms = np.linalg.norm(train[:, known:-1], axis=0) + 1e-300
     size = np.linalg.norm(x, axis=0)

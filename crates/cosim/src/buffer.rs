@@ -2,7 +2,7 @@
 
 use trueup_fmi_description::Version;
 use trueup_fmi_description::description::Type;
-use trueup_fmi_import::{Error, fmi2, fmi3};
+use trueup_fmi_import::{AnyInstance, Error, fmi2, fmi3};
 
 /// Variables of one type that are read or set by one call.
 #[derive(Clone, Debug, PartialEq)]
@@ -174,9 +174,45 @@ macro_rules! exact {
 exact! { f32 f64; i8 u8 i16 u16 i32 u32 i64 u64 }
 
 /// Reading and setting blocks.
-pub(crate) trait Blocks {
+pub trait Blocks {
+    /// Reads a block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
     fn get(&mut self, block: &mut Block) -> Result<(), Error>;
+    /// Sets a block.
+    ///
+    /// # Errors
+    /// Whatever the FMU returns.
     fn set(&mut self, block: &Block) -> Result<(), Error>;
+}
+
+impl Blocks for AnyInstance {
+    fn get(&mut self, block: &mut Block) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.as_mut().get(block),
+            Self::V3(i) => i.get(block),
+        }
+    }
+    fn set(&mut self, block: &Block) -> Result<(), Error> {
+        match self {
+            Self::V2(i) => i.as_mut().set(block),
+            Self::V3(i) => i.set(block),
+        }
+    }
+}
+
+/// Sets structural parameters (FMI 3.0), in configuration mode.
+///
+/// # Errors
+/// Whatever the FMU returns.
+pub(crate) fn configure(instance: &mut AnyInstance, structural: &[Block]) -> Result<(), Error> {
+    if structural.is_empty() {
+        return Ok(());
+    }
+    instance.enter_configuration_mode()?;
+    structural.iter().try_for_each(|block| instance.set(block))?;
+    instance.exit_configuration_mode()
 }
 
 fn texts(values: &[String]) -> Vec<&str> {

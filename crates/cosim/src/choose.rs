@@ -62,7 +62,7 @@ pub(crate) fn choose(plan: &Plan, rules: &[Option<StepRule>]) -> Result<(Algorit
                 quoted(&rigid)
             )]));
         }
-        return Ok((algorithm, "as asked for".into()));
+        return Ok((algorithm, "as requested".into()));
     }
     let (_, coupled, circle) = order(plan, &units);
     let samples = |component: usize| rules[component].is_some_and(|rule| rule.samples());

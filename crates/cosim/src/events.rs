@@ -5,13 +5,13 @@ use std::collections::BTreeSet;
 use trueup_fmi_description::description::{Type, Variability, Variable};
 use trueup_numerics::Figure;
 
+use crate::buffer::{Block, Buffer};
 use crate::exchange::Wiring;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
 use crate::mistake::quoted;
 use crate::node::Node;
 use crate::plan::Driven;
-use crate::slave::{Block, Buffer};
 use crate::system::Interface;
 
 /// Part of a communication step below which two times are the same.
@@ -61,7 +61,7 @@ impl Cuts {
             if let (n @ 1.., Some((t, _))) = (late.clone().count(), late.clone().next()) {
                 let who = if whole == [""] { "the FMU".into() } else { quoted(&whole) };
                 notes.push(format!(
-                    "inputs from the file jump between communication points ({n} times, first at {} s) and are handed on at the next one: {who} is not said \
+                    "inputs from the file jump between communication points ({n} times, first at {} s) and are handed on at the next one: {who} is not declared \
                      to take parts of a step; choose a step that meets the jumps",
                     Figure(*t)
                 ));

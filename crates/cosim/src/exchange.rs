@@ -10,6 +10,7 @@
 
 mod bank;
 mod build;
+mod dependencies;
 mod newton;
 
 use trueup_fmi_description::description::Variability;

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 use trueup_fmi_description::description::{Description, Type, Variable};
 use trueup_signals::{Finding, InputColumn, InputTable, Interpolation, Unit};
 
+use crate::buffer::Buffer;
 use crate::check::units;
 use crate::error::Error;
-use crate::slave::Buffer;
 use crate::value;
 
 /// Columns over time; missing samples are left out.
@@ -106,7 +106,7 @@ impl Inputs {
             if let Some(row) = times.windows(3).position(|w| w[0] == w[2]) {
                 let (row, t) = (row + 2, times[row]);
                 return fail(format!(
-                    "`{name}`, row {row}: time {t:?} stands more than twice; a jump has two rows, the value before and the one after"
+                    "`{name}`, row {row}: time {t:?} is there more than twice; a jump has two rows, the value before and the one after"
                 ));
             }
             if let Some(row) = values.iter().position(|x| x.is_infinite()) {
@@ -316,7 +316,7 @@ impl InputSignal {
                 Ok((factor, offset))
             }
             units::Conversion::Unknown => Err(format!(
-                "it is in {text}, and nobody says what the variable's unit {} is; take the unit out",
+                "it is in {text}, and the variable's unit {} is not defined; take the unit out",
                 own.name
             )),
             units::Conversion::Different => {
@@ -382,7 +382,7 @@ mod tests {
         };
         assert!(of(&[0.0, 1.0], &[1.0]).contains("`u` has 1 values at 2 times"));
         assert!(of(&[1.0, 0.0], &[1.0, 1.0]).contains("row 1: time falls from 1.0 to 0.0"));
-        assert!(of(&[0.0, 0.0, 0.0], &[1.0, 1.0, 2.0]).contains("row 2: time 0.0 stands more than twice"));
+        assert!(of(&[0.0, 0.0, 0.0], &[1.0, 1.0, 2.0]).contains("row 2: time 0.0 is there more than twice"));
         assert!(of(&[0.0, f64::NAN], &[1.0, 1.0]).contains("row 1: time is NaN"));
         assert!(of(&[0.0], &[f64::INFINITY]).contains("row 0: a value is infinite"));
         assert!(of(&[0.0], &[f64::NAN]).contains("has no value"));

@@ -20,6 +20,7 @@ use trueup_fmi_import::{Experiment, Folder};
 use trueup_numerics::Figure;
 
 use crate::adaptive::{self, Adaptive};
+use crate::buffer::{Blocks, configure};
 use crate::choose::{choose, order, units};
 use crate::couple::Coupling;
 use crate::error::Error;
@@ -66,7 +67,7 @@ fn shares_events(plan: &mut Plan, rules: &[Option<StepRule>], algorithm: Algorit
     let seldom: Vec<&str> = plan.components.iter().filter(|c| c.every > 1).map(|c| c.name.as_str()).collect();
     let why = match (rigid.is_empty(), seldom.is_empty()) {
         (true, true) => return true,
-        (false, _) => format!("{}: not said to take parts of a step", quoted(&rigid)),
+        (false, _) => format!("{}: not declared to take parts of a step", quoted(&rigid)),
         (true, false) => format!("{} steps less often (`every`)", quoted(&seldom)),
     };
     if plan.components.iter().any(|c| c.interface == Interface::ModelExchange || has_event_mode(c)) {
@@ -137,7 +138,7 @@ impl Master {
             let mut node = Node::new(planned, slave);
             node.rule = rule;
             let at = |source| Error::Call { time: start, source };
-            node.slave.configure(&node.planned.structural).map_err(at)?;
+            configure(&mut node.slave, &node.planned.structural).map_err(at)?;
             node.planned.start.iter().try_for_each(|block| node.slave.set(block)).map_err(at)?;
             stays(&folder, start, std::iter::once(&node))?;
             nodes.push(node);

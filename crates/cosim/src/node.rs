@@ -1,11 +1,10 @@
 //! An FMU of a running system, as an exchange of values sees it.
 
 use trueup_fmi_description::description::{Description, Interface as Offered};
-use trueup_fmi_import::{Options, Prepared, fmi3};
+use trueup_fmi_import::{AnyInstance, Options, Prepared, fmi3};
 
 use crate::error::Error;
 use crate::plan::{Element, Planned};
-use crate::slave::Slave;
 use crate::step_rule::StepRule;
 use crate::system::Interface;
 use crate::value;
@@ -16,7 +15,7 @@ pub struct Node {
     /// What was planned; its start values stay for arrays that are driven in part.
     pub planned: Planned,
     /// The instance.
-    pub slave: Slave,
+    pub slave: AnyInstance,
     /// Its continuous inputs over a step.
     pub line: Line,
     /// Its steps in Co-Simulation, where a master runs it.
@@ -28,18 +27,18 @@ impl Node {
     ///
     /// # Errors
     /// The FMU gives no instance.
-    pub fn instantiate(planned: &Planned, how: fmi3::CoSimulation) -> Result<Slave, Error> {
+    pub fn instantiate(planned: &Planned, how: fmi3::CoSimulation) -> Result<AnyInstance, Error> {
         let options = Options::named(planned.name.clone());
         let mut slave = match planned.interface {
-            Interface::CoSimulation => Slave::co_simulation(&planned.fmu, options, how)?,
-            Interface::ModelExchange => Slave::model_exchange(&planned.fmu, options)?,
+            Interface::CoSimulation => AnyInstance::co_simulation(&planned.fmu, options, how)?,
+            Interface::ModelExchange => AnyInstance::model_exchange(&planned.fmu, options)?,
         };
-        slave.ask_for_reasons(&planned.description().log_categories);
+        slave.request_reasons(&planned.description().log_categories);
         Ok(slave)
     }
 
     /// With the instance made of it.
-    pub fn new(planned: Planned, slave: Slave) -> Self {
+    pub fn new(planned: Planned, slave: AnyInstance) -> Self {
         Self { planned, slave, line: Line::default(), rule: None }
     }
 

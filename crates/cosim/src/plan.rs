@@ -5,9 +5,9 @@ use std::sync::Arc;
 use trueup_fmi_description::description::Description;
 use trueup_fmi_import::Fmu;
 
+use crate::buffer::Block;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
-use crate::slave::Block;
 use crate::system::{Algorithm, Interface};
 
 /// What the master runs.

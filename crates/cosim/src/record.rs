@@ -3,11 +3,11 @@
 use trueup_fmi_description::description::Type;
 use trueup_fmi_import::Prepared;
 
+use crate::buffer::{Block, Blocks, Buffer};
 use crate::error::Error;
 use crate::node::{self, Node};
 use crate::plan::{Element, Recorded};
 use crate::results::{Column, Kind, Row, Sink, Values};
-use crate::slave::{Block, Buffer};
 
 /// Reads rows.
 pub(crate) struct Recorder {

@@ -5,13 +5,13 @@ use std::sync::Arc;
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Variability, Variable};
 use trueup_fmi_import::Fmu;
 
+use crate::buffer::{Block, Buffer};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::inputs::Inputs;
 use crate::master::Master;
 use crate::plan::{Driven, Element, Plan, Planned, Recorded};
 use crate::results::{Kind, Sink};
-use crate::slave::{Block, Buffer};
 use crate::step_rule::{internal_step, refusal};
 use crate::system::Interface;
 use crate::value;

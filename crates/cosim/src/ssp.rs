@@ -5,6 +5,7 @@ mod emit;
 mod files;
 mod flatten;
 mod parameters;
+mod planned_values;
 mod read;
 mod size;
 mod write;

@@ -3,13 +3,13 @@
 
 use std::ops::Range;
 
-use trueup_fmi_import::program::{Either, Instances, Lines, Outcome, Program, Stopped};
+use trueup_fmi_import::AnyInstance;
+use trueup_fmi_import::program::{Instances, Lines, Outcome, Program, Stopped};
 
 use crate::couple::{Coupling, join};
 use crate::error::Error;
 use crate::grid::Grid;
 use crate::node::Node;
-use crate::slave::Slave;
 use crate::stepper::{Advance, Within};
 
 /// A step that stopped at its `at`-th unit.
@@ -32,15 +32,8 @@ pub(crate) struct Straight {
 struct Owners<'a>(&'a mut [Node]);
 
 impl Instances for Owners<'_> {
-    fn instance(&mut self, index: usize) -> Option<Either<'_>> {
-        self.0.get_mut(index).map(either)
-    }
-}
-
-fn either(node: &mut Node) -> Either<'_> {
-    match &mut node.slave {
-        Slave::V2(it) => Either::V2(it),
-        Slave::V3(it) => Either::V3(it),
+    fn instance(&mut self, index: usize) -> Option<&mut AnyInstance> {
+        self.0.get_mut(index).map(|node| &mut node.slave)
     }
 }
 
@@ -59,7 +52,7 @@ impl Coupling {
         }
         for stepper in &self.steppers {
             let [n] = *stepper.nodes() else { return None };
-            if !stepper.is_plain() || !program.step(n, either(&mut self.nodes[n])) {
+            if !stepper.is_plain() || !program.step(n, &mut self.nodes[n].slave) {
                 return None;
             }
             if within == Within::Held || self.nodes[n].line.slots.is_empty() {
@@ -69,7 +62,7 @@ impl Coupling {
             let references = self.nodes[n].line.references.take();
             let follows = match (stepper.following(), &references) {
                 (Some(how), Some(block)) => {
-                    program.follow(n, either(&mut self.nodes[n]), block, how, span.clone())
+                    program.follow(n, &mut self.nodes[n].slave, block, how, span.clone())
                 }
                 _ => false,
             };
@@ -158,7 +151,7 @@ impl Coupling {
             }
             Some(Stopped::Ahead { at: unit, status }) => {
                 let node = &mut self.nodes[program.stepped(unit)];
-                match program.failure_ahead(either(node), unit, status) {
+                match program.failure_ahead(&mut node.slave, unit, status) {
                     Some(source) => Err(Error::Call { time: grid.time(at), source }),
                     None => Ok((at - first, None)),
                 }
@@ -167,7 +160,7 @@ impl Coupling {
             _ if !finite => Err(self.exchange.first_not_finite(&self.nodes, time)),
             Some(Stopped::Call { at: call, status }) => {
                 let node = &mut self.nodes[program.called(call)];
-                match program.failure(either(node), call, status) {
+                match program.failure(&mut node.slave, call, status) {
                     Some(source) => Err(Error::Call { time, source }),
                     None => Ok((at - first, None)),
                 }
@@ -209,7 +202,7 @@ impl Coupling {
                 None
             } else if u == mid.at {
                 let node = stepper.nodes()[0];
-                let explained = Program::explain(either(&mut self.nodes[node]), mid.outcome);
+                let explained = Program::explain(&mut self.nodes[node].slave, mid.outcome);
                 let first = explained.map_err(|source| Error::Call { time: from, source: *source })?;
                 let first = first.map(|first| *first);
                 Some(stepper.resume(&mut self.nodes, [from, to], within, mid.part, first)?)

@@ -2,7 +2,7 @@
 
 use trueup_fmi_description::description::{Description, Dimension, Type, Values, Variable};
 
-use crate::slave::Buffer;
+use crate::buffer::Buffer;
 
 /// The variable of that name and, of an array of FMI 3.0, the position of the element in `name[1,2]`.
 pub(crate) fn find<'a>(d: &'a Description, name: &str) -> Result<(&'a Variable, Option<usize>), String> {
@@ -84,5 +84,5 @@ pub(crate) fn assign(
     } else {
         format!("{:?}", v.kind)
     };
-    Err(format!("`{}` cannot be {text:?}; wanted: {wanted}", v.name))
+    Err(format!("`{}` cannot be {text:?}; expected: {wanted}", v.name))
 }

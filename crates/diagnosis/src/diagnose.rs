@@ -1,14 +1,15 @@
 //! From a case to a diagnosis.
 
+mod acting;
 pub mod began;
 mod blind;
 mod claim;
 mod complete;
 mod conclude;
 mod contest;
+mod dead;
 mod drift;
 mod estimate;
-mod evidence;
 mod field;
 mod ground;
 mod held_out;
@@ -19,17 +20,19 @@ mod left_out;
 mod place;
 mod progress;
 pub mod record;
+mod refusal;
 mod strained;
 mod traces;
 mod unsimulated;
 mod watch;
 
-pub use evidence::diagnose_by_evidence;
-
 use std::borrow::Cow;
 
+use trueup_hypotheses::innovations::search::search_joint;
+use trueup_hypotheses::innovations::verdict::judge;
 use trueup_identification::parallel;
 use trueup_identification::predict::PredictError;
+use trueup_models::effect::Plant;
 use trueup_signals::Loaded;
 
 use crate::engine::decide::{Decision, Free, Thresholds, decide};
@@ -48,6 +51,7 @@ use began::Began;
 use conclude::{Decided, conclude};
 use contest::{Contest, POLISH};
 use ground::Ground;
+use innovations::{Judged, Teller, Told};
 use record::Record;
 
 /// Part of the work that is done when the sets are found: their free runs take longer than the search.
@@ -59,17 +63,21 @@ pub enum Engine {
     /// Balances that recordings lead, and free runs.
     #[default]
     Balances,
-    /// The likelihood of the innovations of a filter with latent torques; for TwoMassJoint.
-    Filter,
+    /// The evidence of the innovations about a smoothed trajectory; for a TwoMassJoint of which nothing further is known.
+    Innovations,
 }
+
+/// What weighs the causes of a joint where nothing else is called for.
+pub const JOINT_ENGINE: Engine = Engine::Balances;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
     /// For everything that is drawn.
     pub seed: u64,
-    /// What weighs the causes.
-    pub engine: Engine,
+    /// What weighs the causes; `None`: [`JOINT_ENGINE`] of a joint, balances of an arm. Where the innovations engine cannot take a
+    /// case balances weigh them, and the record says why.
+    pub engine: Option<Engine>,
     /// How far to search.
     pub effort: Effort,
     /// Where the lines between verdicts are.
@@ -90,7 +98,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             seed: 1,
-            engine: Engine::default(),
+            engine: None,
             effort: Effort::default(),
             limits: Thresholds::default(),
             capped: false,
@@ -111,12 +119,6 @@ pub enum DiagnoseError {
     /// A recording is too short.
     #[error("{0}; leave it out of case.toml, or record for longer")]
     Short(String),
-    /// The filter cannot take it.
-    #[error(transparent)]
-    Filter(#[from] trueup_hypotheses::baseline::BaselineError),
-    /// The innovations engine cannot take it.
-    #[error(transparent)]
-    Innovations(#[from] trueup_hypotheses::innovations::search::JointSearchError),
     /// The nominal model cannot be simulated.
     #[error(
         "the nominal model cannot be compared with the recordings: {0}; look at the parameters of case.toml"
@@ -207,14 +209,15 @@ pub fn diagnose(
         true => (Cow::Borrowed(loaded), None),
         false => thinned(loaded, subject.plant, &subject.inputs()),
     };
-    let mut found = diagnose_all(&small, options, tell)?;
+    let mut found = diagnose_all(&small, loaded, options, tell)?;
     found.diagnosis.findings.extend(thinning.map(Thinning::told));
     Ok(found)
 }
 
-/// Diagnoses a case with all the readings that it has.
+/// Diagnoses a case; `whole`: before it was thinned.
 fn diagnose_all(
     loaded: &Loaded,
+    whole: &Loaded,
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -231,8 +234,14 @@ fn diagnose_all(
         return unsimulated::in_place_of(found, loaded, &case, noticed, options);
     }
     let raw = raw?;
-    if options.engine == Engine::Filter {
-        return by_filter(loaded, &search, (raw, noticed), options, tell);
+    let mut instead = None;
+    let usual = if case.subject.plant == Plant::Joint { JOINT_ENGINE } else { Engine::Balances };
+    if options.engine.unwrap_or(usual) == Engine::Innovations {
+        tell(0.05, "weighing every cause by the innovations");
+        match evidence(whole, &search, options) {
+            Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, tell),
+            Err(why) => instead = Some(why),
+        }
     }
     let effort = options.effort.on(case.subject.plant);
     let mut done = 0.05;
@@ -287,31 +296,45 @@ fn diagnose_all(
     ])?;
     let mut record = Record::new(case.subject.plant, &found, raw, free, &ran);
     let decision = decide(&mut found, raw, &mut free, &ran, &options.limits);
-    record.left_out = decision.left_out;
-    let decided = Decided { found, decision, contenders, record, noticed };
+    (record.left_out, record.instead) = (decision.left_out, instead);
+    let decided = Decided { found, decision, by_evidence: None, contenders, record, noticed };
     conclude(&search, options, models, ground, decided, loaded, tell)
 }
 
-/// By the likelihood of the innovations.
-fn by_filter(
+/// What the innovations engine makes of a case.
+///
+/// # Errors
+/// Why it cannot take it.
+fn evidence(loaded: &Loaded, search: &Search<'_>, options: &Options) -> Result<(Told, Judged), String> {
+    let findings = search_joint(loaded).map_err(|e| e.to_string())?;
+    let judged = judge(&findings).ok_or("no hypothesis of the innovations engine could be compared")?;
+    let told = Teller::new(search, &findings, options.effort).told(&judged, &options.limits)?;
+    Ok((told, Judged::from(&judged)))
+}
+
+/// By the evidence of the innovations.
+fn by_innovations(
     loaded: &Loaded,
     search: &Search<'_>,
     (raw, noticed): (f64, Vec<Noticed>),
+    (told, judged): (Told, Judged),
     options: &Options,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
-    let case = search.case;
-    tell(SEARCHED, "weighing every cause by the innovations");
-    let fits = trueup_hypotheses::search::search(loaded)?;
-    let judged = trueup_hypotheses::verdict::judge(&fits);
-    let broken = || DiagnoseError::Nominal("the model with what was found cannot be run".into());
-    let (found, decision) = innovations::told(search, &fits, &judged).ok_or_else(broken)?;
+    tell(SEARCHED, "fitting and running freely what was found");
+    let Told { found, decision, own, evidence } = told;
     let (models, ground) = ground(search, &found, [search.polish(&found.plain, POLISH)], options)?;
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
-    let record = Record { filter: true, ..Record::new(case.subject.plant, &found, raw, free, &ran) };
-    let decided = Decided { found, decision, contenders: Vec::new(), record, noticed };
-    conclude(search, options, models, ground, decided, loaded, tell)
+    let plant = search.case.subject.plant;
+    let record = Record { innovations: Some(judged), ..Record::new(plant, &found, raw, free, &ran) };
+    let contenders = Vec::new();
+    let decided = Decided { found, decision, by_evidence: Some(own), contenders, record, noticed };
+    let mut diagnosed = conclude(search, options, models, ground, decided, loaded, tell)?;
+    for c in &mut diagnosed.diagnosis.candidates {
+        c.evidence = evidence.get(&(c.id.clone(), c.component.clone())).copied().unwrap_or(c.evidence);
+    }
+    Ok(diagnosed)
 }
 
 /// After a grave finding nothing is looked for: how far the model as it was given is off, and where, as far as that can be told.
@@ -332,7 +355,8 @@ fn nothing_concluded(
     let free = ground.free(&ground.tuned).unwrap_or_default();
     let ran = Contest { ground: &ground, contenders: &[], effort: options.effort };
     let record = Record::new(search.case.subject.plant, &found, raw, free, &ran);
-    let decided = Decided { decision: Decision::nothing(), found, contenders: Vec::new(), record, noticed };
+    let (decision, contenders) = (Decision::nothing(), Vec::new());
+    let decided = Decided { decision, found, by_evidence: None, contenders, record, noticed };
     conclude(search, options, models, ground, decided, loaded, tell)
 }
 

@@ -30,7 +30,7 @@ use menu::Course;
 /// The file that its inputs are written to.
 pub const FILE: &str = "next-experiment.csv";
 /// Where nothing on the menu would tell.
-pub const NOTHING: &str = "no input of the menu, within what was recorded, promises to tell the causes apart: record larger motions, \
+pub const NOTHING: &str = "no input of the menu, within what was recorded, is expected to distinguish the causes: record larger motions, \
                            or another quantity";
 /// Longest experiment in s.
 const LONGEST: f64 = 20.0;

@@ -48,12 +48,12 @@ fn one_file(seed: u64, count: usize) {
         let slack: f64 = [0.0, 0.1, 0.3][rng.random_range(0..3)];
         let file = ["1.csv", "2.csv", "3.csv", "4.csv"][rng.random_range(0..4)];
         let (factor, said) = [
-            (1e3, "thousandths were taken for units in this recording alone"),
+            (1e3, "thousandths were interpreted as units in this recording alone"),
             (0.0, "the channel is dead"),
             (-1.0, "it had the opposite sign in this recording alone"),
-            (1e-3, "units were taken for thousandths in this recording alone"),
-            (degrees, "radians were taken for degrees in this recording alone"),
-            (1.0 / degrees, "degrees were taken for radians in this recording alone"),
+            (1e-3, "units were interpreted as thousandths in this recording alone"),
+            (degrees, "radians were interpreted as degrees in this recording alone"),
+            (1.0 / degrees, "degrees were interpreted as radians in this recording alone"),
         ][k % 6];
         // A dead drive is told where the model misses three times what it misses elsewhere: beside a gap it may not be.
         let slack = if factor == 0.0 { 0.0 } else { slack };
@@ -89,11 +89,11 @@ fn a_current_in_another_unit_is_told_beside_a_gap() {
 
 #[test]
 fn a_current_in_another_unit_or_turned_is_told() {
-    let (milli, turned) = ("thousandths were taken", "opposite sign");
+    let (milli, turned) = ("thousandths were interpreted", "opposite sign");
     for (gain, slack, said) in [
         (1e3, 0.0, milli),
         (1e3, 0.1, milli),
-        (1e-3, 0.0, "units were taken"),
+        (1e-3, 0.0, "units were interpreted"),
         (-1.0, 0.0, turned),
         (-1.0, 0.1, turned),
     ] {

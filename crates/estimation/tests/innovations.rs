@@ -7,7 +7,9 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use rand::rngs::StdRng;
 use rand::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
+use trueup_estimation::innovations::bank::{BANK, gains_of_bank};
 use trueup_estimation::innovations::column::{Column, ColumnPart};
+use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
 use trueup_estimation::innovations::filter::{DataColumn, FilterGains, FilterInput};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::gram::{GroupSums, PackedColumns};
@@ -164,6 +166,7 @@ fn close(a: f64, b: f64, size: f64, tolerance: f64) -> bool {
     (a - b).abs() <= tolerance * size.max(1e-300)
 }
 
+/// Checks EST-1, EST-2, EST-3, EST-4, EST-5 and EST-6.
 #[test]
 fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution() {
     for seed in 0..6 {
@@ -178,8 +181,10 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         let weighted = factor.solve(&error);
         // Likelihood.
         let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
-        let mut gram = packed.nothing();
-        let e = packed.pass_base(0, &gains, &mut gram).unwrap();
+        let mut grams = vec![packed.nothing()];
+        let mut e = Vec::new();
+        packed.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, x| e = x.to_vec()).unwrap();
+        let gram = grams.remove(0);
         let want = error.dot(&weighted) + factor.determinant().ln();
         assert!(close(gram.product(0, 0) + gram.log_variance, want, want.abs(), 1e-9), "seed {seed}");
         // Smoothed states.
@@ -204,7 +209,7 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
             let got = smoothed.scores[(2 + CHANNELS) * (k / CHANNELS) + 2 + k % CHANNELS];
             assert!(close(got, weighted[i], weighted.amax(), 1e-9), "seed {seed}: score of reading {k}");
         }
-        // A column, in single precision: a force on the load with a reading error beside it.
+        // A column, in single precision: a force on the load with a reading error in addition.
         let rng = &mut StdRng::seed_from_u64(seed + 100);
         let series: Vec<f64> = (0..NODES).map(|_| rng.random_range(-1.0..1.0)).collect();
         let unit = d.data.forces[0].iter().fold(0.0f64, |m, f| m.max(f.abs()));
@@ -217,15 +222,66 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
             shown[i] += series[k / CHANNELS];
         }
+        let own = shown.dot(&factor.solve(&shown));
         let group = [column];
+        let own = shown.dot(&factor.solve(&shown));
+        // Its amplitude integrated out is a covariance more.
+        let (mean, deviation) = (0.3, 2.0);
+        let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
+        let with = PackedColumns::new(vec![d.data.clone()], &group, CHANNELS);
+        let mut gram = with.nothing();
+        with.pass_base(0, &gains, &mut gram).unwrap();
+        let found = log_evidence(&gram.mirrored(), &priors).log;
+        let more = &w.rows * &w.covariance * w.rows.transpose()
+            + &w.noise
+            + deviation.powi(2) * &shown * shown.transpose();
+        let (factor_of_more, off) = (Cholesky::new(more).unwrap(), &error - mean * &shown);
+        let want = -0.5 * (off.dot(&factor_of_more.solve(&off)) + factor_of_more.determinant().ln());
+        assert!(close(found, want, want.abs() + own, 1e-5), "seed {seed}: evidence {found} {want}");
         let mut sums = GroupSums::new(&packed, &[&group[..]]);
         sums.pass(0, &gains, &e).unwrap();
         let got = sums.done().remove(0);
-        let own = shown.dot(&factor.solve(&shown));
         assert!(close(got.own[0], own, own, 1e-5), "seed {seed}: {} {own}", got.own[0]);
         let with = shown.dot(&weighted);
         let size = (own * error.dot(&weighted)).sqrt();
         assert!(close(got.base[0], with, size, 1e-5), "seed {seed}: {} {with}", got.base[0]);
+    }
+}
+
+#[test]
+fn gains_of_several_intensities_are_those_of_each() {
+    for seed in 0..4 {
+        let d = Drawn::new(seed, seed % 2 == 1);
+        let counted = vec![true; NODES * CHANNELS];
+        let one = d.gains(&counted).input;
+        // One more than pass beside each other, and the rest of them.
+        let inputs: Vec<_> = (0..BANK + 3)
+            .map(|k| {
+                let mut input = one.clone();
+                let factor = 4f64.powi(k as i32 - 4);
+                input.noise.iter_mut().flatten().for_each(|q| *q *= factor);
+                input.variance.iter_mut().for_each(|r| *r *= 1.0 + k as f64);
+                input
+            })
+            .collect();
+        let packed = PackedColumns::new(vec![d.data.clone()], &[], CHANNELS);
+        let bank = gains_of_bank(inputs.clone()).unwrap();
+        let mut together = vec![packed.nothing(); bank.len()];
+        packed.pass_base(0, &bank, &mut together, |_, _| ()).unwrap();
+        for (k, (input, (got, gram))) in inputs.into_iter().zip(bank.iter().zip(together)).enumerate() {
+            let want = FilterGains::new(input, false).unwrap();
+            let size = want.gain.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+            for (a, b) in got.gain.iter().zip(want.gain.iter()) {
+                assert!(close(*a, *b, size, 1e-11), "seed {seed}, intensity {k}: gain {a}, alone {b}");
+            }
+            for (a, b) in got.variance.iter().zip(want.variance.iter()) {
+                assert!(close(*a, *b, *b, 1e-11), "seed {seed}, intensity {k}: variance {a}, alone {b}");
+            }
+            let mut alone = vec![packed.nothing()];
+            packed.pass_base(0, &[want], &mut alone, |_, _| ()).unwrap();
+            let (a, b) = (gram.product(0, 0), alone[0].product(0, 0));
+            assert!(close(a, b, b, 1e-10), "seed {seed}, intensity {k}: squares {a}, alone {b}");
+        }
     }
 }
 
@@ -281,6 +337,7 @@ fn recorded(seed: u64, truth: &[f64; 7], gear_ratio: f64) -> Loaded {
 
 const TRUTH: [f64; 7] = [0.3, 0.07, 6e-5, 5e-3, 6e-5, 0.055, 2.5e-5];
 
+/// Checks EST-11.
 #[test]
 fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
     let loaded = recorded(1, &TRUTH, 120.0);
@@ -306,7 +363,7 @@ fn columns_of_the_parameters_sum_to_zero_along_a_trajectory() {
 /// Upper 1e-4 point of chi-square with 28 degrees of freedom: 7 parameters of 4 cases.
 const CHI_SQUARE: f64 = 64.66;
 
-/// What the data know are ratios; the owner's standard deviations put the common factor. Errors are compared with the standard errors of
+/// What the data know are ratios; the prior standard deviations determine the common factor. Errors are compared with the standard errors of
 /// the last Gram matrix: their sum of squares is chi-square, or less, as the truth is where the prior has it.
 #[test]
 fn a_fit_from_seven_tenths_of_all_values_returns_in_what_the_data_know() {

@@ -2,6 +2,4 @@
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 #![allow(clippy::print_stdout, clippy::print_stderr, clippy::type_complexity)]
 
-mod dense;
 mod innovations;
-mod joint;

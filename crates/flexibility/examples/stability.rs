@@ -25,7 +25,7 @@ const OMEGAS: [f64; 7] = [5.0, 20.0, 41.648, 100.0, 200.0, 400.0, 1000.0];
 /// Position gains tried, 1/s, a factor of the square root of 2 apart; the boundary is then halved into.
 const LEAST: f64 = 0.25;
 const TRIED: usize = 16;
-/// The gain at which damping is told, 1/s.
+/// The gain at which damping is printed, 1/s.
 const GAIN: f64 = 2.0;
 /// What turns more slowly than this, rad/s, and grows runs away; it does not vibrate.
 const TURNS: f64 = 1.0;

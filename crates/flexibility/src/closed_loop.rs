@@ -336,7 +336,7 @@ impl Pole {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Poles(pub Vec<Pole>);
 
-/// Slower than this, rad/s, is taken for standing still: the split of a wave has a line of equilibria, a pole at z = 1.
+/// Slower than this, rad/s, counts as at rest: the split of a wave has a line of equilibria, a pole at z = 1.
 pub const STANDING: f64 = 1e-3;
 
 /// Steps of the search for eigenvalues at most.
@@ -351,7 +351,7 @@ pub fn poles(matrix: &DMatrix<f64>, period: f64) -> Result<Poles, ClosedLoopErro
     if matrix.iter().any(|v| !v.is_finite()) {
         return Err(ClosedLoopError::Singular);
     }
-    // Torques beside angles: balanced, the same eigenvalues come out of entries of like size.
+    // Torques next to angles: balanced, the same eigenvalues come out of entries of like size.
     let mut balanced = matrix.clone();
     nalgebra::linalg::balancing::balance_parlett_reinsch(&mut balanced);
     // The poles at z = 1, as many as there are waves, may want a looser end of the search, or another way round.
@@ -366,7 +366,7 @@ pub fn poles(matrix: &DMatrix<f64>, period: f64) -> Result<Poles, ClosedLoopErro
 }
 
 impl Poles {
-    /// Those that move: without the ones that stand still.
+    /// Those that move: without the ones at rest.
     pub fn moving(&self) -> impl Iterator<Item = &Pole> + '_ {
         self.0.iter().filter(|p| p.s.norm() > STANDING)
     }

@@ -27,9 +27,9 @@ impl std::fmt::Display for Element {
 pub struct Contribution {
     /// Which one.
     pub element: Element,
-    /// How far it gives way under the load: the twist of a joint, the turn of a link's end against its root, rad (S3 Table 4).
+    /// Its deflection under the load: the twist of a joint, the rotation of a link's end against its root, rad (S3 Table 4).
     pub deflection: f64,
-    /// The size of that as a share of the sum over all elements; 0 where nothing gives way.
+    /// Its magnitude as a share of the sum over all elements; 0 where nothing deflects.
     pub share: f64,
     /// By what share the first frequency rises when its stiffness does by [`INCREMENT`] (S3 Table 5).
     pub rise: f64,
@@ -48,7 +48,7 @@ fn elements(rest: &Equilibrium, links: usize) -> impl Iterator<Item = Element> +
 /// What every element contributes at rest.
 ///
 /// # Errors
-/// An arm that does not stand once an element is stiffer.
+/// An arm that has no equilibrium once an element is stiffer.
 pub fn contributions(
     arm: &FlexibleArm,
     p: &[f64],

@@ -30,7 +30,7 @@ pub enum EquilibriumError {
     Restless(f64),
     /// The weight is too much for the springs.
     #[error(
-        "the arm does not stand at this pose: its stiffness is not positive, weight counted; it falls over"
+        "the arm has no stable equilibrium at this pose: its stiffness, including that of its weight, is not positive; it falls over"
     )]
     Unstable,
 }
@@ -57,7 +57,7 @@ pub struct Equilibrium {
     pub springs: DVector<f64>,
 }
 
-/// Where coordinates lie among states and rows of the mass matrix.
+/// Indices of coordinates among states and rows of the mass matrix.
 struct Rows {
     /// Of positions.
     states: Vec<usize>,
@@ -147,7 +147,7 @@ pub fn weight(arm: &FlexibleArm, p: &[f64], motors: &[f64]) -> Result<Vec<f64>, 
 /// inertial axes). `p`: its parameters.
 ///
 /// # Errors
-/// Angles that do not fit, an arm that does not bend or does not stand.
+/// Angles that do not fit, an arm that does not bend or has no stable equilibrium.
 pub fn equilibrium(
     arm: &FlexibleArm,
     p: &[f64],

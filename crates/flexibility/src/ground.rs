@@ -20,7 +20,7 @@ pub struct Standing {
 /// The arm of this design on a base that is held, in this field of gravity, m/s2, inertial axes.
 ///
 /// # Errors
-/// A structure or values that `FlexibleArm` refuses, with the mend.
+/// A structure or values that `FlexibleArm` refuses, with the remedy.
 pub fn standing(design: &Design, gravity: [f64; 3]) -> Result<Standing, String> {
     let design = Design { held: true, ..design.clone() };
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: false })?;

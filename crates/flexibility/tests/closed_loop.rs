@@ -200,7 +200,7 @@ fn loop_is_what_the_controller_does() {
     }
 }
 
-/// A rest of the linear plant stays, with its motors where they were asked to be.
+/// A rest of the linear plant stays, with its motors where they were commanded to be.
 #[test]
 fn rest_stays() {
     let arm = FlexibleArm::new(structure(true)).unwrap();

@@ -53,7 +53,7 @@ fn slowest(on: &Standing, pose: &[f64], omega: f64) -> f64 {
     found.moving().filter(|p| p.s.im.abs() < 0.1).map(|p| p.s.re).fold(f64::NEG_INFINITY, f64::max)
 }
 
-/// Checks CTL-16: a real pole crosses zero where it says.
+/// Checks CTL-16: a real pole crosses zero where CTL-16 gives it.
 #[test]
 fn ctl16_is_where_the_loop_runs_away() {
     for (payload, elbow) in [(10.0, 0.0), (2.15, 0.0), (10.0, -1.2)] {

@@ -202,7 +202,7 @@ fn with_tables(design: &Design, links: &[usize], how: Tool) -> Design {
 /// Two links with joints and a mass at the tip, beams with all shapes that there are.
 fn two_links() -> Design {
     let mut design = chain(2, Shapes { x: 5, y: 5, torsion: 1 }, 0.5);
-    // Of a microgram they would have frequencies beside which the first three are lost in rounding.
+    // Of a microgram they would have frequencies so high that the first three are lost in rounding.
     for body in &mut design.links {
         body.mass += 0.2;
         (0..3).for_each(|k| body.inertia[k][k] = 2e-4);
@@ -277,7 +277,7 @@ fn lnk5_a_cantilever_by_a_table_bends_as_eq_9_has_it() {
     assert!(exact.abs() < 1e-6 && few < -1e-4, "{exact:e} {few:e}");
 }
 
-/// Checks LNK-9 with a table: DELIAN in the posture of Table 4 gives way by the same shares, and the stiffer link lifts the first
+/// Checks LNK-9 with a table: DELIAN in the posture of Table 4 deflects by the same shares, and the stiffer link lifts the first
 /// frequency as much.
 #[test]
 fn lnk9_a_table_contributes_as_its_beam() {
@@ -287,7 +287,7 @@ fn lnk9_a_table_contributes_as_its_beam() {
         let rest = equilibrium(&on.arm, &on.parameters, &motors, [0.0; 3]).unwrap();
         contributions(&on.arm, &on.parameters, &rest, [0.0; 3]).unwrap()
     };
-    // A table does not tell how bending shortens its link, so the beam must do without that, too.
+    // A table does not give the shortening of its link by bending, so the beam must do without that, too.
     let beams = Design { axial_stiffening: Some(false), ..delian() };
     let wanted = all(&beams);
     let found = all(&with_tables(&beams, &[1], (20, Reduction::CraigBampton(1))));

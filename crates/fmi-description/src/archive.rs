@@ -68,7 +68,7 @@ pub enum ArchiveError {
     },
 }
 
-/// An entry: what the archive's directory says.
+/// An entry: as in the archive's directory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Path inside the archive as stored.
@@ -172,7 +172,7 @@ impl Archive {
         };
         let io = |source| ArchiveError::Io { path: format!("{path}: {name}"), source };
         let mut bytes = Vec::new();
-        // The size in the directory can lie, so the reading itself is limited.
+        // The size in the directory can be wrong, so the reading itself is limited.
         match &mut self.zip {
             Some(zip) => {
                 let broken = |e: zip::result::ZipError| ArchiveError::Zip {

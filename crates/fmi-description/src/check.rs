@@ -1,4 +1,4 @@
-//! Is this FMU what the standards demand? Anybody's FMU, in plain words, with the variable, the line and the mend.
+//! Does this FMU comply with the standards? For FMUs of all vendors, with the variable, the line and the remedy.
 //!
 //! [`archive`] checks a file or folder whole; [`description`] the modelDescription.xml only.
 

@@ -1,4 +1,4 @@
-//! What a modelDescription.xml says, the same for FMI 2.0 and 3.0.
+//! The content of a modelDescription.xml, the same for FMI 2.0 and 3.0.
 
 mod variable;
 

@@ -28,7 +28,7 @@ pub fn html(table: &ModelTable, equations: &str, picture: &str) -> String {
     );
     let _ = writeln!(
         s,
-        "<h2>Default experiment</h2>\n<p>0 to {:?} s, tolerance {:?}, step {:?} s; its result lies beside this page: \
+        "<h2>Default experiment</h2>\n<p>0 to {:?} s, tolerance {:?}, step {:?} s; its result is next to this page: \
          <a href=\"{name}_ref.csv\">{name}_ref.csv</a>.</p>",
         table.experiment.stop_time, table.experiment.tolerance, table.experiment.step_size
     );

@@ -6,6 +6,7 @@ pub mod archive;
 pub mod check;
 pub mod description;
 pub mod documentation;
+pub mod elf;
 mod macho;
 pub mod pack;
 pub mod platform;

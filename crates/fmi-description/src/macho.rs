@@ -1,7 +1,7 @@
 //! Libraries of macOS: signed again after they were changed, joined to one file.
 //!
-//! Apple silicon loads nothing without a signature. The linker writes one that names nobody ("ad hoc"): a hash of each page of
-//! the file. What was changed leaves its size, so the hashes alone are written anew, where they stand.
+//! Apple silicon loads nothing without a signature. The linker writes one without a name ("ad hoc"): a hash of each page of
+//! the file. What was changed leaves its size, so the hashes alone are written again, in place.
 
 use object::Endianness;
 use object::macho;
@@ -10,22 +10,21 @@ use sha2::{Digest, Sha256};
 
 const SUPER_BLOB: u32 = 0xfade_0cc0;
 const CODE_DIRECTORY: u32 = 0xfade_0c02;
-/// Signatures of a certificate's owner.
+/// Signatures with a certificate.
 const CMS: u32 = 0xfade_0b01;
 /// `hashType` of SHA-256.
 const SHA_256: u8 = 2;
 
-/// Writes the hashes of an ad-hoc signature anew; a library for Intel may be without one.
+/// Writes the hashes of an ad-hoc signature again; a library for Intel may be without one.
 ///
 /// # Errors
-/// A file that cannot be read; a missing or a certified signature, with the mend.
+/// A file that cannot be read; a missing or a certified signature, with the remedy.
 pub(crate) fn sign_again(bytes: &mut [u8]) -> Result<(), String> {
     match signature(bytes)? {
         None => Ok(()),
         Some((start, size)) => {
-            let (code, rest) =
-                bytes.split_at_mut_checked(start).ok_or("its signature lies beyond its end")?;
-            let blob = rest.get_mut(..size).ok_or("its signature lies beyond its end")?;
+            let (code, rest) = bytes.split_at_mut_checked(start).ok_or("its signature is beyond its end")?;
+            let blob = rest.get_mut(..size).ok_or("its signature is beyond its end")?;
             renew(blob, code)
         }
     }
@@ -46,7 +45,7 @@ fn signature(bytes: &[u8]) -> Result<Option<(usize, usize)>, String> {
     }
     if file.macho_header().cputype(endian) == macho::CPU_TYPE_ARM64 {
         return Err(
-            "it has no signature, which Apple silicon wants: link it with a linker that signs ad hoc"
+            "it has no signature, which Apple silicon requires: link it with a linker that signs ad hoc"
                 .to_owned(),
         );
     }
@@ -71,7 +70,7 @@ fn renew(blob: &mut [u8], code: &[u8]) -> Result<(), String> {
             // Empty in an ad-hoc signature.
             CMS if u32_at(part, 4)? > 8 => {
                 return Err(
-                    "a certificate's owner has signed it: take the library as the linker left it".to_owned()
+                    "it is signed with a certificate: take the library as the linker left it".to_owned()
                 );
             }
             _ => {}

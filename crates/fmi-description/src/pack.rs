@@ -102,7 +102,7 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
     files.extend(parts.modelica.map(|text| ("documentation/Trueup.mo".to_owned(), text.as_bytes().to_vec())));
     let names: Vec<&str> = parts.licences.iter().map(|(name, _)| *name).collect();
     let entry = format!(
-        "{}\nThe full texts lie beside this file: {}.\n",
+        "{}\nThe full texts are next to this file: {}.\n",
         env!("CARGO_PKG_LICENSE"),
         names.join(", ")
     );
@@ -124,7 +124,7 @@ pub fn archive(parts: &Parts) -> Result<Vec<u8>, PackError> {
     compress(&files).map_err(|source| PackError::Io { path: format!("{}.fmu", table.name), source })
 }
 
-/// Writes the file under a temporary name beside it and renames it: nothing half-written stands under the
+/// Writes the file under a temporary name next to it and renames it: nothing half-written is under the
 /// final name.
 ///
 /// # Errors

@@ -42,7 +42,7 @@ pub enum TemplateError {
 }
 
 const MEND: &str =
-    "build it anew, for this machine with `cargo build --release`, for others with `tools/release`";
+    "build it again, for this machine with `cargo build --release`, for others with `tools/release`";
 
 impl Template {
     /// Whether it can become an FMU: it has one empty block, with this stamp.
@@ -89,7 +89,7 @@ impl Template {
     }
 }
 
-/// Whether nothing stands between marker and stamp.
+/// Whether there is nothing between marker and stamp.
 fn is_empty((_, block): &(usize, &[u8; BLOCK_SIZE])) -> bool {
     block[MARKER.len()..BLOCK_SIZE - STAMP_SIZE].iter().all(|b| *b == 0)
 }

@@ -19,7 +19,7 @@ impl Version {
             Self::V3 => 3,
         }
     }
-    /// As it stands in `fmiVersion`.
+    /// As in `fmiVersion`.
     pub fn as_str(self) -> &'static str {
         match self {
             Self::V2 => "2.0",

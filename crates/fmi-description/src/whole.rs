@@ -1,6 +1,6 @@
 //! Files that have their name only when they are whole.
 //!
-//! Until then they are `.NAME.<random>.part` beside it: nobody can guess that name or prepare it, and two programs that write
+//! Until then they are `.NAME.<random>.part` next to it: no one can guess that name or prepare it, and two programs that write
 //! the same file do not meet. A program that was killed leaves its part; the next one that writes this file takes it away.
 
 use std::fs::{File, TryLockError, read_dir, remove_file};
@@ -28,7 +28,7 @@ pub fn part(path: &Path) -> Result<NamedTempFile> {
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     loop {
         let part = builder.tempfile_in(folder)?;
-        // Whoever sweeps knows by the lock that somebody writes. Where there are no locks nothing is swept.
+        // The lock shows that another process writes. Where there are no locks nothing is swept.
         if !matches!(part.as_file().try_lock(), Err(TryLockError::WouldBlock)) && part.path().exists() {
             return Ok(part);
         }
@@ -48,7 +48,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 
 const SUFFIX: &str = ".part";
 
-/// Takes away parts that nobody writes any more; what cannot be taken away stays.
+/// Takes away parts that no process writes any more; what cannot be taken away stays.
 fn sweep(folder: &Path, prefix: &str) {
     for entry in read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();

@@ -46,7 +46,7 @@ const BREAKS: &[Break] = &[
     v2(r#"canGetAndSetFMUstate="true" "#, "", "set canGetAndSetFMUState too", false),
     v2(r#"</fmiModelDescription>"#, "", "not well-formed", true),
     v2(r#"tolerance="1e-6""#, r#"tolerance="-1""#, "tolerance=\"-1\" must be greater than 0", false),
-    v3(r#"stopTime="2.0""#, r#"stopTime="-2""#, "does not lie after", false),
+    v3(r#"stopTime="2.0""#, r#"stopTime="-2""#, "is not after", false),
     // definitions
     v2(r#"<Unit name="m/s">"#, r#"<Unit name="m">"#, "unit `m` is defined twice", true),
     v3(r#"name="hard" value="2""#, r#"name="hard" value="1""#, "gives the number 1 to two items", false),
@@ -71,7 +71,7 @@ const BREAKS: &[Break] = &[
     v3(r#"start="0.0 1.5""#, "", "has no start value but needs one", true),
     v3(r#"start="1.0 2e-7""#, r#"start="1 2 3""#, "3 start values for 2 elements", false),
     v2(r#"unit="rad" displayUnit="deg"/>"#, r#"unit="rad" start="0"/>"#, "must not have a start value", true),
-    v3(r#"start="1.0 2e-7""#, r#"start="1.0 -2e-7""#, "lies outside min 0", false),
+    v3(r#"start="1.0 2e-7""#, r#"start="1.0 -2e-7""#, "is outside min 0", false),
     v2(r#"min="0.0""#, r#"min="1" max="0.5""#, "min 1 is greater than max 0.5", false),
     v2(r#"nominal="0.1""#, r#"nominal="0""#, "nominal 0 must be greater than 0", false),
     v3(r#"declaredType="Law" start="2""#, r#"declaredType="Law" start="3""#, "start value 3 is no item of `Law`", false),

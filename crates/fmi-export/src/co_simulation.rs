@@ -1,66 +1,31 @@
 //! Co-Simulation: a communication step with the FMU's own integrator.
 //!
-//! A step has three parts: [`Instance::begin_step`] checks the call and hands out a [`Job`], which runs on
+//! A step has three parts: [`Instance::begin_step`] checks the call and returns a [`Job`], which runs on
 //! copies of its own, so that the importer may read and set the instance from within its intermediate
 //! update callback; [`Instance::finish_step`] takes the result over.
 
 use crate::fault::{Outcome, Status, discard, error};
 use crate::instance::Instance;
-use crate::layout::Layout;
+use crate::integrator::CoSimulation;
 use crate::log::EVENTS;
 use crate::model::FmuModel;
 use crate::state_machine::{Call, Interface, State, Version};
 use std::sync::Arc;
 use trueup_fmi::table::Storage;
 use trueup_numerics::driver::{
-    DriveError, Driver, Flow, Inputs, Memory, Moment, Options, Quantity, Reached, Solver, State as Lent, View,
+    DriveError, Flow, Inputs, Memory, Moment, Quantity, Reached, State as Lent, View,
 };
-
-/// Integrator with work space.
-pub(crate) struct CoSimulation {
-    driver: Driver,
-    memory: Memory,
-    t: f64,
-    x: Vec<f64>,
-    u: Vec<f64>,
-    p: Vec<f64>,
-    modes: Vec<i32>,
-    slopes: Vec<f64>,
-    /// States, inputs and modes at the start of the step.
-    before: (Vec<f64>, Vec<f64>, Vec<i32>),
-}
-
-impl CoSimulation {
-    pub(crate) fn new<M: FmuModel>(layout: &Layout, model: &M) -> Self {
-        let n = layout.sizes;
-        let options = match model.fixed_step() {
-            Some(max_step) => Options { solver: Solver::FixedStiff, max_step, ..Options::default() },
-            None => Options { solver: Solver::Explicit, ..Options::default() },
-        };
-        Self {
-            driver: Driver::new(n, &layout.nominals, options),
-            memory: Memory::default(),
-            t: 0.0,
-            x: vec![0.0; n.states],
-            u: vec![0.0; n.inputs],
-            p: vec![0.0; n.parameters],
-            modes: vec![0; n.modes],
-            slopes: vec![0.0; n.inputs],
-            before: (vec![0.0; n.states], vec![0.0; n.inputs], vec![0; n.modes]),
-        }
-    }
-}
 
 /// A step under way.
 pub struct Job<M> {
     model: Arc<M>,
     work: Box<CoSimulation>,
     t_end: f64,
-    /// Messages about events are wanted.
+    /// Messages about events are requested.
     pub log_events: bool,
 }
 
-/// What the importer wants after an internal step.
+/// What the importer requests after an internal step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Wish {
     /// Go on.
@@ -121,12 +86,12 @@ pub struct StepEnd {
     pub t: f64,
     /// The importer has to enter event mode.
     pub event: bool,
-    /// Before the end that was asked for.
+    /// Before the requested end.
     pub early: bool,
 }
 
 impl<M: FmuModel> Instance<M> {
-    /// End of initialization: events other than a sample due at the start are settled.
+    /// End of initialization: events other than a sample due at the start are processed.
     pub(crate) fn begin_co_simulation(&mut self) -> Outcome {
         self.memory.driver = Memory::default();
         if self.settings.event_mode_used {
@@ -151,7 +116,7 @@ impl<M: FmuModel> Instance<M> {
         // Importers add up time in their own way.
         if !t.is_finite() || (t - m.t).abs() > 1e-9 * h.max(t.abs()) {
             return error(format!(
-                "currentCommunicationPoint = {t:?}, but the instance stands at {:?}: continue there or set a stored state",
+                "currentCommunicationPoint = {t:?}, but the instance is at {:?}: continue there or set a stored state",
                 m.t
             ));
         }
@@ -216,7 +181,7 @@ impl<M: FmuModel> Instance<M> {
     /// Last part of fmiXDoStep.
     ///
     /// A step that could not be completed: FMI 2.0 keeps what was reached (Discard, last successful time),
-    /// FMI 3.0 stands as before the call (Discard); without any progress it is an Error.
+    /// FMI 3.0 is as before the call (Discard); without any progress it is an Error.
     pub fn finish_step(
         &mut self,
         job: Job<M>,

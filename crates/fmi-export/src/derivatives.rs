@@ -3,130 +3,17 @@
 //! Unknowns: outputs, rates, event indicators; during initialization the initial states too.
 //! Knowns: inputs, parameters, time; states except during initialization, when they follow from the parameters.
 
+use crate::duals::{InstanceParts, Known, NOT_FINITE, Unknown};
 use crate::fault::{Outcome, discard, error};
 use crate::instance::Instance;
 use crate::layout::Target;
 use crate::model::FmuModel;
 use crate::state_machine::{Call, State};
 use trueup_fmi::table::{Factor, Kind, Storage};
-use trueup_numerics::Dual;
-use trueup_numerics::hybrid::{At, Sizes};
 
 /// Element of the dependent, value reference of the independent, element of the independent, the factor where the dependence
 /// is linear; elements from 1.
 pub type Dependency = (usize, u32, usize, Option<Factor>);
-
-const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
-
-/// Work space; grows at first use.
-#[derive(Debug, Default)]
-pub(crate) struct Duals {
-    one: Work<1>,
-    four: Work<4>,
-    unknowns: Vec<Unknown>,
-    knowns: Vec<Known>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Known {
-    Time,
-    State(usize),
-    Input(usize),
-    Parameter(usize),
-}
-
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Unknown {
-    Output(usize),
-    Rate(usize),
-    State(usize),
-    Indicator(usize),
-}
-
-#[derive(Debug, Default)]
-struct Work<const N: usize> {
-    t: Dual<N>,
-    x: Vec<Dual<N>>,
-    u: Vec<Dual<N>>,
-    p: Vec<Dual<N>>,
-    y: Vec<Dual<N>>,
-    dx: Vec<Dual<N>>,
-    z: Vec<Dual<N>>,
-}
-
-impl<const N: usize> Work<N> {
-    fn load(&mut self, n: Sizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
-        let zero = Dual::new(0.0, [0.0; N]);
-        let copy = |to: &mut Vec<Dual<N>>, from: &[f64]| {
-            to.clear();
-            to.extend(from.iter().map(|v| Dual::new(*v, [0.0; N])));
-        };
-        self.t = Dual::new(t, [0.0; N]);
-        copy(&mut self.x, x);
-        copy(&mut self.u, u);
-        copy(&mut self.p, p);
-        self.y.resize(n.outputs, zero);
-        self.dx.resize(n.states, zero);
-        self.z.resize(n.indicators, zero);
-    }
-    fn known(&mut self, k: Known) -> &mut Dual<N> {
-        match k {
-            Known::Time => &mut self.t,
-            Known::State(i) => &mut self.x[i],
-            Known::Input(i) => &mut self.u[i],
-            Known::Parameter(i) => &mut self.p[i],
-        }
-    }
-    fn unknown(&self, k: Unknown) -> &Dual<N> {
-        match k {
-            Unknown::Output(i) => &self.y[i],
-            Unknown::Rate(i) => &self.dx[i],
-            Unknown::State(i) => &self.x[i],
-            Unknown::Indicator(i) => &self.z[i],
-        }
-    }
-    /// Evaluates what the unknowns need.
-    fn sweep<M: FmuModel>(&mut self, i: &InstanceParts<M>, unknowns: &[Unknown]) {
-        i.layout.follow(&mut self.p, i.set);
-        if i.initial {
-            i.model.start(&self.p, &mut self.x);
-        }
-        let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: i.modes };
-        let any = |f: fn(&Unknown) -> bool| unknowns.iter().any(f);
-        if any(|k| matches!(k, Unknown::Output(_))) {
-            i.model.outputs(at, &mut self.y);
-        }
-        if any(|k| matches!(k, Unknown::Rate(_))) {
-            i.model.rates(at, &mut self.dx);
-        }
-        if any(|k| matches!(k, Unknown::Indicator(_))) {
-            i.model.indicators(at, &mut self.z);
-        }
-    }
-}
-
-impl Duals {
-    /// The derivatives that a sweep with one direction gave.
-    fn results(&self, out: &mut [f64]) -> Outcome {
-        for (out, k) in out.iter_mut().zip(&self.unknowns) {
-            let derivative = self.one.unknown(*k).eps[0];
-            if !derivative.is_finite() {
-                return discard(NOT_FINITE);
-            }
-            *out = derivative;
-        }
-        Ok(())
-    }
-}
-
-/// What a sweep needs of the instance beside the work space.
-struct InstanceParts<'a, M> {
-    model: &'a M,
-    layout: &'a crate::layout::Layout,
-    set: &'a [bool],
-    modes: &'a [i32],
-    initial: bool,
-}
 
 impl<M: FmuModel> Instance<M> {
     fn resolve(&mut self, unknowns: &[u32], knowns: &[u32]) -> Outcome {

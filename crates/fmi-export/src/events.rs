@@ -8,7 +8,7 @@ use crate::state_machine::{Call, Interface, State};
 use trueup_fmi::table::Storage;
 use trueup_numerics::hybrid::Update;
 
-/// Passes of one event iteration after which it is held to be without end.
+/// Passes of one event iteration after which it is assumed to be without end.
 const MAX_PASSES: u32 = 1000;
 
 /// Result of one pass of event iteration.
@@ -117,7 +117,7 @@ impl<M: FmuModel> Instance<M> {
             return error(format!("time = {t:?}: it must be a finite number"));
         }
         if t < self.memory.start_time {
-            return error(format!("time = {t:?} lies before the start time {:?}", self.memory.start_time));
+            return error(format!("time = {t:?} is before the start time {:?}", self.memory.start_time));
         }
         self.memory.t = t;
         self.touch();

@@ -16,7 +16,7 @@ pub enum Status {
     Fatal = 4,
 }
 
-/// A call that was not carried out: status and a message with variable, value and mend.
+/// A call that was not carried out: status and a message with variable, value and remedy.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
     /// Discard, Error or Fatal.

@@ -1,11 +1,12 @@
 //! One instance of a model: its values, its mode, and the evaluation of its equations.
 
-use crate::co_simulation::CoSimulation;
+use crate::duals::Duals;
 use crate::fault::{Outcome, Status, discard, error};
+use crate::integrator::CoSimulation;
 use crate::layout::Layout;
 use crate::log::{Log, WARNINGS};
+use crate::memory::{Memory, Snapshot};
 use crate::model::FmuModel;
-use crate::snapshot::Snapshot;
 use crate::state_machine::{Call, Interface, State, Version};
 use std::sync::Arc;
 use trueup_fmi::abi::fmi3::fmi3Boolean;
@@ -13,36 +14,6 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{LOG_CATEGORIES, Storage};
 use trueup_numerics::driver;
 use trueup_numerics::hybrid::At;
-
-/// All that an FMU state holds.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Memory {
-    pub(crate) state: State,
-    /// Time in s.
-    pub(crate) t: f64,
-    pub(crate) start_time: f64,
-    pub(crate) stop_time: Option<f64>,
-    pub(crate) tolerance: f64,
-    pub(crate) x: Vec<f64>,
-    pub(crate) u: Vec<f64>,
-    pub(crate) p: Vec<f64>,
-    /// Parameter elements that were set.
-    pub(crate) set: Vec<bool>,
-    pub(crate) modes: Vec<i32>,
-    /// Slopes of the inputs during the last step, or the next one if `slopes_new` (FMI 2.0 input derivatives).
-    pub(crate) slopes: Vec<f64>,
-    pub(crate) slopes_new: bool,
-    /// Event iterations at this time (they must settle).
-    pub(crate) passes: u32,
-    /// States and modes have to be computed from the parameters.
-    pub(crate) start_stale: bool,
-    /// Parameters were changed and not yet checked against each other.
-    pub(crate) unchecked: bool,
-    /// What the integrator remembers (Co-Simulation).
-    pub(crate) driver: driver::Memory,
-    /// End of the last successful step, in s.
-    pub(crate) last_successful: f64,
-}
 
 /// Results that are valid until a value changes.
 #[derive(Debug, Default)]
@@ -55,7 +26,7 @@ pub(crate) struct Cache {
     z_valid: bool,
 }
 
-/// How an importer wants the instance to be.
+/// How an importer requests the instance.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Settings {
     /// Version of the standard.
@@ -79,14 +50,14 @@ pub struct Instance<M: FmuModel> {
     pub(crate) cache: Cache,
     /// States and modes of an event iteration that is only tried.
     pub(crate) tried: (Vec<f64>, Vec<i32>),
-    /// Bits of what was said of the states of this run, and whether of its communication steps.
+    /// Bits of the warnings given on states of this run, and whether of its communication steps.
     said: (u32, bool),
     /// Where messages go.
     pub log: Log,
     /// Boxed, because their addresses are the importer's handles.
     #[allow(clippy::vec_box)]
     pub(crate) snapshots: Vec<Box<Snapshot>>,
-    pub(crate) duals: crate::derivatives::Duals,
+    pub(crate) duals: Duals,
     /// Co-Simulation only; lent to the step under way.
     pub(crate) co_simulation: Option<Box<CoSimulation>>,
     /// Indices of inputs that may be set in intermediate update mode.
@@ -107,7 +78,7 @@ pub(crate) type IntermediateUpdate = unsafe extern "C" fn(
     *mut f64,
 );
 
-/// Relative tolerance of Co-Simulation while the importer asks for none. That of the default experiment may be looser: it is
+/// Relative tolerance of Co-Simulation while the importer requests none. That of the default experiment may be looser: it is
 /// for solvers of importers, which an input that jumps can stop.
 const TOLERANCE: f64 = 1e-9;
 
@@ -121,7 +92,7 @@ fn unasked(layout: &Layout) -> f64 {
 }
 
 impl<M: FmuModel> Instance<M> {
-    /// From the configuration packed into the library; the message says why not.
+    /// From the configuration packed into the library; the message gives the reason.
     pub fn new(configuration: &Configuration, settings: Settings) -> Result<Self, String> {
         let model = M::build(configuration)?;
         let layout = Layout::new(&model, configuration)?;
@@ -163,7 +134,7 @@ impl<M: FmuModel> Instance<M> {
             said: (0, false),
             log: Log::default(),
             snapshots: Vec::new(),
-            duals: crate::derivatives::Duals::default(),
+            duals: Duals::default(),
             co_simulation,
             intermediate: Vec::new(),
             intermediate_update: None,
@@ -182,7 +153,7 @@ impl<M: FmuModel> Instance<M> {
     pub(crate) fn enter(&mut self, state: State) {
         self.memory.state = state;
     }
-    /// A value changed: results are to be computed anew.
+    /// A value changed: results are to be computed again.
     pub(crate) fn touch(&mut self) {
         (self.cache.y_valid, self.cache.dx_valid, self.cache.z_valid) = (false, false, false);
     }
@@ -275,7 +246,7 @@ impl<M: FmuModel> Instance<M> {
             self.log.say(Status::Warning, WARNINGS, warning);
         }
     }
-    /// Why values are not numbers now, as far as the model knows; else `otherwise`.
+    /// Why values are not numbers now, as far as the model reports it; else `otherwise`.
     pub(crate) fn singular(&self, otherwise: &str) -> String {
         let m = &self.memory;
         let at = At { t: m.t, x: &m.x, u: &m.u, p: &m.p, modes: &m.modes };
@@ -329,7 +300,7 @@ impl<M: FmuModel> Instance<M> {
         self.model.outputs(at, &mut self.cache.y);
         self.finite(&self.cache.y, Storage::Output)?;
         self.cache.y_valid = true;
-        // Importers need not tell of completed steps, but read outputs where they stand.
+        // Importers need not report completed steps, but read outputs at the present state.
         if self.settings.interface == Interface::ModelExchange && !self.is_initial() {
             self.watch();
         }
@@ -367,7 +338,7 @@ impl<M: FmuModel> Instance<M> {
             return error(format!("startTime = {start:?}: it must be a finite number"));
         }
         if let Some(stop) = stop.filter(|stop| stop.is_nan() || *stop < start) {
-            return error(format!("stopTime = {stop:?} lies before startTime = {start:?}"));
+            return error(format!("stopTime = {stop:?} is before startTime = {start:?}"));
         }
         let m = &mut self.memory;
         m.tolerance = tolerance.unwrap_or(unasked(&self.layout));

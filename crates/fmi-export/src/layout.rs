@@ -7,7 +7,7 @@ use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Depends, Kind, ModelTable, Storage, Variable};
 use trueup_numerics::hybrid::Sizes;
 
-/// Elements of a variable that a value reference stands for.
+/// Elements of the variable of a value reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reference {
     /// Index of the variable in the table.
@@ -18,7 +18,7 @@ pub struct Reference {
     pub len: usize,
 }
 
-/// What a value reference stands for.
+/// The meaning of a value reference.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Elements of a variable of the table.
@@ -49,7 +49,7 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// From a model and its configuration; the message says what does not fit.
+    /// From a model and its configuration; the message names what does not fit.
     pub fn new<M: FmuModel>(model: &M, configuration: &Configuration) -> Result<Self, String> {
         let mut table = model.table();
         table.number();
@@ -84,7 +84,7 @@ impl Layout {
         Ok(Self { parameters: p, ..layout })
     }
 
-    /// What a value reference stands for in this version.
+    /// The meaning of a value reference in this version.
     pub fn find(&self, version: Version, reference: u32) -> Outcome<Target> {
         let known = self.elements.len();
         let Some((variable, element)) = self.elements.get(reference as usize).copied() else {
@@ -104,7 +104,7 @@ impl Layout {
         let v = &self.table.variables[variable];
         if first > 0 {
             return error(format!(
-                "unknown value reference {reference}: it lies inside the array `{}`, which is read and set as a whole by {}",
+                "unknown value reference {reference}: it is inside the array `{}`, which is read and set as a whole by {}",
                 v.name, v.value_reference
             ));
         }

@@ -14,7 +14,7 @@ pub const WARNINGS: usize = 1;
 /// Index of located events.
 pub const EVENTS: usize = 2;
 
-/// Where messages go and which are wanted. Without `loggingOn` nothing is sent, as both standards ask.
+/// Where messages go and which are requested. Without `loggingOn` nothing is sent, as both standards require.
 #[derive(Default)]
 pub struct Log {
     enabled: [bool; LOG_CATEGORIES.len()],
@@ -28,7 +28,7 @@ impl Log {
     pub fn new(sink: Option<Sink>, on: bool) -> Self {
         Self { enabled: [on; LOG_CATEGORIES.len()], sink, last: String::new() }
     }
-    /// Whether a message of that category would be sent; ask before formatting what is not an error.
+    /// Whether a message of that category would be sent; check before formatting what is not an error.
     pub fn wants(&self, category: usize) -> bool {
         self.sink.is_some() && self.enabled.get(category).copied().unwrap_or(false)
     }

@@ -11,7 +11,7 @@ use trueup_numerics::hybrid::At;
 pub type Schedule<'a> = &'a [(f64, &'a str, f64)];
 
 /// Inputs and outputs as CSV: one column per element, every double so that it reads back bit-equal. A jump of
-/// an input stands as two rows of one time.
+/// an input is two rows of one time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reference {
     /// `time` and the inputs.
@@ -23,7 +23,7 @@ pub struct Reference {
 /// Relative tolerance of the native run.
 const TOLERANCE: f64 = 1e-13;
 
-/// Steps, accepted and rejected, times states after which the run of a robot that nobody has tried is given up: a second or two.
+/// Steps, accepted and rejected, times states after which the run of an untested robot is given up: a second or two.
 pub const WORK: usize = 500_000;
 
 /// Largest change of a rate of the model by a unit of the input `name` at its start, in SI units; `None`: there is no such

@@ -1,14 +1,10 @@
 //! FMU states: stored, restored, as bytes and back.
 
 use crate::fault::{Outcome, error};
-use crate::instance::{Instance, Memory};
+use crate::instance::Instance;
+use crate::memory::{Memory, Snapshot};
 use crate::model::FmuModel;
 use crate::state_machine::{Call, Interface, State, Version};
-
-/// A stored state; owned by the instance that made it.
-pub(crate) struct Snapshot {
-    memory: Memory,
-}
 
 /// First bytes of a serialized state, with the format's version.
 const HEAD: &[u8; 12] = b"TRUEUPSTATE\x01";
@@ -67,7 +63,7 @@ impl<M: FmuModel> Instance<M> {
         let bytes = self.bytes(handle)?;
         let Some(out) = out.get_mut(..bytes.len()) else {
             return error(format!(
-                "size = {}, but the state needs {} bytes: ask fmiXSerializedFMUStateSize",
+                "size = {}, but the state needs {} bytes: call fmiXSerializedFMUStateSize",
                 out.len(),
                 bytes.len()
             ));

@@ -207,7 +207,7 @@ impl Call {
             _ => None,
         }
     }
-    /// Whether it is legal now; otherwise an error that says when it is.
+    /// Whether it is legal now; otherwise an error that names the legal states.
     pub fn permit(self, version: Version, interface: Interface, state: State) -> Outcome {
         let states = self.states(version, interface);
         if states.contains(&state) && self.interface().is_none_or(|i| i == interface) {

@@ -174,7 +174,7 @@ impl<M: FmuModel> Instance<M> {
         }
     }
 
-    /// Whether the variable may be set in this state; otherwise the reason with the mend.
+    /// Whether the variable may be set in this state; otherwise the reason with the remedy.
     fn settable(&self, v: &Variable) -> Outcome {
         let state = self.memory.state;
         let name = &v.name;
@@ -215,7 +215,7 @@ impl<M: FmuModel> Instance<M> {
         }
     }
 
-    /// Whether a value lies within what the variable allows.
+    /// Whether a value is within the variable's bounds.
     fn acceptable(&self, v: &Variable, i: usize, value: f64) -> Outcome {
         let refuse = |why: String| error(format!("`{}` = {value:?}: {why}", v.element_name(i)));
         match v.kind {

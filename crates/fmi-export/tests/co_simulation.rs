@@ -76,7 +76,7 @@ fn a_sample_due_at_the_end_of_a_step_sees_the_inputs_set_then() {
         assert_eq!(get3::<5>(c, vr::STATE)[4], force, "step {k}");
     }
     unsafe { fmi3FreeInstance(c) };
-    // In event mode the importer is told.
+    // In event mode it is reported to the importer.
     let c = new3_cs(&journal, true, true, &[], None, journal.environment(), Some(log3));
     assert_eq!(set3(c, vr::SAMPLE_PERIOD, &[0.1]), fmi3OK);
     init3(c, 1e-8);

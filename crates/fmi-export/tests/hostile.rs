@@ -1,7 +1,7 @@
 //! Random sequences of calls with random arguments: no crash, no refusal in silence, no NaN that is called OK,
 //! and after a reset the instance runs as if nothing had happened.
 //!
-//! `HOSTILE_SEQUENCES` sets how many (2000 by default); buffers are as long as they are said to be.
+//! `HOSTILE_SEQUENCES` sets how many (2000 by default); buffers are as long as declared.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 use crate::common::*;
 use core::ffi::c_void;

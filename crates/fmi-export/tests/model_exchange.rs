@@ -84,8 +84,8 @@ fn an_importer_integrates_over_the_bounce() {
     unsafe { fmi3FreeInstance(c) };
 }
 
-/// 0 belongs to the domain below it, and an indicator says so: an integrator that ends a step where one is 0 exactly, and takes such a
-/// root function out, would lose the event. What was stepped over all the same is asked for where the step ends.
+/// 0 belongs to the domain below it, and an indicator shows that: an integrator that ends a step where one is 0 exactly, and takes such a
+/// root function out, would lose the event. What was stepped over all the same is searched where the step ends.
 #[test]
 fn integrators_of_others_cannot_lose_an_event() {
     let journal = Journal::default();

@@ -1,4 +1,4 @@
-//! Every refusal: the status, a message that names variable and mend, nothing taken, the instance usable.
+//! Every refusal: the status, a message that names variable and remedy, nothing taken, the instance usable.
 #![allow(missing_docs, clippy::unwrap_used, clippy::panic)]
 use crate::common::*;
 use core::ptr::{null, null_mut};
@@ -144,7 +144,7 @@ fn order_of_calls() {
         assert_eq!(fmi2Terminate(c), fmi2OK);
         assert_eq!(get2(c, vr::GRAVITY), 9.0);
         refused(j, fmi2SetTime(c, 1.0).0, &["terminated"]);
-        // Everything starts anew after a reset.
+        // Everything starts again after a reset.
         assert_eq!(fmi2Reset(c), fmi2OK);
         init2(c, 1e-6);
         assert_eq!((get2(c, vr::GRAVITY), get2(c, vr::RESTITUTION), get2(c, vr::HEIGHT)), (9.81, 0.7, 1.0));
@@ -291,7 +291,7 @@ fn instantiation() {
             .is_null()
         );
         told(j, 3, &["unknown value reference 77"]);
-        // Nothing is said while logging is off; no callback at all is legal too.
+        // Nothing is logged while logging is off; no callback at all is legal too.
         let c = fmi3InstantiateModelExchange(name, guid, null(), no, no, j.environment(), log);
         assert_eq!(fmi3Terminate(c), fmi3Error);
         assert!(j.take().is_empty());

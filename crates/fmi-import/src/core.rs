@@ -17,11 +17,11 @@ use crate::log::{Listener, Live};
 pub struct Options {
     /// Name of the instance, as it appears in messages; empty: the file's name.
     pub name: String,
-    /// Ask for the FMU's debug messages.
+    /// Request the FMU's debug messages.
     pub logging_on: bool,
     /// Let the FMU show itself.
     pub visible: bool,
-    /// Takes messages as they come; they are kept in the instance's log besides.
+    /// Takes messages as they come; they are kept in the instance's log, too.
     pub listener: Option<Listener>,
 }
 
@@ -54,12 +54,12 @@ pub struct Step {
     pub discarded: bool,
     /// FMI 3.0: event mode must be entered.
     pub event: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
 }
 
 impl Step {
-    /// A step of `step` s from `time` that went its whole way, with nothing to tell.
+    /// A step of `step` s from `time` that went its whole way, with nothing to report.
     pub fn whole(time: f64, step: f64) -> Self {
         Self { time: time + step, early: false, discarded: false, event: false, terminate: false }
     }
@@ -70,7 +70,7 @@ impl Step {
 pub struct EventInfo {
     /// Another iteration is needed.
     pub again: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
     /// Nominal values of the states have changed.
     pub nominals_changed: bool,
@@ -85,7 +85,7 @@ pub struct EventInfo {
 pub struct Completed {
     /// Event mode must be entered.
     pub event: bool,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminate: bool,
 }
 
@@ -287,21 +287,35 @@ impl<F: Table> Drop for Core<F> {
     }
 }
 
-/// Elements of an array that are copied without allocating.
+/// Elements of an array that are copied one by one, and without allocating.
+const FEW: usize = 4;
 const SMALL: usize = 16;
 
-/// Hands a copy of `of` to `call`: some FMUs write into what they may only read.
+/// Hands a copy of `of` to `call`: some FMUs write into what they may only read. Most calls hand over a few elements, and a step has
+/// several such calls.
 #[inline]
 pub(crate) fn lent<T: Copy, R>(of: &[T], call: impl FnOnce(*const T) -> R) -> R {
-    match of {
-        [] => call(of.as_ptr()),
-        [first, ..] if of.len() <= SMALL => {
-            let mut copy = [*first; SMALL];
-            copy[..of.len()].copy_from_slice(of);
-            call(copy.as_ptr())
+    let few: [T; FEW];
+    let small: [T; SMALL];
+    let many: Vec<T>;
+    let copy = match of {
+        [] => of.as_ptr(),
+        [first, ..] if of.len() <= FEW => {
+            few = std::array::from_fn(|k| of.get(k).copied().unwrap_or(*first));
+            few.as_ptr()
         }
-        _ => call(of.to_vec().as_ptr()),
-    }
+        [first, ..] if of.len() <= SMALL => {
+            let mut all = [*first; SMALL];
+            all[..of.len()].copy_from_slice(of);
+            small = all;
+            small.as_ptr()
+        }
+        _ => {
+            many = of.to_vec();
+            many.as_ptr()
+        }
+    };
+    call(copy)
 }
 
 /// Calls a function of the table with a prepared block: what a running system does most, so no error is built before it

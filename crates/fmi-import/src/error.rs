@@ -13,7 +13,7 @@ pub enum Status {
     Ok,
     /// Not all well, the run may go on.
     Warning,
-    /// Refused; the instance stands as before.
+    /// Refused; the instance is as before.
     Discard,
     /// The instance cannot go on: reset it, restore a state or drop it.
     Error,
@@ -98,7 +98,7 @@ pub enum Error {
     Interface {
         /// The FMU.
         file: PathBuf,
-        /// What was asked for.
+        /// What was requested.
         interface: String,
     },
     /// The process of an [isolated](crate::isolation) FMU is gone.

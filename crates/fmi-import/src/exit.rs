@@ -15,7 +15,7 @@ unsafe extern "C" {
 }
 
 thread_local! {
-    /// The instance that this thread has called last, and the time that it was told last.
+    /// The instance that this thread has called last, and the time that it was given last.
     static CALLED: Cell<usize> = const { Cell::new(0) };
     static TIME: Cell<f64> = const { Cell::new(f64::NAN) };
 }
@@ -42,9 +42,9 @@ pub(crate) fn calls_at(id: usize, time: f64) {
 pub struct Watch(());
 
 /// From now on, an FMU in this process that calls `exit` ends it with status 1, after a sentence to `tell` that names the FMU,
-/// with the time in s that it was told last.
+/// with the time in s that it was given last.
 ///
-/// A program that itself ends by `exit` says so before: [`expect`].
+/// A program that itself ends by `exit` declares that before: [`expect`].
 pub fn watch(tell: fn(Option<f64>, &str)) -> Watch {
     // SAFETY: the function is there for good, and does not unwind.
     static REGISTERED: OnceLock<c_int> = OnceLock::new();

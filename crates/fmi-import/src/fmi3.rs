@@ -29,7 +29,7 @@ pub type IntermediateUpdate = Box<dyn FnMut(&mut Intermediate) + Send>;
 /// What Co-Simulation may use.
 #[derive(Default)]
 pub struct CoSimulation {
-    /// The importer handles events (enters event mode when a step asks for it).
+    /// The importer handles events (enters event mode when a step requests it).
     pub event_mode_used: bool,
     /// The FMU may end a step early.
     pub early_return_allowed: bool,
@@ -45,11 +45,11 @@ pub struct Instance {
     states: States,
     /// Counts changes of the sizes of arrays.
     pub(crate) epoch: u32,
-    /// Numbers of continuous states and event indicators, once asked.
+    /// Numbers of continuous states and event indicators, once read.
     counts: (Option<usize>, Option<usize>),
 }
 
-// SAFETY: FMI asks that one thread at a time calls an instance, not that it is always the same.
+// SAFETY: FMI requires that one thread at a time calls an instance, not that it is always the same.
 unsafe impl Send for Instance {}
 
 /// The inside of a step, as an intermediate update sees it: values may be got and set through it as the flags say.
@@ -69,7 +69,7 @@ pub struct Intermediate {
 }
 
 impl Intermediate {
-    /// Asks the FMU to end its step at this time in s.
+    /// Requests that the FMU ends its step at this time in s.
     pub fn return_early(&mut self, time: f64) {
         self.early = Some(time);
     }
@@ -189,7 +189,7 @@ impl Instance {
         self.core.live.messages()
     }
 
-    /// Which debug messages are wanted; no category: all.
+    /// Which debug messages are requested; no category: all.
     ///
     /// # Errors
     /// Whatever `fmi3SetDebugLogging` returns.

@@ -12,14 +12,14 @@ impl Folder {
         Self(std::env::current_dir().ok())
     }
 
-    /// Where the process was led to; it is back now. `None`: it never left.
+    /// Where the FMU changed it to; it is back now. `None`: it never left.
     pub fn left(&self) -> Option<PathBuf> {
         let here = self.0.as_ref()?;
         let there = std::env::current_dir().unwrap_or_default();
         if there == *here {
             return None;
         }
-        // If it cannot go back, it is told all the same that it left.
+        // If it cannot go back, it is reported all the same that it left.
         let _ = std::env::set_current_dir(here);
         Some(there)
     }

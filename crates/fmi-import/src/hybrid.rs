@@ -1,8 +1,8 @@
-//! An FMU for Model Exchange as a plant, whoever built it.
+//! An FMU for Model Exchange as a plant, of any vendor.
 //!
 //! An FMU keeps its modes to itself. Of a plant's modes there is one here, the number of a place on the FMU's way: the instance
 //! as it was initialised, and then as each event left it. An FMU goes one way only, so modes that an event has ended cannot be
-//! asked for any more.
+//! requested any more.
 //!
 //! Derivatives are directional derivatives where the FMU offers them, else central differences. A parameter that is fixed acts
 //! through the initialisation alone as far as the standard goes: along it there are differences of starts, and none of rates.
@@ -28,7 +28,7 @@ const WIDTH: f64 = 6e-6;
 
 /// An FMU for Model Exchange as a [`Plant`]: one run at a time ([`Plant::with`] no effects is another instance). It has no coordinates: an FMU takes no forces but its inputs. What it refuses
 /// (Discard) becomes NaN, at which an integrator tries a shorter step; of any other failure the results are NaN and
-/// [`HybridFmu::failure`] says what it was.
+/// [`HybridFmu::failure`] gives the reason.
 pub struct HybridFmu {
     fmu: Arc<Fmu>,
     start: f64,
@@ -48,7 +48,7 @@ struct Way {
     failure: Option<String>,
 }
 
-/// Which values are asked for.
+/// Which values are requested.
 #[derive(Clone, Copy)]
 enum Asked {
     Rates,
@@ -116,7 +116,7 @@ impl HybridFmu {
     pub fn fmu(&self) -> &Arc<Fmu> {
         &self.fmu
     }
-    /// Tells the FMU that a step is accepted, where it wants to hear of that: at the values that were asked for last.
+    /// Reports to the FMU that a step is accepted, where it declares to need that: at the values requested last.
     /// `true`: an event is due ([`Plant::update`]).
     pub fn completed_step(&self) -> bool {
         let wants = self.fmu.description().model_exchange.as_ref();
@@ -134,7 +134,7 @@ impl HybridFmu {
             None => false,
         }
     }
-    /// The first call that failed since this was asked last.
+    /// The first call that failed since this was read last.
     pub fn failure(&self) -> Option<String> {
         self.way().failure.take()
     }
@@ -170,7 +170,7 @@ impl HybridFmu {
         Ok(())
     }
 
-    /// The instance at the place of these modes, in continuous time; place 0 is the first one, its events settled.
+    /// The instance at the place of these modes, in continuous time; place 0 is the first one, its events processed.
     fn seat<'a>(&self, way: &'a mut Way, at: At<f64>) -> Result<Option<&'a mut Seat>, Error> {
         let wanted = at.modes.first().copied().unwrap_or(0);
         let fresh = way.seat.as_ref().is_some_and(|s| s.first && s.same(at.p));
@@ -182,7 +182,7 @@ impl HybridFmu {
             Self::fail(
                 way,
                 format!(
-                    "{}: these modes, or these parameters in them, lie behind an event or another start; an FMU cannot go back: start again",
+                    "{}: these modes, or these parameters in them, are before an event or another start; an FMU cannot go back: start again",
                     self.fmu.file().display()
                 ),
             );
@@ -203,7 +203,7 @@ impl HybridFmu {
         match asked {
             Asked::Rates if result.is_empty() => Ok(()),
             Asked::Rates => seat.instance.derivatives(result),
-            Asked::Outputs => seat.instance.get(&self.places.outputs, result),
+            Asked::Outputs => seat.instance.get_float64(&self.places.outputs, result),
             Asked::Indicators => seat.instance.indicators(result),
         }
     }
@@ -363,7 +363,7 @@ impl Plant for HybridFmu {
         self.start(&plain, &mut column);
         x.iter_mut().zip(&column).for_each(|(x, v)| x.re = *v);
     }
-    /// An FMU says nothing of its equilibria: it starts as its parameters have it.
+    /// An FMU declares nothing of its equilibria: it starts as its parameters have it.
     fn rest(&self, _: &mut [f64], _: &[f64]) {}
     fn rest_lanes(&self, _: &mut [Lanes], _: &[Lanes]) {}
     fn start_modes(&self, at: At<f64>, modes: &mut [i32]) {
@@ -405,7 +405,7 @@ impl Plant for HybridFmu {
         } else {
             Self::fail(
                 &mut way,
-                format!("{}: an event of modes that lie behind; start again", self.fmu.file().display()),
+                format!("{}: an event of earlier modes; start again", self.fmu.file().display()),
             );
             Ok(())
         };

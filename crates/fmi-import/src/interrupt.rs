@@ -1,10 +1,10 @@
-//! The user wants the work to end: looked at wherever an FMU is waited for, and between the steps of an integrator.
+//! The user ends the work: looked at wherever an FMU is waited for, and between the steps of an integrator.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static REQUESTED: AtomicBool = AtomicBool::new(false);
 
-/// Asks all work of this process with FMUs to end; returns whether that was asked before.
+/// Requests the end of all work of this process with FMUs; returns whether that was requested before.
 pub fn request() -> bool {
     REQUESTED.swap(true, Ordering::Relaxed)
 }

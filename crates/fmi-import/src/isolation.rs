@@ -4,7 +4,7 @@
 //! which [`serve`]s it: this program again, started with arguments that lead there. Calls go through shared memory; a process that
 //! crashes, ends or does not return in time is an [`Error::Ended`](crate::Error::Ended).
 //!
-//! It keeps a program alive, it keeps nothing secret: the FMU has the rights of whoever runs it.
+//! It keeps a program alive, it keeps nothing secret: the FMU has the rights of the user who runs it.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -1,9 +1,8 @@
-//! A process that waits for the one in which FMUs run: what ends that one without a word (`_exit`, exec, a daemon, a
+//! A process that waits for the one in which FMUs run: what ends that one without a message (`_exit`, exec, a daemon, a
 //! signal) is seen by its parent, which ends what the FMUs have started as well.
 
 #![allow(unsafe_code)] // fork
 
-use std::fs;
 use std::io::{self, PipeReader, PipeWriter, Read, Write};
 use std::sync::OnceLock;
 
@@ -12,13 +11,14 @@ use rustix::process::{
     set_parent_process_death_signal, wait, waitpid,
 };
 
+use crate::children::children;
 use crate::isolation::ended;
 
 unsafe extern "C" {
     fn fork() -> i32;
 }
 
-/// Where the process that works says how it ends; not set in any other one.
+/// Where the process that works reports how it ends; not set in any other one.
 static WORD: OnceLock<PipeWriter> = OnceLock::new();
 
 /// Which of the two processes this is.
@@ -38,9 +38,9 @@ pub struct Keeper {
 /// How the worker ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum End {
-    /// With this exit status, which it said before.
+    /// With this exit status, which it reported before.
     Said(u8),
-    /// Without a word: how, as a sentence without its subject.
+    /// Without a message: how, as a sentence without its subject.
     Silent(String),
 }
 
@@ -51,7 +51,7 @@ pub enum End {
 pub fn divide() -> io::Result<Side> {
     let (word, mut say) = io::pipe()?;
     let keeper = getpid();
-    // Whoever of the worker's descendants loses its parent comes to the keeper, also from a session of its own.
+    // A descendant of the worker that loses its parent comes to the keeper, also from a session of its own.
     set_child_subreaper(Some(keeper))?;
     // SAFETY: there is one thread, so no lock is held by another one.
     match unsafe { fork() } {
@@ -76,7 +76,7 @@ pub fn is_worker() -> bool {
 /// The worker is about to end with this exit status. Elsewhere nothing happens.
 pub fn say(status: u8) {
     if let Some(mut word) = WORD.get() {
-        let _ = word.write_all(&[status]); // nobody may wait any more
+        let _ = word.write_all(&[status]); // no one may wait any more
     }
 }
 
@@ -133,17 +133,4 @@ pub fn end_children() {
         }
         std::thread::yield_now();
     }
-}
-
-/// The children of a process.
-pub(crate) fn children(of: Pid) -> Vec<Pid> {
-    let all = fs::read_dir("/proc").into_iter().flatten().flatten();
-    let child = |entry: fs::DirEntry| {
-        let id = entry.file_name().to_str()?.parse().ok()?;
-        let stat = fs::read_to_string(entry.path().join("stat")).ok()?;
-        // Behind the name, which may contain anything: state and parent.
-        let parent = stat.rsplit_once(')')?.1.split_whitespace().nth(1)?.parse().ok()?;
-        (Pid::from_raw(parent) == Some(of)).then(|| Pid::from_raw(id)).flatten()
-    };
-    all.filter_map(child).collect()
 }

@@ -1,4 +1,4 @@
-//! Loads an FMU of FMI 2.0 or 3.0 and calls it, whoever built it.
+//! Loads an FMU of FMI 2.0 or 3.0 and calls it, of any vendor.
 //!
 //! ```no_run
 //! use trueup_fmi_import::{Experiment, Fmu, Options, fmi3};
@@ -16,6 +16,8 @@
 //! side: lengths are checked, states and instances are freed in order and once, what the FMU hands back is
 //! never followed blindly, and every status that is not OK or Warning becomes an [`Error`] with the FMU's messages.
 
+#[cfg(target_os = "linux")]
+mod children;
 mod core;
 mod error;
 pub mod exit;
@@ -23,14 +25,16 @@ pub mod fmi2;
 pub mod fmi3;
 mod folder;
 mod hybrid;
+mod instance;
+pub mod integration;
 pub mod interrupt;
 pub mod isolation;
 #[cfg(target_os = "linux")]
 pub mod keeper;
 mod library;
 mod log;
-mod model_exchange;
 mod open;
+pub mod pace;
 pub mod program;
 mod table;
 
@@ -38,7 +42,7 @@ pub use crate::core::{Completed, EventInfo, Experiment, Options, Prepared, State
 pub use crate::error::{Error, FmiError, Status};
 pub use crate::folder::Folder;
 pub use crate::hybrid::{HybridFmu, array_lengths};
+pub use crate::instance::{AnyInstance, StateColumns};
 pub use crate::isolation::{Isolation, NoIsolation};
 pub use crate::library::{Fmu, Interface};
 pub use crate::log::{KEPT, Listener, Message};
-pub use crate::model_exchange::{ModelExchange, StateColumns};

@@ -81,7 +81,7 @@ impl Fmu {
         &self.description
     }
 
-    /// Instances that are made from now on have [processes of their own](crate::isolation). What was said first holds.
+    /// Instances that are made from now on have [processes of their own](crate::isolation). The first call holds.
     pub fn isolate(&self, isolation: &Isolation) {
         let _ = self.isolation.set(isolation.clone());
     }
@@ -92,7 +92,7 @@ impl Fmu {
     }
 
     /// Keeps the library of an interface loaded from now on, so that an instance costs a fraction of the loading. What the library
-    /// has in variables of its own then outlives its instances, as in most tools. One that cannot be loaded says so when it is
+    /// has in variables of its own then outlives its instances, as in most tools. For one that cannot be loaded an error is returned when it is
     /// instantiated; one in a process of its own is not kept.
     pub fn keep_loaded(&self, interface: Interface) {
         if self.is_isolated() || self.kept.get().is_some() {
@@ -110,7 +110,7 @@ impl Fmu {
     }
 
     /// Whether its library for this platform is one that this project packs: it has our configuration block, with the token that
-    /// the description names. That tells what it is from what others make, and is no proof against whoever wants to deceive.
+    /// the description names. That distinguishes it from those of other vendors, and is no protection against deceit.
     pub fn is_ours(&self, interface: Interface) -> bool {
         let Ok(path) = self.library(self.description.version, interface) else { return false };
         let Ok(library) = fs::read(path) else { return false };
@@ -181,8 +181,12 @@ impl Fmu {
     }
 }
 
-/// Loads a library, or says why it cannot be loaded.
+/// Loads a library, or returns why it cannot be loaded.
 pub(crate) fn load(path: &Path) -> Result<Library, String> {
+    #[cfg(target_os = "linux")]
+    if let Some(why) = trueup_fmi_description::elf::unfit(path) {
+        return Err(why);
+    }
     preload_libm();
     open(path).or_else(|e| python::retry(path, e))
 }
@@ -217,7 +221,7 @@ fn preload_libm() {
 
 /// The library, or why it cannot be loaded.
 fn open(path: &Path) -> Result<Library, String> {
-    // SAFETY: loading runs the FMU's own initialisers; whoever opens an FMU trusts its code.
+    // SAFETY: loading runs the FMU's own initialisers; the user who opens an FMU trusts its code.
     #[cfg(unix)]
     let library = unsafe {
         use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};

@@ -207,7 +207,7 @@ unsafe extern "C" fn trueup_fmi_log(
     category: *const c_char,
     message: *const c_char,
 ) {
-    // A listener may panic; unwinding into the FMU is not allowed, and there is nobody to tell.
+    // A listener may panic; unwinding into the FMU is not allowed, and there is no one to report to.
     let _ = catch_unwind(|| {
         // SAFETY: as the caller's.
         let (name, category, text) = unsafe { (text(instance), text(category), text(message)) };

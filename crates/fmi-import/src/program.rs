@@ -2,7 +2,7 @@
 //! between them but a look at the status.
 //!
 //! What is checked elsewhere at every call is checked here when the program is [bound](Program::bind): that the instances
-//! are the same, live, and nobody else's as long as it is bound.
+//! are the same, live, and no one else's as long as it is bound.
 
 #![allow(unsafe_code)] // the C boundary
 
@@ -19,17 +19,9 @@ pub use lines::{Following, Lines};
 use crate::core::{Prepared, Step, lent};
 use crate::error::Error;
 use crate::exit;
-use crate::{fmi2::Instance as V2, fmi3::Instance as V3};
+use crate::instance::AnyInstance;
 
-/// An instance of either version.
-pub enum Either<'a> {
-    /// FMI 2.0.
-    V2(&'a mut V2),
-    /// FMI 3.0.
-    V3(&'a mut V3),
-}
-
-impl Either<'_> {
+impl AnyInstance {
     fn id(&self) -> usize {
         match self {
             Self::V2(i) => i.core.live.id,
@@ -37,7 +29,7 @@ impl Either<'_> {
         }
     }
 
-    /// Where it lies, whether sizes of its arrays have changed, whether it can be called.
+    /// Where it is, whether sizes of its arrays have changed, whether it can be called.
     fn identity(&self) -> (*mut c_void, u32, bool) {
         match self {
             Self::V2(i) => (i.core.component, 0, i.core.ready("").is_ok()),
@@ -49,7 +41,7 @@ impl Either<'_> {
 /// Who has instances, by index.
 pub trait Instances {
     /// The instance of this index.
-    fn instance(&mut self, index: usize) -> Option<Either<'_>>;
+    fn instance(&mut self, index: usize) -> Option<&mut AnyInstance>;
 }
 
 /// A block of doubles: references (kept alive by the program), values in `first..first + values`.
@@ -130,7 +122,7 @@ pub struct Program {
     calls: Vec<Call>,
     /// Instance of each call; of a copy 0.
     called: Vec<usize>,
-    /// Instances with where they lie and the sizes for which their blocks were prepared.
+    /// Instances with their places and the sizes for which their blocks were prepared.
     identities: Vec<(usize, *mut c_void, u32)>,
     references: Vec<Box<[u32]>>,
     /// Number of values needed.
@@ -140,7 +132,7 @@ pub struct Program {
 // SAFETY: the pointers are followed by `Bound` alone, while it has exclusive access to the instances.
 unsafe impl Send for Program {}
 
-/// A program with its instances, which nobody else can reach meanwhile.
+/// A program with its instances, which no one else can reach meanwhile.
 pub struct Bound<'a, I: ?Sized> {
     program: &'a Program,
     _instances: &'a mut I,
@@ -174,10 +166,10 @@ pub enum Stopped {
     },
 }
 
-/// What a step came to, as the FMU said it.
+/// What a step came to, as the FMU reported it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome {
-    /// Begin and length of the step that was asked for, s.
+    /// Begin and length of the requested step, s.
     time: f64,
     step: f64,
     status: c_int,
@@ -189,16 +181,20 @@ pub struct Outcome {
 
 impl Program {
     /// Adds a step of an instance. `false`, and nothing is added: it has no doStep function, or intermediate updates.
-    pub fn step(&mut self, index: usize, instance: Either<'_>) -> bool {
+    pub fn step(&mut self, index: usize, instance: &mut AnyInstance) -> bool {
         let (component, ..) = instance.identity();
-        let step = match &instance {
-            Either::V2(i) => i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component, i.core.live.id)),
+        let step = match &*instance {
+            AnyInstance::V2(i) => {
+                i.core.functions.fmi2DoStep.map(|f| Stepping::V2(f, component, i.core.live.id))
+            }
             // What happens in an intermediate update is looked at after each step.
-            Either::V3(i) if i.core.live.has_hook() => None,
-            Either::V3(i) => i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component, i.core.live.id)),
+            AnyInstance::V3(i) if i.core.live.has_hook() => None,
+            AnyInstance::V3(i) => {
+                i.core.functions.fmi3DoStep.map(|f| Stepping::V3(f, component, i.core.live.id))
+            }
         };
         let Some(step) = step else { return false };
-        self.know(index, &instance);
+        self.know(index, instance);
         self.steps.push(step);
         self.stepped.push(index);
         true
@@ -209,20 +205,20 @@ impl Program {
     pub fn call(
         &mut self,
         index: usize,
-        instance: Either<'_>,
+        instance: &mut AnyInstance,
         set: bool,
         block: &Prepared,
         values: Range<usize>,
     ) -> bool {
-        let Some((it, references)) = Self::block(&instance, block, &values) else { return false };
-        let call = match (&instance, set) {
-            (Either::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
-            (Either::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
-            (Either::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
-            (Either::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
+        let Some((it, references)) = Self::block(instance, block, &values) else { return false };
+        let call = match (&*instance, set) {
+            (AnyInstance::V2(i), false) => i.core.functions.fmi2GetReal.map(|f| Call::Get2(f, it)),
+            (AnyInstance::V2(i), true) => i.core.functions.fmi2SetReal.map(|f| Call::Set2(f, it)),
+            (AnyInstance::V3(i), false) => i.core.functions.fmi3GetFloat64.map(|f| Call::Get3(f, it)),
+            (AnyInstance::V3(i), true) => i.core.functions.fmi3SetFloat64.map(|f| Call::Set3(f, it)),
         };
         let Some(call) = call else { return false };
-        self.know(index, &instance);
+        self.know(index, instance);
         self.references.push(references);
         self.values = self.values.max(values.end);
         self.calls.push(call);
@@ -231,7 +227,7 @@ impl Program {
     }
 
     /// A block with its references, `None` if it is not of this length.
-    fn block(instance: &Either<'_>, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
+    fn block(instance: &AnyInstance, block: &Prepared, values: &Range<usize>) -> Option<(Block, Box<[u32]>)> {
         let (component, epoch, _) = instance.identity();
         if block.epoch != epoch || block.count != values.len() {
             return None;
@@ -255,7 +251,7 @@ impl Program {
         self.called.push(0);
     }
 
-    fn know(&mut self, index: usize, instance: &Either<'_>) {
+    fn know(&mut self, index: usize, instance: &AnyInstance) {
         let (component, epoch, _) = instance.identity();
         if !self.identities.iter().rev().any(|known| *known == (index, component, epoch)) {
             self.identities.push((index, component, epoch));
@@ -288,27 +284,27 @@ impl Program {
     ///
     /// # Errors
     /// As `do_step` of the instance.
-    pub fn explain(instance: Either<'_>, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
+    pub fn explain(instance: &mut AnyInstance, outcome: Outcome) -> Result<Option<Box<Step>>, Box<Error>> {
         let Outcome { time, step, status, event, terminate, early, last } = outcome;
         match instance {
-            Either::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
-            Either::V3(i) => {
+            AnyInstance::V2(i) => i.not_whole(fmi2::fmi2Status(status), time),
+            AnyInstance::V3(i) => {
                 i.stepped(i.core.check("fmi3DoStep", status), time, step, [event, terminate, early], last)
             }
         }
     }
 
     /// The error of what sets the inputs of the `at`-th step.
-    pub fn failure_ahead(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure_ahead(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
         let function = self.setter(at);
         match instance {
-            Either::V2(i) => i.core.check(function, status).err(),
-            Either::V3(i) => i.core.check(function, status).err(),
+            AnyInstance::V2(i) => i.core.check(function, status).err(),
+            AnyInstance::V3(i) => i.core.check(function, status).err(),
         }
     }
 
     /// The error of the `at`-th call.
-    pub fn failure(&self, instance: Either<'_>, at: usize, status: c_int) -> Option<Error> {
+    pub fn failure(&self, instance: &mut AnyInstance, at: usize, status: c_int) -> Option<Error> {
         let function = match self.calls[at] {
             Call::Get2(..) => "fmi2GetReal",
             Call::Set2(..) => "fmi2SetReal",
@@ -317,8 +313,8 @@ impl Program {
             Call::Hand { .. } => return None,
         };
         match instance {
-            Either::V2(i) => i.core.check(function, status).err(),
-            Either::V3(i) => i.core.check(function, status).err(),
+            AnyInstance::V2(i) => i.core.check(function, status).err(),
+            AnyInstance::V3(i) => i.core.check(function, status).err(),
         }
     }
 }
@@ -330,7 +326,7 @@ fn good(status: c_int) -> bool {
 }
 
 /// One step of an instance that is live and exclusively the caller's; `None`: it went its whole way and nothing is to be
-/// told.
+/// reported.
 #[inline]
 fn do_step(stepping: Stepping, time: f64, step: f64, no_rollback: bool) -> Option<Outcome> {
     match stepping {
@@ -397,7 +393,7 @@ impl<I: ?Sized> Bound<'_, I> {
                 exit::calls(b.id);
             }
             // SAFETY: the signatures are the standard's; the instance is live and exclusively ours and the block was prepared
-            // for its sizes, see `bind`; the ranges and indices lie within `values`, by the assertion.
+            // for its sizes, see `bind`; the ranges and indices are within `values`, by the assertion.
             let status = unsafe {
                 match *call {
                     Call::Get2(f, b) => {

@@ -1,4 +1,4 @@
-//! The functions of an FMU: pointers into its library, or to what stands for them when it is in another process.
+//! The functions of an FMU: pointers into its library, or to what replaces them when it is in another process.
 
 #![allow(unsafe_code)] // the C boundary
 

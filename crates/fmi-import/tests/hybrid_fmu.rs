@@ -46,7 +46,7 @@ fn in_order(of: &VariableTable, names: &VariableTable, values: &[f64]) -> Vec<f6
     names.parameters.iter().map(|q| values[of.parameter(&q.name).unwrap()]).collect()
 }
 
-/// A run's beginning with its events settled: modes and states.
+/// A run's beginning with its events processed: modes and states.
 fn begin(plant: &dyn Plant, u: &[f64], p: &[f64]) -> (Vec<i32>, Vec<f64>) {
     let (mut x, mut modes) = (vec![0.0; plant.sizes().states], vec![0; plant.sizes().modes]);
     plant.start(p, &mut x);
@@ -196,7 +196,7 @@ fn an_event_changes_the_equations_as_it_does_those_of_the_model() {
         assert!(a[1] > 0.0 && off(&[a.clone()], &[b.clone()]) <= 1e-13, "{a:?} {b:?}");
         assert!(!fmu.completed_step());
         assert_eq!(fmu.failure(), None);
-        // It cannot be asked for what was before.
+        // It cannot go back to an earlier time.
         assert!(rates(&fmu, &own_x, &still, &own_p, &stuck).iter().all(|v| v.is_nan()));
         assert!(fmu.failure().unwrap().contains("start again"));
     }

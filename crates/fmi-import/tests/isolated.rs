@@ -105,7 +105,7 @@ fn large_arrays_go_through() {
     assert!(values.iter().zip(&references).all(|(value, r)| *value == f64::from(*r) / 3.0));
 }
 
-/// What was read after a step comes with the next one: the same values as before, also when something else is asked for.
+/// What was read after a step comes with the next one: the same values as before, also when something else is requested.
 #[test]
 fn what_is_read_after_steps_is_right_whatever_is_asked() {
     let Some((_folder, fmu)) = fmu("it") else { return };

@@ -16,7 +16,7 @@ const DESCRIPTION: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
   <ModelStructure/>
 </fmiModelDescription>"#;
 
-/// The unpacked FMU in a folder with a name that a URI must escape, or `None`, said aloud.
+/// The unpacked FMU in a folder with a name that a URI must escape, or `None`, with a message.
 pub(crate) fn fmu(guid: &str) -> Option<(tempfile::TempDir, Arc<Fmu>)> {
     let folder = tempfile::Builder::new().prefix("an fmu% ").tempdir().unwrap();
     let binaries = folder.path().join("binaries").join(match std::env::consts::ARCH {

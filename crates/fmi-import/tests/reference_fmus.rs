@@ -10,7 +10,7 @@ use trueup_fmi_description::archive::Archive;
 use trueup_fmi_import::fmi3::{CoSimulation, DerivativeOf};
 use trueup_fmi_import::{Error, Experiment, Fmu, Interface, Options, Status, fmi2, fmi3};
 
-/// The file of a model, or `None`, said aloud.
+/// The file of a model, or `None`, with a message.
 fn file(version: u32, model: &str) -> Option<PathBuf> {
     let Some(folder) = std::env::var_os("TRUEUP_REFERENCE_FMUS") else {
         eprintln!("SKIPPED: TRUEUP_REFERENCE_FMUS is not set to a folder of Reference FMUs");

@@ -17,7 +17,7 @@ use std::mem::{offset_of, size_of};
 
 use trueup_fmi::abi::{fmi2::*, fmi3::*};
 
-/// The C type that a Rust type stands for.
+/// The C type of a Rust type.
 trait C {
     fn c() -> String;
 }
@@ -25,7 +25,7 @@ trait C {
 macro_rules! c {
     ($($rust:ty => $c:literal),* $(,)?) => { $(impl C for $rust { fn c() -> String { $c.into() } })* };
 }
-// `c_char` and `i8` are one type in Rust: the reader of this list tells `char` from `int8_t`.
+// `c_char` and `i8` are one type in Rust: the reader of this list distinguishes `char` and `int8_t`.
 c! {
     () => "void", c_void => "void", i8 => "int8", u8 => "uint8_t", i16 => "int16_t", u16 => "uint16_t",
     i32 => "int32_t", u32 => "uint32_t", i64 => "int64_t", u64 => "uint64_t", usize => "size_t", f32 => "float",

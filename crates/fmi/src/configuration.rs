@@ -1,9 +1,9 @@
 //! What the packer writes into a copy of a library to make it one particular FMU.
 //!
 //! The library carries a block of [`BLOCK_SIZE`] bytes that begins with [`MARKER`]; the packer finds it and
-//! writes the configuration behind the marker. So an FMU knows its model, structure, effects and start
+//! writes the configuration behind the marker. So an FMU contains its model, structure, effects and start
 //! values without its resources folder, which importers may leave out (FMI 3.0 allows a NULL path).
-//! The last [`STAMP_SIZE`] bytes say from which sources the library was built. Decision 0003 says why.
+//! The last [`STAMP_SIZE`] bytes are the digest of the library's sources. Decision 0003 gives the reasons.
 
 use std::fmt::Write as _;
 
@@ -30,7 +30,7 @@ pub const fn template(text: &str, stamp: &str) -> [u8; BLOCK_SIZE] {
     block
 }
 
-/// From which sources a library was built, as its block says.
+/// From which sources a library was built, by its block.
 pub fn stamp(block: &[u8; BLOCK_SIZE]) -> String {
     let stamp = &block[BLOCK_SIZE - STAMP_SIZE..];
     String::from_utf8_lossy(stamp).trim_end_matches('\0').to_owned()
@@ -73,7 +73,7 @@ impl std::fmt::Display for ConfigurationError {
             }
             Self::Line(l) => write!(
                 f,
-                "the configuration in this library has a line that is not understood: {l:?}; pack it anew"
+                "the configuration in this library has a line that is not understood: {l:?}; pack it again"
             ),
             Self::TooLarge(n) => {
                 write!(f, "the configuration is {n} bytes too large: give fewer start values")

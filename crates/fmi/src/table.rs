@@ -75,7 +75,7 @@ pub enum Depends {
     On(Vec<String>),
     /// On all states and on these inputs.
     StatesAnd(Vec<String>),
-    /// On these variables, as with `On`, and linearly on each of them: its factor is made of what stands beside it.
+    /// On these variables, as with `On`, and linearly on each of them: its factor is made of the quantities next to it.
     Linear(Vec<(String, Factor)>),
 }
 
@@ -198,7 +198,7 @@ impl Variable {
         self.len() == 0
     }
     /// Name of element `i` (from 0) as FMI 2.0 writes it: `a`, `a[2]`, `a[1,2]` with indices from 1; of a
-    /// derivative `der(a)` it is `der(a[2])`, as the structured naming convention wants it.
+    /// derivative `der(a)` it is `der(a[2])`, as the structured naming convention requires it.
     pub fn element_name(&self, i: usize) -> String {
         if self.dimensions.is_empty() {
             return self.name.clone();
@@ -353,7 +353,7 @@ pub struct Experiment {
     pub step_size: f64,
 }
 
-/// Everything that a model tells of itself.
+/// Everything that a model declares of itself.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ModelTable {
     /// Model name and model identifier.
@@ -376,7 +376,7 @@ pub struct ModelTable {
 
 /// Categories of log messages, with what they carry.
 pub const LOG_CATEGORIES: &[(&str, &str)] = &[
-    ("logStatusError", "calls that were refused or failed, with the variable and the mend"),
+    ("logStatusError", "calls that were refused or failed, with the variable and the remedy"),
     ("logStatusWarning", "calls that were carried out with a reservation"),
     ("logEvents", "events that were located: time, cause, new modes"),
 ];
@@ -394,7 +394,7 @@ impl ModelTable {
             next += v.len() as u32;
         }
     }
-    /// Value reference of event indicator `k` (from 0): after the last element of the table. FMI 3.0 wants
+    /// Value reference of event indicator `k` (from 0): after the last element of the table. FMI 3.0 requires
     /// every event indicator to be a variable; it is a local Float64 [`Self::indicator_name`].
     pub fn indicator_reference(&self, k: usize) -> u32 {
         let end = self.variables.iter().map(|v| v.value_reference + v.len() as u32).max().unwrap_or(0);

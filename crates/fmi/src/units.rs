@@ -3,7 +3,7 @@
 /// A unit by its exponents of the SI base units (and rad); all factors are 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unit {
-    /// Name as it stands at a variable.
+    /// Name as used by a variable.
     pub name: &'static str,
     /// Exponent of kg.
     pub kg: i32,

@@ -84,7 +84,7 @@ trueup_fmi_export::export_fmu!(Model, STAMP);
 /// The variable table of a configuration, its start values applied.
 ///
 /// # Errors
-/// The model, an effect, a structure or a start value that cannot be had, with the mend.
+/// The model, an effect, a structure or a start value that is not available, with the remedy.
 pub fn table(c: &Configuration) -> Result<ModelTable, String> {
     let model = Model::build(c)?;
     let mut table = model.table();

@@ -1,8 +1,8 @@
 //! Whole searches of the innovations engine on short recordings of made joints.
 
-use trueup_hypotheses::innovations::search::{JointFindings, search_joint};
+use trueup_hypotheses::innovations::search::{JointFindings, frame_of, search_joint};
 use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict, judge};
-use trueup_signals::Value;
+use trueup_signals::{Guess, KnownEffect, Loaded, Sensor, Value};
 
 use crate::made::{MadeJoint, Sampling};
 
@@ -35,6 +35,77 @@ fn a_search_of_two_seconds_names_what_lacks_and_nothing_else() {
     assert!((order - 2.0).abs() < 0.02, "{order}");
 }
 
+/// Cogging: an order far above those of a gear, on a motor so slow that its readings show it.
+#[test]
+fn a_ripple_of_order_sixty_has_its_order() {
+    let ripple: &[(&str, &[f64])] = &[("torque-ripple", &[3e-3, 2e-3, 60.0, 0.0, 0.0])];
+    let slow =
+        MadeJoint { seed: 12, recordings: (1, 1000), rate: 500.0, viscous: 6e-4, ..MadeJoint::default() };
+    let (found, judged) = told("ripple of order 60", &MadeJoint { effects: ripple, ..slow });
+    assert_eq!(
+        (judged.verdict, &judged.set[..]),
+        (JointVerdict::Effects, &[("torque-ripple", "actuator")][..])
+    );
+    let order = found.effects[0].shape.value("h");
+    assert!((order - 60.0).abs() < 0.1, "{order}");
+}
+
+/// What the engine has no words for is refused at once, with a word for it.
+#[test]
+fn what_the_engine_lacks_words_for_is_refused_by_name() {
+    type Change = fn(&mut Loaded);
+    let guess = Guess { value: 1.0, doubt: None };
+    let sensor = |l: &mut Loaded, of: fn(&mut Sensor) -> &mut Option<Guess>, guess: Guess| {
+        let channel = l.recordings.values_mut().flat_map(|r| &mut r.channels).last().unwrap();
+        *of(&mut channel.sensor) = Some(guess);
+    };
+    let changes: [(&str, Change); 6] = [
+        ("PlanarManipulator", |l| l.case.model = "PlanarManipulator".into()),
+        ("known effects", |l| {
+            l.case.effects.push(KnownEffect { id: "backlash".into(), joint: None, given: Vec::new() });
+        }),
+        ("static friction", |l| {
+            l.case.parameters.insert("staticFriction".into(), Value::Number(0.01));
+        }),
+        ("gear ratio", |l| {
+            l.case.uncertain.insert("gearRatio".into(), 0.01);
+        }),
+        ("single recordings", |l| {
+            let first = l.recordings.values_mut().next().unwrap();
+            first.parameters.insert("loadInertia".into(), Value::Number(1.0));
+        }),
+        ("motorInertia", |l| {
+            l.case.parameters.insert("motorInertia".into(), Value::Number(0.0));
+        }),
+    ];
+    let case = MadeJoint { recordings: (1, 100), ..MadeJoint::default() }.case();
+    assert!(frame_of(&case).is_ok());
+    let refused = |what: &str, l: &Loaded| {
+        let why = frame_of(l).err().map(|e| e.to_string());
+        assert!(why.as_ref().is_some_and(|w| w.contains(what)), "{what}: {why:?}");
+    };
+    for (what, change) in changes {
+        let mut own = case.clone();
+        change(&mut own);
+        refused(what, &own);
+    }
+    let figures: [fn(&mut Sensor) -> &mut Option<Guess>; 3] =
+        [|s| &mut s.gain, |s| &mut s.offset, |s| &mut s.late];
+    for of in figures {
+        let mut own = case.clone();
+        sensor(&mut own, of, guess);
+        refused("gains, offsets", &own);
+    }
+    let mut late = case.clone();
+    late.recordings.values_mut().flat_map(|r| &mut r.channels).for_each(|c| c.sensor.delay = 0.004);
+    refused("declared delays", &late);
+    // Where a recording begins is estimated.
+    let mut begins = case.clone();
+    let first = begins.recordings.values_mut().next().unwrap();
+    first.parameters.insert("initialMotorAngle".into(), Value::Number(0.0));
+    assert!(frame_of(&begins).is_ok());
+}
+
 /// One sensor only, a rigid joint, a torque on the load that is recorded: no false cause where nothing lacks.
 #[test]
 #[ignore = "ten searches: ./test --full runs it"]
@@ -59,7 +130,7 @@ fn nothing_is_named_on_joints_of_other_structures() {
     }
 }
 
-/// Dry friction and the spring of a joint whose owner has none lead in frames of their own.
+/// Dry friction and the spring of a joint whose nominal model has none lead in frames of their own.
 #[test]
 #[ignore = "four searches: ./test --full runs it"]
 fn what_a_joint_has_for_the_first_time_leads() {

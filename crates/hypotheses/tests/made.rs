@@ -16,8 +16,8 @@ const NOISE: [f64; 2] = [1e-3, 1e-5];
 /// Every channel of a joint that nothing but its motor drives.
 pub(crate) const ALL: &[&str] = &["motorCurrent", "motorAngle", "loadAngle"];
 
-/// A small geared drive.
-fn drive() -> Vec<f64> {
+/// A small geared drive with this viscous friction, N.m.s/rad.
+fn drive(viscous: f64) -> Vec<f64> {
     let mut p = vec![0.0; q::COUNT];
     for (i, v) in [
         (q::MOTOR_INERTIA, 1.7e-5),
@@ -25,7 +25,7 @@ fn drive() -> Vec<f64> {
         (q::STIFFNESS, 0.084),
         (q::DAMPING, 7.7e-5),
         (q::COULOMB_FRICTION, 5.2e-3),
-        (q::VISCOUS_FRICTION, 5.6e-5),
+        (q::VISCOUS_FRICTION, viscous),
         (q::STATIC_FRICTION, 5.2e-3),
         (q::GEAR_RATIO, 160.0),
         (q::TORQUE_CONSTANT, 0.04),
@@ -60,6 +60,8 @@ pub(crate) struct MadeJoint<'a> {
     pub(crate) sampling: Sampling,
     /// With a spring.
     pub(crate) flexible: bool,
+    /// Viscous friction of its motor, N.m.s/rad.
+    pub(crate) viscous: f64,
     /// Effects with their parameters; the owner knows nothing of them.
     pub(crate) effects: &'a [(&'a str, &'a [f64])],
     /// Size of a torque on the load that is recorded, N.m.
@@ -78,6 +80,7 @@ impl Default for MadeJoint<'_> {
             rate: 250.0,
             sampling: Sampling::Even,
             flexible: true,
+            viscous: 5.6e-5,
             effects: &[],
             external: 0.0,
             channels: ALL,
@@ -156,13 +159,13 @@ impl MadeJoint<'_> {
     pub(crate) fn case(&self) -> Loaded {
         let ids: Vec<&str> = self.effects.iter().map(|e| e.0).collect();
         let joint = TwoMassJoint::new(self.flexible, &ids).unwrap();
-        let mut p = drive();
+        let mut p = drive(self.viscous);
         self.effects.iter().for_each(|e| p.extend(e.1));
         assert_eq!(p.len(), joint.sizes().parameters);
         let names: Vec<String> = ["a", "b", "c"][..self.recordings.0].iter().map(|n| (*n).into()).collect();
         let record = |(k, name): (usize, &String)| (name.clone(), self.record(&joint, &p, name, k as u64));
         let recordings = names.iter().enumerate().map(record).collect();
-        let own = q::NAMES.iter().zip(drive()).filter(|(n, _)| !n.0.starts_with("initial"));
+        let own = q::NAMES.iter().zip(drive(self.viscous)).filter(|(n, _)| !n.0.starts_with("initial"));
         let own = own.map(|(n, v)| (n.0.to_owned(), Value::Number(v)));
         let structure = (!self.flexible).then(|| ("jointFlexible".to_owned(), Value::Boolean(false)));
         let believed = self.believed.iter().map(|(n, v)| ((*n).to_owned(), v.clone()));

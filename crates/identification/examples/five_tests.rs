@@ -9,12 +9,12 @@ mod testbed;
 use testbed::bristles::{OFFSETS, SEEN, TRUTH, found, identified, record, scatter};
 use trueup_identification::identify::Identified;
 
-/// Value and standard error; what the tests do not tell keeps the value where the search began.
+/// Value and standard error; what the tests do not determine keeps the value where the search began.
 fn cell(r: &Identified, name: &str) -> String {
     let e = &found(r, name).estimate;
     match e.standard_error {
         Some(s) => format!("{:.4} ± {s:.4}", e.value),
-        None => format!("{:.4}, not told", e.value),
+        None => format!("{:.4}, not determined", e.value),
     }
 }
 

@@ -3,11 +3,11 @@
 //! A drive whose current is read with noise is simulated with that noise, which an integrating plant turns into drift:
 //! residuals then err together, over seconds. Linearised about the simulated motion, the error e of the states obeys
 //! e+ = F e + G w with w one white sample per sample of a noisy input, and what a reading shows of it is C e + v. A
-//! Kalman filter without initial doubt (how a run begins is an unknown of the fit) turns such residuals into innovations
+//! Kalman filter without initial uncertainty (how a run begins is an unknown of the fit) turns such residuals into innovations
 //! of unit variance, each independent of all before: least squares is then efficient, its cost a likelihood, and a
 //! residual of 1 is the noise floor.
 //!
-//! F and G come from one simulation on duals whose derivatives begin anew at every sample; events bring the jump of the
+//! F and G come from one simulation on duals whose derivatives begin again at every sample; events bring the jump of the
 //! sensitivities with them. What it gets wrong: the motion is taken to be close to the true one, and noise of an input
 //! that goes linearly between its samples is taken to hold (half a sample of delay).
 

@@ -1,4 +1,4 @@
-//! What a Jacobian says about the unknowns: rank, covariance, correlation.
+//! What follows from a Jacobian for the unknowns: rank, covariance, correlation.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -19,7 +19,7 @@ pub struct Information {
     pub covariance: DMatrix<f64>,
     /// W with W W^T = (J^T J)^+, one column per determined direction: J W has orthonormal columns.
     pub root: DMatrix<f64>,
-    /// How much of each unknown lies in undetermined directions, 0 to 1.
+    /// How much of each unknown is in undetermined directions, 0 to 1.
     pub undetermined: Vec<f64>,
     /// The undetermined directions, scaled unknowns, one per column.
     pub null: DMatrix<f64>,

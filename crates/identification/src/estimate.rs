@@ -1,6 +1,6 @@
-//! From a problem to estimates that tell how sure they are.
+//! From a problem to estimates with their uncertainty.
 //!
-//! *Starts*: each is led down with a loss that forgives what is far off, the best one is then fitted to the end.
+//! *Starts*: each is minimised with a loss that forgives what is far off, the best one is then fitted to the end.
 //! *Counts*: readings of coarse sensors are taken as intervals wherever that makes the recordings more likely.
 //! *Standard errors*: (J^T J)^-1 if readings err independently. Quantisation errors do not (a slow sensor repeats itself, a
 //! sampled one beats), nor do those of a wrong model: [`crate::scatter`].
@@ -35,7 +35,7 @@ pub struct Settings {
     pub loss: Loss,
     /// Profile-likelihood intervals of these unknowns (by index); of others from the standard errors.
     pub profile: Vec<usize>,
-    /// Iterations per start while the best is sought.
+    /// Iterations per start while the best is searched.
     pub first_iterations: usize,
 }
 
@@ -74,7 +74,7 @@ pub struct ChannelFit {
     pub whiteness: f64,
 }
 
-/// All that a fit says.
+/// The whole result of a fit.
 #[derive(Clone, Debug)]
 pub struct Estimate {
     /// One per unknown.
@@ -89,7 +89,7 @@ pub struct Estimate {
     pub theta: Vec<f64>,
     /// Half the weighted sum of squares (robust cost).
     pub cost: f64,
-    /// Which of the starts led there.
+    /// The start that ended there.
     pub start: usize,
     /// Cost after the first stage of each start; infinite where the model could not be simulated.
     pub start_costs: Vec<f64>,
@@ -145,7 +145,7 @@ pub fn assess(problem: &OutputError, found: &Solution, settings: &Settings) -> E
     let inflation: Vec<f64> = (0..n)
         .map(|k| (robust[(k, k)] / information.covariance[(k, k)].max(f64::MIN_POSITIVE)).max(least))
         .collect();
-    // Of a wrong model the likelihood says nothing.
+    // Of a wrong model the likelihood is no measure.
     let readings = problem.readings();
     let wrong = rms(&found.residuals.as_slice()[..readings]) > 5.0;
     let estimates = parallel::map(0..n, |k| {
@@ -200,13 +200,13 @@ fn why_not(
         let (bound, which) =
             if found.at_bound[k] < 0 { (unknowns[k].lower, "lower") } else { (unknowns[k].upper, "upper") };
         return Some(format!(
-            "the fit ends at its {which} bound {bound:.4e}: the data ask for what the model cannot give, or say nothing about it"
+            "the fit ends at its {which} bound {bound:.4e}: the data require what the model cannot give, or contain nothing on it"
         ));
     }
     if found.jacobian.column(k).norm() == 0.0 {
         let why = match unknowns[k].name.as_str() {
             "staticFriction" => {
-                ": nothing breaks away in them, or it lies at or below the Coulomb level, where it does nothing"
+                ": nothing breaks away in them, or it is at or below the Coulomb level, where it has no effect"
             }
             _ => "",
         };
@@ -337,7 +337,7 @@ fn channels(problem: &OutputError, residuals: &DVector<f64>) -> Vec<ChannelFit> 
     all
 }
 
-/// d ln(estimate) / d ln(known): by how much of itself each estimate moves when what is held to be known is wrong by all
+/// d ln(estimate) / d ln(known): by how much of itself each estimate moves when what is assumed known is wrong by all
 /// of itself; `known` are the columns of derivatives by the knowns' logarithms. One column per known, for linear
 /// unknowns in units of their magnitude.
 pub fn leverage(jacobian: &DMatrix<f64>, known: &DMatrix<f64>) -> DMatrix<f64> {

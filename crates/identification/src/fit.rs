@@ -21,7 +21,7 @@ pub struct FitOptions {
     pub starts: Vec<Vec<f64>>,
     /// What residuals cost in the end.
     pub loss: Loss,
-    /// Iterations per start while the best is sought (with several starts).
+    /// Iterations per start while the best is searched (with several starts).
     pub first_iterations: usize,
     /// Iterations of the last stage.
     pub iterations: usize,
@@ -82,7 +82,7 @@ pub struct Fit {
     pub jacobian: DMatrix<f64>,
     /// (J^T J)^+ in theta, its rank and condition.
     pub information: Information,
-    /// Which starts were tried, and what each led to.
+    /// Which starts were tried, and the result of each.
     pub origins: Origins,
     /// Iterations of the last stage.
     pub iterations: usize,
@@ -96,9 +96,9 @@ pub struct Fit {
 /// there was no first stage.
 #[derive(Clone, Debug, Default)]
 pub struct Origins {
-    /// The one that led to the solution.
+    /// The one that ended at the solution.
     pub start: usize,
-    /// Cost that each led to; infinite where the model could not be simulated.
+    /// Cost of each; infinite where the model could not be simulated.
     pub costs: Vec<f64>,
     /// Coordinates where each ended; empty where the model could not be simulated.
     pub ends: Vec<Vec<f64>>,
@@ -168,7 +168,7 @@ pub(crate) fn of_solution(
     })
 }
 
-/// Residuals up to so many times the noise let a reading be taken for the count that it is.
+/// Residuals up to so many times the noise let a reading be treated as a count.
 const INTERVAL_MISFIT: f64 = 1.3;
 /// Residuals that are this many times the noise come from a wrong model; noise of inputs is then of no account.
 pub(crate) const MODEL_ERROR: f64 = 5.0;

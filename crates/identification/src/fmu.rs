@@ -9,7 +9,7 @@
 //! with respect to states and continuous inputs, not to fixed parameters, and none across events. Where the FMU offers
 //! them, the stiff integrator takes its Jacobian from them.
 
-mod field;
+mod error;
 mod lane;
 mod simulate;
 
@@ -22,47 +22,20 @@ use crate::parallel;
 use trueup_fmi_description::description::{
     Causality, Description, Initial, Type, Values, Variability, Variable,
 };
-use trueup_fmi_import::{Error, Fmu, ModelExchange, array_lengths};
+use trueup_fmi_import::{AnyInstance, Error, Fmu, array_lengths};
 use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;
 use trueup_signals::{Role, Value};
+
+pub use error::FmuError;
+use error::MAX_ELEMENTS;
 
 use crate::model::{Coordinate, ModelError, Named, Quantity};
 use crate::predict::{InputMap, Plan, PredictError};
 use crate::predictor::Predictor;
 use crate::subject::Subject;
 use trueup_plant::{LANES, Lanes};
-
-/// An FMU that cannot be fitted.
-#[derive(Debug, thiserror::Error)]
-pub enum FmuError {
-    /// It cannot be read or loaded.
-    #[error(transparent)]
-    Open(#[from] Box<Error>),
-    /// It has another interface.
-    #[error(
-        "{file} offers {offers}, not Model Exchange: identification integrates the model itself; export it for Model Exchange"
-    )]
-    NoModelExchange {
-        /// Its file.
-        file: String,
-        /// What it has.
-        offers: String,
-    },
-    /// Its variables have more elements than anything that is fitted.
-    #[error(
-        "{file}: `{variable}` has {elements} elements; at most {MAX_ELEMENTS} of all variables can be taken: export the FMU with shorter arrays"
-    )]
-    TooLarge {
-        /// Its file.
-        file: String,
-        /// The variable that is too much.
-        variable: String,
-        /// Its elements, by the start values of its dimensions.
-        elements: usize,
-    },
-}
 
 /// A variable that is set or read, with its place among the elements of its kind.
 #[derive(Clone, Debug)]
@@ -104,7 +77,7 @@ pub struct FmuModel {
     along: AtomicU8,
     /// Relative tolerance of the integrator.
     tolerance: f64,
-    idle: Mutex<Vec<ModelExchange>>,
+    idle: Mutex<Vec<AnyInstance>>,
 }
 
 impl std::fmt::Debug for FmuModel {
@@ -115,8 +88,6 @@ impl std::fmt::Debug for FmuModel {
 
 /// Relative tolerance of the local error. Differences over whole simulations see what it leaves.
 const TOLERANCE: f64 = 1e-10;
-/// Elements of all variables together: each is kept by name.
-const MAX_ELEMENTS: usize = 1 << 20;
 /// What is known of derivatives along the way.
 const UNKNOWN: u8 = 0;
 const TRUSTED: u8 = 1;
@@ -312,7 +283,7 @@ impl FmuModel {
         Ok(())
     }
 
-    /// What is estimated unless the case says otherwise: of a joint of ours what belongs to it, else nothing.
+    /// What is estimated unless the case chooses otherwise: of a joint of ours what belongs to it, else nothing.
     pub fn usual(&self) -> Vec<String> {
         let usual = ["stiffness", "damping", "coulombFriction", "viscousFriction", "staticFriction"];
         let known: Vec<String> =

@@ -3,258 +3,43 @@
 mod breakaway;
 mod design;
 mod effects;
+mod error;
 mod forecast;
+mod found;
+mod identified;
 mod json;
 mod kept;
 mod leverage;
+mod method;
 mod minima;
+mod searched;
 mod simulation;
 mod starts;
 mod unknowns;
-
-use std::fmt;
-use std::str::FromStr;
 
 use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use crate::estimate::{ChannelFit, Estimated};
+use crate::estimate::Estimated;
 use crate::fit::{Comparison, free_run};
 use crate::fmu::FmuModel;
-use crate::model::{Model, ModelError, Quantity};
-use crate::predict::PredictError;
-use crate::quasi_static::StaticError;
-use crate::recorded::{RecordedError, led, runs, runs_of};
-use crate::regress::{RegressError, Regressed};
+use crate::model::Model;
+use crate::recorded::{led, runs, runs_of};
+use crate::regress::Regressed;
 use crate::run::Run;
 use crate::subject::Subject;
-use crate::unknown::{Target, Unknown};
 
 use simulation::by_simulation;
 
 pub use design::{Design, Designed};
+pub use error::IdentifyError;
+pub use found::Found;
+pub use identified::{Figure, Identified, Settings};
 pub use json::json;
 pub use leverage::Leverage;
+pub use method::{METHODS, Method};
 pub use starts::Start;
-
-/// How to estimate.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Method {
-    /// S3 eq. (8) as printed; a warning.
-    LsLiteral,
-    /// Least squares: aligned, sign column, moving samples.
-    Ls,
-    /// The same through one zero-phase filter.
-    Filtered,
-    /// The same with a simulated model as instruments.
-    Iv,
-    /// Free-running simulation against all readings.
-    #[default]
-    OutputError,
-    /// The same cost by the downhill simplex, without derivatives.
-    NelderMead,
-    /// Static friction alone, from slow ramps of the current.
-    BreakAway,
-}
-
-/// Names as on the command line.
-pub const METHODS: [(&str, Method); 7] = [
-    ("ls-literal", Method::LsLiteral),
-    ("ls", Method::Ls),
-    ("filtered", Method::Filtered),
-    ("iv", Method::Iv),
-    ("output-error", Method::OutputError),
-    ("nelder-mead", Method::NelderMead),
-    ("break-away", Method::BreakAway),
-];
-
-impl FromStr for Method {
-    type Err = String;
-    fn from_str(s: &str) -> Result<Self, String> {
-        let names: Vec<&str> = METHODS.iter().map(|m| m.0).collect();
-        let found = METHODS.iter().find(|m| m.0 == s).map(|m| m.1);
-        found.ok_or_else(|| format!("there is no method `{s}`; choose from {}", names.join(", ")))
-    }
-}
-
-impl fmt::Display for Method {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(METHODS.iter().find(|m| m.1 == *self).map_or("", |m| m.0))
-    }
-}
-
-/// A case that cannot be identified.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum IdentifyError {
-    /// Its model.
-    #[error(transparent)]
-    Model(#[from] ModelError),
-    /// One of its recordings.
-    #[error(transparent)]
-    Recorded(#[from] RecordedError),
-    /// The simulation.
-    #[error("{0}; check the parameters of the case, or narrow what is fitted")]
-    Predict(#[from] PredictError),
-    /// The regression.
-    #[error(transparent)]
-    Regress(#[from] RegressError),
-    /// What is to be fitted.
-    #[error("{0}")]
-    Unknowns(String),
-    /// Regressions are not for FMUs.
-    #[error(
-        "method {method} works on the equations of a joint of ours, not through an FMU; use output-error or nelder-mead, or leave out --fmu"
-    )]
-    FmuMethod {
-        /// Which.
-        method: Method,
-    },
-    /// A ramp that says nothing.
-    #[error("{run}: {what}")]
-    Static {
-        /// Recording.
-        run: String,
-        /// Why.
-        what: StaticError,
-    },
-    /// What is to be varied is not there.
-    #[error("--design {name}: the model has no such parameter")]
-    NoDesign {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: Vec<String>,
-    },
-    /// A value that is to be looked at cannot be simulated.
-    #[error("--design {name}: at {value} the model cannot be simulated: {source}; narrow the range")]
-    Refused {
-        /// What is varied.
-        name: String,
-        /// Its value.
-        value: f64,
-        /// Why.
-        source: PredictError,
-    },
-    /// Regressions simulate nothing.
-    #[error(
-        "method {method} has no sensitivities to design by; use output-error or nelder-mead, or leave out --design"
-    )]
-    DesignMethod {
-        /// Which.
-        method: Method,
-    },
-    /// Effects beside parameters.
-    #[error("method {method} does not fit effects; use output-error or nelder-mead, or leave out --with")]
-    Effects {
-        /// Which.
-        method: Method,
-    },
-    /// The method does not do that.
-    #[error(
-        "method {method} is for a flexible TwoMassJoint with recorded motorCurrent, motorAngle and loadAngle; use output-error"
-    )]
-    Method {
-        /// Which.
-        method: Method,
-    },
-}
-
-/// What a parameter was found to be.
-#[derive(Clone, Debug)]
-pub struct Found {
-    /// Estimate with its uncertainty.
-    pub estimate: Estimated,
-    /// Unit.
-    pub unit: &'static str,
-    /// What the owner of the case believes.
-    pub nominal: f64,
-    /// Relative doubt that was taken as a prior.
-    pub doubt: Option<f64>,
-}
-
-/// How well a channel is reproduced, over all recordings that were compared.
-#[derive(Clone, Debug)]
-pub struct Figure {
-    /// FMU variable.
-    pub channel: String,
-    /// RMS(simulated - measured) / RMS(measured - its mean); `None` for a channel without variation.
-    pub nrmse: Option<f64>,
-    /// RMS(simulated - measured), in the channel's unit.
-    pub rms: f64,
-    /// Unit.
-    pub unit: &'static str,
-}
-
-/// All that there is to say.
-#[derive(Clone, Debug)]
-pub struct Identified {
-    /// Name of the model.
-    pub model: String,
-    /// The FMU's file, if it was fitted through one.
-    pub fmu: Option<String>,
-    /// Outputs of the model.
-    pub outputs: Vec<Quantity>,
-    /// How.
-    pub method: Method,
-    /// What was asked for.
-    pub parameters: Vec<Found>,
-    /// What is uncertain and was estimated along with it.
-    pub uncertain: Vec<Found>,
-    /// Recording by recording, in the order of training.
-    pub nuisance: Vec<(String, Vec<Found>)>,
-    /// On held-out recordings, or on those of the training where there are none.
-    pub fit: Vec<Figure>,
-    /// Whether `fit` is on held-out recordings.
-    pub held_out: bool,
-    /// The same with the nominal parameters.
-    pub before: Vec<Figure>,
-    /// The same with the model's own parameters fitted, without the effects that are fitted beside them; empty: there are
-    /// none.
-    pub without: Vec<Figure>,
-    /// Residuals of the training.
-    pub channels: Vec<ChannelFit>,
-    /// Training recordings against their simulation.
-    pub training: Vec<Comparison>,
-    /// What `fit` was made from.
-    pub compared: Vec<Comparison>,
-    /// Names of the recordings of `training` and of `compared`.
-    pub names: [Vec<String>; 2],
-    /// Correlation of parameters and uncertain ones, in their order.
-    pub correlation: DMatrix<f64>,
-    /// Directions that the data determine, of how many unknowns.
-    pub rank: (usize, usize),
-    /// Condition number of the scaled Jacobian.
-    pub condition: f64,
-    /// By how much of itself each estimate moves with what is held to be known.
-    pub leverage: Leverage,
-    /// Where the search began and what came of it; the first is where the solution came from.
-    pub starts: Vec<Start>,
-    /// Why the search ended.
-    pub stop: &'static str,
-    /// Iterations, simulations of the simplex, or samples of the regression.
-    pub iterations: usize,
-    /// What the reader has to know.
-    pub notes: Vec<String>,
-    /// All parameters of the model, with the estimates in place.
-    pub values: Vec<f64>,
-    /// What was found of sensors, the same in all recordings.
-    pub sensors: Vec<(Target, f64)>,
-    /// What runs begun otherwise would tell, if that was asked for.
-    pub design: Option<Designed>,
-}
-
-/// What to do.
-pub struct Settings<'a> {
-    /// How.
-    pub method: Method,
-    /// Intervals by profile likelihood; else from standard errors.
-    pub profile: bool,
-    /// Also asks what runs begun otherwise would tell.
-    pub design: Option<&'a Design>,
-    /// Told what is going on.
-    pub progress: &'a (dyn Fn(&str) + Sync),
-}
 
 /// Identifies a case.
 ///
@@ -295,7 +80,7 @@ pub fn identify(loaded: &Loaded, settings: &Settings) -> Result<Identified, Iden
     };
     for j in led {
         found.notes.push(format!(
-            "jointTorque[{}] is not recorded: the motor is led along its measured motion",
+            "jointTorque[{}] is not recorded: the measured motion of the motor is prescribed",
             j + 1
         ));
     }
@@ -361,7 +146,7 @@ fn finish(
     }
     found.compared = free_run(model, &found.values, &read)?;
     found.fit = figures(model, &found.compared);
-    // What the owner believes may not even simulate.
+    // The nominal model may not even simulate.
     found.before = free_run(model, nominal, runs).map(|c| figures(model, &c)).unwrap_or_default();
     let names = |runs: &[Run]| runs.iter().map(|r| r.name.clone()).collect();
     found.names = [names(train), names(runs)];
@@ -383,17 +168,6 @@ fn figures(model: &dyn Subject, compared: &[Comparison]) -> Vec<Figure> {
         Figure { channel: name.into(), nrmse: misfit.nrmse(), rms: misfit.rms(), unit }
     };
     names.into_iter().map(figure).collect()
-}
-
-fn found(model: &dyn Subject, nominal: &[f64], e: &Estimated, u: &Unknown) -> Found {
-    let (unit, nominal) = match u.target {
-        Target::Parameter(i) => (model.parameters()[i].unit, nominal[i]),
-        Target::Offset(i) => (model.outputs()[i].unit, u.start),
-        Target::Gain(_) | Target::InputGain(_) => ("1", u.start),
-        Target::InputBias(i) | Target::InputOffset(i) => (model.inputs()[i].unit, u.start),
-        Target::Delay(_) | Target::InputDelay(_) => ("s", u.start),
-    };
-    Found { estimate: e.clone(), unit, nominal, doubt: None }
 }
 
 fn by_regression(

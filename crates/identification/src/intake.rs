@@ -12,11 +12,11 @@ use crate::recorded::led;
 /// What a case is taken in for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Purpose {
-    /// Motors without a recorded torque are led along their measured motion.
+    /// Motors without a recorded torque have their measured motion prescribed.
     Identify,
-    /// Static friction alone, from ramps: one that never moves the joint is told by the method.
+    /// Static friction alone, from ramps: one that never moves the joint is reported by the method.
     BreakAway,
-    /// Every drive has to be recorded: what one does would be taken for an effect.
+    /// Every drive has to be recorded: what one does would be attributed to an effect.
     Diagnose,
 }
 
@@ -27,7 +27,7 @@ pub struct Intake {
     pub loaded: Loaded,
     /// What was noticed.
     pub findings: Vec<Finding>,
-    /// Says which parameters the case leaves to the preset; `None`: none.
+    /// Reports which parameters the case leaves to the preset; `None`: none.
     pub preset: Option<String>,
 }
 
@@ -48,10 +48,10 @@ pub enum IntakeError {
 }
 
 impl Intake {
-    /// Reads a case. `with` are effects that are fitted beside those that it names.
+    /// Reads a case. `with` are effects that are fitted in addition to those that it names.
     ///
     /// # Errors
-    /// [`IntakeError`]; what is wrong with recordings as such stands in [`Self::findings`].
+    /// [`IntakeError`]; what is wrong with recordings as such is in [`Self::findings`].
     pub fn read(path: &Path, purpose: Purpose, with: &[String]) -> Result<Self, IntakeError> {
         let (loaded, findings) = Case::load(path, |case| variables(case, with))?;
         Self::of(loaded, findings, purpose, with)
@@ -75,7 +75,7 @@ impl Intake {
         let model = Model::of_case(&loaded.case, &[]);
         let model = model.map_err(|source| IntakeError::Model { file: loaded.case.file.clone(), source })?;
         findings.extend(check::case(&loaded, &model.variables(), &relations(&model, &loaded.case)));
-        // An arm whose motors are led along their measured motion needs no torque.
+        // An arm whose motors have their measured motion prescribed needs no torque.
         let all = [loaded.train(), loaded.holdout()].concat();
         if !led(&model, &all).is_empty() {
             let needless = |f: &Finding| match purpose {

@@ -1,9 +1,9 @@
-//! A quantised reading as what it says: the motion was within this count.
+//! A quantised reading as an interval: the motion was within this count.
 //!
 //! With a reading y of step w and an error of standard deviation s before the sensor counts, P(y | m) =
 //! Phi((y + w/2 - m)/s) - Phi((y - w/2 - m)/s) for a prediction m. As a residual for least squares:
-//! r^2 / 2 = ln P(y | y) - ln P(y | m), with the sign of m - y. Within the count r is nearly 0 and says nothing; beyond its edges it grows as
-//! the distance over s. The edges are what a coarse encoder knows, and their errors are not those of a white noise of
+//! r^2 / 2 = ln P(y | y) - ln P(y | m), with the sign of m - y. Within the count r is nearly 0, without information; beyond its edges it grows as
+//! the distance over s. The edges are the information of a coarse encoder, and their errors are not those of a white noise of
 //! w / sqrt(12).
 
 use statrs::function::erf::erfc;
@@ -39,7 +39,7 @@ pub(crate) fn residual(off: f64, step: f64, slack: f64) -> (f64, f64) {
         return (0.0, 0.0);
     }
     let ln_p = |a: f64, b: f64| {
-        // Phi(b) - Phi(a): from the tail in which both lie, else 1 less the two tails.
+        // Phi(b) - Phi(a): from the tail in which both are, else 1 less the two tails.
         if a > 0.0 {
             let (near, far) = (ln_tail(a), ln_tail(b));
             near + (-(far - near).exp()).ln_1p()

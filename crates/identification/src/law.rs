@@ -38,7 +38,7 @@ impl<T: Scalar> Sparse<T> {
 pub(crate) struct Law<T> {
     /// [dx/dt] from [x, u, 1].
     rates: Sparse<T>,
-    /// Outputs asked for from [x, u, 1].
+    /// Requested outputs from [x, u, 1].
     readout: Sparse<T>,
     /// Whether state `row` at the end of a step depends on `[x, u, 1][column]` at its start.
     reach: Vec<Vec<bool>>,
@@ -208,7 +208,7 @@ impl<T: PlantScalar> Law<T> {
         }
     }
 
-    /// The outputs asked for.
+    /// The requested outputs.
     pub(crate) fn read(&mut self, f: &Frozen<T>, t: f64, x: &[T], u: &[T], wanted: &[usize], y: &mut [T]) {
         if self.affine {
             self.z[..self.states].copy_from_slice(x);
@@ -323,7 +323,7 @@ fn own_rate<T: PlantScalar>(f: &Frozen<T>, t: f64, x: &[T], u: &[T], i: usize) -
     dx[i].eps[0]
 }
 
-/// Rates and outputs wanted at unit states and inputs, less those at 0; last those at 0.
+/// Rates and outputs requested at unit states and inputs, less those at 0; last those at 0.
 fn columns<T: PlantScalar>(f: &Frozen<T>, wanted: &[usize]) -> Vec<(Vec<T>, Vec<T>)> {
     let n = f.model.sizes();
     let (mut x, mut u) = (vec![T::zero(); n.states], vec![T::zero(); n.inputs]);

@@ -9,7 +9,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Residuals and, where asked for, their derivatives.
+/// Residuals and, where requested, their derivatives.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
     /// r, one per observation, each divided by its standard deviation.
@@ -22,14 +22,14 @@ pub struct Evaluation {
 pub trait Problem {
     /// Why residuals cannot be had at some point; the solver then tries a shorter step.
     type Error;
-    /// Residuals at `x`, with their Jacobian if asked for.
+    /// Residuals at `x`, with their Jacobian if requested.
     ///
     /// # Errors
-    /// What the problem says; at the start it ends the solution.
+    /// The problem's error; at the start it ends the solution.
     fn evaluate(&self, x: &[f64], jacobian: bool) -> Result<Evaluation, Self::Error>;
     /// Lower and upper bounds.
     fn bounds(&self) -> (Vec<f64>, Vec<f64>);
-    /// A large change of each unknown at `x`, above 0; the trust region is a ball in these units. 1 unless said otherwise.
+    /// A large change of each unknown at `x`, above 0; the trust region is a ball in these units. 1 unless given otherwise.
     fn units(&self, x: &[f64]) -> DVector<f64> {
         DVector::from_element(x.len(), 1.0)
     }
@@ -71,7 +71,7 @@ impl Loss {
 /// When to stop.
 #[derive(Clone, Copy, Debug)]
 pub struct Options {
-    /// Iterations that ask for a Jacobian.
+    /// Iterations that request a Jacobian.
     pub max_iterations: usize,
     /// Stop when the cost falls by less than this share.
     pub cost_tolerance: f64,
@@ -124,7 +124,7 @@ pub struct Solution {
     pub jacobian: DMatrix<f64>,
     /// At a bound: -1 lower, +1 upper, else 0.
     pub at_bound: Vec<i8>,
-    /// Jacobians asked for.
+    /// Jacobians requested.
     pub iterations: usize,
     /// Why it ended.
     pub stop: Stop,
@@ -163,7 +163,7 @@ fn cost(r: &DVector<f64>, loss: Loss) -> f64 {
 /// Minimises from `start` (moved into the bounds).
 ///
 /// # Errors
-/// What the problem says at the start.
+/// The problem's error at the start.
 pub fn solve<P: Problem>(problem: &P, start: &[f64], options: Options) -> Result<Solution, P::Error> {
     let (lower, upper) = problem.bounds();
     let inside = |i: usize, v: f64| v.clamp(lower[i], upper[i]);

@@ -19,7 +19,7 @@ mod known;
 pub enum ModelError {
     /// No such plant.
     #[error(
-        "identification knows {known}, not `{0}`; name one of them in `model`", known = plants::NAMES.join(" and ")
+        "identification supports {known}, not `{0}`; name one of them in `model`", known = plants::NAMES.join(" and ")
     )]
     Unknown(String),
     /// Its structure.
@@ -30,7 +30,7 @@ pub enum ModelError {
     Parameter {
         /// Which.
         name: String,
-        /// What is wrong, and the mend.
+        /// What is wrong, and the remedy.
         what: String,
     },
 }
@@ -73,7 +73,7 @@ pub trait Named {
     fn compares(&self, output: usize) -> bool {
         !self.outputs()[output].unit.is_empty()
     }
-    /// A doubt of that parameter is in its own unit: it has no size that a share could be of, as angles to turn by and payloads.
+    /// The standard deviation of that parameter is in its own unit: it has no size that a share could be of, as angles to turn by and payloads.
     fn absolute_doubt(&self, _parameter: usize) -> bool {
         false
     }
@@ -126,7 +126,7 @@ pub struct Coordinate {
     pub follows: Option<(usize, bool)>,
 }
 
-/// What a case says of its base.
+/// What a case declares of its base.
 ///
 /// # Errors
 /// No item of [`BASE`].
@@ -145,7 +145,7 @@ impl Model {
     /// A plant of that structure.
     ///
     /// # Errors
-    /// An unknown model or effect, a number of joints that it cannot have, joints that cannot be led.
+    /// An unknown model or effect, a number of joints that it cannot have, joints that cannot be prescribed.
     pub fn new(structure: PlantStructure) -> Result<Self, ModelError> {
         Ok(Self { plant: plants::build(&structure)?, structure })
     }
@@ -164,7 +164,7 @@ impl Model {
         Self { plant, structure }
     }
 
-    /// The plant that a case names, with the effects that it knows to be there, and these.
+    /// The plant that a case names, with the effects that it declares, and these.
     ///
     /// # Errors
     /// As [`Model::new`]; a `jointFlexible` that is no truth value; a known effect whose size is not given.
@@ -206,7 +206,7 @@ impl Model {
         let effects = effects.iter().map(|e| (*e).to_owned()).collect();
         Self::new(PlantStructure { effects, ..self.structure.clone() })
     }
-    /// The same arm, the motors of these joints (from 0) led along their measured motion.
+    /// The same arm, the motors of these joints (from 0) prescribed along their measured motion.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -259,7 +259,7 @@ impl Model {
         self.plant.table().output(name)
     }
 
-    /// The variables as the reader of recordings and cases wants them.
+    /// The variables as the reader of recordings and cases requires them.
     pub fn variables(&self) -> Vec<Variable> {
         let table = self.plant.table();
         let list = |all: &[Quantity], role| {
@@ -276,7 +276,7 @@ impl Model {
         let mut all = list(&table.parameters, Role::Parameter);
         all.extend(list(&table.inputs, Role::Input));
         all.extend(list(&table.outputs, Role::Output));
-        // Structural choices stand among the parameters of a case.
+        // Structural choices are among the parameters of a case.
         all.extend(table.choices.iter().map(|choice| {
             let plain = Variable::new(&choice.name, "", Role::Parameter);
             match choice.is {
@@ -341,7 +341,7 @@ impl Model {
             }
             angles.push(i);
         }
-        // What a link carries is at its end, unless it is said to be elsewhere.
+        // What a link carries is at its end, unless it is declared elsewhere.
         if let (Some(at), Some(link)) = (self.parameter(PAYLOAD[1].name), self.structure.payload)
             && !angles.contains(&at)
             && angles.iter().any(|i| self.parameters()[*i].name == PAYLOAD[0].name)
@@ -374,7 +374,7 @@ impl Model {
         p
     }
 
-    /// What `identify` estimates unless the case says otherwise.
+    /// What `identify` estimates unless the case chooses otherwise.
     pub fn usual(&self) -> Vec<String> {
         self.plant.table().usual.iter().map(|i| self.parameters()[*i].name.clone()).collect()
     }

@@ -112,7 +112,7 @@ mod tests {
         let found = nelder_mead(rosenbrock, &[-1.2, 1.0], &[0.5; 2], &far, &[f64::INFINITY; 2], 1e-9, 4000);
         assert!(found.converged);
         assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-6), "{found:?}");
-        // With x_0 at most 0.5 the minimum lies on the bound, x_1 = x_0^2.
+        // With x_0 at most 0.5 the minimum is on the bound, x_1 = x_0^2.
         let found = nelder_mead(rosenbrock, &[-1.2, 1.0], &[0.5; 2], &far, &[0.5, f64::INFINITY], 1e-9, 4000);
         assert_eq!(found.x[0], 0.5);
         assert!((found.x[1] - 0.25).abs() < 1e-6);

@@ -129,7 +129,7 @@ impl<'a> OutputError<'a> {
     pub fn readings(&self) -> usize {
         self.begin[self.plans.len()]
     }
-    /// Where the residuals of a recording lie.
+    /// Where the residuals of a recording are.
     pub fn residuals_of(&self, run: usize) -> core::ops::Range<usize> {
         self.begin[run]..self.begin[run + 1]
     }
@@ -231,7 +231,7 @@ impl<'a> OutputError<'a> {
                 Target::Delay(_) | Target::InputDelay(_) => {}
             }
         }
-        // The readings are less what was believed already.
+        // The assumed offset is already subtracted from the readings.
         let sensors = sensors.beside(&self.runs[run].believed(n.inputs, n.outputs));
         let read = sensors.inputs_of();
         map.gain = read.gain;

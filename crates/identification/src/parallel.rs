@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 /// See [`tasks_done`].
 static DONE: AtomicU64 = AtomicU64::new(0);
 
-/// How many tasks this process has done, simulations and fits alike: whoever waits for them sees that the work goes on.
+/// How many tasks this process has done, simulations and fits alike: a waiting caller sees by it that the work goes on.
 pub fn tasks_done() -> u64 {
     DONE.load(Ordering::Relaxed)
 }
@@ -39,7 +39,7 @@ pub fn map<T: Send, R: Send>(items: impl IntoIterator<Item = T>, task: impl Fn(T
     cells.into_iter().filter_map(done).collect()
 }
 
-/// Two tasks beside each other.
+/// Two tasks in parallel.
 pub fn join<A: Send, B: Send>(a: impl FnOnce() -> A + Send, b: impl FnOnce() -> B + Send) -> (A, B) {
     rayon::join(a, b)
 }

@@ -6,7 +6,7 @@ use trueup_signals::element_name;
 
 use crate::model::Model;
 
-/// A quasi-static test that says nothing.
+/// A quasi-static test without information.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum StaticError {
     /// Series of different lengths, or too short.
@@ -46,9 +46,9 @@ pub struct Breakaway {
 }
 
 /// Where a slow ramp of the current breaks the motor away: the first motion by more than `threshold` (rad; two counts of
-/// the encoder at least) from where it stood. `external` is the torque, motor side, that the motor holds besides, N.m.
+/// the encoder at least) from its position. `external` is the torque, motor side, that the motor holds in addition, N.m.
 ///
-/// The last instant before that motion at which the motor had not yet left the count that it stood on is taken, so
+/// The last instant before that motion at which the motor had not yet left its count is taken, so
 /// that the estimate is late by one sample at most, never by the acceleration.
 ///
 /// # Errors
@@ -122,7 +122,7 @@ pub struct FirstMode {
     pub frequency: f64,
     /// Share of each spring in the mode's elastic energy, d ln(omega^2)/d ln(k_i). They add up to 1.
     pub shares: Vec<f64>,
-    /// Relative rise of the frequency when each spring alone is stiffened by the share asked for.
+    /// Relative rise of the frequency when each spring alone is stiffened by the requested share.
     pub rises: Vec<f64>,
 }
 

@@ -7,7 +7,7 @@ use trueup_signals::{Interpolation, Loaded, Recording, element_name, noise};
 
 use crate::model::{Model, ModelError};
 use crate::run::{Between, Channel, Drive, Run};
-use crate::sensors::OFFSET;
+use crate::sensor_unknowns::OFFSET;
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -25,14 +25,14 @@ pub enum RecordedError {
     /// A start value.
     #[error("{0}: {1}")]
     Parameter(String, ModelError),
-    /// A joint that is to be led.
+    /// A joint whose motion is prescribed.
     #[error(
         "{0}: joint {1} has neither jointTorque[{1}] nor an angle of its motor with at least 5 samples: nothing drives it; record one of them"
     )]
     NotLed(String, usize),
 }
 
-/// What the readings of a channel err by when nobody has said it: from their second differences.
+/// What the readings of a channel err by when that is not declared: from their second differences.
 ///
 /// Never below a millionth of their range, so that a reading without noise is no infinite weight.
 pub fn guessed_noise(y: &[f64]) -> f64 {
@@ -141,7 +141,7 @@ pub fn led(model: &Model, recordings: &[&Recording]) -> Vec<usize> {
         .collect()
 }
 
-/// The measured motion of a led motor as a drive, and where it begins: the smoothest curve within the noise.
+/// The measured motion of a prescribed motor as a drive, and where it begins: the smoothest curve within the noise.
 fn lead(model: &Model, recording: &Recording, noise: Noise, joint: usize, run: &mut Run) -> Option<()> {
     let channel = recording.channel(&leader(model, recording, joint)?)?;
     let sigma = noise(&channel.name)
@@ -169,7 +169,7 @@ pub fn runs(model: &Model, loaded: &Loaded) -> Result<(Vec<Run>, Vec<Run>), Reco
     both(loaded, |r, floor| run(model, r, floor))
 }
 
-/// The same for any subject; nothing is led.
+/// The same for any subject; nothing is prescribed.
 ///
 /// # Errors
 /// See [`RecordedError`].

@@ -131,7 +131,7 @@ impl Signals {
         let inner = 1..len - 1;
         let rate = |q: &[f64], k: usize| (q[k + 1] - q[k - 1]) / (2.0 * h);
         let literal = method == Regression::Literal;
-        // The second difference averages the acceleration over two steps with a triangle; so must what it is compared with.
+        // The second difference averages the acceleration over two steps with a triangle; so must its reference.
         let current = |k: usize| match self.between {
             _ if literal => self.current[k],
             Between::Hold => 0.5 * (self.current[k - 1] + self.current[k]),

@@ -29,11 +29,11 @@ pub struct Drive {
     pub between: Between,
     /// Standard deviation of a sample's noise; 0: not known, or none.
     pub sigma: f64,
-    /// It may read a constant off, which is to be estimated; the values are less what it is believed to be.
+    /// It may read a constant off, which is to be estimated; the values are less the assumed one.
     pub offset: Option<Guess>,
-    /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
+    /// It may read too large, by a factor which is to be estimated; the values are over the assumed one.
     pub gain: Option<Guess>,
-    /// How late it is is to be estimated; its times are earlier by what it is believed to be.
+    /// How late it is is to be estimated; its times are earlier by the assumed delay.
     pub late: Option<Guess>,
 }
 
@@ -56,11 +56,11 @@ pub struct Channel {
     pub resolution: f64,
     /// By how much less than one reading each counts, as a factor on `sigma` ([`Channel::weigh_rests`]); empty: 1.
     pub spread: Vec<f64>,
-    /// It may read a constant off, which is to be estimated; the values are less what it is believed to be.
+    /// It may read a constant off, which is to be estimated; the values are less the assumed one.
     pub offset: Option<Guess>,
-    /// It may read too large, by a factor which is to be estimated; the values are over what it is believed to be.
+    /// It may read too large, by a factor which is to be estimated; the values are over the assumed one.
     pub gain: Option<Guess>,
-    /// How late it is is to be estimated; `delay` is what it is believed to be.
+    /// How late it is is to be estimated; `delay` is the assumed one.
     pub late: Option<Guess>,
 }
 
@@ -86,7 +86,7 @@ impl Channel {
         self.spread.get(k).map_or(1.0, |s| s.powi(-2))
     }
 
-    /// A sensor that stands still repeats one count, and with it one quantisation error: a thousand such readings say no
+    /// A sensor at rest repeats one count, and with it one quantisation error: a thousand such readings say no
     /// more than one. While it moves on evenly the errors within a count cancel, and its readings stay as they are.
     /// So a count that lasts for more than twice as long as the shorter one of its neighbours is weighed like that.
     pub fn weigh_rests(&mut self) {
@@ -138,7 +138,7 @@ impl Run {
 }
 
 impl Run {
-    /// Lets the readings of an output be late by `delay` seconds, whatever they are believed to be; of one whose delay is known:
+    /// Lets the readings of an output be late by `delay` seconds, whatever is assumed; of one whose delay is known:
     /// nothing.
     pub fn read_late(&mut self, output: usize, delay: f64) {
         let of = |c: &&mut Channel| c.output == output && c.late.is_some();
@@ -152,7 +152,7 @@ impl Run {
             late.value = delay;
         }
     }
-    /// Takes what was found of a sensor in the place of what was believed of it.
+    /// Takes the estimates of a sensor instead of what was assumed.
     pub fn calibrate(&mut self, target: Target, value: f64) {
         let scaled = |gain: &mut Option<Guess>| {
             let before = gain.map_or(1.0, |g| g.value);
@@ -179,7 +179,7 @@ impl Run {
             Target::Parameter(_) | Target::Offset(_) | Target::InputBias(_) | Target::InputOffset(_) => {}
         }
     }
-    /// What its sensors are believed to be, and was taken out of the values.
+    /// The assumed errors of its sensors, which were taken out of the values.
     pub fn believed<T: Scalar>(&self, inputs: usize, outputs: usize) -> Sensors<T> {
         let mut all = Sensors::none(inputs, outputs);
         let sensor = |gain: Option<Guess>, offset: Option<Guess>| Sensor {

@@ -4,8 +4,8 @@
 //! over shifts of the counts against it; of any other it sums products of the scores J_i r_i up to a lag (Newey and West
 //! 1987).
 //! *Counts as intervals*: the edges that a motion happens to touch settle an estimate, not a sum over all readings, so a
-//! sandwich of one linearisation says little. There the fit is done again and again (a parametric bootstrap, Efron and
-//! Tibshirani 1993): the fitted motion, linear in the unknowns about the solution, is counted anew with other phases. The
+//! sandwich of one linearisation is a poor measure. There the fit is done again and again (a parametric bootstrap, Efron and
+//! Tibshirani 1993): the fitted motion, linear in the unknowns about the solution, is counted again with other phases. The
 //! likelihood of intervals is log-concave, so that each of these fits has one minimum.
 
 use std::collections::BTreeMap;
@@ -26,7 +26,7 @@ use crate::unknown::Target;
 const WRONG: f64 = 2.0;
 /// Phases of the counts for which quantisation errors are worked out.
 const PHASES: usize = 32;
-/// Fits to counts made anew.
+/// Fits to counts made again.
 const DRAWS: u64 = 64;
 /// A draw moves the solution by less than this, in standard deviations of the likelihood.
 const REACH: f64 = 8.0;
@@ -51,7 +51,7 @@ pub(crate) fn scatter(
     let parts: Vec<DMatrix<f64>> =
         parallel::map(&others, |&(run, c)| scores(problem, found, &rows, loss, run, c));
     let mut m = parts.into_iter().fold(DMatrix::zeros(rows.ncols(), rows.ncols()), |sum, m| sum + m);
-    // What a prior contributes is as sure as it says.
+    // What a prior contributes has the declared deviation.
     let priors = rows.rows(problem.readings(), rows.nrows() - problem.readings());
     m += priors.tr_mul(&priors);
     if !counted.is_empty() {
@@ -77,7 +77,7 @@ pub(crate) fn as_normal(problem: &OutputError, found: &Solution) -> Normal {
     }
 }
 
-/// Where the residuals of a channel lie: first and how many.
+/// Where the residuals of a channel are: first and how many.
 fn place(problem: &OutputError, run: usize, c: usize) -> (usize, usize) {
     let w = &problem.plans()[run].channels()[c..];
     (problem.residuals_of(run).start + w[0], w[1] - w[0])
@@ -180,7 +180,7 @@ struct Near {
     slack: f64,
 }
 
-/// A fit to counts made anew; everything else is a quadratic about the solution.
+/// A fit to counts made again; everything else is a quadratic about the solution.
 struct Again<'a> {
     counts: Vec<Near>,
     /// Residuals of the quadratic, K z + w.
@@ -219,7 +219,7 @@ impl Problem for Again<'_> {
     }
 }
 
-/// Covariance of fits to counts made anew; of what is not `counted`, `m` is the covariance of the scores.
+/// Covariance of fits to counts made again; of what is not `counted`, `m` is the covariance of the scores.
 fn bootstrap(
     problem: &OutputError,
     found: &Solution,

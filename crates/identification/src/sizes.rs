@@ -170,7 +170,7 @@ impl Sizes {
     }
 }
 
-/// What a sine of that speed (root mean square) and range takes of torque where nobody recorded it, N.m.
+/// What a sine of that speed (root mean square) and range takes of torque where it is not recorded, N.m.
 fn torque_of_motion(inertia: f64, speed: f64, range: f64) -> f64 {
     inertia * 2.0 * speed * speed / range
 }

@@ -25,7 +25,7 @@ pub trait Subject: Named + Predictor {
     /// # Errors
     /// A value that is no number, or none that the parameter can have.
     fn with_values(&self, base: &[f64], given: &BTreeMap<String, Value>) -> Result<Vec<f64>, ModelError>;
-    /// What is estimated unless the case says otherwise.
+    /// What is estimated unless the case chooses otherwise.
     fn fits(&self) -> Vec<String>;
 }
 

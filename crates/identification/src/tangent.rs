@@ -1,4 +1,4 @@
-//! A smooth model with its sensitivities: the variational equations, integrated beside the states.
+//! A smooth model with its sensitivities: the variational equations, integrated next to the states.
 
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 use trueup_numerics::{Dual, Scalar};

@@ -1,6 +1,30 @@
 //! What is estimated: each unknown with its scale, bounds and prior.
 
-pub use trueup_estimation::unknown::Scale;
+/// The coordinate in which an unknown is searched.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// Coordinate ln(value): the value stays positive.
+    Log,
+    /// Coordinate value / this.
+    Linear(f64),
+}
+
+impl Scale {
+    /// The coordinate of a value.
+    pub fn coordinate(self, value: f64) -> f64 {
+        match self {
+            Self::Log => value.max(f64::MIN_POSITIVE).ln(),
+            Self::Linear(s) => value / s,
+        }
+    }
+    /// The value at a coordinate, and its derivative by it.
+    pub fn value(self, coordinate: f64) -> (f64, f64) {
+        match self {
+            Self::Log => (coordinate.exp(), coordinate.exp()),
+            Self::Linear(s) => (coordinate * s, s),
+        }
+    }
+}
 
 /// What an unknown sets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +71,7 @@ pub struct Unknown {
     pub lower: f64,
     /// Largest value.
     pub upper: f64,
-    /// Believed value and standard deviation, both as theta of [`Unknown::scale`].
+    /// Prior value and standard deviation, both as theta of [`Unknown::scale`].
     pub prior: Option<(f64, f64)>,
 }
 

@@ -105,7 +105,7 @@ fn estimates_are_as_sure_as_they_say() {
         floor.extend(f.comparisons.iter().map(trueup_identification::fit::Comparison::above_floor));
         println!("{seed}: {:?} {:?}", &z[z.len() - 4..], &floor[floor.len() - 4..]);
     }
-    // 48 values of N(0, 1): their mean square lies within 0.6 .. 1.5 with 98 %.
+    // 48 values of N(0, 1): their mean square is within 0.6 .. 1.5 with 98 %.
     let mean = z.iter().map(|z| z * z).sum::<f64>() / z.len() as f64;
     assert!((0.6..1.5).contains(&mean), "{mean}: {z:?}");
     assert!(worse > 0.6, "the plain fit is worse in only {worse}");

@@ -67,7 +67,7 @@ fn derivatives_are_those_of_the_angle() {
     }
 }
 
-/// S0's torque: what is said to be measured does not fit the manipulator.
+/// S0's torque: the torque given as measured does not fit the manipulator.
 #[test]
 fn runs_that_do_not_fit_are_refused() {
     use trueup_identification::flexible_joint::{FlexibleJoint, RunError};

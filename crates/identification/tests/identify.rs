@@ -25,7 +25,7 @@ fn of<'a>(r: &'a Identified, name: &str) -> &'a Found {
     r.parameters.iter().chain(&r.uncertain).find(|f| f.estimate.name == name).unwrap()
 }
 
-/// The truth lies within four standard errors, and the standard error within this share of it.
+/// The truth is within four standard errors, and the standard error within this share of it.
 fn right(r: &Identified, name: &str, truth: f64, sure: f64) {
     let e = &of(r, name).estimate;
     let se = e.standard_error.unwrap_or_else(|| panic!("{name}: {:?}", e.reason));
@@ -194,7 +194,7 @@ fn what_nothing_determines_keeps_the_value_of_the_case() {
     right(&r, "stiffness", of(&r, "stiffness").nominal / 1.02, 1e-2);
 }
 
-/// An arm that moves by smooth torques; `torque` tells whether they are recorded.
+/// An arm that moves by smooth torques; `torque`: whether they are recorded.
 fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
     let mut case = "model = \"PlanarManipulator\"\ntrain = [\"a.csv\"]\n[parameters]\nmotorInertia = [4.0, 0.0, 0.0]\njointStiffness = [8.0, 0.0, 0.0]\njointDamping = [0.8, 0.0, 0.0]\n".to_owned();
     for (name, noise) in
@@ -240,12 +240,13 @@ fn arm_case(folder: &Path, torque: bool) -> Vec<f64> {
     q
 }
 
-/// Identified from its torques, or led along its motion.
+/// Identified from its torques, or with its motion prescribed.
 fn arm(torque: bool) -> Identified {
     let folder = tempfile::tempdir().unwrap();
     arm_case(folder.path(), torque);
     let r = identified(folder.path(), Method::OutputError);
-    let led = r.notes.iter().filter(|n| n.contains("led along its measured motion")).count();
+    let led =
+        r.notes.iter().filter(|n| n.contains("is not recorded: the measured motion of the motor")).count();
     assert_eq!(led, if torque { 0 } else { 3 });
     r
 }
@@ -276,7 +277,7 @@ fn a_real_drive() {
         return;
     };
     let folder = tempfile::tempdir().unwrap();
-    // Volts become newtons by the sidecar's scale, and rad stand for metres: gearRatio 1, torqueConstant 1.
+    // Volts become newtons by the sidecar's scale, and rad replaces metres: gearRatio 1, torqueConstant 1.
     let sidecar = "[columns]\nt = \"time\"\nqm = \"motorAngle\"\nqg = false\nvir = { variable = \"motorCurrent\", scale = 35.15065 }\n";
     for (name, more) in [("DATA_EMPS.mat", ""), ("DATA_EMPS_PULSES.mat", "pulses_N = false\n")] {
         std::fs::copy(data.join(name), folder.path().join(name)).unwrap();
@@ -400,7 +401,7 @@ fn effects_are_fitted_where_they_are_known_and_where_they_are_asked_for() {
         right(r, "stiffness", 0.084, 0.05);
         assert!(r.fit.iter().all(|f| f.nrmse.unwrap() < 0.01), "{:?}", r.fit);
     }
-    // What is known is fitted against its doubt, what is asked for stands among the parameters, with what it gains.
+    // What is known is fitted with its prior, what is requested is among the parameters, with what it gains.
     assert!(known.without.is_empty() && known.uncertain.iter().any(|f| f.doubt == Some(0.5)));
     assert!(asked.parameters.iter().any(|f| f.estimate.name == "gravityTorque"));
     let worst = |list: &[Figure]| list.iter().map(|f| f.nrmse.unwrap()).fold(0.0, f64::max);
@@ -413,7 +414,7 @@ fn a_known_effect_that_cannot_be_is_refused() {
     for (more, said) in [
         ("[effects]\ngravity-torque = { gravityAngle = 0.0 }\n", "its size is not given"),
         ("[effects]\njoint-flexibility = { stiffness = 1.0 }\n", "jointFlexible"),
-        ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it stands once"),
+        ("[effects]\ngravity-torque = { gravityTorque = 1.0, joint = 2 }\n", "it occurs once"),
         (
             "[effects]\ngravity-torque = { gravityTorqu = 1.0 }\n",
             "gravityTorqu is no parameter of this effect, which has gravityTorque",
@@ -443,7 +444,7 @@ fn gravity_wants_a_base_that_is_fixed() {
     assert!(told.contains("gravity[2]") && told.contains("base = \"fixed\""), "{told}");
 }
 
-/// The same of an effect, known or asked for; on a fixed base it has a size and a doubt at the joint that is named, and is what
+/// The same of an effect, known or requested; on a fixed base it has a size and a standard deviation at the joint that is named, and is what
 /// an FMU with it has elsewhere.
 #[test]
 fn a_gravity_torque_of_an_arm_wants_a_base_that_is_fixed() {
@@ -455,7 +456,7 @@ fn a_gravity_torque_of_an_arm_wants_a_base_that_is_fixed() {
     let known = "[effects]\ngravity-torque = { gravityTorque = 110.0, doubt = 0.1, joint = 2 }\n";
     for (known, with) in [(known, &[][..]), ("", &["gravity-torque"][..])] {
         let told = of("", known, with).unwrap_err().to_string();
-        assert!(told.contains("wants a fixed base") && told.contains("base = \"fixed\""), "{told}");
+        assert!(told.contains("requires a fixed base") && told.contains("base = \"fixed\""), "{told}");
     }
     let (values, model, case) = of("base = \"fixed\"\n", known, &[]).unwrap();
     let value = |name: &str| values[model.parameter(name).unwrap()];

@@ -118,7 +118,7 @@ fn a_wrong_model_is_left_with_normal_errors() {
     assert!(refine(&problem, &first, Loss::Squares).is_none());
 }
 
-/// A sensor that stands still says one thing, however often.
+/// A sensor at rest has one reading, however often.
 #[test]
 fn a_rest_says_no_more_for_lasting() {
     let model = joint(&[]);

@@ -1,4 +1,4 @@
-//! Plants under test: as the library has them compiled, not compiled anew for a test.
+//! Plants under test: as the library has them compiled, not compiled again for a test.
 
 use trueup_identification::model::Model;
 use trueup_models::plants::PlantStructure;

@@ -1,5 +1,5 @@
-//! A plant of nobody's list, whole in this file: a pendulum with a motor on its axle. It is a plant as ours are: simulated along
-//! recordings, its derivatives exact, its parameters identified, its forces and tangent asked for.
+//! A plant of no list, whole in this file: a pendulum with a motor on its axle. It is a plant as ours are: simulated along
+//! recordings, its derivatives exact, its parameters identified, its forces and tangent requested.
 
 #![allow(clippy::unwrap_used)]
 

@@ -97,7 +97,7 @@ struct Cost {
     way: Vec<[f64; 3]>,
 }
 
-/// A model that counts what is asked of it.
+/// A model that counts its calls.
 struct Counted<'a> {
     arm: &'a FlexibleArm,
     calls: [Cell<usize>; 3],
@@ -143,7 +143,7 @@ impl Hybrid for Counted<'_> {
     }
 }
 
-/// A simulation of one model, held by its owner.
+/// A simulation of one model, with its memory.
 struct Side<'a, M: Hybrid> {
     model: &'a M,
     driver: Driver,

@@ -12,7 +12,7 @@ use trueup_numerics::event::Direction;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 use trueup_plant::{Coordinate, Lanes, Plant, PlantError, Quantity, VariableTable, elements};
 
-/// What a model says of itself beyond its equations, so that it is a [`Plant`].
+/// What a model declares of itself beyond its equations, so that it is a [`Plant`].
 pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
     /// Name of the model.
     const NAME: &'static str;
@@ -23,14 +23,14 @@ pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
     /// Rates of the states with one generalised force per coordinate; empty: none. A coordinate that dry friction holds balances
     /// them.
     fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]);
-    /// The same with these effects in the place of its own.
+    /// The same with these effects instead of its own.
     ///
     /// # Errors
     /// An effect that it cannot have.
     fn with(&self, effects: &[&str]) -> Result<Self, PlantError>
     where
         Self: Sized;
-    /// Its effects; none: it knows of none.
+    /// Its effects; none: it has none.
     fn effect_set(&self) -> Option<&EffectSet> {
         None
     }
@@ -46,7 +46,7 @@ pub trait PlantModel: Hybrid + Debug + Send + Sync + 'static {
     fn rest<T: Scalar>(&self, _p: &mut [T], _u: &[T]) {}
 }
 
-/// A model as a [`Plant`]. What it says of itself is put together when it is first asked for.
+/// A model as a [`Plant`]. What it declares of itself is put together at the first request.
 #[derive(Clone, Debug)]
 pub struct Compiled<M> {
     model: M,
@@ -181,12 +181,12 @@ pub fn states(entries: &[Entry<State>]) -> Vec<Quantity> {
     quantities(entries, |_, q| q)
 }
 
-/// Says that parameters which must be above 0 are what the equations divide by.
+/// Declares that parameters which must be above 0 are what the equations divide by.
 pub fn positive(table: &mut VariableTable) {
     table.parameters.iter_mut().for_each(|q| q.positive = q.above_min);
 }
 
-/// Says whose rates the rates of these coordinates are, where a state is their position.
+/// Declares whose rates the rates of these coordinates are, where a state is their position.
 pub fn rates_of(coordinates: &[Coordinate], table: &mut VariableTable) {
     for c in coordinates {
         let Some(position) = c.position else { continue };
@@ -207,7 +207,7 @@ pub fn no_effects(model: &str, effects: &[&str]) -> Result<(), PlantError> {
     }
 }
 
-/// Adds the variables of effects, which lie behind a plant's own: variable by variable, site by site.
+/// Adds the variables of effects, which follow a plant's own: variable by variable, site by site.
 pub fn add_effects(set: &EffectSet, plant: effect::Plant, table: &mut VariableTable) {
     for e in set.iter() {
         let (spec, choice, dimensions) = (e.spec(), e.choice, e.dimensions(plant));

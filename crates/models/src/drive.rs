@@ -1,4 +1,4 @@
-//! What stands between motor and link of one joint, as the equations and the effects see it.
+//! What is between motor and link of one joint, as the equations and the effects see it.
 
 use crate::friction::Levels;
 use trueup_numerics::Scalar;
@@ -9,7 +9,7 @@ use trueup_numerics::Scalar;
 pub struct Drive<T> {
     /// Time in s.
     pub t: T,
-    /// Torque that the controller asks of the motor, N.m.
+    /// Torque that the controller commands of the motor, N.m.
     pub command: T,
     /// Motor torque as it comes to the effect that looks at it, N.m.
     pub torque: T,
@@ -25,7 +25,7 @@ pub struct Drive<T> {
     pub epsilon: T,
     /// Its rate, rad/s.
     pub epsilon_dot: T,
-    /// Change of the gear's error with `theta`: the motor feels 1 - slope times the spring's torque.
+    /// Change of the gear's error with `theta`: 1 - slope times the spring's torque acts on the motor.
     pub slope: T,
     /// Torque that the transmission carries, N.m; of a rigid joint the motor's. Only where an effect of motor friction
     /// is packed.

@@ -115,7 +115,7 @@ pub fn next_mode(
     }
 }
 
-/// The mode where the velocity alone tells it; `None`: at rest with dry friction.
+/// The mode where the velocity alone determines it; `None`: at rest with dry friction.
 pub fn moving_mode(omega: f64, dry: bool) -> Option<i32> {
     if !dry {
         return Some(SMOOTH);

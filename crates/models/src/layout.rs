@@ -1,17 +1,17 @@
-//! Lists of variables: what each is, and where its values lie in a model's vectors. One list serves the model and its binding.
+//! Lists of variables: what each is, and where its values are in a model's vectors. One list serves the model and its binding.
 
 /// A variable of a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry<K> {
     /// Its name.
     pub name: &'static str,
-    /// Lengths of its dimensions; empty for a scalar. Elements lie row by row.
+    /// Lengths of its dimensions; empty for a scalar. Elements are row by row.
     pub dimensions: Vec<usize>,
     /// SI.
     pub unit: &'static str,
-    /// What its list says of it besides.
+    /// Further entries of its list.
     pub kind: K,
-    /// What it is.
+    /// Meaning.
     pub text: &'static str,
 }
 
@@ -131,7 +131,7 @@ impl State {
 /// An input's kind: its start values, one per element; none: 0.
 pub type Start = &'static [f64];
 
-/// A list of variables, written once: `Parameters::list` is the table, the fields of `Parameters` say where values lie.
+/// A list of variables, written once: `Parameters::list` is the table, the fields of `Parameters` give the places of values.
 macro_rules! layout {
     ($(#[$doc:meta])* $type:ident of $kind:ty, $s:ident: $structure:ty:
         $($field:ident $name:literal [$($d:expr),*] $(if $there:expr)?, $unit:literal, $more:expr, $text:literal;)*

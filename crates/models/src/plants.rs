@@ -31,7 +31,7 @@ pub struct PlantStructure {
 pub enum StructureError {
     /// No such plant.
     Model(String),
-    /// Its structure: what is wrong, with the mend.
+    /// Its structure: what is wrong, with the remedy.
     Structure(String),
     /// A payload on a link that is not there, of an arm with so many.
     Payload {
@@ -46,9 +46,9 @@ pub enum StructureError {
 struct Listed {
     name: &'static str,
     build: fn(&PlantStructure) -> Result<Arc<dyn Plant>, StructureError>,
-    /// Which joints are flexible where nobody says it.
+    /// Which joints are flexible where that is not chosen.
     flexible: &'static [bool],
-    /// What its parameters are unless somebody says otherwise.
+    /// What its parameters are unless chosen otherwise.
     preset: &'static str,
 }
 
@@ -77,12 +77,12 @@ pub fn build(s: &PlantStructure) -> Result<Arc<dyn Plant>, StructureError> {
     (listed(&s.model).ok_or_else(|| StructureError::Model(s.model.clone()))?.build)(s)
 }
 
-/// Which joints of that model are flexible where nobody says it; of an unknown one: none is there.
+/// Which joints of that model are flexible where that is not chosen; of an unknown one: none is there.
 pub fn usual_flexible(model: &str) -> &'static [bool] {
     listed(model).map_or(&[], |l| l.flexible)
 }
 
-/// What the parameters of that model are unless somebody says otherwise.
+/// What the parameters of that model are unless chosen otherwise.
 pub fn preset(model: &str) -> &'static str {
     listed(model).map_or("", |l| l.preset)
 }
@@ -139,12 +139,12 @@ pub fn joint(plant: &dyn Plant) -> Option<&TwoMassJoint> {
     model(plant)
 }
 
-/// The arm behind a plant, if it is one, its motors led or not.
+/// The arm behind a plant, if it is one, its motors prescribed or not.
 pub fn arm(plant: &dyn Plant) -> Option<&PlanarManipulator> {
     model(plant).or_else(|| model::<Replay>(plant).map(Replay::arm))
 }
 
-/// The effects of a plant; none of one that knows of none.
+/// The effects of a plant; none of one without.
 pub fn effects(plant: &dyn Plant) -> &EffectSet {
     static NONE: EffectSet = EffectSet::none();
     let own =

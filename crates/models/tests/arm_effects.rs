@@ -73,7 +73,7 @@ fn hysteresis_takes_out_what_its_torque_does() {
         motors_and_dampers(at, m, |_| true) - hysteresis
     });
     let (lost, drift) = balances(run);
-    // Dahl's law has a kink where the deflection turns back, without an event: the integrator feels it.
+    // Dahl's law has a kink where the deflection turns back, without an event: the integrator notices it.
     assert!(lost < 1e-6 && drift < 1e-10);
 }
 

@@ -147,7 +147,7 @@ fn accelerations_satisfy_lagranges_equations() {
         let (model, p) = random_arm_on(fixed, &mut random, effects);
         let (n, d) = (model.links(), model.dofs());
         let (q, mut v) = (random.vector(d, 3.0), random.vector(d, 1.0));
-        // A base that is fixed stands still, whatever force that takes (ARM-15).
+        // A base that is fixed does not move, whatever force that takes (ARM-15).
         let held = if model.has_fixed_base() { 3 } else { 0 };
         v[..held].fill(0.0);
         let u = random.vector(model.sizes().inputs, 2.0);
@@ -203,7 +203,7 @@ fn accelerations_satisfy_lagranges_equations() {
             right -= slope(&|s| hanging(&model, &p, &moved(&unit, s)));
             worst = worst.max((left - right).abs() / (1.0 + left.abs() + inertial.abs()));
         }
-        // All that stores energy is told (ARM-13).
+        // All that stores energy is reported (ARM-13).
         let springs = (0..n)
             .filter(|j| model.flexible()[*j])
             .map(|j| 0.5 * p[parameter::joint_stiffness(n) + j] * (q[model.motor(j)] - q[3 + j]).powi(2));

@@ -1,4 +1,4 @@
-//! Motors that are led (ARM-14), against the torques that would lead them and against the golden trajectory.
+//! Motors of prescribed motion (ARM-14), against the torques that would cause it and against the golden trajectory.
 #![allow(clippy::unwrap_used)]
 
 use crate::arm_common::{NO_EFFECTS, Random};
@@ -35,8 +35,8 @@ fn a_led_motor_moves_the_rest_as_its_torque_does() {
     }
 }
 
-/// Checks ARM-14: rows that are led as they would not go by themselves, satellite and links as well as motors. Whatever force
-/// that takes acts in these rows alone, so that in the others M a is what it is without it.
+/// Checks ARM-14: rows with a prescribed motion that is not their free one, satellite and links as well as motors. Whatever force
+/// that takes acts in these rows alone, so that in the others M a is unchanged.
 #[test]
 fn the_force_that_leads_rows_acts_in_no_others() {
     let mut random = Random(8);

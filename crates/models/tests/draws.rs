@@ -1,4 +1,4 @@
-//! Numbers that nobody chose, from a seed that messages print.
+//! Random numbers from a seed that messages print.
 
 use rand::{Rng, SeedableRng, rngs::StdRng};
 
@@ -9,7 +9,7 @@ pub(crate) struct Draws {
 }
 
 impl Draws {
-    /// `TRUEUP_SEED` in the place of this seed, if it is set.
+    /// `TRUEUP_SEED` instead of this seed, if it is set.
     pub(crate) fn new(seed: u64) -> Self {
         let seed = std::env::var("TRUEUP_SEED").ok().and_then(|s| s.parse().ok()).unwrap_or(seed);
         Self { seed, rng: StdRng::seed_from_u64(seed) }

@@ -23,7 +23,7 @@ fn joint(ids: &[String]) -> (TwoMassJoint, Vec<f64>) {
     }
     (model, p)
 }
-/// On a base that floats, unless one of them wants a fixed one.
+/// On a base that floats, unless one of them requires a fixed one.
 fn arm(ids: &[String]) -> (PlanarManipulator, Vec<f64>) {
     arm_on(ids.iter().any(|id| grounded(id)), ids)
 }
@@ -163,7 +163,7 @@ fn every_effect_shows_at_its_start_values() {
 }
 
 /// Effects, the sensors on one channel each.
-/// Whatever a joint has: where its angles go, its speeds tell, but where a sensor errs.
+/// Whatever a joint has: where its angles go, its speeds show, but where a sensor errs.
 #[test]
 fn speeds_are_the_derivatives_of_angles_with_every_effect() {
     let mut rng = Random(5);

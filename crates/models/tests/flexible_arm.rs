@@ -20,7 +20,7 @@ use trueup_models::space::tree::Placed;
 use trueup_models::space::vector::identity;
 use trueup_numerics::hybrid::{At, Hybrid};
 
-/// DELIAN and where its values lie.
+/// DELIAN and where its values are.
 struct Delian {
     arm: FlexibleArm,
     p: Vec<f64>,
@@ -306,7 +306,7 @@ fn lnk6_motors_stick_where_friction_holds_the_weight() {
     assert!(loose.modes[1] == -1 && loose.modes[2] == -1, "{:?}", loose.modes);
 }
 
-/// Checks LNK-6: motors that stop at once push what they carry by an impulse: M says how.
+/// Checks LNK-6: motors that stop at once push what they carry by an impulse: M determines it.
 #[test]
 fn lnk6_an_impulse_of_the_motors_is_that_of_the_mass_matrix() {
     let d = of(&delian(), true);

@@ -32,14 +32,14 @@ pub struct Crossing {
     pub indicator: usize,
 }
 
-/// Where the indicators are sampled in a step, beside its start. The outer two tell the slope at the ends.
+/// Where the indicators are sampled in a step, in addition to its start. The outer two give the slope at the ends.
 const NODES: [f64; 6] = [1.0 / 64.0, 0.25, 0.5, 0.75, 63.0 / 64.0, 1.0];
 /// The same where the states are parabolas in time.
 const FEW: [f64; 2] = [0.5, 1.0];
 /// Samples ahead of them in the step after a restart, from 4^-16 on, each at 4 times the one before: an
 /// indicator that starts at 0 may be back there long before the first regular sample.
 const EARLY: usize = 13;
-/// An indicator starts at 0 if it is there less than this share of what it is at the first regular sample.
+/// An indicator starts at 0 if its value there is less than this share of that at the first regular sample.
 const NEAR: f64 = 1e-3;
 /// The start, the early ones and the regular ones.
 const MOST: usize = 1 + EARLY + NODES.len();
@@ -135,7 +135,7 @@ impl Locator {
         first
     }
 
-    /// The first event of one indicator, as long as it may lie before `limit`.
+    /// The first event of one indicator, as long as it may be before `limit`.
     fn first_of(
         &mut self,
         begin: usize,
@@ -196,7 +196,7 @@ struct Parabola {
     curvature: f64,
     /// s where it is least.
     vertex: f64,
-    /// What it is there.
+    /// Its value there.
     least: f64,
 }
 
@@ -253,11 +253,11 @@ fn dip(mut a: Point, mut m: Point, mut b: Point, mut z: impl FnMut(f64) -> f64) 
     None
 }
 
-/// The crossing between `a` and `b`, which lie in different domains, to a few units in the last place of t;
-/// returns the end of the bracket that lies in b's domain. Illinois variant of regula falsi, kept from
+/// The crossing between `a` and `b`, which are in different domains, to a few units in the last place of t;
+/// returns the end of the bracket that is in b's domain. Illinois variant of regula falsi, kept from
 /// stalling by bisection.
 fn cross(a: Point, b: Point, mut z: impl FnMut(f64) -> f64) -> f64 {
-    // On the way down to negative values 0 is passed too, for updates that ask for z < 0.
+    // On the way down to negative values 0 is passed too, for updates that require z < 0.
     let crossed = |z: f64| if b.1 < 0.0 { z < 0.0 } else { (z > 0.0) == (b.1 > 0.0) };
     let ((mut ta, mut za), (mut tb, mut zb)) = (a, b);
     let tol = 2.0 * f64::EPSILON * ta.abs().max(tb.abs()).max(tb - ta);

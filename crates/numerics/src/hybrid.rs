@@ -50,7 +50,7 @@ pub struct Update {
 }
 
 impl Update {
-    /// Nothing changed: the iteration has settled.
+    /// Nothing changed: the iteration has ended.
     pub fn settled(self) -> bool {
         !(self.modes || self.states)
     }
@@ -82,7 +82,7 @@ pub trait Hybrid {
     fn next_event(&self, _p: &[f64], _modes: &[i32]) -> Option<f64> {
         None
     }
-    /// The stiff part of df/dx, where the model knows how to solve with it at little cost.
+    /// The stiff part of df/dx, where the model can solve with it at little cost.
     fn stiff_part(&self) -> Option<&dyn StiffPart> {
         None
     }

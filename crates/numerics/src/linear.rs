@@ -60,7 +60,7 @@ pub fn lu_solve<T: Scalar>(lu: &[T], n: usize, pivots: &[usize], b: &mut [T]) {
 }
 
 /// A = L D L^T of a symmetric positive definite matrix, in place: reads the lower triangle and the diagonal, writes L below the
-/// diagonal, D on it, D L^T above it. What the inner loops run over lies in one piece.
+/// diagonal, D on it, D L^T above it. What the inner loops run over is contiguous.
 ///
 /// # Errors
 /// A pivot that is not positive beyond rounding, relative to the diagonal element it came from.

@@ -1,6 +1,6 @@
 //! Lists in the order of a figure of their items. The sort itself is compiled once, not for every kind of item.
 
-/// Largest figure first; items of the same figure stay as they lie. Each figure is asked for once.
+/// Largest figure first; items of the same figure keep their order. Each figure is computed once.
 pub fn descending<T>(all: &mut Vec<T>, figure: impl Fn(&T) -> f64) {
     arrange(all, largest_first(all.iter().map(figure).collect()));
 }
@@ -18,7 +18,7 @@ fn largest_first(figures: Vec<f64>) -> Vec<usize> {
     order
 }
 
-/// Puts the items that stand at these places there in turn.
+/// Permutes items in place: item `k` becomes the one at place `k` of this list.
 fn arrange<T>(all: &mut Vec<T>, order: Vec<usize>) {
     let mut taken: Vec<Option<T>> = all.drain(..).map(Some).collect();
     all.extend(order.into_iter().filter_map(|at| taken[at].take()));

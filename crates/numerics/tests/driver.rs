@@ -11,7 +11,7 @@ fn options(solver: Solver, tolerance: f64) -> Options {
     Options { solver, tolerance, ..Options::default() }
 }
 
-/// Owner of a state, as an FMU instance is.
+/// Holder of a state, as an FMU instance is.
 #[derive(Clone)]
 struct Owner {
     t: f64,

@@ -100,7 +100,7 @@ proptest! {
         prop_assert!(calls < if p == 0 { 45 } else { 220 }, "{calls}");
     }
 
-    /// Of a parabola two samples tell every crossing, wherever in the step and however near each other.
+    /// Of a parabola two samples show every crossing, wherever in the step and however near each other.
     #[test]
     fn crossings_of_parabolas_are_found(
         centre in -0.2..1.2f64, width in -6.0..0.0f64, up in any::<bool>()

@@ -23,13 +23,13 @@ pub struct Follows {
 /// One coordinate of a plant, by indices. A generalised force along it does positive work as the coordinate grows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coordinate {
-    /// What it is called in reports.
+    /// Its name in reports.
     pub name: String,
     /// What moves along it.
     pub kind: CoordinateKind,
     /// Unit of a generalised force along it: `N.m` or `N`.
     pub force_unit: &'static str,
-    /// State: its position. None: another state tells it (a twist).
+    /// State: its position. None: another state gives it (a twist).
     pub position: Option<usize>,
     /// State: its rate.
     pub rate: usize,
@@ -41,7 +41,7 @@ pub struct Coordinate {
     pub position_output: usize,
     /// Output that shows its rate.
     pub rate_output: usize,
-    /// Mode that says whether dry friction holds it; none: it has no dry friction.
+    /// Mode of its dry friction: whether it sticks; none: it has no dry friction.
     pub friction_mode: Option<usize>,
     /// Parameters that are the levels of its dry friction: sliding, break-away.
     pub dry_friction: Option<[usize; 2]>,

@@ -1,4 +1,4 @@
-//! A plant as an object: what identification, estimation and diagnosis ask of a model, whichever it is.
+//! A plant as an object: what identification, estimation and diagnosis require of a model, whichever it is.
 //!
 //! * [`Plant`]: variables, coordinates, and a hybrid system's equations at `f64` and at [`Lanes`] (eight derivatives at once),
 //!   under generalised forces on its coordinates.

@@ -80,7 +80,7 @@ fn forces_for(
 }
 
 /// The tangent under these forces (one per coordinate; empty: none), the coordinates of `stuck` (empty: none) held by whatever
-/// force that takes: they keep their position, and what they are coupled to feels the force. `at.modes` has their dry friction
+/// force that takes: they keep their position, and the force acts on what they are coupled to. `at.modes` has their dry friction
 /// sliding; one that it holds already stays as it is.
 ///
 /// # Errors

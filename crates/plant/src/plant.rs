@@ -11,7 +11,7 @@ use trueup_numerics::hybrid::{At, Sizes, Update};
 /// A plant that cannot be had.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlantError(
-    /// What is wrong, and the mend.
+    /// What is wrong, and the remedy.
     pub String,
 );
 
@@ -26,7 +26,7 @@ impl std::error::Error for PlantError {}
 /// [`Hybrid`](trueup_numerics::hybrid::Hybrid) has them) at `f64` and at [`Lanes`]. The value of a lane equals the `f64` result bit
 /// by bit.
 ///
-/// `force` holds one generalised force per coordinate, in its unit; empty: none act. They act beside the plant's own forces, and
+/// `force` holds one generalised force per coordinate, in its unit; empty: none act. They act in addition to the plant's own forces, and
 /// dry friction that holds a coordinate balances them.
 pub trait Plant: Debug + Send + Sync {
     /// Name of the model.
@@ -47,10 +47,10 @@ pub trait Plant: Debug + Send + Sync {
     fn followers(&self) -> &[usize] {
         &[]
     }
-    /// The same plant with these effects in the place of its own.
+    /// The same plant with these effects instead of its own.
     ///
     /// # Errors
-    /// An effect that it cannot have, with the mend.
+    /// An effect that it cannot have, with the remedy.
     fn with(&self, effects: &[&str]) -> Result<Box<dyn Plant>, PlantError>;
     /// The model behind it, for the list of models that made it.
     fn as_any(&self) -> &dyn Any;

@@ -17,15 +17,15 @@ pub struct Quantity {
     pub max: f64,
     /// Start value of a parameter or an input; 0 of others.
     pub start: f64,
-    /// Value of a parameter at which what it is the size of is not there.
+    /// Neutral value of a parameter: its effect is absent.
     pub neutral: Option<f64>,
     /// A parameter that has to be above 0 for the equations to have a solution: inertias of what moves by itself, gear ratios.
     pub positive: bool,
-    /// Its owner's standard deviation is in its own unit: it has no size that a share could be of, as angles to turn by.
+    /// Its prior standard deviation is in its own unit: it has no size that a share could be of, as angles to turn by.
     pub absolute_deviation: bool,
     /// Names of the items of a choice, counted from 1; empty: a number.
     pub items: &'static [(&'static str, &'static str)],
-    /// What it is.
+    /// Meaning.
     pub description: Cow<'static, str>,
     /// The variable of the same list that it is the rate of.
     pub rate_of: Option<usize>,
@@ -56,12 +56,12 @@ impl Quantity {
     }
 }
 
-/// Something that is chosen when a plant is built, and stands among the parameters of a case.
+/// Something that is chosen when a plant is built, and is among the parameters of a case.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StructureChoice {
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Meaning.
     pub is: ChosenAs,
 }
 
@@ -70,7 +70,7 @@ pub struct StructureChoice {
 pub enum ChosenAs {
     /// A truth value.
     Flag,
-    /// A number that is settled by others.
+    /// A number that is determined by others.
     Count(usize),
     /// An item by its name.
     Item,
@@ -91,7 +91,7 @@ pub struct VariableTable {
     pub choices: Vec<StructureChoice>,
     /// Inputs that drive the motors, one each.
     pub driving: Vec<usize>,
-    /// Parameters that are estimated unless somebody says otherwise, in this order.
+    /// Parameters that are estimated unless chosen otherwise, in this order.
     pub usual: Vec<usize>,
 }
 
@@ -104,7 +104,7 @@ impl VariableTable {
     pub fn input(&self, name: &str) -> Option<usize> {
         self.inputs.iter().position(|q| q.name == name)
     }
-    /// Says that variable `rate` of a list is the rate of `of`.
+    /// Declares that variable `rate` of a list is the rate of `of`.
     pub fn rate(list: &mut [Quantity], rate: usize, of: usize) {
         if let Some(q) = list.get_mut(rate) {
             q.rate_of = Some(of);

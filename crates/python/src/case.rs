@@ -1,4 +1,4 @@
-//! Cases: recordings with what their owner believes.
+//! Cases: recordings with their nominal model.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -26,7 +26,7 @@ enum Source {
     Memory { text: String, tables: BTreeMap<String, Vec<(String, Vec<f64>)>> },
 }
 
-/// Recordings with a model, read anew for each use, as the program does.
+/// Recordings with a model, read again for each use, as the program does.
 #[pyclass(frozen, module = "trueup._native")]
 pub(crate) struct Case {
     source: Source,
@@ -53,7 +53,7 @@ impl Case {
         Ok(Self { source: Source::Memory { text, tables: recordings.into_iter().map(table).collect() } })
     }
 
-    /// What its `case.toml` says; none of a folder.
+    /// The content of its `case.toml`; none of a folder.
     #[getter]
     fn text(&self) -> Option<&str> {
         match &self.source {

@@ -8,7 +8,7 @@ use pyo3::types::PyType;
 use trueup_cosim::Mistake;
 use trueup_signals::Finding;
 
-/// A message with its variable, file and mend, as far as they are known.
+/// A message with its variable, file and remedy, as far as they are known.
 #[derive(Debug, Default)]
 pub(crate) struct Failure {
     message: String,
@@ -18,8 +18,8 @@ pub(crate) struct Failure {
 }
 
 impl Failure {
-    /// Of a message in the form that all of ours have: the first name in backticks is what it is about, what follows the last
-    /// semicolon is the mend.
+    /// Of a message in the form that all of ours have: the first name in backticks is its subject, what follows the last
+    /// semicolon is the remedy.
     pub(crate) fn of(message: impl Into<String>) -> Self {
         let message = message.into();
         let first = message.lines().next().unwrap_or_default();
@@ -39,7 +39,7 @@ impl Failure {
         if self.file.is_some() { self } else { self.file(file) }
     }
 
-    /// Of an error that says its own place and mend.
+    /// Of an error that has its own place and remedy.
     fn of_findings(message: String, findings: &[Finding]) -> Self {
         let Some(first) = findings.iter().find(|f| f.is_error()) else { return Self::of(message) };
         let said = Self::of(first.what.clone()).variable;

@@ -10,7 +10,7 @@ use trueup_cosim::{Column, Error, Row, Sink};
 /// Between two looks: well below the 0.2 s after which a run that was interrupted has ended.
 pub(crate) const LOOK: Duration = Duration::from_millis(50);
 
-/// Hands rows on, and ends the run at the first one after Python was asked to stop.
+/// Hands rows on, and ends the run at the first one after Python was requested to stop.
 pub(crate) struct Watched<S> {
     /// What takes the rows.
     pub(crate) sink: S,
@@ -42,14 +42,14 @@ impl<S: Sink> Sink for Watched<S> {
     }
 }
 
-/// What long work says to who waits for it.
+/// What long work reports to the thread that waits for it.
 enum Said<R> {
     /// How far it is (0 to 1; `nan`: not known), and what is being done.
     Reached(f64, String),
     Done(R),
 }
 
-/// Tells how far long work is, and ends it where nobody waits any more.
+/// Reports the progress of long work, and ends it where no one waits any more.
 pub(crate) type Tell<'a> = &'a (dyn Fn(f64, &str) + Sync);
 
 /// The stack of the thread that works, bytes: as much as a program's main thread has.
@@ -66,12 +66,12 @@ pub(crate) fn watched<R: Send + 'static>(
     let works = move || {
         let tell = |part: f64, what: &str| {
             if say.send(Said::Reached(part, what.to_owned())).is_err() {
-                // The one way out of the middle of it; nobody is told, for nobody is there.
-                std::panic::resume_unwind(Box::new("nobody waits"));
+                // The one way out of the middle of it; no one waits for a report.
+                std::panic::resume_unwind(Box::new("no one waits"));
             }
         };
         let done = work(&tell);
-        let _ = say.send(Said::Done(done)); // nobody may wait any more
+        let _ = say.send(Said::Done(done)); // no one may wait any more
     };
     std::thread::Builder::new().stack_size(STACK).spawn(works)?;
     loop {
@@ -85,7 +85,7 @@ pub(crate) fn watched<R: Send + 'static>(
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => {
-                let what = "the work ended without a result, which is a mistake of this package; what it wrote above says where";
+                let what = "the work ended without a result, which is a mistake of this package; its messages above show the place";
                 return Err(PyRuntimeError::new_err(what));
             }
         }

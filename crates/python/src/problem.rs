@@ -12,7 +12,7 @@ use trueup_signals::Loaded;
 
 use crate::error::Failure;
 
-/// Free runs over the recordings for fitting. Everything is in SI; predictions of all channels of all recordings stand one
+/// Free runs over the recordings for fitting. Everything is in SI; predictions of all channels of all recordings are one
 /// behind the other, as [`Problem::channels`] lists them.
 #[pyclass(frozen, module = "trueup._native")]
 pub(crate) struct Problem {
@@ -37,7 +37,7 @@ impl Problem {
         self.unknowns.iter().map(|u| u.name.clone()).collect()
     }
 
-    /// What the case believes of them.
+    /// Their prior in the case.
     #[getter]
     fn start<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_iter(py, self.unknowns.iter().map(|u| u.start))

@@ -144,7 +144,7 @@ impl System {
 /// Why a run did not end well.
 enum Stopped {
     Failed(Failure),
-    /// Python was asked to stop.
+    /// Python was requested to stop.
     Raised(PyErr),
 }
 

@@ -122,7 +122,7 @@ def test_scipy_finds_what_made_the_recordings():
 
 
 @pytest.mark.parametrize(
-    "wrong, said, variable, file",
+    "wrong, message, variable, file",
     [
         (lambda c, r: tu.Case(), "has no `model`", "model", None),
         (lambda c, r: tu.Case("nothing").problem([]), "a case is a folder", None, "nothing"),
@@ -140,11 +140,11 @@ def test_scipy_finds_what_made_the_recordings():
         (lambda c, r: tu.Case(model="TwoMassJoint", train=[[1, 2]]), "no named columns", None, None),
     ],
 )
-def test_mistakes_name_variable_file_and_mend(in_memory, recordings, wrong, said, variable, file):
+def test_mistakes_name_variable_file_and_mend(in_memory, recordings, wrong, message, variable, file):
     (recording,) = recordings(["train-1.csv"]).values()
     with pytest.raises(tu.Error) as caught:
         wrong(in_memory, recording)
     error = caught.value
-    assert said in str(error)
+    assert message in str(error)
     assert variable is None or error.variable == variable
     assert file is None or error.file == file

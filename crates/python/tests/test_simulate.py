@@ -116,7 +116,7 @@ def test_a_system_runs_as_its_file_says(program, fmus, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "wrong, said, variable",
+    "wrong, message, variable",
     [
         (lambda m: m.simulate(T, {"motorCurent": CURRENT}), "did you mean `motorCurrent`", "motorCurent"),
         (lambda m: m.simulate(T, {"motorCurrent": CURRENT[:-1]}), "1000 values at 1001 times", "motorCurrent"),
@@ -133,10 +133,10 @@ def test_a_system_runs_as_its_file_says(program, fmus, tmp_path):
         (lambda m: tu.Model("TwoMasJoint"), "did you mean `TwoMassJoint`", "TwoMasJoint"),
     ],
 )
-def test_mistakes_name_the_variable_and_the_mend(joint, wrong, said, variable):
+def test_mistakes_name_the_variable_and_the_mend(joint, wrong, message, variable):
     with pytest.raises(tu.Error) as caught:
         wrong(joint)
-    assert said in str(caught.value) and caught.value.variable == variable and caught.value.mend
+    assert message in str(caught.value) and caught.value.variable == variable and caught.value.mend
     assert isinstance(caught.value, ValueError)
     again = pickle.loads(pickle.dumps(caught.value))
     assert (str(again), again.variable) == (str(caught.value), variable)

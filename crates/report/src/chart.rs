@@ -10,7 +10,7 @@ pub struct Chart<'a> {
     pub(crate) bands: Vec<(f64, f64)>,
 }
 
-/// What an axis says and how it is divided.
+/// The label of an axis and its divisions.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Axis {
     /// Quantity; may be empty.

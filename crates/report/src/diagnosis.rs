@@ -57,7 +57,7 @@ pub fn diagnosis_page(diagnosis: &Diagnosis, evidence: &Evidence<'_>) -> String 
     page.finish()
 }
 
-/// The gaps of a diagnosis and a channel of it, for a page that tells of more than one.
+/// The gaps of a diagnosis and a channel of it, for a page that shows more than one.
 pub fn diagnosis_pictures(page: &mut Page, diagnosis: &Diagnosis, trace: Option<&Trace<'_>>) {
     far::overall(page, diagnosis);
     if let Some(trace) = trace {

@@ -7,7 +7,7 @@ use crate::page::{Page, escape};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 360.0;
-/// Room for what stands left, right, above, below.
+/// Margins left, right, above, below.
 const ROOM: [f64; 4] = [90.0, 130.0, 8.0, 46.0];
 
 /// Blue below 0, orange above, by the size of the largest.
@@ -21,7 +21,7 @@ pub(crate) fn colour(z: f64, largest: f64) -> String {
 /// A quantity over two others, by cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Heat<'a> {
-    /// What it is.
+    /// Title of the picture.
     pub title: &'a str,
     /// Quantity and unit along x.
     pub x: [&'a str; 2],

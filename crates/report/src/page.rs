@@ -41,7 +41,7 @@ impl Page {
         Self { html, charts: 0, tiles: false, open: false, contents: None, headings: Vec::new() }
     }
 
-    /// Here stands a table of contents with all sections of the page.
+    /// A table of contents with all sections of the page.
     pub fn contents(&mut self) {
         self.close();
         self.contents = Some(self.html.len());
@@ -70,7 +70,7 @@ impl Page {
         self.html.push('\n');
     }
 
-    /// A table. Cells that are numbers stand right.
+    /// A table. Cells that are numbers are aligned right.
     pub fn table(&mut self, head: &[&str], rows: &[Vec<String>]) {
         let numeric = |c: &str| c.starts_with(|c: char| c.is_ascii_digit() || matches!(c, '-' | '+' | '<'));
         self.html.push_str("<div class=\"table\"><table>\n<thead><tr>");
@@ -80,7 +80,7 @@ impl Page {
         self.html.push_str("</tr></thead>\n<tbody>\n");
         for row in rows {
             self.html.push_str("<tr>");
-            // On a narrow screen each row becomes a list, in which a cell says what it is.
+            // On a narrow screen each row becomes a list, in which each cell has its heading.
             for (cell, head) in row.iter().zip(head) {
                 let class = match cell.as_str() {
                     "" => " class=\"empty\"",
@@ -182,7 +182,7 @@ fn data(chart: &Chart<'_>) -> String {
     )
 }
 
-/// As JSON; of y seven digits, which no screen can tell from all of them.
+/// As JSON; of y seven digits, which no screen resolves.
 pub(crate) fn numbers(values: &[f64], short: bool) -> String {
     let mut out = String::with_capacity(10 * values.len());
     out.push('[');
@@ -199,7 +199,7 @@ pub(crate) fn numbers(values: &[f64], short: bool) -> String {
     out
 }
 
-/// A JSON string that may stand in a script.
+/// A JSON string that is safe inside a script.
 pub(crate) fn quote(text: &str) -> String {
     serde_json::Value::from(text).to_string().replace('<', "\\u003c")
 }

@@ -8,13 +8,13 @@ use crate::page::{Page, escape};
 
 const WIDTH: f64 = 640.0;
 const HEIGHT: f64 = 420.0;
-/// Cells along each side at most: what the eye tells apart.
+/// Cells along each side at most: the resolution of the eye.
 const CELLS: usize = 48;
 
 /// Values over a grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Surface<'a> {
-    /// What it is.
+    /// Title of the picture.
     pub title: &'a str,
     /// Quantity and unit along x.
     pub x: [&'a str; 2],

@@ -13,7 +13,7 @@ const GRID: &str = "#e3e6ea";
 const INK: &str = "#4a5058";
 const BAND: &str = "#f3e6c8";
 
-/// Drawn larger than shown: plotters knows whole pixels only.
+/// Drawn larger than shown: plotters has whole pixels only.
 pub(crate) const SCALE: u32 = 5;
 pub(crate) const SIZE: (u32, u32) = (920 * SCALE, 300 * SCALE);
 /// Samples drawn; a pixel cannot show more.

@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 use crate::number::number;
 use crate::page::{Page, escape, numbers, quote};
 
-/// Of a picture, by whether it stands alone or beside others.
+/// Of a picture, by whether it is alone or next to others.
 const SIZES: [(f64, f64); 2] = [(640.0, 480.0), (320.0, 300.0)];
-/// Room for what stands left, right, above, below.
+/// Margins left, right, above, below.
 const ROOM: [f64; 4] = [64.0, 8.0, 24.0, 44.0];
 /// Tiles that are smaller have no text.
 const TEXT: f64 = 22.0;
@@ -19,19 +19,19 @@ const COLOURS: [usize; 8] = [2, 5, 4, 1, 3, 7, 0, 6];
 /// Runs over two quantities.
 #[derive(Clone, Debug)]
 pub struct Tiles<'a> {
-    /// What it is.
+    /// The name.
     pub title: &'a str,
     /// Quantity and unit along x.
     pub x: [&'a str; 2],
     /// Quantity and unit along y.
     pub y: [&'a str; 2],
-    /// What tiles lie at, from left to right and from bottom to top.
+    /// Positions of the tiles, from left to right and from bottom to top.
     pub levels: [&'a [String]; 2],
     /// What a run may have come to.
     pub kinds: &'a [String],
     /// Maps side by side: what each of them is of.
     pub panels: &'a [String],
-    /// Numbers that are told of each run: name and unit.
+    /// Numbers that are shown for each run: name and unit.
     pub columns: &'a [[String; 2]],
     /// Names of the lines of a run; the first one shows kinds, by their place from 1, the others when something is not 0.
     pub lines: &'a [String],
@@ -44,7 +44,7 @@ pub struct Tiles<'a> {
 /// A run.
 #[derive(Clone, Debug, Default)]
 pub struct Tile {
-    /// What it is called.
+    /// The name.
     pub name: String,
     /// Which map.
     pub panel: usize,
@@ -63,7 +63,7 @@ pub struct Tile {
 }
 
 impl Page {
-    /// Runs as tiles: a picture for each panel, a legend, and beside the first tile that a reader chooses its time line.
+    /// Runs as tiles: a picture for each panel, a legend, and next to the first tile that a reader chooses its time line.
     pub fn tiles(&mut self, tiles: &Tiles<'_>) {
         let mut html = format!("<figure class=\"tiles\"><figcaption>{}</figcaption>\n", escape(tiles.title));
         html.push_str("<ul class=\"legend\">");

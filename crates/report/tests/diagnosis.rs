@@ -1,4 +1,4 @@
-//! The page of a diagnosis: what it says, that it is one file, and that a browser shows it.
+//! The page of a diagnosis: its text, that it is one file, and that a browser shows it.
 
 #![allow(clippy::unwrap_used, clippy::print_stderr, clippy::print_stdout)]
 
@@ -222,7 +222,7 @@ const VERDICTS: [(Verdict, &str); 5] = [
     (Verdict::NoGap, "agrees with the recordings"),
     (Verdict::Parameters, "parameters are off"),
     (Verdict::Effects, "lacks is break-away (Stribeck) friction"),
-    (Verdict::Ambiguous, "which these recordings cannot tell apart"),
+    (Verdict::Ambiguous, "which these recordings cannot distinguish"),
     (Verdict::Unknown, "no known effect explains"),
 ];
 
@@ -246,7 +246,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
     for elsewhere in [" src=", "@import", "url("] {
         assert!(!html.contains(elsewhere), "{elsewhere}");
     }
-    // Links lead to sections of the page and to files beside it.
+    // Links lead to sections of the page and to files next to it.
     let links: Vec<&str> = html.split("href=").skip(1).collect();
     assert!(links.len() > 10 && links.iter().all(|l| l.starts_with("\"#section-") || l.starts_with("\"./")));
     for part in [
@@ -258,7 +258,7 @@ fn it_is_one_file_with_everything_in_it_and_text_is_text() {
         "at most 25 rad/s",
         "not worth a fit",
         "99.0 % (98.0 % to 100 %)",
-        "Predicted to tell with probability 93.0 %",
+        "Predicted to decide with probability 93.0 %",
         "next-experiment.csv",
         "only by the form of an effect",
         "Form-based",
@@ -354,7 +354,7 @@ fn a_set_is_worded_as_a_set_and_its_parts_add_up() {
     let html = page(Verdict::Ambiguous).replace('\u{a0}', " ");
     assert!(
         html.contains("One of its members is there with probability 95.0 %"),
-        "the set stands in the summary"
+        "the set is in the summary"
     );
 }
 
@@ -398,9 +398,9 @@ addEventListener("load", () => setTimeout(() => {
     if (box.right > width + 1 || box.left < -1) found.push("outside: " + name(e));
     if (e.clientWidth > 0 && e.scrollWidth > e.clientWidth + 1) found.push("overflows: " + name(e));
   }
-  const said = parent.document.createElement("pre");
-  said.textContent = "MEASURED " + width + ": " + (found.join("; ") || "all fits") + " END";
-  parent.document.body.append(said);
+  const shown = parent.document.createElement("pre");
+  shown.textContent = "MEASURED " + width + ": " + (found.join("; ") || "all fits") + " END";
+  parent.document.body.append(shown);
 }, 300));
 </script></body>"##;
 

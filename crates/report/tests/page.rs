@@ -11,7 +11,7 @@ fn page(charts: &[Chart<'_>]) -> String {
     page.finish()
 }
 
-/// What stands between the tags, of every occurrence.
+/// The text between the tags, of every occurrence.
 fn parts<'a>(html: &'a str, begin: &str, end: &str) -> Vec<&'a str> {
     html.split(begin).skip(1).map(|s| s.split(end).next().unwrap()).collect()
 }
@@ -73,7 +73,7 @@ fn a_picture_has_its_title_its_legend_and_all_series() {
         let all = picture.to_lowercase().matches(colour).count();
         assert!(all >= 2, "{colour}: {all}");
     }
-    // Nothing of the legend lies outside.
+    // Nothing of the legend is outside.
     let places = parts(&picture, "<rect x=\"", "\"");
     assert!(places.iter().filter_map(|x| x.parse::<f64>().ok()).all(|x| x < 4600.0));
 }

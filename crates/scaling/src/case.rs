@@ -1,4 +1,4 @@
-//! Cases: what an owner believes of a model, what is known of sensors. Recordings are scaled beside it ([`crate::recording`]).
+//! Cases: the nominal model, what is known of sensors. Recordings are scaled separately ([`crate::recording`]).
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const PLAIN: [&str; 7] = ["model", "train", "holdout", "repeats", "rest", "uncer
 /// that the case leaves to the model, by element, which are written out.
 ///
 /// # Errors
-/// [`Error::Mistakes`]: what has no law, with line, variable and mend.
+/// [`Error::Mistakes`]: what has no law, with line, variable and remedy.
 pub fn scaled(
     text: &str,
     file: &Path,
@@ -90,7 +90,7 @@ struct Work<'a> {
     law: &'a Law,
     variables: &'a [Variable],
     mistakes: Vec<Mistake>,
-    /// Where quantities stand.
+    /// Where quantities are.
     found: Vec<(Vec<String>, Scale)>,
 }
 

@@ -18,7 +18,7 @@ pub enum Error {
     File {
         /// Which.
         file: PathBuf,
-        /// What is wrong, and the mend.
+        /// What is wrong, and the remedy.
         why: String,
     },
 }

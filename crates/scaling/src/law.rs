@@ -8,7 +8,7 @@ const BASES: [&str; 8] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad"];
 /// and candelas have no law.
 const LAWS: [Option<f64>; 8] = [Some(3.0), Some(1.0), Some(1.0), None, None, None, None, Some(0.0)];
 
-/// What a unit measures: exponents of kg, m, s, A, K, mol, cd, rad; and where its zero lies.
+/// What a unit measures: exponents of kg, m, s, A, K, mol, cd, rad; and where its zero is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Dimension {
     /// Exponents of kg, m, s, A, K, mol, cd, rad.
@@ -164,10 +164,12 @@ fn neat(x: f64) -> f64 {
 impl std::fmt::Display for Lawless {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self.base {
-            "" => f.write_str("its unit is not known, so nothing says how it scales; give an exponent with --exponent NAME=W"),
+            "" => f.write_str(
+                "its unit is not known, so its scale is not defined; give an exponent with --exponent NAME=W",
+            ),
             base => write!(
                 f,
-                "nothing says how {base} scales; give an exponent with --exponent {base}=W, or of this one alone with --exponent NAME=W"
+                "the scale of {base} is not defined; give an exponent with --exponent {base}=W, or of this one alone with --exponent NAME=W"
             ),
         }
     }

@@ -1,8 +1,8 @@
-//! Laws of scaling: what a model at another size says of the real thing.
+//! Laws of scaling: conclusions from a model of another size.
 //!
 //! A quantity P of the full size is P_s = lambda^w P of the scaled one (paper 002, eq. 19), and its unit alone gives the
 //! exponent: w = 3 kg + m + s ([`Law`], docs/scaling.md). [Tables](table), [systems](system), [cases](case) and
-//! [recordings](recording) are scaled by it; units are those of the FMUs, or stand beside the numbers.
+//! [recordings](recording) are scaled by it; units are those of the FMUs, or are next to the numbers.
 
 pub mod case;
 mod error;

@@ -7,10 +7,10 @@ use crate::error::Error;
 use crate::law::{Law, Lawless, Scale};
 
 /// Writes the table again, `time` and the columns scaled; empty cells and `nan` stay as they are.
-/// `scale_of` says how a column scales.
+/// `scale_of` gives the scale of a column.
 ///
 /// # Errors
-/// [`Error::File`] with line or column and the mend.
+/// [`Error::File`] with line or column and the remedy.
 pub fn scale(
     file: &Path,
     from: impl Read,

@@ -22,7 +22,7 @@ use crate::law::{Dimension, Law, Scale};
 pub struct Scaled {
     /// With its new values, to be written as SSP.
     pub system: System,
-    /// What stands where in the old one.
+    /// The places of values in the old one.
     pub(crate) changes: Changes,
     /// What was left as it is, and should be looked at.
     pub notes: Vec<String>,

@@ -1,4 +1,4 @@
-//! Tables of quantities: TOML whose numbers have their unit beside them, `mass = { value = 7900, unit = "kg" }`.
+//! Tables of quantities: TOML whose numbers have their unit next to them, `mass = { value = 7900, unit = "kg" }`.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::toml::{Parsed, is_numbers, number, scale, value_mut};
 /// The same text with all quantities scaled.
 ///
 /// # Errors
-/// [`Error::Mistakes`]: a number without a unit, a unit that is not known or has no law; each with its line and the mend.
+/// [`Error::Mistakes`]: a number without a unit, a unit that is not known or has no law; each with its line and the remedy.
 pub fn scaled(text: &str, file: &Path, law: &Law) -> Result<String, Error> {
     let parsed = Parsed::of(text, file)?;
     let mut found = Found { parsed: &parsed, law, mistakes: Vec::new(), paths: Vec::new() };
@@ -38,7 +38,7 @@ struct Found<'a> {
     parsed: &'a Parsed<'a>,
     law: &'a Law,
     mistakes: Vec<Mistake>,
-    /// Where quantities stand.
+    /// Where quantities are.
     paths: Vec<(Vec<String>, crate::law::Scale)>,
 }
 
@@ -58,7 +58,7 @@ impl Found<'_> {
                     let mend = "write { value = 7900, unit = \"kg\" }, or unit = \"1\" for a plain number";
                     self.wrong(
                         item,
-                        format!("`{}` has no unit, so nothing says how it scales; {mend}", path.join(".")),
+                        format!("`{}` has no unit, so its scale is not defined; {mend}", path.join(".")),
                     );
                 }
                 None => {}

@@ -1,4 +1,4 @@
-//! Numbers in a TOML text, changed where they stand; comments and order stay.
+//! Numbers in a TOML text, changed in place; comments and order stay.
 
 use std::ops::Range;
 use std::path::Path;
@@ -10,7 +10,7 @@ use trueup_cosim::system::Place;
 use crate::error::Error;
 use crate::law::Scale;
 
-/// A parsed text that knows its lines.
+/// A parsed text with its lines.
 pub(crate) struct Parsed<'a> {
     file: &'a Path,
     text: &'a str,

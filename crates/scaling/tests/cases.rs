@@ -57,11 +57,8 @@ fn parameters_sensors_and_what_is_left_out() {
 fn mistakes_have_their_line_and_their_mend() {
     let why = scaled(CASE, &[]).unwrap_err();
     let lines: Vec<&str> = why.lines().collect();
-    assert!(lines[0].starts_with("case.toml:6: `torqueConstant`: in N.m/A: nothing says how A scales; give an exponent with --exponent A=W"), "{why}");
-    assert!(
-        lines[1].starts_with("case.toml:14: `noise` of `motorCurrent`: in A: nothing says how A"),
-        "{why}"
-    );
+    assert!(lines[0].starts_with("case.toml:6: `torqueConstant`: in N.m/A: the scale of A is not defined; give an exponent with --exponent A=W"), "{why}");
+    assert!(lines[1].starts_with("case.toml:14: `noise` of `motorCurrent`: in A: the scale of A"), "{why}");
     assert_eq!(lines.len(), 2);
     let why = scaled(&format!("{CASE}gain = 2.0\n[effects]\nbacklash = 1\n"), &[("A", 0.0)]).unwrap_err();
     assert!(why.contains("case.toml:17: `gain` of `motorCurrent`: it cannot be scaled"), "{why}");

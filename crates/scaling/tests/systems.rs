@@ -182,15 +182,15 @@ fn all_that_has_no_law_is_named_with_line_variable_and_mend() {
     let why = emitted(&file, &law(false, &[]), &file).unwrap_err();
     let lines: Vec<&str> = why.lines().collect();
     assert_eq!(lines.len(), 2, "{why}");
-    assert!(lines[0].ends_with("s.toml:10: `a.motor` in N/A: nothing says how A scales; give an exponent with --exponent A=W, or of this one alone with --exponent a.motor=W; the value is the FMU's own"), "{why}");
+    assert!(lines[0].ends_with("s.toml:10: `a.motor` in N/A: the scale of A is not defined; give an exponent with --exponent A=W, or of this one alone with --exponent a.motor=W; the value is the FMU's own"), "{why}");
     assert!(lines[1].contains("s.toml:14: `b.motor`"), "{why}");
     // Given for the one, the other is still refused.
     let why = emitted(&file, &law(false, &[("a.motor", 2.0)]), &file).unwrap_err();
     assert_eq!(why.lines().count(), 1, "{why}");
-    // A current that is 0 is 0 at any size; one that is said is not.
+    // A current that is 0 is 0 at any size; one that is given is not.
     std::fs::write(&file, SYSTEM.replace("mass = 10,", "mass = 10, current = 1,")).unwrap();
     let why = emitted(&file, &law(false, &[("a.motor", 2.0), ("b.motor", 2.0)]), &file).unwrap_err();
-    assert!(why.contains("s.toml:12: `a.current` in A: nothing says how A scales"), "{why}");
+    assert!(why.contains("s.toml:12: `a.current` in A: the scale of A is not defined"), "{why}");
     // Two units on one connection.
     std::fs::write(
         &file,

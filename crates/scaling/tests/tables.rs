@@ -34,7 +34,7 @@ fn mistakes_have_their_line_and_their_mend() {
         (
             "{ value = 7900, unit = \"kg\" }",
             "7900",
-            "t.toml:2: `target` has no unit, so nothing says how it scales; write { value",
+            "t.toml:2: `target` has no unit, so its scale is not defined; write { value",
         ),
         ("[contact]", "[contact]\nk = [1, 2]", "t.toml:8: `contact.k` has no unit"),
         (
@@ -45,7 +45,7 @@ fn mistakes_have_their_line_and_their_mend() {
         (
             "unit = \"N/m\"",
             "unit = \"V\"",
-            "t.toml:8: `contact.stiffness` in V: nothing says how A scales; give an exponent with --exponent A=W",
+            "t.toml:8: `contact.stiffness` in V: the scale of A is not defined; give an exponent with --exponent A=W",
         ),
         ("value = 20000", "value = \"much\"", "t.toml:8: `contact.stiffness` is no quantity; write { value"),
         (", unit = \"N/m\"", "", "t.toml:8: `contact.stiffness` is no quantity"),

@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let values: Result<Vec<f64>, _> = line?.split(',').map(str::parse).collect();
         signals.push(values?);
     }
-    let [t, x, y] = &signals[..] else { return Err("three signals are wanted".into()) };
+    let [t, x, y] = &signals[..] else { return Err("three signals are required".into()) };
     let rate = 100.0;
     for order in 1..=8 {
         for cutoff in [0.5, 7.0, 40.0] {

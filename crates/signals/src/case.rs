@@ -14,7 +14,7 @@ use crate::names::base_name;
 use crate::recording::{Declared, Settings};
 pub use crate::value::Value;
 
-/// An effect that is there for certain, and belongs to the nominal model. Values of its parameters and their doubts stand
+/// An effect that is there for certain, and belongs to the nominal model. Values of its parameters and their standard deviations are
 /// among those of the case.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct KnownEffect {
@@ -26,10 +26,10 @@ pub struct KnownEffect {
     pub given: Vec<String>,
 }
 
-/// What `case.toml` says. Arrays of parameters are kept element by element (`linkMass[1]`).
+/// The content of `case.toml`. Arrays of parameters are kept element by element (`linkMass[1]`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Case {
-    /// Where the recordings lie.
+    /// The folder of the recordings.
     pub folder: PathBuf,
     /// The `case.toml` itself.
     pub file: PathBuf,
@@ -43,21 +43,21 @@ pub struct Case {
     pub repeats: Vec<Vec<String>>,
     /// Recordings at rest: their variation is noise.
     pub rest: Vec<String>,
-    /// The nominal simulation: what its owner believes, structural choices too.
+    /// The nominal simulation: assumed values, structural choices too.
     pub parameters: BTreeMap<String, Value>,
-    /// Relative 1-sigma doubt of these values; none, or 0, stands for held to be known.
+    /// Relative prior standard deviation of these values; none, or 0: assumed known.
     pub uncertain: BTreeMap<String, f64>,
     /// Effects that are there for certain, each once a joint.
     pub effects: Vec<KnownEffect>,
-    /// Which link carries a body, from 1; its figures are parameters that begin with `payload.`, their doubts in SI.
+    /// Which link carries a body, from 1; its figures are parameters that begin with `payload.`, their standard deviations in SI.
     pub payload: Option<usize>,
     /// What is to be estimated (arrays or elements); `None`: the model's default.
     pub fit: Option<Vec<String>>,
-    /// Effects that are estimated beside the model's parameters, without anything known of them.
+    /// Effects that are estimated together with the model's parameters, without prior values.
     pub with: Vec<String>,
     /// What holds for a channel in all recordings; an array's name for its elements.
     pub channels: BTreeMap<String, Settings>,
-    /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: the clocks are believed.
+    /// Rows a second of all recordings, in Hz, whatever their clocks show; `None`: by the clocks.
     pub rate: Option<f64>,
 }
 
@@ -67,7 +67,7 @@ impl Case {
         Declared { channels: self.channels.clone(), rate: self.rate }
     }
 
-    /// The number that the owner believes for this parameter or element.
+    /// The nominal value of this parameter or element.
     pub fn number(&self, name: &str) -> Option<f64> {
         self.parameters.get(name)?.number()
     }
@@ -84,8 +84,8 @@ impl Case {
         all.into_iter().map(|(_, value)| value).collect()
     }
 
-    /// Relative 1-sigma doubt of a parameter or element, above 0; one given for an array holds for its elements. A doubt of 0
-    /// says of a value beside doubted ones that it is known: `None`, as of a value without a doubt.
+    /// Relative prior standard deviation of a parameter or element, above 0; one given for an array holds for its elements. 0
+    /// marks one element of an array as known: `None`, as for a value without an entry.
     pub fn doubt(&self, name: &str) -> Option<f64> {
         let doubt = self.uncertain.get(name).or_else(|| self.uncertain.get(base_name(name)));
         doubt.copied().filter(|d| *d > 0.0)

@@ -1,4 +1,4 @@
-//! What may be wrong with recordings that could be read, said before anything is fitted.
+//! What may be wrong with recordings that could be read, reported before anything is fitted.
 //!
 //! Nothing here changes a value. Thresholds are wide: a healthy recording has no finding.
 
@@ -14,7 +14,7 @@ use crate::names::short;
 use crate::recording::{Channel, Recording};
 use crate::variable::{Role, Variable, role};
 
-/// Looks at one recording. `relations` say which channels must agree; the caller knows the model.
+/// Looks at one recording. `relations` name the channels that must agree; the caller has the model.
 pub fn recording(run: &Recording, known: &[Variable], relations: &[Relation]) -> Vec<Finding> {
     let mut findings = Vec::new();
     roles(run, known, &mut findings);
@@ -76,8 +76,8 @@ fn roles(run: &Recording, known: &[Variable], findings: &mut Vec<Finding>) {
         let what = "there is no input of the model: nothing drives the simulation";
         findings.push(Finding::error(Kind::NoInput, &run.file, what, mend));
     } else {
-        // What the surroundings do is 0 where nobody recorded it, or an effect that is to be found. A drive is neither: all that
-        // it does would be taken for something else.
+        // What the surroundings do is 0 where it is not recorded, or an effect that is to be found. A drive is neither: all that
+        // it does would be attributed to something else.
         for (severity, drives) in [(Severity::Grave, true), (Severity::Note, false)] {
             let missing = missing(&|v| v.drives == drives);
             if !missing.is_empty() {

@@ -30,7 +30,7 @@ impl Error {
     }
 }
 
-/// Either nothing is an error, or all is said.
+/// Either nothing is an error, or all is reported.
 pub(crate) fn verdict<T>(value: T, findings: Vec<Finding>) -> Result<(T, Vec<Finding>), Error> {
     if findings.iter().any(Finding::is_error) { Err(Error::Wrong(findings)) } else { Ok((value, findings)) }
 }

@@ -1,9 +1,9 @@
-//! What is wrong with a recording or a case, where, and the mend.
+//! What is wrong with a recording or a case, where, and the remedy.
 
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-/// Errors of one kind that are told one by one; the rest is counted.
+/// Errors of one kind that are reported one by one; the rest is counted.
 pub(crate) const TOLD: usize = 5;
 
 /// How bad it is.
@@ -13,10 +13,10 @@ pub enum Severity {
     Note,
     /// A result may be wrong.
     Warning,
-    /// What a recording says is not what it seems to say: a wrong unit, sign or clock, a drive that nobody recorded. Figures
-    /// are told, no verdict is based on them.
+    /// A recording does not mean what it seems to mean: a wrong unit, sign or clock, an unrecorded drive. Figures
+    /// are reported, no verdict is based on them.
     Grave,
-    /// Nothing is fitted before it is mended.
+    /// Nothing is fitted before it is corrected.
     Error,
 }
 
@@ -34,7 +34,7 @@ impl Severity {
 
 /// Kinds of findings; [`Kind::id`] is what a machine reads.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-#[allow(missing_docs)] // each says what it is
+#[allow(missing_docs)] // the names are enough
 pub enum Kind {
     Unreadable,
     Encoding,
@@ -165,7 +165,7 @@ impl Finding {
         self
     }
 
-    /// Whether no verdict is based on what it says.
+    /// Whether no verdict is based on the recording.
     pub fn is_grave(&self) -> bool {
         self.severity >= Severity::Grave
     }

@@ -5,9 +5,9 @@
 pub struct Key {
     /// As it is written.
     pub name: &'static str,
-    /// What its value says.
+    /// Meaning of its value.
     pub meaning: &'static str,
-    /// Unit of the value, or what kind of value it is; empty: the meaning says it.
+    /// Unit of the value, or what kind of value it is; empty: given by the meaning.
     pub unit: &'static str,
     /// What holds where it is not written.
     pub default: &'static str,
@@ -18,7 +18,7 @@ pub struct Key {
 pub struct Keys {
     /// What has these keys.
     pub of: &'static str,
-    /// In the order in which they are told.
+    /// In the order in which they are listed.
     pub list: &'static [Key],
 }
 
@@ -87,7 +87,7 @@ pub const RECORDINGS: Keys = Keys {
     )],
 };
 
-/// Of a known effect, beside the names of its parameters.
+/// Of a known effect, in addition to the names of its parameters.
 pub const EFFECTS: Keys = Keys {
     of: "effects",
     list: &[

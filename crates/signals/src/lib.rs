@@ -2,9 +2,9 @@
 //! signal processing that identification and diagnosis share.
 //!
 //! - [`Recording`] and its [`Channel`]s, a [`Case`] of several, [`Loaded`] from its folder with [`Case::load`];
-//! - [`Finding`]: what is wrong with one of them, where, and the mend;
+//! - [`Finding`]: what is wrong with one of them, where, and the remedy;
 //! - [`keys`]: what a case and a sidecar may say;
-//! - [`Variable`]: what the caller knows of a model, so that this crate needs to know none;
+//! - [`Variable`]: what the caller declares of a model, so that this crate depends on none;
 //!
 //! ```
 //! use trueup_signals::{Recording, Variable, Role};

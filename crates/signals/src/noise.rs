@@ -26,7 +26,7 @@ pub struct Floor {
 }
 
 /// Noise of a channel of a case: from repeats, else recordings at rest, else declared noise and resolution
-/// (noise^2 + resolution^2/12). `None` if nothing says anything.
+/// (noise^2 + resolution^2/12). `None` if nothing gives it.
 ///
 /// Quantisation can hide noise altogether, so that neither repeats nor rest go below resolution^2/12. What differs between repeats
 /// as smoothly as a motion does is no noise but something that drifts from one to the next, and no part of the floor.
@@ -49,7 +49,7 @@ pub fn floor(loaded: &Loaded, channel: &str) -> Option<Floor> {
     Some(Floor { deviation, source: Source::Declared, drift: 0.0 })
 }
 
-/// How far the noise of a reading tells that of the next: their correlation at rest, what the resolution adds taken off. 0
+/// Correlation of the noise of a reading with that of the next, at rest, what the resolution adds taken off. 0
 /// without recordings at rest, or where they show nothing but the resolution.
 pub fn correlation(loaded: &Loaded, channel: &str) -> f64 {
     let (mut own, mut next) = (0.0, 0.0);
@@ -118,7 +118,7 @@ impl Between {
     }
 
     /// Variances of noise and of drift: white noise is in the first product alone, what lasts in all of them, falling from one to
-    /// the next as its readings tell each other.
+    /// the next as its readings do.
     fn parts(self) -> (f64, f64) {
         let [all, next, after] = self.products.map(|sum| sum / self.freedom);
         let lasts = next > 0.0 && after > MOST_CORRELATED * next;

@@ -14,7 +14,7 @@ use crate::variable::{Role, Variable};
 pub(crate) const LARGEST: f64 = 1e30;
 /// Half the window of the Hampel identifier, in samples.
 const HALF: usize = 5;
-/// A reading stands out by so many robust standard deviations of its neighbourhood, and of the noise.
+/// A reading is an outlier from so many robust standard deviations of its neighbourhood, and of the noise.
 const STANDS_OUT: f64 = 8.0;
 /// A few in a row, or one of an input, are wild where they are beyond so many times what nearly all others span: more than
 /// sensors resolve. A slip from rest is not, nor is the blow of a hammer.
@@ -26,7 +26,7 @@ const SIGNAL: f64 = 20.0;
 /// What happens in more than one of so many readings is no outlier.
 const RARE: usize = 20;
 
-/// Takes wild readings out of every channel, and tells it.
+/// Removes wild readings from every channel, and reports it.
 pub(crate) fn leave_out(run: &mut Recording, known: &[Variable], findings: &mut Vec<Finding>) {
     let file = run.file.clone();
     for c in &mut run.channels {
@@ -79,7 +79,7 @@ fn spike(file: &Path, c: &Channel, found: &[usize], done: &str) -> Finding {
     Finding::warning(Kind::Spike, file, what, mend).channel(&c.name).time(c.time[worst])
 }
 
-/// What stands out: to be left out, or told alone.
+/// Outliers: to be left out, or only reported.
 #[derive(Default)]
 struct Found {
     out: Vec<usize>,

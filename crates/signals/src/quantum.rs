@@ -11,7 +11,7 @@ pub(crate) struct Quantum {
 }
 
 impl Quantum {
-    /// Of values in any order. What is tiny is measured by what nearly all of them reach: one wild reading tells nothing.
+    /// Of values in any order. What is tiny is measured by what nearly all of them reach: one wild reading changes nothing.
     pub(crate) fn of(values: &[f64]) -> Self {
         let mut sorted = values.to_vec();
         sorted.sort_unstable_by(f64::total_cmp);

@@ -28,7 +28,7 @@ impl Recording {
     /// Reads a CSV (also `.csv.gz` unpacked by the caller), Parquet or MAT file with its sidecar, if there is one.
     ///
     /// `known` are the model's variables: other columns are left out with a warning, units are checked against theirs.
-    /// With none, every column is taken as it is. `declared` is what a case says of channels; a sidecar goes before it.
+    /// With none, every column is taken as it is. `declared` is what a case declares of channels; a sidecar goes before it.
     ///
     /// # Errors
     /// [`Error::Wrong`] with all findings.
@@ -41,7 +41,7 @@ impl Recording {
         verdict(recording, findings)
     }
 
-    /// Reads a CSV from memory, as if it stood in a file of that name without a sidecar.
+    /// Reads a CSV from memory, as if it were in a file of that name without a sidecar.
     ///
     /// # Errors
     /// [`Error::Wrong`] with all findings.
@@ -61,7 +61,7 @@ fn table_of(file: &Path, wanted: Wanted, findings: &mut Vec<Finding>) -> Option<
     let open = std::fs::File::open(file).map_err(|e| {
         let (what, mend) = match e.kind() {
             std::io::ErrorKind::NotFound => {
-                ("there is no such file".to_owned(), "write its name as it stands in the folder")
+                ("there is no such file".to_owned(), "write its name as it is in the folder")
             }
             _ => (e.to_string(), "make it a readable file"),
         };

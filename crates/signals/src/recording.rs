@@ -18,7 +18,7 @@ pub enum Interpolation {
 /// What is known of a figure of a sensor that is to be estimated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Guess {
-    /// What it is believed to be.
+    /// The assumed value.
     pub value: f64,
     /// Standard deviation: of a gain as a share of it, of an offset in the channel's unit, of a delay in s; `None`: nothing is known.
     pub doubt: Option<f64>,
@@ -33,7 +33,7 @@ pub struct Sensor {
     pub noise: Option<f64>,
     /// By how many seconds the reading is late: the sample of time t shows the system at t - delay.
     pub delay: f64,
-    /// That is to be estimated: what it is believed to be, and how far it may be off in s; `None`: it is known.
+    /// To be estimated: the assumed value, and how far it may be off in s; `None`: it is known.
     pub late: Option<Guess>,
     /// What a reading has too much, a constant; `None`: nothing.
     pub offset: Option<Guess>,
@@ -42,11 +42,11 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// What a reading is believed to have too much.
+    /// The assumed excess of a reading.
     pub fn believed_offset(&self) -> f64 {
         self.offset.map_or(0.0, |g| g.value)
     }
-    /// By how many times a reading is believed to be too large.
+    /// The assumed factor by which a reading is too large.
     pub fn believed_gain(&self) -> f64 {
         self.gain.map_or(1.0, |g| g.value)
     }
@@ -79,12 +79,12 @@ pub struct Settings {
     pub interpolation: Option<Interpolation>,
 }
 
-/// What a case declares for all its recordings; what a sidecar says goes before it.
+/// What a case declares for all its recordings; what a sidecar declares has precedence.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Declared {
-    /// By the names of channels; an array's name stands for its elements.
+    /// By the names of channels; an array's name means its elements.
     pub channels: BTreeMap<String, Settings>,
-    /// Rows a second, in Hz, evenly spaced whatever the clock shows; `None`: the clock is believed.
+    /// Rows a second, in Hz, evenly spaced whatever the clock shows; `None`: by the clock.
     pub rate: Option<f64>,
 }
 
@@ -118,7 +118,7 @@ impl Channel {
         }
     }
 
-    /// Values with what the sensor is believed to make of them taken out: the reading less the offset, over the gain.
+    /// Values with the sensor's assumed errors taken out: the reading less the offset, over the gain.
     pub fn believed(&self) -> Vec<f64> {
         let (offset, gain) = (self.sensor.believed_offset(), self.sensor.believed_gain());
         self.values.iter().map(|v| (v - offset) / gain).collect()
@@ -184,7 +184,7 @@ impl Channel {
 #[derive(Clone, Debug)]
 pub struct Cursor<'a> {
     channel: &'a Channel,
-    /// Index of the first sample after the last time asked for.
+    /// Index of the first sample after the last requested time.
     next: usize,
 }
 
@@ -210,7 +210,7 @@ impl Cursor<'_> {
     }
 }
 
-/// One run of the real system, or of a simulation that stands for it.
+/// One run of the real system, or of a simulation in its place.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
     /// As its case names it (`train-1.csv`).

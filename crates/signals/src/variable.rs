@@ -1,4 +1,4 @@
-//! What the caller knows of a model.
+//! What the caller declares of a model.
 
 /// What a variable is to the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -21,7 +21,7 @@ pub enum Takes {
     Boolean,
     /// An item's name, in quotes.
     Item,
-    /// A number, a truth value or a name: what it is the caller does not know.
+    /// A number, a truth value or a name: which of them the caller does not know.
     Anything,
 }
 
@@ -44,7 +44,7 @@ pub struct Variable {
     pub takes: Takes,
     /// It has to be above 0: an inertia, a ratio.
     pub positive: bool,
-    /// An input that moves the plant by itself, a motor's: without a recording of it nothing can be told.
+    /// An input that moves the plant by itself, a motor's: without a recording of it nothing can be concluded.
     pub drives: bool,
 }
 

@@ -146,7 +146,7 @@ impl Table {
     }
 }
 
-/// Temporary files are for their owner alone; a result is not.
+/// Temporary files are for their user alone; a result is not.
 #[cfg(unix)]
 fn readable_by_others(file: &std::fs::File) -> Result<(), IoError> {
     use std::os::unix::fs::PermissionsExt;

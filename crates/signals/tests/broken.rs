@@ -1,4 +1,4 @@
-//! Broken recordings and cases, each with what is said of it: severity, kind, place, and the mend.
+//! Broken recordings and cases, each with its finding: severity, kind, place, and the remedy.
 
 #![allow(clippy::unwrap_used, clippy::panic, clippy::print_stderr, clippy::type_complexity)]
 
@@ -83,7 +83,7 @@ fn files_that_cannot_be_read_as_they_are() {
             &["run.csv:4", "from 2 s to 1 s", "sort"],
         ),
         (
-            "clock stands",
+            "constant clock",
             b"time,motorAngle\n0,1\n1,1\n1,1\n1,2\n2,1\n",
             ClockRepeats,
             &["run.csv:4", "repeats 1 s", "3 rows", "rate = N"],
@@ -365,14 +365,14 @@ fn cases() {
             &["stiffness", "finite"],
         ),
         (
-            "doubt of nothing",
+            "uncertainty of nothing",
             with("[uncertain]\nstiffness = 0.1\n"),
             Error,
             UnknownParameter,
             &["has no value of it"],
         ),
         (
-            "negative doubt",
+            "negative uncertainty",
             with("[parameters]\nstiffness = 1\n[uncertain]\nstiffness = -0.1\n"),
             Error,
             BadValue,
@@ -466,7 +466,7 @@ fn relations() -> Vec<Relation> {
 
 /// What is done to the samples.
 type Spoil = Box<dyn Fn(usize, &mut [f64; 4])>;
-/// Label, spoiler, what is said.
+/// Label, spoiler, finding.
 type Sensor = (&'static str, Spoil, Kind, &'static [&'static str]);
 
 #[test]
@@ -557,7 +557,7 @@ fn sensors() {
             "degrees",
             Box::new(|_, x| x[3] *= 57.29578),
             Inconsistent,
-            &["motorAngle", "expected is 160", "degrees were taken for radians"],
+            &["motorAngle", "expected is 160", "degrees were interpreted as radians"],
         ),
         ("swapped", Box::new(|_, x| x.swap(1, 3)), SwappedChannels, &["motorAngle", "swapped"]),
         ("sign", Box::new(|_, x| x[3] = -x[3]), Inconsistent, &["opposite sign"]),
@@ -565,7 +565,7 @@ fn sensors() {
             "rpm",
             Box::new(|_, x| x[2] *= 9.549297),
             Inconsistent,
-            &["integral of `motorVelocity`", "rpm were taken for rad/s"],
+            &["integral of `motorVelocity`", "rpm were interpreted as rad/s"],
         ),
         (
             "far from usual",

@@ -42,7 +42,7 @@ struct Way {
     /// The column of times: its head, and what it counts.
     clock: Clock,
     quoted: bool,
-    /// Milliamperes, degrees: said in the names, or in a line under them.
+    /// Milliamperes, degrees: given in the names, or in a line under them.
     units: Units,
     /// Lines that begin with `#`: above the names and among the rows; or that of the names itself, as of numpy.
     comments: Comments,
@@ -212,7 +212,7 @@ fn every_way(count: u64) {
         let (plain, findings) = read(&usual);
         let (other, found) = read(&way);
         same(&plain, &other, seed, &way);
-        // What was chosen on the way is said.
+        // What was chosen is reported.
         let says = |found: &[Finding], kind: Kind, channel: Option<&str>| {
             found.iter().any(|f| f.kind == kind && channel.is_none_or(|c| f.channel.as_deref() == Some(c)))
         };
@@ -253,7 +253,7 @@ fn every_way_of_writing_reads_alike_at_length() {
     every_way(ALL);
 }
 
-/// Rows of one rate under a clock of another: drawn rates and ticks; without a rate such a file is refused, with the mend.
+/// Rows of one rate under a clock of another: drawn rates and ticks; without a rate such a file is refused, with the remedy.
 #[test]
 fn a_rate_goes_before_a_coarse_clock() {
     let folder = tempfile::tempdir().unwrap();

@@ -53,7 +53,7 @@ fn mutate(bytes: &[u8], rng: &mut StdRng) -> Vec<u8> {
     bytes
 }
 
-/// Reads a case as a program does; everything that is said names a file and has a mend.
+/// Reads a case as a program does; every message names a file and has a remedy.
 fn look(folder: &Path) -> bool {
     let known = joint();
     match Case::load(folder, |_| Ok(known.clone())) {
@@ -97,7 +97,7 @@ fn survive(name: &str, valid: &[u8], count: usize) {
     }
 }
 
-/// Peak resident memory of this process, where the system tells it.
+/// Peak resident memory of this process, where the system reports it.
 fn peak() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find_map(|l| l.strip_prefix("VmHWM:"))?;

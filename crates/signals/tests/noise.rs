@@ -79,7 +79,7 @@ fn noise_that_lasts_shows_at_rest() {
             }
         }
         channel.sensor.resolution = Some(resolution);
-        assert_eq!(correlation(&loaded, "motorAngle"), 0.0, "no recording is said to be at rest");
+        assert_eq!(correlation(&loaded, "motorAngle"), 0.0, "no recording is declared to be at rest");
         loaded.case.rest = vec!["rest".into()];
         let found = correlation(&loaded, "motorAngle");
         assert!((found - told).abs() < 0.05, "{told} at {resolution}: {found}");

@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::common::{CASE, HEALTHY, found, with_links};
 use trueup_signals::{Case, Error, Finding};
 
-/// What stands in `[parameters]` and `[uncertain]` has the shape, the type and the range of its variable.
+/// What is in `[parameters]` and `[uncertain]` has the shape, the type and the range of its variable.
 #[test]
 fn parameters_of_a_wrong_type_or_shape_are_refused() {
     let value = |text: &str| format!("{CASE}[parameters]\n{text}\n");
@@ -17,7 +17,7 @@ fn parameters_of_a_wrong_type_or_shape_are_refused() {
         (value("stiffness = []"), &["`stiffness` is a list", "write stiffness = 1.0"]),
         (
             value("stiffness = true"),
-            &["case.toml:4", "`stiffness` is a truth value, true, where a number is wanted"],
+            &["case.toml:4", "`stiffness` is a truth value, true, where a number is required"],
         ),
         (value("stiffness = \"much\""), &["`stiffness` is a text, much, where a number", "without quotes"]),
         (value("stiffness = { value = 1 }"), &["case.toml:4", "`stiffness` is a table"]),
@@ -45,10 +45,10 @@ fn parameters_of_a_wrong_type_or_shape_are_refused() {
         ),
         (value("baseMass = -2"), &["`baseMass` is -2: it has to be above 0"]),
         (value("baseInertia = -2"), &["`baseInertia` is -2 kg.m2, it cannot be below 0"]),
-        (doubt("stiffness = true"), &["the doubt of `stiffness` is true", "0.1 for 10 %"]),
+        (doubt("stiffness = true"), &["the uncertainty of `stiffness` is true", "0.1 for 10 %"]),
         (doubt("stiffness = [0.1]"), &["`stiffness` is a list", "write stiffness = 0.1"]),
         (doubt("linkMass = [0.1]"), &["case.toml:7", "`linkMass` is a list of another shape"]),
-        (doubt("linkMass = \"0.1\""), &["the doubt of `linkMass`"]),
+        (doubt("linkMass = \"0.1\""), &["the uncertainty of `linkMass`"]),
     ];
     for (case, parts) in broken {
         let files = [("case.toml", case.as_bytes()), ("run.csv", HEALTHY.as_bytes())];
@@ -62,12 +62,12 @@ fn parameters_of_a_wrong_type_or_shape_are_refused() {
     );
     let (case, findings) = Case::parse(Path::new("case.toml"), &right, &with_links()).unwrap();
     assert!(findings.is_empty(), "{findings:?}");
-    // A doubt of 0 beside others says that a value is known.
+    // An uncertainty of 0 next to others means that a value is known.
     assert_eq!([case.doubt("linkMass[1]"), case.doubt("linkMass[2]")], [Some(0.1), None]);
     assert_eq!([case.doubt("center[1,1]"), case.doubt("center[1,2]")], [Some(0.02), None]);
 }
 
-/// Values and doubts of known effects are those of parameters; at which joint, too.
+/// Values and standard deviations of known effects are those of parameters; at which joint, too.
 #[test]
 fn known_effects_are_read_as_parameters() {
     let read = |text: &str| Case::parse(Path::new("case.toml"), &format!("{CASE}{text}"), &[]);
@@ -83,7 +83,7 @@ fn known_effects_are_read_as_parameters() {
     assert_eq!(case.effects.iter().map(|e| e.joint).collect::<Vec<_>>(), [None, Some(1), Some(3), None]);
     assert_eq!((case.number("gravityTorque"), case.number("cableStiffness[3]")), (Some(110.0), Some(1.0)));
     assert_eq!(case.number("asymmetry[2]"), Some(0.2));
-    // What [uncertain] says of one of them goes before the doubt of all.
+    // An entry of [uncertain] for one of them has precedence over the `doubt` of all.
     let doubts = ["gravityTorque", "gravityAngle", "cableStiffness[1]", "cableStiffness[3]"];
     assert_eq!(doubts.map(|n| case.doubt(n)), [Some(0.1), Some(0.02), None, None]);
     assert_eq!(case.with, ["backlash"]);

@@ -82,7 +82,7 @@ fn a_gear_ratio_that_all_recordings_deny_is_named_once_and_never_as_rpm() {
             "{one:?}"
         );
         assert!(one.what.contains("gearRatio contradicts") && !one.what.contains("rpm"), "{}", one.what);
-        // The value that the angles say stands in the message.
+        // The value that the angles give is in the message.
         let said: f64 =
             one.what.split("it would be ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
         assert!((said / gear - 1.0).abs() < 0.1, "{said}, not {gear}");

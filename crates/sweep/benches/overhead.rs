@@ -1,4 +1,4 @@
-//! Short runs by a sweep, with its log, beside a bare loop over the same systems: prints the ratio of both times.
+//! Short runs by a sweep, with its log, compared with a bare loop over the same systems: prints the ratio of both times.
 #![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout)]
 
 use std::time::Instant;

@@ -1,4 +1,4 @@
-//! What somebody else says of the runs of a sweep: a table whose rows are found again by the factors' values.
+//! Results of others for the runs of a sweep: a table whose rows are found again by the factors' values.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use crate::value::Value;
 /// Values this near, as a part of the larger one, are the same.
 const SAME: f64 = 1e-9;
 
-/// Texts beside the runs of a sweep.
+/// Texts to the runs of a sweep.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Beside {
     /// Names of the columns that are no factors, in the order of the file.

@@ -18,13 +18,13 @@ pub struct Design {
     factors: Vec<Factor>,
     /// Of a grid: runs after which a factor takes its next value.
     strides: Vec<u64>,
-    /// Of a Latin hypercube: where each run lies in its factor, 0 to 1.
+    /// Of a Latin hypercube: where each run is in its factor, 0 to 1.
     drawn: Vec<Vec<f64>>,
-    /// Of a Sobol sequence: what it is shifted by, bit by bit.
+    /// Of a Sobol sequence: its shift, bit by bit.
     shifts: Vec<u32>,
 }
 
-/// Where a run lies within a factor.
+/// Where a run is within a factor.
 enum Spot {
     /// At the k-th value.
     Level(u64),

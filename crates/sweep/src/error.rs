@@ -18,13 +18,13 @@ pub enum Error {
     File {
         /// Which.
         file: PathBuf,
-        /// What is wrong, and the mend.
+        /// What is wrong, and the remedy.
         why: String,
     },
     /// There is no run of that number.
     #[error("there is no run {run}: the sweep has runs 1 to {runs}")]
     NoRun {
-        /// What was asked for.
+        /// What was requested.
         run: u64,
         /// How many there are.
         runs: u64,

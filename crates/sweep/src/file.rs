@@ -1,4 +1,4 @@
-//! What a sweep's file says (docs/sweeps.md).
+//! The content of a sweep's file (docs/sweeps.md).
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -26,7 +26,7 @@ pub struct Sweep {
     pub runs: u64,
     /// Of what is drawn. A Sobol sequence without a seed is not shifted.
     pub seed: Option<u64>,
-    /// What the sweep says of when and how to run, over what the system says.
+    /// The sweep's settings of when and how to run; they override the system's.
     pub run: Run,
     /// What is varied, in the order of the file.
     pub factors: Vec<Factor>,
@@ -57,7 +57,7 @@ pub struct Factor {
     pub variables: Vec<String>,
     /// Which values it takes.
     pub values: Values,
-    /// Where it was said.
+    /// Where it was given.
     pub place: Place,
 }
 
@@ -92,7 +92,7 @@ pub struct Output {
     pub variable: String,
     /// What of it.
     pub take: Take,
-    /// Where it was said.
+    /// Where it was given.
     pub place: Place,
 }
 
@@ -185,7 +185,7 @@ enum RawTake {
     Time,
 }
 
-/// Columns that every table has beside factors and outputs.
+/// Columns that every table has in addition to factors and outputs.
 pub(crate) const OWN: [&str; 2] = ["run", "reason"];
 /// More runs would not fit the memory of a merge.
 const MOST: u64 = 100_000_000;
@@ -203,7 +203,7 @@ impl Sweep {
         Self::parse(&text, file)
     }
 
-    /// Reads a text that stands in this file.
+    /// Reads a text of this file.
     ///
     /// # Errors
     /// [`Error::Mistakes`] with lines.
@@ -225,7 +225,7 @@ impl Sweep {
         }
     }
 
-    /// Where the logs of its runs lie: beside it, `NAME.runs`.
+    /// The folder of its logs: next to it, `NAME.runs`.
     pub fn folder(&self) -> PathBuf {
         self.file.with_extension("runs")
     }
@@ -333,7 +333,7 @@ fn runs(kind: Kind, said: Option<Spanned<u64>>, factors: &[Factor], mistakes: &m
     runs
 }
 
-/// As they stand in the file.
+/// As they are in the file.
 fn in_order<T>(map: BTreeMap<Spanned<String>, T>) -> Vec<(Spanned<String>, T)> {
     let mut all: Vec<_> = map.into_iter().collect();
     all.sort_by_key(|(name, _)| name.span().start);

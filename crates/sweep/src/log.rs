@@ -1,5 +1,5 @@
 //! A log of runs: a line per run, only ever added to. Each line begins with the CRC-32 of the rest, so that what a killed
-//! process, or a disk, left of a line is never taken for a result.
+//! process, or a disk, left of a line is never read as a result.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, SeekFrom, Write};
@@ -52,7 +52,7 @@ impl Log {
     pub fn open(path: &Path, print: &str) -> Result<Self, Error> {
         let fail = |e: std::io::Error| Error::at(path, e);
         let mut file = OpenOptions::new().read(true).append(true).create(true).open(path).map_err(fail)?;
-        // Where there are no locks nobody is kept away.
+        // Where there are no locks no process is kept away.
         if matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(Error::at(path, "another process runs this share; wait for it, or end it first"));
         }
@@ -104,7 +104,7 @@ impl Log {
 }
 
 impl Drop for Log {
-    /// Lets go of the lock, which a process that is being started beside this one would hold on to for a while.
+    /// Lets go of the lock, which a process that is being started next to this one would hold on to for a while.
     fn drop(&mut self) {
         // Closing the file is what is left to do.
         let _ = self.file.unlock();
@@ -118,7 +118,7 @@ pub struct Found {
     pub records: Vec<Record>,
     /// Lines that are not what was written; their runs are run again.
     pub damage: Vec<Damage>,
-    /// It says which sweep it belongs to.
+    /// It names the sweep that it belongs to.
     pub known: bool,
 }
 
@@ -132,7 +132,7 @@ pub fn read(path: &Path, print: &str) -> Result<Found, Error> {
     let other = || {
         let name = path.parent().and_then(Path::file_name).unwrap_or_default().to_string_lossy().into_owned();
         let why = "these runs are of another state of the sweep, of its system or its FMUs";
-        Error::at(path, format!("{why}; move the folder {name} away to begin anew, or undo the change"))
+        Error::at(path, format!("{why}; move the folder {name} away to begin again, or undo the change"))
     };
     for (at, line) in bytes.split_inclusive(|b| *b == b'\n').enumerate() {
         match parse(line) {
@@ -152,7 +152,7 @@ pub fn read(path: &Path, print: &str) -> Result<Found, Error> {
     Ok(found)
 }
 
-/// What a whole line says; `None` if it is not what was written.
+/// The content of a whole line; `None` if it is not what was written.
 fn parse(line: &[u8]) -> Option<Line> {
     let text = std::str::from_utf8(line).ok()?;
     // A line that lacks nothing but its end is whole: another process may just be writing that.

@@ -4,7 +4,7 @@ use trueup_cosim::{Column, Error, Kind, Row, Sink, Values, slots};
 
 use crate::file::{Output, Take};
 
-/// A sink that keeps of each output what is asked for, and no row.
+/// A sink that keeps of each output what is requested, and no row.
 pub struct Measures<'a> {
     outputs: &'a [Output],
     taps: Vec<Tap>,

@@ -17,7 +17,7 @@ pub fn fingerprint(sweep: &Path, system: &System) -> Result<String> {
     let mut seen: Vec<&Path> = Vec::new();
     let mut hash = Sha256::new();
     for file in files {
-        // What lies inside an archive is hashed with the archive.
+        // What is inside an archive is hashed with the archive.
         if !seen.contains(&file) && file.exists() {
             seen.push(file);
             add(file, &mut hash)?;

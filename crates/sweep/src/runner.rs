@@ -75,7 +75,7 @@ pub struct Runner {
     files: Files,
     plan: Plan,
     print: String,
-    /// Paths as messages have them, and as they stand in the sweep.
+    /// Paths as messages have them, and as they are in the sweep.
     paths: Vec<(String, String)>,
 }
 
@@ -119,7 +119,7 @@ impl Runner {
         Ok(runner)
     }
 
-    /// What the file says.
+    /// The content of the file.
     pub fn sweep(&self) -> &Sweep {
         &self.sweep
     }
@@ -176,7 +176,7 @@ impl Runner {
         Master::new(check_with(&system, &mut self.files)?)
     }
 
-    /// Does the runs of a share that no log has, and tells each.
+    /// Does the runs of a share that no log has, and reports each.
     ///
     /// # Errors
     /// [`Error::File`]: a log cannot be used or written. A run that fails is none.
@@ -327,7 +327,7 @@ fn set(system: &mut System, sweep: &Sweep, factor: usize, value: &Value) -> Resu
     factor.variables.iter().try_for_each(|name| system.set(name, &value.text(), &factor.place))
 }
 
-/// What the sweep says of when and how goes before what the system says.
+/// The sweep's settings of when and how override the system's.
 fn over(system: &mut System, sweep: &Sweep) {
     let (run, asked) = (&mut system.run, &sweep.run);
     for (slot, asked) in [
@@ -344,7 +344,7 @@ fn over(system: &mut System, sweep: &Sweep) {
     run.algorithm = asked.algorithm.or(run.algorithm);
 }
 
-/// Paths as messages have them, longest first, and as they stand in the sweep.
+/// Paths as messages have them, longest first, and as they are in the sweep.
 fn paths(sweep: &Sweep, system: &System) -> Vec<(String, String)> {
     let folder = sweep.file.parent().unwrap_or(Path::new(""));
     let files = [&sweep.file, &system.file].into_iter();

@@ -36,7 +36,7 @@ pub struct Merged {
 }
 
 /// Writes all runs of a sweep, in their order, as Parquet: `run`, the factors, the outputs (null where there is no number), and
-/// `reason` (null where the run is done). Units stand in the file's metadata under `unit.<column>`, the sweep's fingerprint
+/// `reason` (null where the run is done). Units are in the file's metadata under `unit.<column>`, the sweep's fingerprint
 /// under `sweep`.
 ///
 /// # Errors

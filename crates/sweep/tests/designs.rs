@@ -73,7 +73,7 @@ fn sobol(runs: u64, seed: &str, factors: usize) -> Design {
     design(&format!("design = \"sobol\"\nruns = {runs}\n{seed}\n[factors]\n{factors}"))
 }
 
-/// The ten points in three dimensions that Joe and Kuo print beside their program.
+/// The ten points in three dimensions that Joe and Kuo print with their program.
 #[test]
 fn the_sobol_sequence_is_that_of_joe_and_kuo() {
     let printed = [

@@ -1,4 +1,4 @@
-//! What is wrong in a sweep's file: line, what it is, and the mend.
+//! What is wrong in a sweep's file: line, error, and remedy.
 
 use trueup_sweep::Sweep;
 

@@ -24,7 +24,7 @@ fall = { variable = "x", take = "time", below = 0 }
 never = { variable = "x", take = "time", above = 50 }
 "#;
 
-/// A folder with the FMU and the sweep; `None`, said aloud, without a C compiler.
+/// A folder with the FMU and the sweep; `None`, with a message, without a C compiler.
 fn desk(sweep: &str) -> Option<(TempDir, PathBuf)> {
     if !compiler() {
         eprintln!("SKIPPED: no C compiler (cc)");
@@ -55,7 +55,7 @@ fn table(file: &Path) -> Vec<u8> {
     std::fs::read(to).unwrap()
 }
 
-/// Begins anew.
+/// Begins again.
 fn forget(file: &Path) {
     std::fs::remove_dir_all(file.with_extension("runs")).unwrap();
 }
@@ -162,7 +162,7 @@ fn a_run_is_the_same_alone_and_in_the_system_that_it_stands_for() {
     assert_eq!(none, "there is no run 13: the sweep has runs 1 to 12");
 }
 
-/// What is wrong with names is told before anything runs, with the sweep's line.
+/// What is wrong with names is reported before anything runs, with the sweep's line.
 #[test]
 fn names_are_looked_up_first() {
     let Some((folder, file)) = desk(SWEEP) else { return };

@@ -25,7 +25,7 @@ impl Cache<'_> {
         }
         copy(&kept, directory, name).map(|()| true)
     }
-    /// Keeps a case that lies below `directory`.
+    /// Keeps a case that is below `directory`.
     pub(crate) fn keep(self, directory: &Path, name: &str) -> Result<(), Error> {
         copy(directory, &self.kept(name), name)
     }

@@ -1,4 +1,4 @@
-//! A case in memory: recordings, what their owner believes, and the key.
+//! A case in memory: recordings, the nominal model, and the key.
 
 use std::collections::BTreeMap;
 
@@ -28,9 +28,9 @@ pub enum Split {
     Pairs,
     /// Something that the list of effects does not have.
     Outside,
-    /// One of several effects that these data cannot tell apart.
+    /// One of several effects that these data cannot distinguish.
     Unidentifiable,
-    /// What a rig has that public recordings cannot show: a current's scale and offset, a load hardly known, a hand that pushes,
+    /// What a rig has that public recordings cannot show: a current's scale and offset, a load hardly known, a hand that applies forces,
     /// repeats that drift.
     Rig,
 }
@@ -90,12 +90,12 @@ impl Split {
     }
 }
 
-/// A value that the owner has wrong.
+/// A nominal value that is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Moved {
-    /// What the owner believes.
+    /// The nominal value.
     pub from: f64,
-    /// What it is.
+    /// The true value.
     pub to: f64,
 }
 
@@ -106,7 +106,7 @@ pub struct Key {
     pub case: String,
     /// Its plant.
     pub plant: Plant,
-    /// What it is about.
+    /// The subject.
     pub split: Split,
     /// `no-gap`, `parameters`, `effects`, `ambiguous` or `unknown`.
     pub verdict: String,
@@ -117,7 +117,7 @@ pub struct Key {
     /// Joint (from 1) of each effect; 0: none in particular.
     #[serde(default)]
     pub joints: Vec<usize>,
-    /// What cannot be told apart by design, the truth among it.
+    /// What cannot be distinguished by design, the truth among it.
     #[serde(default)]
     pub class: Vec<String>,
     /// What is driven and how it is measured, in words: what cases are stratified by.
@@ -129,7 +129,7 @@ pub struct Key {
     pub seed: u64,
     /// Number among those of its split.
     pub index: usize,
-    /// Which law was used, for whoever looks into a failure.
+    /// Which law was used, for the analysis of a failure.
     #[serde(default)]
     pub law: Vec<String>,
     /// True amplitudes by the effect's id, where the library has the same quantity.
@@ -138,7 +138,7 @@ pub struct Key {
     /// True values of the parameters.
     #[serde(default)]
     pub parameters: BTreeMap<String, f64>,
-    /// Of a rig: what a diagnosis has to find moved, under the name that it tells it by.
+    /// Of a rig: what a diagnosis has to find moved, under the name in its result.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub moved: BTreeMap<String, Moved>,
 }
@@ -167,12 +167,12 @@ pub(crate) struct Recording {
     pub(crate) columns: Vec<Column>,
 }
 
-/// What is said of a gain or an offset that is to be estimated.
+/// What is declared of a gain or an offset that is to be estimated.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Guess {
     /// Nothing.
     Free,
-    /// What it is believed to be, with its standard deviation.
+    /// The prior value, with its standard deviation.
     About(f64, f64),
 }
 

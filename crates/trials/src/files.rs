@@ -1,7 +1,7 @@
 //! Cases, keys and seals as files.
 //!
 //! `cases/<name>/` holds what a diagnosis may see, `keys/<name>.toml` the truth, `seals.csv` the hash of every key
-//! and case file, `results/<name>/` what a diagnosis said.
+//! and case file, `results/<name>/` the result of a diagnosis.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -112,13 +112,13 @@ fn manifest(case: &Case) -> String {
     text
 }
 
-/// A name that says nothing: the digits come from the numbers that the case was drawn from.
+/// A name without a meaning: the digits come from the numbers that the case was drawn from.
 pub(crate) fn name_of(plant: Plant, split: Split, seed: u64, index: usize) -> String {
     let digits = hash(format!("{}/{}/{seed}/{index}", plant.name(), split.name()).as_bytes());
     format!("{}-{}", plant.name(), &digits[..8])
 }
 
-/// An empty folder beside the one that will be `name`.
+/// An empty folder next to the one that will be `name`.
 pub(crate) fn fresh(beside: &Path, name: &str) -> Result<PathBuf, Error> {
     let part = beside.join(format!(".{name}.part{}", std::process::id()));
     if part.exists() {

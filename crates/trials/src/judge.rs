@@ -6,4 +6,5 @@ pub(crate) mod corpus;
 pub(crate) mod run;
 pub(crate) mod said;
 pub(crate) mod score;
+pub(crate) mod scored;
 pub(crate) mod table;

@@ -1,7 +1,7 @@
 //! Blind trials: recordings whose cause is sealed, and the scorecard of a diagnosis that has not seen it.
 //!
 //! The generator shares neither code nor formulas with the effect library: plants written from the papers, an
-//! integrator and laws of its own. Whoever diagnoses sees `cases/`; only [`score`](fn@score) opens `keys/`.
+//! integrator and laws of its own. A diagnosis sees `cases/`; only [`score`](fn@score) opens `keys/`.
 
 mod arm;
 mod cache;
@@ -88,7 +88,7 @@ pub fn generate_corpus(
         if name != entry.case || files::hash(&text) != entry.seal {
             let why = format!(
                 "{} is not the case that entered: the generator makes another one of seed {}, number {}; \
-                 fill a corpus anew from results of this program",
+                 fill a corpus again from results of this program",
                 entry.case, entry.seed, entry.index
             );
             return Err(Error::at(file, why));

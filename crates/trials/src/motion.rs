@@ -1,4 +1,4 @@
-//! What is asked of an axis over time.
+//! What is commanded of an axis over time.
 
 use std::f64::consts::{PI, TAU};
 
@@ -34,7 +34,7 @@ const BRAKING: f64 = 0.4;
 pub(crate) struct Motion {
     pub(crate) family: Family,
     pub(crate) center: f64,
-    /// It stands from the first instant to the second, s.
+    /// It is at rest from the first instant to the second, s.
     pub(crate) stands: Option<(f64, f64)>,
     speed: f64,
     frequency: f64,

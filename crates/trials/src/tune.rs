@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Responses of a simulation that knows no effect.
+/// Responses of a simulation without effects.
 pub(crate) trait Bench {
     /// Response of run `run`, every channel divided by its scale.
     fn response(&self, run: usize, values: &[f64], initial: &[f64]) -> Vec<f64>;
@@ -18,13 +18,13 @@ fn sum_of_squares(r: &[Vec<f64>]) -> f64 {
     r.iter().flatten().map(|e| e * e).sum()
 }
 
-/// How far off a parameter may be, as a share, and a first state, in its steps, for as much as one reading tells: what nothing
+/// How far off a parameter may be, as a share, and a first state, in its steps, for as much as the information of one reading: what nothing
 /// shows stays where it is, so that it does not keep the rest from being fitted.
 const DOUBT: f64 = 0.3;
 const FIRST: f64 = 500.0;
 /// Steps at the most: joints that nothing measures bend the way to the best far.
 const ROUNDS: usize = 30;
-/// What the first step is damped by, and the most that is tried, in doubts.
+/// What the first step is damped by, and the most that is tried, in standard deviations.
 const FREELY: f64 = 1.0;
 const MOST: f64 = 1e9;
 /// A step that leaves more than this share is the last, as is one that leaves so small a share of what noise does.

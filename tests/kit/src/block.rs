@@ -47,7 +47,7 @@ pub enum Dynamics {
     },
 }
 
-/// A block and what it can do. All variables are scalars of type Real (Float64); there are besides the parameters
+/// A block and what it can do. All variables are scalars of type Real (Float64); there are also the parameters
 /// `fault` (an integer, see `c/block.h`) and `faultTime`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {

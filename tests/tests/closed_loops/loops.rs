@@ -11,9 +11,9 @@ use super::monolith;
 pub(crate) struct Case {
     /// Of its files in `examples/`.
     pub(crate) name: &'static str,
-    /// Components and the FMUs that they stand for.
+    /// Components and their FMUs.
     pub(crate) components: [(&'static str, &'static str); 2],
-    /// Start values beside those of the file: no dry friction and no limit, so that the solution is smooth.
+    /// Start values in addition to those of the file: no dry friction and no limit, so that the solution is smooth.
     pub(crate) start: &'static [(&'static str, &'static str, &'static str)],
     /// What is compared.
     pub(crate) column: &'static str,

@@ -1,5 +1,5 @@
 //! Closed loops of our FMUs, coupled by the master, against the same equations in one solver: the error falls with the
-//! communication step as the theory of each algorithm says.
+//! communication step as the theory of each algorithm predicts.
 //!
 //! Runs on the FMUs in the folder that `TRUEUP_FMUS` names; `./test` packs them there.
 //! `cargo bench -p trueup-acceptance --bench accuracy` makes the page and the tables of docs/master-accuracy.md.
@@ -37,7 +37,7 @@ fn the_error_of_fmi_2_falls_with_the_order_of_the_algorithm() {
 
 fn orders(name: &str, version: u32) {
     let Some(folder) = folder() else { return };
-    // Order of each, and how far the slope over these steps may lie from it: they are not infinitely small.
+    // Order of each, and how far the slope over these steps may be from it: they are not infinitely small.
     let orders = [
         (Algorithm::Jacobi, 1.0, 0.15),
         // The second FMU is given lines between known values, so it is of second order, too.
@@ -77,7 +77,7 @@ fn toml_and_ssp_are_the_same_system_and_both_versions_of_fmi_agree() {
 fn the_monolithic_solution_is_converged() {
     for Case { monolith, reference, stop, .. } in LOOPS {
         let [few, many] = [20, 400].map(|n| (0..=n).map(|k| stop * k as f64 / n as f64).collect::<Vec<_>>());
-        // The solver stops at each time asked for, so these are two runs of different steps.
+        // The solver stops at each requested time, so these are two runs of different steps.
         let (a, b) = (monolith(*reference, &few), monolith(*reference, &many));
         let far = a.iter().zip(b.iter().step_by(20)).fold(0.0f64, |m, (a, b)| m.max((a - b).abs()));
         assert!(far < 1e-11 * reference, "{far:e}");
@@ -85,7 +85,7 @@ fn the_monolithic_solution_is_converged() {
     }
 }
 
-/// At its limit the current hides the states of the controller: no output tells how wrong they are until the limit is left.
+/// At its limit the current hides the states of the controller: no output shows how wrong they are until the limit is left.
 #[test]
 fn the_adaptive_algorithm_keeps_its_tolerance_behind_a_limit() {
     let Some(folder) = folder() else { return };
@@ -114,7 +114,7 @@ fn the_adaptive_algorithm_keeps_its_tolerance_behind_a_limit() {
             );
             println!("{all}");
             assert!(last <= 3.0 * tolerance && largest <= 3.0 * tolerance, "{all}");
-            // The loop amplifies what is wrong when the limit is left; the log says so.
+            // The loop amplifies what is wrong when the limit is left; the log reports it.
             let said = log.notes.iter().any(|n| n.contains("above the tolerance"));
             assert_eq!(said, told.error > 2.0 * tolerance, "{all}: {:?}", log.notes);
             estimates.push(told.error);

@@ -117,7 +117,7 @@ impl<P: Hybrid, C: Hybrid> Hybrid for Loop<P, C> {
     }
 }
 
-/// Outputs at the times asked for.
+/// Outputs at the requested times.
 fn run<P: Hybrid, C: Hybrid>(
     model: &Loop<P, C>,
     p: &[f64],

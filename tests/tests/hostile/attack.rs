@@ -263,7 +263,7 @@ fn do_step(s: &mut Subject, r: &mut Random) {
     let (status, _, event) = s.do_step(t, h);
     s.environment.hostile.set(false);
     if status == 0 && event && !s.event_mode() {
-        s.fail("asks for event mode, which is not used");
+        s.fail("requests event mode, which is not used");
     }
 }
 
@@ -289,7 +289,7 @@ fn step_status(s: &mut Subject, r: &mut Random) {
     };
 }
 
-/// A freed instance refuses what it is asked, and being freed again does no harm.
+/// A freed instance refuses every call, and being freed again does no harm.
 pub fn after_free(s: &mut Subject) {
     s.free();
     s.wrong = true;

@@ -129,7 +129,7 @@ impl Fmu {
     }
 }
 
-/// Says that something was left out; not println!, which the test runner keeps to itself.
+/// Reports that something was left out; not println!, which the test runner keeps to itself.
 pub fn skipped(why: &str) {
     let _ = writeln!(std::io::stderr(), "SKIPPED: {why}");
 }

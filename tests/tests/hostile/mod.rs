@@ -78,7 +78,7 @@ fn references(fmus: &[Fmu]) -> Vec<Vec<Vec<u64>>> {
 fn sequence(number: u64, fmus: &[Fmu], references: &[Vec<Vec<u64>>]) {
     let mut r = Random::new(number);
     let mut pool = Pool::default();
-    // Mostly two instances, often of the same FMU, so that they can be taken for each other.
+    // Mostly two instances, often of the same FMU, so that they can be confused.
     let first = r.below(fmus.len());
     let mut subjects = Vec::new();
     for k in 0..r.pick(&[1, 2, 2, 3]) {

@@ -79,7 +79,7 @@ pub const WAYS: [Way; 5] = [
     Way::CoSimulation { event_mode: true, early_return: true },
 ];
 
-/// What the generator believes of the instance; a guess that steers it, not a claim.
+/// What the generator assumes of the instance; a guess that steers it, not a claim.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Phase {
     Instantiated,

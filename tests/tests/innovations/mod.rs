@@ -23,7 +23,7 @@ fn own_numbers(name: &str) -> PathBuf {
 fn check(folder: &Path, golden: &Value, name: &str) -> Vec<String> {
     let (loaded, _) = Case::load(folder, |_| Ok(Vec::new())).unwrap();
     let mut golden = golden.clone();
-    // Where rounding of single precision decides: what the same program says in double precision.
+    // Where rounding of single precision decides: the result of the same program in double precision.
     let double = read(&own_numbers("double"));
     double[name]
         .as_object()
@@ -63,7 +63,7 @@ fn every_stage_of_four_generated_joints_has_the_golden_numbers() {
     none(&complaints);
 }
 
-/// Cases with their numbers, in `engine/goldens/joint` in the folder that TRUEUP_DATA names, or beside it.
+/// Cases with their numbers, in `engine/goldens/joint` in the folder that TRUEUP_DATA names, or next to it.
 #[test]
 #[ignore = "searches sixteen cases: minutes"]
 fn every_stage_of_all_joints_has_the_golden_numbers() {

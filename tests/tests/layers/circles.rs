@@ -9,26 +9,7 @@ use super::{Complaints, File, files, none};
 const LEFT: &[&str] = &[
     "crates/cosim/src/couple.rs",
     "crates/diagnosis/src/diagnose.rs",
-    "crates/diagnosis/src/engine/balance.rs",
-    "crates/diagnosis/src/engine/decide.rs",
     "crates/diagnosis/src/engine/hypothesis/pose.rs",
-    "crates/diagnosis/src/engine/screen.rs",
-    "crates/fmi-export/src/co_simulation.rs",
-    "crates/fmi-import/src/isolation/link.rs",
-    "crates/fmi-import/src/isolation/link/fault.rs",
-    "crates/hypotheses/src/baseline.rs",
-    "crates/identification/src/identify.rs",
-    "crates/identification/src/predict.rs",
-    "crates/models/src/arm/balance.rs",
-    "crates/models/src/contact/gripper.rs",
-    "crates/models/src/flexible_arm/layout.rs",
-    "crates/models/src/space/appendage.rs",
-    "crates/models/src/space/articulated.rs",
-    "crates/models/src/space/design.rs",
-    "crates/models/src/space/instant.rs",
-    "crates/trials/src/judge/score.rs",
-    "fmu-controller/src/adaptation.rs",
-    "tools/cli/src/command/arm/grid.rs",
 ];
 
 /// A module's path within its crate.

@@ -5,7 +5,7 @@ use super::{Complaints, File, files, none, root};
 use std::collections::BTreeSet;
 
 /// Files of crates/models/src/effect that are no effect.
-/// Files beside the effects: what they are made of.
+/// Files next to the effects: what they are made of.
 const NO_EFFECT: &[&str] = &["mod", "list", "set", "tests", "spec", "choice", "channel", "memory", "power"];
 
 fn unnamed_effects(sources: &[File], document: &File) -> Complaints {
@@ -66,7 +66,7 @@ fn loose_equations(chapters: &[File], sources: &[File]) -> Complaints {
         for id in ids(&chapter.text) {
             if !in_code.contains(&id) {
                 complaints.push(format!(
-                    "{}: {id} stands at no line of code; end that line with `// ({id})`",
+                    "{}: {id} is at no line of code; end that line with `// ({id})`",
                     chapter.path
                 ));
             }
@@ -74,14 +74,14 @@ fn loose_equations(chapters: &[File], sources: &[File]) -> Complaints {
                 let mend = format!(
                     "write `Checks {id}.` into the doc comment of the test that would fail if it were wrong"
                 );
-                complaints.push(format!("{}: {id} stands at no test; {mend}", chapter.path));
+                complaints.push(format!("{}: {id} is at no test; {mend}", chapter.path));
             }
         }
     }
     complaints
 }
 
-/// Ids in the code, of a series that has a chapter, that stand in no chapter.
+/// Ids in the code, of a series that has a chapter, that are in no chapter.
 fn unknown_equations(chapters: &[File], sources: &[File]) -> Complaints {
     let series = |id: &String| id.split('-').next().unwrap_or_default().to_owned();
     let known: BTreeSet<_> = chapters.iter().flat_map(|c| ids(&c.text)).collect();
@@ -90,10 +90,8 @@ fn unknown_equations(chapters: &[File], sources: &[File]) -> Complaints {
     for file in sources {
         for id in ids(&file.text).iter().filter(|id| chaptered.contains(&series(id)) && !known.contains(*id))
         {
-            complaints.push(format!(
-                "{}: {id} stands in no chapter of docs/equations; write it down there",
-                file.path
-            ));
+            complaints
+                .push(format!("{}: {id} is in no chapter of docs/equations; write it down there", file.path));
         }
     }
     complaints
@@ -117,7 +115,8 @@ fn dead_links(document: &File, exists: impl Fn(&str) -> bool) -> Complaints {
             }
         }
         if !exists(&path.join("/")) {
-            complaints.push(format!("{}: the link {link} leads nowhere; mend or strike it", document.path));
+            complaints
+                .push(format!("{}: the link {link} leads nowhere; correct or strike it", document.path));
         }
     }
     complaints

@@ -18,7 +18,7 @@ const ARCHIVES: &[&str] = &["zip", "quick-xml", "roxmltree", "libloading", "clap
 
 const RULES: &[Rule] = &[
     Rule { name: "trueup-numerics", ours: &[], never: INPUT_OUTPUT },
-    // What is asked of a plant, whichever it is.
+    // What is required of a plant, whichever it is.
     Rule { name: "trueup-plant", ours: &["trueup-numerics"], never: INPUT_OUTPUT },
     Rule { name: "trueup-models", ours: &["trueup-numerics", "trueup-plant"], never: INPUT_OUTPUT },
     Rule { name: "trueup-fmi", ours: &[], never: &["*"] },
@@ -43,7 +43,7 @@ const RULES: &[Rule] = &[
         ours: &["trueup-numerics", "trueup-models", "trueup-plant"],
         never: INPUT_OUTPUT,
     },
-    // Units are those of FMUs and of files; it knows no model.
+    // Units are those of FMUs and of files; it depends on no model.
     Rule {
         name: "trueup-scaling",
         ours: &["trueup-cosim", "trueup-signals", "trueup-fmi-description"],
@@ -53,14 +53,10 @@ const RULES: &[Rule] = &[
     // Statistics: recordings that others have read come in, numbers go out; it judges nothing.
     Rule {
         name: "trueup-estimation",
-        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals"],
+        ours: &["trueup-numerics", "trueup-models", "trueup-signals"],
         never: ARCHIVES,
     },
-    Rule {
-        name: "trueup-hypotheses",
-        ours: &["trueup-numerics", "trueup-models", "trueup-plant", "trueup-signals", "trueup-estimation"],
-        never: ARCHIVES,
-    },
+    Rule { name: "trueup-hypotheses", ours: &["trueup-signals", "trueup-estimation"], never: ARCHIVES },
     // What is fitted may be a model of ours or anybody's FMU.
     Rule {
         name: "trueup-identification",
@@ -69,7 +65,6 @@ const RULES: &[Rule] = &[
             "trueup-models",
             "trueup-plant",
             "trueup-signals",
-            "trueup-estimation",
             "trueup-fmi-description",
             "trueup-fmi-import",
         ],
@@ -88,9 +83,9 @@ const RULES: &[Rule] = &[
         ],
         never: ARCHIVES,
     },
-    // Finished results in, a page out: it never simulates or fits; of a diagnosis it knows what it says.
+    // Finished results in, a page out: it never simulates or fits; of a diagnosis it reads the result.
     Rule { name: "trueup-report", ours: &["trueup-diagnosis"], never: ARCHIVES },
-    // Knows nothing of ours, so that its truth is another's.
+    // Depends on nothing of ours, so that its truth is independent.
     Rule { name: "trueup-trials", ours: &[], never: ARCHIVES },
     Rule { name: "fmu-plant", ours: BINDING, never: ARCHIVES },
     Rule { name: "fmu-controller", ours: BINDING, never: ARCHIVES },
@@ -137,7 +132,7 @@ const RULES: &[Rule] = &[
         ],
         never: ARCHIVES,
     },
-    // Makes FMUs for tests; sees nothing of ours, so that it is a stranger to all.
+    // Makes FMUs for tests; sees nothing of ours, so that it is foreign to all.
     Rule { name: "trueup-testkit", ours: &[], never: &["libloading", "clap"] },
     // Evidence: only dev-dependencies.
     Rule { name: "trueup-acceptance", ours: &[], never: &["*"] },
@@ -145,8 +140,8 @@ const RULES: &[Rule] = &[
 ];
 const BINDING: &[&str] = &["trueup-fmi", "trueup-fmi-export", "trueup-models", "trueup-numerics"];
 
-/// Crates that never see each other, tests included: our importer treats our FMU as a stranger's, and the truth of a
-/// blind trial comes from nothing that a diagnosis knows.
+/// Crates that never see each other, tests included: our importer treats our FMU as a foreign one, and the truth of a
+/// blind trial comes from nothing that a diagnosis depends on.
 const STRANGERS: &[(&str, &str)] = &[
     ("trueup-fmi-export", "trueup-fmi-import"),
     ("trueup-fmi-import", "trueup-fmi-export"),

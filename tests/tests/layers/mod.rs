@@ -1,7 +1,7 @@
 //! The rules of ARCHITECTURE.md, enforced: who may depend on whom, where code may print or be unsafe, how long
 //! a file may be, and that effects and equations lead from the documents to the code and to a test.
 //!
-//! Every rule is a function from facts to complaints, so that the tests beside it can show it a bad example.
+//! Every rule is a function from facts to complaints, so that the tests next to it can show it a bad example.
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
@@ -15,7 +15,7 @@ mod sources;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What breaks a rule: where, what, and the mend.
+/// What breaks a rule: where, what, and the remedy.
 type Complaints = Vec<String>;
 
 /// A file with its path relative to the root, `/` between its parts.
@@ -62,7 +62,7 @@ fn none(complaints: Complaints) {
     assert!(complaints.is_empty(), "{} rule(s) broken:\n  {}\n", complaints.len(), complaints.join("\n  "));
 }
 
-/// A bad example is found, and its message says what the reader needs.
+/// A bad example is found, and its message has what the reader needs.
 #[cfg(test)]
 fn found(complaints: &Complaints, words: &[&str]) {
     assert_eq!(complaints.len(), 1, "{complaints:?}");

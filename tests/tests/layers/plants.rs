@@ -14,7 +14,7 @@ const PLANTS: [&str; 7] = [
     "CaptureScene",
 ];
 
-/// Where a plant is made, bound, told of or packed; a path or the beginning of one.
+/// Where a plant is made, bound, described or packed; a path or the beginning of one.
 const HOMES: &[&str] = &[
     "crates/models/",
     "fmu-plant/",
@@ -30,16 +30,14 @@ const HOMES: &[&str] = &[
 /// What names a plant in a string all the same. This list only shrinks.
 const NAMED: &[(&str, &str)] = &[
     ("crates/diagnosis/src/engine/recordings.rs", "goes with the first engine"),
-    ("crates/hypotheses/src/baseline.rs", "goes with the second engine: its message"),
     (
         "crates/hypotheses/src/innovations/search.rs",
-        "the second engine has the joint's equations of its own so far",
+        "the innovations engine has the joint's equations of its own so far",
     ),
-    ("crates/identification/src/identify.rs", "says for which plant a method is"),
-    ("crates/report/src/diagnosis/words.rs", "says how a plant is drawn"),
-    ("crates/signals/src/case/parse.rs", "says what a case looks like"),
-    ("crates/signals/src/case/payload.rs", "says which model carries one"),
-    ("crates/signals/src/keys.rs", "says what a case looks like"),
+    ("crates/report/src/diagnosis/words.rs", "declares how a plant is drawn"),
+    ("crates/signals/src/case/parse.rs", "declares what a case looks like"),
+    ("crates/signals/src/case/payload.rs", "declares which model carries one"),
+    ("crates/signals/src/keys.rs", "declares what a case looks like"),
 ];
 
 /// Who takes a [`Hybrid`]'s generic equations, which compiles them once more. Numerics drive them, the FMU library is them.
@@ -55,8 +53,8 @@ const GENERIC: &[&str] = &[
 /// What does so all the same. This list only shrinks.
 const INSTANCES: &[(&str, &str)] = &[
     ("crates/diagnosis/src/locate/arm.rs", "its balances want the arm's mass matrix"),
-    ("crates/flexibility/src/equilibrium.rs", "wants the bodies' mass matrix and forces"),
-    ("crates/identification/src/tangent.rs", "is one: sensitivities beside states, of any plant"),
+    ("crates/flexibility/src/equilibrium.rs", "requires the bodies' mass matrix and forces"),
+    ("crates/identification/src/tangent.rs", "is one: sensitivities next to states, of any plant"),
 ];
 
 fn listed(list: &[(&str, &str)], path: &str) -> bool {
@@ -76,7 +74,7 @@ fn names(file: &File) -> Complaints {
         .filter_map(|(i, line)| Some((i, PLANTS.iter().find(|name| line.contains(*name))?)))
         .map(|(i, name)| {
             format!(
-                "{}:{}: names the plant {name}; ask `dyn Plant`, or put it into the list of models (crates/models/src/plants.rs)",
+                "{}:{}: names the plant {name}; use `dyn Plant`, or put it into the list of models (crates/models/src/plants.rs)",
                 file.path,
                 i + 1
             )

@@ -6,7 +6,7 @@ use super::File;
 pub(crate) struct Source {
     /// Code alone; comments, literals and `#[cfg(test)]` modules are blank.
     pub(crate) code: String,
-    /// What stands in string literals outside test modules; everything else is blank.
+    /// The content of string literals outside test modules; everything else is blank.
     pub(crate) literals: String,
 }
 
@@ -30,7 +30,7 @@ impl Source {
         };
         Self { code: without(code), literals: without(literals) }
     }
-    /// 1-based lines of the code on which `word` stands as a word.
+    /// 1-based lines of the code on which `word` is a word.
     pub(crate) fn lines_with(&self, word: &str) -> Vec<usize> {
         let part_of_word = |c: Option<char>| c.is_some_and(|c| c.is_alphanumeric() || c == '_');
         let on = |line: &str| {

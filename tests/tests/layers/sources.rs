@@ -1,4 +1,4 @@
-//! What may stand in a source file.
+//! What a source file may contain.
 
 use super::rust::{Source, is_test_file};
 use super::{Complaints, File, files, none};
@@ -27,7 +27,13 @@ const UNSAFE: &[&str] = &[
     "crates/fmi-import/src/program.rs",
     "crates/fmi-import/src/table.rs",
 ];
-const LONGEST: usize = 600;
+const LONGEST: usize = 500;
+/// What is longer all the same, with its length. This list only shrinks.
+const LONGER: &[(&str, usize)] = &[
+    ("crates/cosim/src/couple.rs", 585),
+    ("crates/fmi-import/src/fmi2.rs", 558),
+    ("crates/identification/src/fmu/simulate.rs", 541),
+];
 
 fn printing(file: &File) -> Complaints {
     if file.path.starts_with("tools/") || is_test_file(&file.path) {
@@ -73,10 +79,13 @@ fn lints(manifest: &File) -> Complaints {
 
 fn length(file: &File) -> Complaints {
     let lines = file.text.lines().count();
-    let long = lines > LONGEST && file.path.contains("src/");
-    long.then(|| format!("{}: {lines} lines; split it, {LONGEST} are the most", file.path))
-        .into_iter()
-        .collect()
+    let most = LONGER.iter().find(|l| l.0 == file.path).map_or(LONGEST, |l| l.1);
+    let long = lines > most && file.path.contains("src/");
+    let listed = most > LONGEST && lines <= LONGEST;
+    let long = long.then(|| format!("{}: {lines} lines; split it, {most} are the most", file.path));
+    let listed =
+        listed.then(|| format!("{}: {lines} lines; take it out of the list of longer files", file.path));
+    long.into_iter().chain(listed).collect()
 }
 
 /// A path of one machine in what is built or read by users.
@@ -104,7 +113,7 @@ fn machine_paths(file: &File) -> Complaints {
     complaints
 }
 
-/// Files beside a `tests/main.rs`, and folders with a `mod.rs` there, that nothing names: their tests would never run.
+/// Files next to a `tests/main.rs`, and folders with a `mod.rs` there, that nothing names: their tests would never run.
 /// `targets` are the paths of test binaries of their own, as the crate's manifest gives them.
 fn unnamed_modules(main: &File, others: &[File], manifest: &File) -> Complaints {
     let folder = main.path.strip_suffix("main.rs").unwrap_or_default();
@@ -160,7 +169,7 @@ fn every_file_of_tests_is_run() {
     let mut complaints = Vec::new();
     for main in mains {
         let path = main.path.replace("tests/main.rs", "Cargo.toml");
-        // A folder `tests` below `src` or another one has no manifest beside it.
+        // A folder `tests` below `src` or another one has no manifest next to it.
         if let Some(manifest) = manifests.iter().find(|m| m.path == path) {
             complaints.extend(unnamed_modules(main, &sources, manifest));
         }
@@ -229,7 +238,7 @@ fn broken_rules_are_found() {
     assert!(tests_without_harness(&bare, &[file("crates/a/src/b.rs", "fn f() {}\n")]).is_empty());
     assert!(tests_without_harness(&file("crates/a/Cargo.toml", "[package]\n"), &[inline]).is_empty());
 
-    says(&length(&file(library, &"\n".repeat(LONGEST + 1))), &["601 lines", "split"]);
+    says(&length(&file(library, &"\n".repeat(LONGEST + 1))), &["501 lines", "split"]);
     assert!(length(&file(library, &"\n".repeat(LONGEST))).is_empty());
 
     says(&machine_paths(&file(library, "let p = \"/home/me/x\";\n")), &["joint.rs:1", "/home/", "relative"]);

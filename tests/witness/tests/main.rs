@@ -1,10 +1,10 @@
-//! The crate `fmi-rs` as a witness: it validates, loads and runs every packed FMU, in Model Exchange with the
+//! The crate `fmi-rs` as a reference: it validates, loads and runs every packed FMU, in Model Exchange with the
 //! solver below and in Co-Simulation with the FMU's own, and all of them say the same.
 //!
 //! Runs on the FMUs in the folder that `TRUEUP_FMUS` names; `./test` packs them there.
 
 #![allow(missing_docs, clippy::expect_used, clippy::panic, clippy::unwrap_used)]
-// fmi-rs asks for it.
+// fmi-rs requires it.
 #![allow(clippy::arc_with_non_send_sync)]
 
 mod solver;
@@ -74,7 +74,7 @@ fn unzipped(fmu: &Path) -> tempfile::TempDir {
     folder
 }
 
-/// Values of all outputs, flattened, over time; times of events stand twice.
+/// Values of all outputs, flattened, over time; times of events are listed twice.
 struct Run {
     time: Vec<f64>,
     rows: Vec<Vec<f64>>,

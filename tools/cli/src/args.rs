@@ -3,6 +3,7 @@
 mod arm;
 mod identify;
 mod scale;
+mod shell;
 mod sweep;
 
 use std::path::PathBuf;
@@ -13,6 +14,7 @@ use trueup_cosim::system::{Algorithm, Interface};
 pub(crate) use arm::{Arm, ArmMap};
 pub(crate) use identify::{Identify, Statics};
 pub(crate) use scale::Scale;
+pub(crate) use shell::{Completions, Man};
 pub(crate) use sweep::{After, Map, Merge, Sweep};
 
 /// Flexible manipulators as FMUs, and what separates a simulation from recordings of the real system
@@ -38,14 +40,14 @@ pub(crate) enum Command {
     Identify(Identify),
     /// Evaluate static tests: Young's modulus from deflections, or the first mode of an arm and its springs' shares
     Statics(Statics),
-    /// Show what a pose of a robot on a free base tells: matrices, measures, singularities; surfaces over two joints
+    /// Analyse a pose of a robot on a free base: matrices, measures, singularities; surfaces over two joints
     Robot(Robot),
     /// Show what bends of an arm on the ground, and how it vibrates
     #[command(subcommand)]
     Arm(Arm),
-    /// Find where the gap between a model and recordings lies, which effect causes it, how far it shrinks
+    /// Locate the gap between a model and recordings, name the effect that causes it, and report how far it shrinks
     Diagnose(Diagnose),
-    /// Tell the whole story once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
+    /// Show the whole work flow once: pack FMUs, couple them, identify and diagnose a case whose cause is sealed
     Demo(Demo),
     /// The process of an FMU that has one of its own; started by this program alone
     #[command(name = "__fmu-host", hide = true)]
@@ -53,6 +55,10 @@ pub(crate) enum Command {
     /// Make and judge blind trials: cases with a sealed cause, and the scorecard of the diagnosis
     #[command(subcommand)]
     Trial(Trial),
+    /// Print the script that completes commands and options in a shell
+    Completions(Completions),
+    /// Write the manual pages of all commands
+    Man(Man),
 }
 
 #[derive(Debug, Subcommand)]
@@ -61,7 +67,7 @@ pub(crate) enum Fmu {
     Pack(Box<Pack>),
     /// List models, presets and effects
     List,
-    /// Tell what an FMU is
+    /// Describe an FMU
     Info(Info),
     /// Check anybody's FMU and say what is wrong with it
     Validate(Validate),
@@ -126,22 +132,20 @@ impl std::str::FromStr for Way {
     }
 }
 
-/// What weighs the causes of a gap.
+/// What compares the causes of a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Engine {
+    /// Balances of accelerations, and free runs
     Balances,
-    Filter,
-    /// On trial: verdicts alone.
-    #[value(hide = true)]
+    /// Evidence of the innovations about a smoothed trajectory (TwoMassJoint; other cases by balances)
     Innovations,
 }
 
 impl From<Engine> for trueup_diagnosis::diagnose::Engine {
     fn from(engine: Engine) -> Self {
         match engine {
-            Engine::Filter => Self::Filter,
-            // The innovations engine is called by itself, before.
-            Engine::Balances | Engine::Innovations => Self::Balances,
+            Engine::Balances => Self::Balances,
+            Engine::Innovations => Self::Innovations,
         }
     }
 }
@@ -153,21 +157,21 @@ pub(crate) struct Diagnose {
     /// Folder for diagnosis.json, decision.json, report.html, the augmented FMUs and where their free runs began; made if it is not there
     #[arg(short, long, value_name = "DIR")]
     pub(crate) output: PathBuf,
-    /// Also print what diagnosis.json says
+    /// Also print the content of diagnosis.json
     #[arg(long)]
     pub(crate) json: bool,
     /// Only diagnosis.json with verdict, claims and gaps, and decision.json: no page, no FMUs, no next experiment
     #[arg(long)]
     pub(crate) verdict_only: bool,
-    /// Take every reading: large recordings are thinned without, and the diagnosis says so
+    /// Take every reading: without it large recordings are thinned, which the diagnosis reports
     #[arg(long)]
     pub(crate) all_readings: bool,
-    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
-    #[arg(long, value_enum, default_value_t = Engine::Balances)]
-    pub(crate) engine: Engine,
+    /// What compares the causes; chosen by the case when not given
+    #[arg(long, value_enum)]
+    pub(crate) engine: Option<Engine>,
     /// Conclude even from recordings with a grave finding: a wrong sign or unit, a time that is not in s, a drive that was not
     /// recorded. Else the verdict is `unknown` then
     #[arg(long)]
@@ -178,7 +182,7 @@ pub(crate) struct Diagnose {
     /// How long the work may take, s; else as long as it likes. Nothing is written if it is not done by then
     #[arg(long, value_name = "S", value_parser = deadline)]
     pub(crate) deadline: Option<f64>,
-    /// Folder with the template libraries of the FMUs; found beside the program when not given
+    /// Folder with the template libraries of the FMUs; searched next to the program when not given
     #[arg(long, value_name = "DIR")]
     pub(crate) library: Option<PathBuf>,
 }
@@ -279,7 +283,7 @@ pub(crate) struct Simulate {
     /// Write the log of the run: algorithm and why, steps, events, loops; also of a run that failed
     #[arg(long, value_name = "FILE")]
     pub(crate) log: Option<PathBuf>,
-    /// Tell the progress even where standard error is no terminal
+    /// Report progress even where standard error is no terminal
     #[arg(long)]
     pub(crate) progress: bool,
     /// Variables to record instead of all outputs: scalars, whole arrays, elements; `arm.*`: all outputs of `arm`
@@ -363,12 +367,12 @@ pub(crate) struct TrialRun {
     /// Verdicts, claims and gaps alone: no pages, no FMUs, no next experiments
     #[arg(long)]
     pub(crate) verdict_only: bool,
-    /// The recordings for fitting are healthy: also tell when, and where, those held out part from the model
+    /// The recordings for fitting are healthy: also report when and where the held-out ones deviate from the model
     #[arg(long)]
     pub(crate) watch: bool,
-    /// What weighs the causes: balances and free runs, or the likelihood of a filter's innovations (TwoMassJoint)
-    #[arg(long, value_enum, default_value_t = Engine::Balances)]
-    pub(crate) engine: Engine,
+    /// What compares the causes; chosen by the case when not given
+    #[arg(long, value_enum)]
+    pub(crate) engine: Option<Engine>,
     /// Processor time after which a case is stopped and counts as a miss, s
     #[arg(long, value_name = "SECONDS", default_value_t = 600.0, allow_negative_numbers = true, value_parser = seconds)]
     pub(crate) limit: f64,
@@ -384,7 +388,7 @@ pub(crate) struct TrialScore {
     /// The scorecard, Markdown
     #[arg(short, long, value_name = "FILE.md")]
     pub(crate) output: PathBuf,
-    /// What the diagnosis was built from, to be told in the scorecard
+    /// What the diagnosis was built from, which the scorecard reports
     #[arg(long, value_name = "HASH")]
     pub(crate) commit: Option<String>,
 }

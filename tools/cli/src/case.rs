@@ -1,4 +1,4 @@
-//! Loading a case, with all that is wrong with it told on standard error.
+//! Loading a case; all its errors are reported on standard error.
 
 mod findings;
 
@@ -11,9 +11,9 @@ use trueup_signals::{Case, Finding, Loaded};
 
 use crate::error::Error;
 
-/// A case with its recordings, and what the intake noticed: all of it is told on standard error, as are the parameters that
+/// A case with its recordings, and what the intake noticed: all of it is reported on standard error, as are the parameters that
 /// the case leaves out.
-/// `with` are effects that are fitted beside those that it names.
+/// `with` are effects that are fitted in addition to those that it names.
 pub(crate) fn load(path: &Path, purpose: Purpose, with: &[String]) -> Result<(Loaded, Vec<Finding>), Error> {
     let read = Intake::read(path, purpose, with).map_err(|e| Error::Failed(e.to_string()))?;
     let Intake { loaded, findings, preset } = read;

@@ -17,7 +17,7 @@ pub(crate) struct Effect {
     pub(crate) id: &'static str,
     pub(crate) description: &'static str,
     pub(crate) models: Vec<String>,
-    /// Where it can stand, if in several places: `id:place`.
+    /// Where it can act, if in several places: `id:place`.
     pub(crate) places: Vec<&'static str>,
 }
 
@@ -95,7 +95,7 @@ fn named(effect: &Spec, plant: Plant) -> String {
     format!("{}{base}", model_of(plant))
 }
 
-/// An effect that acts in this model wants it on a fixed base.
+/// An effect that acts in this model requires a fixed base.
 pub(crate) fn wants_fixed_base(model: &str, id: &str) -> bool {
     let of = |plant| Choice::parse(id, plant).is_ok_and(|c| !c.spec().acts_in(plant, false));
     [Plant::Joint, Plant::Arm].into_iter().any(|p| model_of(p) == model && of(p))

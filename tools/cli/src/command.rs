@@ -9,6 +9,7 @@ mod list;
 mod pack;
 mod robot;
 mod scale;
+mod shell;
 mod simulate;
 mod sweep;
 mod trial;
@@ -40,5 +41,7 @@ pub(crate) fn run(command: Command) -> Result<(), Error> {
         Command::Trial(Trial::Compare(a)) => trial::compare(&a),
         Command::Trial(Trial::Decide(a)) => trial::decide(&a),
         Command::Trial(Trial::Corpus(a)) => trial::corpus(&a),
+        Command::Completions(a) => shell::completions(&a),
+        Command::Man(a) => shell::man(&a),
     }
 }

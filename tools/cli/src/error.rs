@@ -3,13 +3,13 @@
 /// Why a command did not do its work.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) enum Error {
-    /// The command line asks for something that does not exist: exit code 2.
+    /// The command line names something that does not exist: exit code 2.
     Usage(String),
     /// The work could not be done: exit code 1.
     Failed(String),
-    /// Everything is said already: exit code 1.
+    /// Everything is reported already: exit code 1.
     Said,
-    /// Another process has done or said everything, with this exit code.
+    /// Another process has done or reported everything, with this exit code.
     Elsewhere(u8),
 }
 

@@ -1,4 +1,4 @@
-//! What `--help` says beside usage and options: what the command does comes first, then usage, examples, exit status.
+//! What `--help` prints in addition to usage and options: what the command does comes first, then usage, examples, exit status.
 
 use clap::Command;
 
@@ -114,6 +114,8 @@ const EXAMPLES: &[(&str, &[&str])] = &[
     ("trial score", &["trueup trial score trials -o card.md"]),
     ("trial compare", &["trueup trial compare trials/results trials/other"]),
     ("trial decide", &["trueup trial decide trials --results trials/again"]),
+    ("completions", &["trueup completions bash", "trueup completions zsh", "trueup completions fish"]),
+    ("man", &["trueup man -o /usr/local/share/man/man1"]),
     ("trial corpus", &["trueup trial corpus corpus.csv --from trials"]),
 ];
 
@@ -124,20 +126,24 @@ const TEMPLATE: &str = "{about-with-newline}\n{usage-heading} {usage}\n\n{before
 
 /// The command and all below it, with this help.
 pub(crate) fn dressed(command: Command) -> Command {
-    dress(command, "trueup")
+    dress(command, "trueup", |command, examples| {
+        command.help_template(TEMPLATE).before_help(examples).after_help(EXIT)
+    })
 }
 
-fn dress(command: Command, path: &str) -> Command {
+/// The same for manual pages, which have no place before the options.
+pub(crate) fn for_manual(command: Command) -> Command {
+    dress(command, "trueup", |command, examples| command.after_help(format!("{examples}\n\n{EXIT}")))
+}
+
+fn dress(command: Command, path: &str, with: fn(Command, String) -> Command) -> Command {
     let examples = EXAMPLES.iter().find(|(of, _)| *of == path).map_or(&[][..], |(_, examples)| examples);
     let lines: String = examples.iter().map(|e| format!("  {e}\n")).collect();
     let below: Vec<String> = command.get_subcommands().map(|c| c.get_name().to_owned()).collect();
-    let dressed = command
-        .help_template(TEMPLATE)
-        .before_help(format!("Examples:\n{}", lines.trim_end()))
-        .after_help(EXIT);
+    let dressed = with(command, format!("Examples:\n{}", lines.trim_end()));
     below.into_iter().filter(|name| name != "help").fold(dressed, |command, name| {
         let inner = if path == "trueup" { name.clone() } else { format!("{path} {name}") };
-        command.mut_subcommand(name, |c| dress(c, &inner))
+        command.mut_subcommand(name, |c| dress(c, &inner, with))
     })
 }
 

@@ -23,11 +23,11 @@ pub(crate) fn isolation(deadline: Option<f64>) -> Result<Isolation, NoIsolation>
     Isolation::new([COMMAND], deadline.map(Duration::from_secs_f64))
 }
 
-/// Gives each of these FMUs a process of its own if that is wanted. Else those that are not ours have this process for
+/// Gives each of these FMUs a process of its own if that is requested. Else those that are not ours have this process for
 /// themselves, and another one waits for it: an FMU that ends its process ends no program that would say nothing of it.
 ///
 /// # Errors
-/// Not on this platform; in the process that waits: all is done and said.
+/// Not on this platform; in the process that waits: all is done and reported.
 pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -> Result<(), Error> {
     if isolate || deadline.is_some() {
         let isolation = isolation(deadline).map_err(|e| Error::Failed(format!("--isolate: {e}")))?;
@@ -50,7 +50,7 @@ pub(crate) fn components(of: &[Planned], isolate: bool, deadline: Option<f64>) -
 /// The rest of the program in a process that another one waits for; `files` are the FMUs that will run there.
 ///
 /// # Errors
-/// In the one that waits: what the other one said, or that it ended without a word.
+/// In the one that waits: what the other one reported, or that it ended without a message.
 #[cfg(target_os = "linux")]
 pub(crate) fn keep(files: &str) -> Result<(), Error> {
     use nix::sys::signal::{Signal, kill};

@@ -31,6 +31,7 @@ fn main() -> ExitCode {
     if matches!(command, args::Command::FmuHost) {
         return isolate::serve();
     }
+    voice::keep();
     progress::keep_hangup_ignored();
     let _watch = trueup_fmi_import::exit::watch(|time, what| {
         let at = time.map_or_else(String::new, |t| format!("at t = {} s: ", Figure(t)));

@@ -75,7 +75,7 @@ pub(crate) fn of(model: &str) -> Option<String> {
     ))
 }
 
-/// The package in the folder `folder` (with its slash) and what of it `kept` says, nested.
+/// The package in the folder `folder` (with its slash) and what of it `kept` names, nested.
 fn package(folder: &str, kept: &dyn Fn(&str) -> bool) -> String {
     let text = |path: &str| {
         let found = FILES.iter().find(|(p, _)| *p == path).map(|(_, text)| *text);

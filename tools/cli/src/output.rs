@@ -36,7 +36,7 @@ pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
     let probe = tempfile::Builder::new().prefix(".trueup-").tempfile_in(path);
     let probe = probe.and_then(|mut file| file.write_all(&PROBE).and_then(|()| file.flush()));
     if !there {
-        // Only an empty one goes; what stands above it may stay.
+        // Only an empty one is removed; its parents may stay.
         let _ = std::fs::remove_dir(path);
     }
     probe.map_err(|e| {
@@ -47,7 +47,7 @@ pub(crate) fn can_be_made(path: &Path) -> Result<(), Error> {
     })
 }
 
-/// What the system says, without the path, which is said already.
+/// The system's message without the path, which is named already.
 fn cause(e: &std::io::Error) -> String {
     e.raw_os_error().map_or_else(|| e.to_string(), |code| std::io::Error::from_raw_os_error(code).to_string())
 }

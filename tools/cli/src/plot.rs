@@ -3,7 +3,7 @@
 use trueup_cosim::{Kind, Memory};
 use trueup_report::{Chart, Page, Style, escape, number};
 
-/// Curves that can be told apart in one chart.
+/// Curves that can be distinguished in one chart.
 const MOST: usize = 8;
 
 /// A curve so many times smaller than another one is drawn apart from it.
@@ -58,7 +58,7 @@ fn groups(results: &Memory) -> Vec<Vec<usize>> {
     groups.flat_map(|g| g.chunks(even(&g)).map(<[usize]>::to_vec).collect::<Vec<_>>()).collect()
 }
 
-/// Cuts a group so that no curve is flat beside another one: an angle before a gear and one behind it.
+/// Cuts a group so that no curve is flat next to another one: an angle before a gear and one behind it.
 fn magnitudes(results: &Memory, mut group: Vec<usize>) -> Vec<Vec<usize>> {
     let size = |k: &usize| {
         let finite = results.series()[*k].iter().filter(|v| v.is_finite());

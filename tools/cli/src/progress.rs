@@ -22,7 +22,7 @@ pub(crate) struct Progress {
 enum Shown {
     /// On a terminal: one line that moves.
     Bar(ProgressBar),
-    /// Into a file or a pipe, if asked for: a line now and then.
+    /// Into a file or a pipe, if requested: a line now and then.
     Lines,
     Nothing,
 }
@@ -65,7 +65,7 @@ fn message(time: f64, part: f64, spent: Duration) -> String {
     format!("t = {time:.6} s, {left:#} left")
 }
 
-/// Ctrl-C and SIGTERM alike ask the work to end. The second one ends the program at once. Where no handler can be set, the first one
+/// Ctrl-C and SIGTERM alike request the end of the work. The second one ends the program at once. Where no handler can be set, the first one
 /// does.
 pub(crate) fn end_by_signal() {
     let mut first = None;
@@ -117,7 +117,7 @@ impl Sink for Progress {
     }
 }
 
-/// Where hanging up shall not end the program (`nohup`), it shall not end a run either; whoever watches for SIGTERM watches for
+/// Where hanging up shall not end the program (`nohup`), it shall not end a run either; a program that handles SIGTERM handles
 /// it too.
 #[cfg(unix)]
 pub(crate) fn keep_hangup_ignored() {

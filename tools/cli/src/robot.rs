@@ -127,7 +127,7 @@ pub(crate) struct Robot {
     pub(crate) friction: Vec<JointFriction>,
     /// What of the file is not used, or was chosen.
     pub(crate) notes: Vec<String>,
-    /// Why the base is free where nobody asked for that.
+    /// Why the base is free where that was not requested.
     pub(crate) floats: Option<String>,
     /// That joints lose what a model without friction does not.
     pub(crate) without_friction: Option<String>,
@@ -138,7 +138,7 @@ pub(crate) fn read(path: &Path) -> Result<Robot, Error> {
     read_among(path, &[])
 }
 
-/// The same where there are presets of other names, too, which the caller knows.
+/// The same where there are presets of other names, too, which the caller has.
 pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
     let plain = |design| Robot {
         design,
@@ -186,7 +186,7 @@ pub(crate) fn read_among(path: &Path, others: &[&str]) -> Result<Robot, Error> {
     })?;
     design.check().map_err(|why| Error::at(path, why))?;
     let doubts: Vec<_> = design.doubts().iter().map(ToString::to_string).collect();
-    robot.notes.extend(doubts.into_iter().map(|doubt| format!("{doubt} It is taken as it stands")));
+    robot.notes.extend(doubts.into_iter().map(|doubt| format!("{doubt} It is used as it is")));
     let others = robot.floats.iter_mut().chain(&mut robot.without_friction);
     robot
         .notes
@@ -245,7 +245,7 @@ impl File {
         let stiffening = self.axial_stiffening.as_ref().filter(|s| *s.get_ref());
         if let (Some(stiffening), Some(table)) = (stiffening, link_tables.first()) {
             let why = format!(
-                "axial-stiffening = true needs beams, and the link of `{}` is a table of modes, which does not tell how bending shortens it; leave axial-stiffening out, or give that link as a beam",
+                "axial-stiffening = true needs beams, and the link of `{}` is a table of modes, which does not give the shortening by bending; leave axial-stiffening out, or give that link as a beam",
                 table.table.name
             );
             return Err(Wrong::at(stiffening.span().start, why));

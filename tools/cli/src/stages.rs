@@ -13,17 +13,17 @@ use trueup_identification::parallel;
 
 use crate::progress::{PARTS, bar, end_by_signal};
 
-/// Before this nothing is said of the time left: too little is known.
+/// Before this the time left is not reported: too little is known.
 const FIRST: Duration = Duration::from_secs(2);
 /// ... as it is before this part of the work.
 const LEAST: f64 = 0.05;
 /// Between two looks at deadline and signals.
 const LOOK: Duration = Duration::from_millis(50);
-/// Silence after which it is said that the work goes on: on a terminal, elsewhere.
+/// Silence after which a line reports that the work goes on: on a terminal, elsewhere.
 const SILENCE: [Duration; 2] = [Duration::from_secs(1), Duration::from_secs(5)];
 
 /// A bar that moves on a terminal, lines elsewhere. Where the work is watched a thread of its own follows deadline and signals: when
-/// either comes the program ends with exit status 1, and the work is not asked, so that no loop can keep it.
+/// either comes the program ends with exit status 1, without waiting for the work, so that no loop can keep it.
 pub(crate) struct Stages {
     shared: Arc<Shared>,
     watch: Option<JoinHandle<()>>,
@@ -42,9 +42,9 @@ struct Now {
     /// 0 to 1; `None`: not known.
     reached: Option<f64>,
     what: String,
-    /// When the first part of it was told: what was done before is no measure of the rest.
+    /// When the first part of it was reported: what was done before is no measure of the rest.
     told: Option<Instant>,
-    /// When something was said.
+    /// When something was reported.
     said: Instant,
 }
 
@@ -76,7 +76,7 @@ impl Stages {
         now.say(&message(reached, what, spent));
     }
 
-    /// `what` is being done now; how far it is nobody knows.
+    /// `what` is being done now; its progress is not known.
     pub(crate) fn name(&self, what: &str) {
         let mut now = self.shared.now();
         what.clone_into(&mut now.what);
@@ -170,7 +170,7 @@ fn message(part: f64, what: &str, spent: Duration) -> String {
     format!("{what}, about {} left", HumanDuration(Duration::from_secs(left.as_secs().max(1))))
 }
 
-/// What is said after a silence: simulations, fits and parts of them are counted, so that it is seen that the work goes on.
+/// What is reported after a silence: simulations, fits and parts of them are counted, so that it is seen that the work goes on.
 fn still(reached: Option<f64>, what: &str, spent: Duration, done: u64) -> String {
     let so_far = format!("still {what}: {done} simulations and fits, {} s so far", spent.as_secs());
     reached.map_or_else(|| so_far.clone(), |part| message(part, &so_far, spent))

@@ -1,4 +1,4 @@
-//! Where the libraries are from which FMUs are made: that of this machine beside the program, as cargo leaves it; those of all
+//! Where the libraries are from which FMUs are made: that of this machine next to the program, as cargo leaves it; those of all
 //! platforms in `templates/<platform>/` there, as `tools/release` leaves them.
 
 use std::path::{Path, PathBuf};
@@ -49,7 +49,7 @@ pub(crate) fn read(platforms: &[Platform], named: Option<&Path>) -> Result<Vec<T
             None if Platform::host() == Some(*platform) && own(named).is_ok() => {
                 crate::voice::note(&format!(
                     "{platform}: the library of this build is packed, which runs where the system is not older than this one; \
-                     `tools/release` makes one that does not ask for that"
+                     `tools/release` makes one that does not require that"
                 ));
                 out.push(load(*platform, &own(named)?)?);
             }
@@ -79,7 +79,7 @@ fn program_folder() -> Result<PathBuf, Error> {
     Ok(program.parent().unwrap_or(Path::new(".")).to_owned())
 }
 
-/// The library that cargo built with the program: in the folder named, or beside the program, or where cargo puts the library of a
+/// The library that cargo built with the program: in the folder named, or next to the program, or where cargo puts the library of a
 /// dependency; the newest.
 fn own(named: Option<&Path>) -> Result<PathBuf, Error> {
     let file = format!("{}{}{}", std::env::consts::DLL_PREFIX, LIBRARY, std::env::consts::DLL_SUFFIX);

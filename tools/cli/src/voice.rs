@@ -1,6 +1,26 @@
-//! What is said on standard error: `error: ...`, `warning: ...`, `note: ...`, in one voice, coloured where a person reads it.
+//! What is printed on standard error: `error: ...`, `warning: ...`, `note: ...`, in one voice, coloured where a person reads it.
 
+#[cfg(unix)]
+use std::fs::File;
 use std::io::IsTerminal;
+#[cfg(unix)]
+use std::io::Write;
+#[cfg(unix)]
+use std::sync::OnceLock;
+
+/// Standard error as it was when the program began: an FMU may close it or lead it elsewhere.
+#[cfg(unix)]
+static KEPT: OnceLock<Option<File>> = OnceLock::new();
+
+/// Keeps standard error, before any FMU is loaded.
+#[cfg(unix)]
+pub(crate) fn keep() {
+    use std::os::fd::AsFd;
+    KEPT.get_or_init(|| std::io::stderr().as_fd().try_clone_to_owned().ok().map(File::from));
+}
+
+#[cfg(not(unix))]
+pub(crate) fn keep() {}
 
 /// Words that begin a line, with the codes of their colours (SGR).
 const WORDS: [(&str, &str); 3] = [("error", "1;31"), ("warning", "1;33"), ("note", "1;36")];
@@ -15,10 +35,16 @@ pub(crate) fn note(message: &str) {
 
 /// A line that may begin with one of the words.
 pub(crate) fn line(text: &str) {
-    eprintln!("{}", painted(text, coloured()));
+    let text = painted(text, coloured());
+    #[cfg(unix)]
+    if let Some(Some(mut kept)) = KEPT.get().map(Option::as_ref) {
+        let _ = writeln!(kept, "{text}"); // nobody reads it
+        return;
+    }
+    eprintln!("{text}");
 }
 
-/// Only a terminal, and only where nobody asked for none (<https://no-color.org>).
+/// Only a terminal, and only where colour was not refused (<https://no-color.org>).
 fn coloured() -> bool {
     let said = |name: &str| std::env::var_os(name).filter(|v| !v.is_empty());
     std::io::stderr().is_terminal() && said("NO_COLOR").is_none() && said("TERM").is_none_or(|t| t != "dumb")

@@ -91,7 +91,7 @@ fn a_map_is_a_table_and_a_page() {
     assert_eq!(names[4], "droop");
     assert_eq!(names[5..9], ["joint1Deflection_rad", "joint1Share", "joint1Rise", "joint1Energy"]);
     assert_eq!((names.len(), rows.len()), (5 + 4 * 8, 6));
-    // The pose of Table 4 is one of them, and as it is when asked for alone.
+    // The pose of Table 4 is one of them, and as it is when requested alone.
     let at = rows.iter().find(|r| r[0] == 1.408749 && r[1] == -1.408749).unwrap();
     let alone = json(&["arm", "map", "--pose", RAISED, "--json"]);
     assert_eq!(at[2], alone["modes"][0].as_f64().unwrap());
@@ -163,7 +163,7 @@ fn a_schedule_stays_below_its_share() {
         assert!(omega <= bound.min(500.0) * (1.0 + 1e-12), "{row:?}: {omega} {bound}");
         closest = closest.max(omega / bound);
     }
-    assert!(closest > 0.999, "not more careful than asked for: {closest}");
+    assert!(closest > 0.999, "not more careful than requested: {closest}");
     assert!(frequencies.iter().any(|w| *w > 1.2 * frequencies[4]), "{frequencies:?}");
 }
 
@@ -311,5 +311,5 @@ fn poses_without_rest_are_told_and_left_out() {
     let upright = ["arm", "map", file.to_str().unwrap(), "--pose", "1.5707963267948966,0"];
     let out = trueup(&upright);
     assert_eq!(out.status.code(), Some(1));
-    assert!(text(&out.stderr).contains("does not stand at this pose"), "{}", text(&out.stderr));
+    assert!(text(&out.stderr).contains("no stable equilibrium at this pose"), "{}", text(&out.stderr));
 }

@@ -143,7 +143,7 @@ fn an_fmu_with_effects_bears_a_name_of_its_own() {
     assert!(!description.contains('+'), "{description}");
 }
 
-/// What pulls at the links of an arm wants a base that holds against it, and its FMU has one.
+/// What pulls at the links of an arm requires a base that holds against it, and its FMU has one.
 #[test]
 fn a_gravity_torque_of_an_arm_wants_a_fixed_base() {
     let dir = tempfile::tempdir().unwrap();
@@ -211,7 +211,7 @@ fn nothing_is_written_unless_all_of_it_can_be() {
     }
 }
 
-/// Values that are meant for other inputs: a spring that gives way under those of the default experiment.
+/// Values that are meant for other inputs: a spring that is too soft for those of the default experiment.
 #[test]
 fn what_the_default_experiment_breaks_is_packed_without_its_result() {
     let dir = tempfile::tempdir().unwrap();

@@ -36,7 +36,7 @@ const DECAY: &str = r#"<?xml version="1.0"?>
   <ModelStructure><Outputs><Unknown index="1"/></Outputs><Derivatives><Unknown index="2"/></Derivatives></ModelStructure>
 </fmiModelDescription>"#;
 
-/// A stranger's FMU for Model Exchange in a folder of this name, with a case of its recording.
+/// A foreign FMU for Model Exchange in a folder of this name, with a case of its recording.
 fn decay(folder: &Path, name: &str, flags: &[&str]) -> Option<()> {
     let platform = match std::env::consts::ARCH {
         "x86_64" => "linux64".into(),
@@ -115,8 +115,8 @@ fn ours_is_what_has_our_configuration_with_its_token() {
     assert!(!ours(&copy));
 }
 
-/// Our FMUs, those under test (TRUEUP_FMUS) or packed here; `None`, said aloud: the library that they are made of is not there.
-/// Beside them a folder to work in.
+/// Our FMUs, those under test (TRUEUP_FMUS) or packed here; `None`, with a message: the library that they are made of is not there.
+/// Next to them a folder to work in.
 fn packed() -> Option<(tempfile::TempDir, Vec<PathBuf>)> {
     let folder = tempfile::tempdir().unwrap();
     let there = std::env::var_os("TRUEUP_FMUS").map(PathBuf::from).filter(|there| there.is_dir());
@@ -152,7 +152,7 @@ fn our_fmus_give_the_same_bits() {
             let file = file.to_str().unwrap();
             let rows =
                 same(folder.path(), &[file, "--interface", interface, "--stop", "0.05", "--step", "0.001"]);
-            // Rows at events are beside those of the steps: motors of the arm break away.
+            // Rows at events are next to those of the steps: motors of the arm break away.
             assert!(rows >= 51, "{file} {interface}: {rows} rows");
         }
     }

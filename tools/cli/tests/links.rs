@@ -54,7 +54,7 @@ fn the_documents_reduced_set_is_the_beam_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arm.toml");
     let found = documented().map(|arm| {
-        // A table does not tell how bending shortens its link, so the beam must do without that, too.
+        // A table does not give the shortening of its link by bending, so the beam must do without that, too.
         std::fs::write(&file, format!("axial-stiffening = false\n{arm}")).unwrap();
         let out = trueup(&["arm", "map", file.to_str().unwrap(), "--pose", "0.4,0.3", "--json"]);
         assert!(out.status.success() && out.stderr.is_empty(), "{}", text(&out.stderr));
@@ -130,9 +130,9 @@ fn what_is_chosen_of_links_counts_for_a_robots_file() {
             said.lines().filter(|l| l.starts_with("note: ") && l.contains("`upper arm` is a table of modes"));
         assert!(out.status.success() && note.count() == usize::from(named), "{said}");
     }
-    let mend = "switch axial-stiffening (axialStiffening) off, or give that link as a beam";
+    let remedy = "switch axial-stiffening (axialStiffening) off, or give that link as a beam";
     for (model, choice, wanted) in [
-        ("FlexibleArm", "axialStiffening=on", mend),
+        ("FlexibleArm", "axialStiffening=on", remedy),
         ("FlexibleArm", "linkShapes=3", "has no link that is a beam; leave it out"),
         ("SpatialFreeFlyer", "links=rigid", "there is no `links` to choose here"),
     ] {
@@ -147,7 +147,7 @@ fn what_is_chosen_of_links_counts_for_a_robots_file() {
     }
 }
 
-/// Each mistake by one error with file, line, name and mend.
+/// Each mistake by one error with file, line, name and remedy.
 #[test]
 fn mistakes_in_a_table_name_file_line_and_mend() {
     let folder = tempfile::tempdir().unwrap();

@@ -10,5 +10,6 @@ mod links;
 mod platforms;
 mod robot;
 mod scale;
+mod shell;
 mod simulate;
 mod sweep;

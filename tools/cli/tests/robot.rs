@@ -59,7 +59,7 @@ fn matrices_and_measures_of_table_1() {
     }
 }
 
-/// Golden facts B04, B07, B08 and B34 on a grid of 3 degrees: the maxima are close by, and none lies above them.
+/// Golden facts B04, B07, B08 and B34 on a grid of 3 degrees: the maxima are close by, and none is above them.
 #[test]
 fn surfaces_of_table_1_have_their_maxima() {
     let folder = tempfile::tempdir().unwrap();
@@ -86,7 +86,7 @@ fn surfaces_of_table_1_have_their_maxima() {
         let largest = rows.iter().map(|r| r[at]).fold(0.0, f64::max);
         assert!(largest <= most * (1.0 + 1e-9) && largest > 0.995 * most, "{name}: {largest}, not {most}");
     }
-    // Each as a surface and as a map, the claims of S1 beside: two of six do not hold as printed.
+    // Each as a surface and as a map, with the claims of S1: two of six do not hold as printed.
     let page = std::fs::read_to_string(&plot).unwrap();
     assert_eq!(page.matches("<figure>").count(), 14);
     assert!(page.contains("41825") && !page.contains("NaN"));
@@ -202,7 +202,7 @@ fn robots_are_packed() {
     let (code, said) =
         run(&["simulate", fmu.to_str().unwrap(), "--set", "thrusterForce=1", "--stop", "1", "-o", csv]);
     assert_eq!(code, Some(0), "{said}");
-    // An error comes with what the FMU says of it.
+    // An error comes with the FMU's own message.
     let set = "initialBaseQuaternion=0,0,0,0";
     let (code, said) = run(&["simulate", fmu.to_str().unwrap(), "--set", set, "-o", csv]);
     assert!(code == Some(1) && said.contains("which is no attitude; give w, x, y, z"), "{said}");
@@ -293,7 +293,7 @@ damping-ratio = 0.0
 participation = [0.0, 2.2, 0.0, -6.4, 0.0, 0.0]
 "#;
 
-/// A table of modes in a file and in its FMU; what cannot be is refused with name, value and mend.
+/// A table of modes in a file and in its FMU; what cannot be is refused with name, value and remedy.
 #[test]
 fn tables_of_modes_are_packed_and_checked() {
     let folder = tempfile::tempdir().unwrap();
@@ -411,7 +411,7 @@ fn inertias_that_no_body_has_are_named_all_at_once() {
     }
 }
 
-/// What a maker says of an arm's joints is in the FMU or named, and so is a base that floats.
+/// What a maker gives of an arm's joints is in the FMU or named, and so is a base that floats.
 #[test]
 fn what_urdf_says_of_joints_is_in_the_fmu_or_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -92,7 +92,8 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     let out = trueup(folder, &["t.toml", "--lambda", "0.3"]);
     let error = String::from_utf8_lossy(&out.stderr);
     assert!(
-        out.status.code() == Some(1) && error.contains("t.toml:1: `k` in N.m/A: nothing says how A scales"),
+        out.status.code() == Some(1)
+            && error.contains("t.toml:1: `k` in N.m/A: the scale of A is not defined"),
         "{error}"
     );
     let given = trueup(folder, &["t.toml", "--lambda", "0.5", "--exponent", "A=0"]);
@@ -100,7 +101,7 @@ fn mistakes_have_their_exit_code_and_leave_nothing() {
     assert!(std::fs::read_to_string(folder.join("t.scaled.toml")).unwrap().contains("value = 0.25"));
 }
 
-/// The example: its recordings and what its owner believes, to and fro.
+/// The example: its recordings and its nominal model, to and fro.
 #[test]
 fn a_case_is_scaled_with_its_recordings_and_back() {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/backlash");
@@ -132,6 +133,6 @@ fn a_case_is_scaled_with_its_recordings_and_back() {
     assert!(out.status.code() == Some(2) && error.contains("that is where it comes from"), "{error}");
     let out = trueup(folder.path(), &["case", "--lambda", "0.3", "-o", "refused"]);
     let error = String::from_utf8_lossy(&out.stderr);
-    assert!(out.status.code() == Some(1) && error.contains("nothing says how A scales"), "{error}");
+    assert!(out.status.code() == Some(1) && error.contains("the scale of A is not defined"), "{error}");
     assert!(!folder.path().join("refused").exists());
 }

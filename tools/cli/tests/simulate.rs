@@ -134,7 +134,7 @@ fn mistakes_in_a_file_are_not_those_of_the_command_line() {
         (
             &["s.toml", "--set", "a.u=x"],
             2,
-            "--set a.u=x: start of `a.u`: `u` cannot be \"x\"; wanted: Float64",
+            "--set a.u=x: start of `a.u`: `u` cannot be \"x\"; expected: Float64",
         ),
         (&["s.toml", "--outputs", "a.y,b.z"], 2, "--outputs: `b.z`: the FMU has no variable `z`"),
         (&["s.toml", "--interface", "me"], 1, "does not offer model-exchange"),

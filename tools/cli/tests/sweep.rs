@@ -34,7 +34,7 @@ fn trueup(folder: &Path, arguments: &[&str]) -> Output {
     program(folder, arguments).output().unwrap()
 }
 
-/// Of a command that does its work: what it says.
+/// Of a command that does its work: its output.
 #[track_caller]
 fn well(folder: &Path, arguments: &[&str]) -> String {
     let out = trueup(folder, arguments);
@@ -94,7 +94,7 @@ fn killed_at_any_time_it_goes_on_without_loss_or_repeat() {
     assert!(std::fs::read(folder.join("again.parquet")).unwrap() == whole);
 }
 
-/// The same as whoever starts the program elsewhere, and as a cluster does.
+/// The same as a user who starts the program elsewhere, and as a cluster does.
 #[test]
 fn the_array_script_runs_every_share() {
     let Some(folder) = desk() else { return };

@@ -160,10 +160,10 @@ pub(super) fn span(inputs: &Inputs, grid: &Grid, report: &mut Report) {
     let near = 1e-6 * grid.step;
     let file = inputs.file.display();
     let (start, stop) = (Figure(grid.start), Figure(grid.stop));
-    let mend = "if its times are in another unit, say so in a file beside it: [columns] time = { variable = \"time\", unit = \"ms\" }";
+    let mend = "if its times are in another unit, declare it in a file next to it: [columns] time = { variable = \"time\", unit = \"ms\" }";
     if first > grid.stop + near || last < grid.start - near && first != last {
         report.note(format!(
-            "{file} goes from {} s to {} s, and no row of it lies within the run from {start} s to {stop} s; {mend}",
+            "{file} goes from {} s to {} s, and no row of it is within the run from {start} s to {stop} s; {mend}",
             Figure(first),
             Figure(last)
         ));

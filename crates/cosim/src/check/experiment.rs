@@ -44,7 +44,7 @@ pub(super) fn grid(
             t
         }
         (None, None) => {
-            report.note(format!("stop {} s: nothing says when to stop", Figure(start + 1.0)));
+            report.note(format!("stop {} s: no stop time is given", Figure(start + 1.0)));
             start + 1.0
         }
     });

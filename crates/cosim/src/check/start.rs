@@ -10,7 +10,7 @@ use trueup_fmi_description::description::{
 
 use super::report::Report;
 use super::{names, units};
-use crate::slave::{Block, Buffer};
+use crate::buffer::{Block, Buffer};
 use crate::system::{Component, Start};
 use crate::value;
 
@@ -192,7 +192,7 @@ fn converted(d: &Description, v: &Variable, start: &Start, text: &str) -> Result
                     units::Conversion::By(f, o) | units::Conversion::Angle(f, o) => (factor, offset) = (f, o),
                     units::Conversion::Unknown => {
                         return Err(format!(
-                            "it is given in {}, its own unit is {}, and nobody says what both are; define them, or give the value in {}",
+                            "it is given in {}, its own unit is {}, and neither unit is defined; define them, or give the value in {}",
                             given.name, own.name, own.name
                         ));
                     }
@@ -213,7 +213,7 @@ fn converted(d: &Description, v: &Variable, start: &Start, text: &str) -> Result
                 let shown = own.display.iter().map(|u| u.name.as_str());
                 let shown: Vec<&str> = std::iter::once(own.name.as_str()).chain(shown).collect();
                 return Err(format!(
-                    "nobody says what the unit {} is; define it (SSP: <Units>), or give the value in {}",
+                    "the unit {} is not defined; define it (SSP: <Units>), or give the value in {}",
                     given.name,
                     shown.join(" or ")
                 ));

@@ -152,7 +152,7 @@ impl Coupling {
             let names: Vec<_> =
                 self.steppers[u].nodes().iter().map(|n| self.nodes[*n].planned.name.as_str()).collect();
             format!(
-                "{}: cannot go back (canGetAndSetFMUState is not true), so that it stood up to {} s behind the event of another FMU, {times} times; \
+                "{}: cannot go back (canGetAndSetFMUState is not true), so that it was up to {} s behind the event of another FMU, {times} times; \
                  a shorter step makes that less",
                 names.join(", "),
                 trueup_numerics::Figure(*by)

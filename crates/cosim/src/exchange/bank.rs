@@ -2,10 +2,10 @@
 
 use trueup_fmi_import::{Prepared, Status};
 
+use crate::buffer::{Block, Blocks};
 use crate::error::Error;
 use crate::node::{self, Node};
 use crate::plan::Element;
-use crate::slave::Block;
 
 /// Where a value lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

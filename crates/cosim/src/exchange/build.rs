@@ -5,13 +5,14 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use trueup_fmi_description::description::{Causality, Description, Initial, Type, Unknown, Variability};
 
 use super::bank::{Bank, Converted, Copy, Others, Reals, Scaled, Spot};
+use super::dependencies::dependencies;
 use super::{DrivenSpot, Exchange, Op, Phase, Wiring};
+use crate::buffer::{Block, Buffer};
 use crate::error::Error;
 use crate::exchange::newton::{Loop, Unknown as LoopUnknown};
 use crate::graph;
 use crate::node::Node;
 use crate::plan::{Driven, Element, Link, Planned};
-use crate::slave::{Block, Buffer};
 use crate::step_rule::is_continuous_input;
 use crate::value;
 
@@ -29,31 +30,6 @@ struct Port {
     stage: usize,
     /// The first stage at which something depends on it.
     needed: usize,
-}
-
-/// The inputs on which a variable depends, as positions in the description; `None`: on all.
-pub(crate) fn dependencies(d: &Description, variable: usize, phase: Phase) -> Option<HashSet<usize>> {
-    let v = &d.variables[variable];
-    let nothing = matches!(v.variability, Variability::Constant | Variability::Fixed)
-        || matches!(
-            v.causality,
-            Causality::Parameter | Causality::StructuralParameter | Causality::Independent
-        );
-    if nothing && (phase == Phase::Stepping || v.variability == Variability::Constant) {
-        return Some(HashSet::new());
-    }
-    let of = |list: &[Unknown]| list.iter().find(|u| d.resolve(u.reference) == Some(variable)).cloned();
-    let s = &d.structure;
-    let declared = match phase {
-        Phase::Initialization => match of(&s.initial_unknowns) {
-            None if v.effective_initial() == Some(Initial::Exact) => return Some(HashSet::new()),
-            None => of(&s.outputs),
-            found => found,
-        },
-        Phase::Stepping => of(&s.outputs).or_else(|| of(&s.derivatives)),
-    };
-    let dependencies = declared?.dependencies?;
-    Some(dependencies.iter().filter_map(|r| d.resolve(*r)).collect())
 }
 
 /// First value of an input: as planned, else as described, else zero.

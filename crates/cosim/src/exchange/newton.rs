@@ -335,7 +335,7 @@ impl Loop {
             for b in self.gets[0].iter().map(|b| &bank.blocks[*b]).filter(|b| b.node == of.component) {
                 let mut result = vec![0.0; b.end - b.first];
                 let slave = &mut nodes[b.node].slave;
-                slave.directional_derivative(b.references.references(), &knowns, &seed, &mut result)?;
+                slave.directional(b.references.references(), &knowns, &seed, &mut result)?;
                 for (i, x) in self.unknowns.iter().enumerate() {
                     if (b.first..b.end).contains(&x.from) && due(bank.elements[x.to].component) {
                         g[i * n + j] = x.factor * result[x.from - b.first];

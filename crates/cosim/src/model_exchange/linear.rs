@@ -1,13 +1,13 @@
 //! An FMU about a state: its exact derivatives as a matrix.
 
 use trueup_fmi_description::description::{Causality, Description, Type, Variability};
-use trueup_fmi_import::{Experiment, fmi3};
+use trueup_fmi_import::{AnyInstance, Experiment, fmi3};
 
+use crate::buffer::{Blocks, configure};
 use crate::error::Error;
 use crate::mistake::suggestion;
 use crate::node::Node;
 use crate::plan::Plan;
-use crate::slave::Slave;
 use crate::system::Interface;
 use crate::value;
 
@@ -57,7 +57,7 @@ impl Chosen {
         }
         chosen
     }
-    fn read(&self, slave: &mut Slave) -> Result<Vec<f64>, trueup_fmi_import::Error> {
+    fn read(&self, slave: &mut AnyInstance) -> Result<Vec<f64>, trueup_fmi_import::Error> {
         let mut values = vec![0.0; self.names.len()];
         if !values.is_empty() {
             let block = slave.prepare(&self.references)?;
@@ -67,7 +67,7 @@ impl Chosen {
     }
 }
 
-fn settle(slave: &mut Slave, time: f64) -> Result<(), Error> {
+fn settle(slave: &mut AnyInstance, time: f64) -> Result<(), Error> {
     for _ in 0..PASSES {
         let info = slave.update_discrete_states().map_err(|source| Error::Call { time, source })?;
         if info.terminate {
@@ -129,7 +129,7 @@ impl Linear {
             }
         }
         let slave = &mut node.slave;
-        slave.configure(&node.planned.structural).map_err(call)?;
+        configure(slave, &node.planned.structural).map_err(call)?;
         node.planned.start.iter().try_for_each(|block| slave.set(block)).map_err(call)?;
         let experiment = Experiment { tolerance: plan.tolerance, start: time, stop: None };
         slave.enter_initialization_mode(experiment).map_err(call)?;
@@ -161,7 +161,7 @@ impl Linear {
             for element in 0..*length {
                 let mut seed = vec![0.0; *length];
                 seed[element] = 1.0;
-                slave.directional_derivative(&unknowns, &[*reference], &seed, &mut column).map_err(call)?;
+                slave.directional(&unknowns, &[*reference], &seed, &mut column).map_err(call)?;
                 column.iter().enumerate().for_each(|(row, value)| jacobian[row * columns + at] = *value);
                 at += 1;
             }

@@ -37,8 +37,11 @@ impl Place {
         (self.name.with_extension(&extension), self.target.with_extension(&extension))
     }
 
+    /// The file that results are written to. It never has the number of a standard stream, which an FMU may have closed: what is
+    /// printed there would be among the results.
     pub(super) fn part(&self) -> Result<NamedTempFile> {
-        whole::part(&self.target)
+        let (file, path) = whole::part(&self.target)?.into_parts();
+        Ok(NamedTempFile::from_parts(file.try_clone()?, path))
     }
 
     /// Moves what has the name away.

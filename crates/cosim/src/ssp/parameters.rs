@@ -48,6 +48,10 @@ pub(super) fn set(root: Node) -> Result<Vec<Start>> {
     let mut starts = Vec::new();
     for parameter in root.list("Parameters").filter(|n| n.name() == "Parameter") {
         let name = parameter.required("name")?;
+        if starts.iter().any(|s: &Start| s.variable == name) {
+            return Err(parameter
+                .wrong(format!("the parameter `{name}` is in this set already; take one of them out")));
+        }
         let kinds = ["Dimension", "Annotations"];
         let Some(typed) = parameter.children().find(|n| !kinds.contains(&n.name())) else {
             return Err(parameter.wrong(format!("the parameter `{name}` has no value")));
@@ -107,6 +111,12 @@ pub(super) fn transformation(node: Node) -> Result<Transformation> {
             "BooleanMappingTransformation"
             | "IntegerMappingTransformation"
             | "EnumerationMappingTransformation" => {
+                if !child.children().any(|n| n.name() == "MapEntry") {
+                    return Err(child.wrong(format!(
+                        "`{}` has no `MapEntry`: it maps nothing; write one for each value, or take it out",
+                        child.name()
+                    )));
+                }
                 for entry in child.children().filter(|n| n.name() == "MapEntry") {
                     t.map.push((entry.required("source")?.into(), entry.required("target")?.into()));
                 }
@@ -123,7 +133,7 @@ pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<(Vec<Start>, Vec<St
         return Err(root.wrong(format!("the element is `{}`, not `ParameterMapping`", root.name())));
     }
     let by_name: HashMap<&str, &Start> = starts.iter().map(|s| (s.variable.as_str(), s)).collect();
-    let (mut mapped, mut used, mut unknown) = (Vec::new(), HashSet::new(), Vec::new());
+    let (mut mapped, mut used, mut unknown) = (Vec::<Start>::new(), HashSet::new(), Vec::new());
     for entry in root.children().filter(|n| n.name() == "MappingEntry") {
         let (source, target) = (entry.required("source")?, entry.required("target")?);
         let t = transformation(entry)?;
@@ -133,6 +143,11 @@ pub(super) fn mapped(root: Node, starts: &[Start]) -> Result<(Vec<Start>, Vec<St
             continue;
         };
         used.insert(source);
+        if mapped.iter().any(|m| m.variable == target) {
+            return Err(entry.wrong(format!(
+                "`{target}` is the target of an entry before this one; take one of them out"
+            )));
+        }
         mapped.push(Start {
             variable: target.to_owned(),
             values: start.values.iter().map(|v| t.replaced(v)).collect(),

@@ -12,10 +12,10 @@ use zip::{CompressionMethod, ZipWriter};
 
 use super::annotation::{NAMESPACE, TYPE};
 use super::emit::{Xml, packed, percent};
+use super::planned_values::{item, set};
 use crate::check::names;
 use crate::error::Error;
 use crate::plan::{Element, Link, Plan, Planned};
-use crate::slave::Buffer;
 use crate::store::Store;
 use crate::system::{Component, Connection, Interface, Port, Start, System};
 
@@ -474,26 +474,4 @@ fn called(planned: &Planned) -> &str {
 fn unique(list: impl Iterator<Item = usize>) -> Vec<usize> {
     let mut seen = HashSet::new();
     list.filter(|x| seen.insert(*x)).collect()
-}
-
-/// The values that the plan sets.
-fn set(planned: &Planned, d: &Description, v: &Variable) -> Vec<String> {
-    let mut texts = Vec::new();
-    let same = |b: &&crate::slave::Block| {
-        b.references == [v.value_reference]
-            && Buffer::new(v.kind, d.version, 0)
-                .is_some_and(|like| std::mem::discriminant(&like) == std::mem::discriminant(&b.values))
-    };
-    if let Some(block) = planned.start.iter().chain(&planned.structural).find(same) {
-        block.values.texts(&mut texts);
-    }
-    texts
-}
-
-/// Items of enumerations go by their names.
-fn item(d: &Description, v: &Variable, text: String) -> String {
-    let items =
-        v.declared_type.as_deref().filter(|_| v.kind == Type::Enumeration).and_then(|t| d.declared_type(t));
-    let name = items.and_then(|t| t.items.iter().find(|i| i.value.to_string() == text));
-    name.map_or(text, |i| i.name.clone())
 }

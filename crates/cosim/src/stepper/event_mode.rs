@@ -1,15 +1,15 @@
 //! One FMU in Co-Simulation of FMI 3.0 whose events the master handles: event mode and early return.
 
-use trueup_fmi_import::interrupt;
+use trueup_fmi_import::pace::Pace;
+use trueup_fmi_import::{AnyInstance, interrupt};
 
 use super::{Advance, SLOTS, Settled, SlaveStepper, Stepper, Within};
+use crate::buffer::{Block, Blocks};
 use crate::calls::Calls;
 use crate::error::Error;
 use crate::grid;
 use crate::node::Node;
-use crate::pace::Pace;
 use crate::plan::Planned;
-use crate::slave::{Block, Slave};
 use crate::system::Interface;
 
 /// Passes of one event iteration after which it is held to be without end.
@@ -80,7 +80,7 @@ impl EventStepper {
         }
     }
 
-    fn slave<'a>(&self, nodes: &'a mut [Node]) -> &'a mut Slave {
+    fn slave<'a>(&self, nodes: &'a mut [Node]) -> &'a mut AnyInstance {
         &mut nodes[self.node].slave
     }
 
@@ -186,7 +186,7 @@ impl EventStepper {
             nodes,
             self.node,
             time,
-            "event iteration does not end: it asked for another pass 100 times",
+            "event iteration does not end: it requested another pass 100 times",
         ))
     }
 

@@ -3,13 +3,13 @@
 use trueup_fmi_import::StateId;
 
 use super::{Advance, SLOTS, Settled, Stepper, Within};
+use crate::buffer::Block;
 use crate::error::Error;
 use crate::events;
 use crate::exchange::{Exchange, Phase, Wiring};
 use crate::model_exchange::{Group, Settings, Snapshot, Statistics, Surroundings, TOLERANCE};
 use crate::node::{self, Node};
 use crate::plan::Link;
-use crate::slave::Block;
 
 /// A [`Group`] with the connections among its FMUs.
 pub(crate) struct GroupStepper {
@@ -17,6 +17,8 @@ pub(crate) struct GroupStepper {
     group: Option<Group>,
     around: Around,
     settings: Settings,
+    /// Inputs whose change is an event.
+    inputs: Vec<(usize, Block)>,
     ended: bool,
     stop: bool,
     saved: [Option<(Snapshot, Vec<StateId>)>; SLOTS],
@@ -88,7 +90,6 @@ impl GroupStepper {
         let settings = Settings {
             tolerance: tolerance.unwrap_or(TOLERANCE),
             linked: !links.is_empty(),
-            inputs,
             opens,
             span,
             ..Settings::default()
@@ -98,6 +99,7 @@ impl GroupStepper {
             group: None,
             around: Around { lines, within: Within::Held, continuous, all },
             settings,
+            inputs,
             ended: false,
             stop: false,
             saved: [const { None }; SLOTS],
@@ -111,8 +113,14 @@ impl Stepper for GroupStepper {
     }
 
     fn begin(&mut self, nodes: &mut [Node], time: f64) -> Result<(), Error> {
-        let (group, settled) =
-            Group::start(nodes, &self.nodes, time, self.settings.clone(), &mut self.around)?;
+        let (group, settled) = Group::start(
+            nodes,
+            &self.nodes,
+            time,
+            self.settings.clone(),
+            self.inputs.clone(),
+            &mut self.around,
+        )?;
         (self.group, self.ended) = (Some(group), settled.terminated);
         Ok(())
     }

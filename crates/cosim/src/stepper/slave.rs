@@ -204,9 +204,9 @@ impl SlaveStepper {
                 } else if halvings > HALVINGS {
                     "however short the step"
                 } else if early > EARLY {
-                    "and has done so 100000 times within one communication step: it comes forward by next to nothing"
+                    "and has done so 100000 times within one communication step: it hardly advances"
                 } else if !progress && (result.time - time).abs() > rounding {
-                    "and does not say where it stands"
+                    "and does not report its time"
                 } else {
                     ""
                 };

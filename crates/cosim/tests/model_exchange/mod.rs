@@ -14,7 +14,7 @@ use trueup_cosim::model_exchange::{Group, Integrator, Settings, Surroundings, TO
 use trueup_cosim::node::Node;
 use trueup_cosim::plan::Planned;
 use trueup_cosim::system::{Interface, System};
-use trueup_cosim::{Block, Buffer, Error, Master, Memory, RunLog, check};
+use trueup_cosim::{Block, Blocks, Buffer, Error, Master, Memory, RunLog, check};
 use trueup_fmi_description::Version;
 use trueup_fmi_import::{Experiment, Fmu, fmi3};
 
@@ -41,7 +41,7 @@ impl Single {
         node.slave.exit_initialization_mode().unwrap();
         let mut nodes = vec![node];
         let settings = Settings { integrator, tolerance, ..Settings::default() };
-        let (group, _) = Group::start(&mut nodes, &[0], 0.0, settings, &mut ()).unwrap();
+        let (group, _) = Group::start(&mut nodes, &[0], 0.0, settings, Vec::new(), &mut ()).unwrap();
         Self { nodes, group }
     }
 

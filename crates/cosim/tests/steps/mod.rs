@@ -307,7 +307,8 @@ fn jumps_cut_no_step_of_a_sampler() {
         let text = format!("inputs = \"in.csv\"\n{}", circle(&["m"], "stop = 1\nstep = 0.1", ""));
         let (results, log) = run(folder.path(), &text).unwrap();
         assert_eq!(last(&results, "m.calls"), calls, "{offers:?}");
-        let told = log.notes.iter().any(|n| n.contains("first at 0.33 s") && n.contains("`m` is not said"));
+        let told =
+            log.notes.iter().any(|n| n.contains("first at 0.33 s") && n.contains("`m` is not declared"));
         assert_eq!(told, calls == 10.0, "{:?}", log.notes);
     }
 }

@@ -95,7 +95,7 @@ fn texts_items_and_truth_values_are_taken_as_they_stand() {
         )
     );
     for (cell, said) in [
-        ("a.mode\n0,up", "line 2, a.mode: \"up\" is no Enumeration; wanted: off, on"),
+        ("a.mode\n0,up", "line 2, a.mode: \"up\" is no Enumeration; expected: off, on"),
         ("a.mode\n0,3", "\"3\" is no"),
         ("a.u\n0,on", "line 2, a.u: \"on\" is no number"),
     ] {
@@ -156,7 +156,7 @@ fn times_beside_the_run_are_named() {
         let says = |part: &str| plan.notes.iter().any(|n| n.contains(part));
         let to = from + length;
         let beside = from > 4.0 || to < 0.0;
-        assert_eq!(says("no row of it lies within the run"), beside, "{from} to {to}: {:?}", plan.notes);
+        assert_eq!(says("no row of it is within the run"), beside, "{from} to {to}: {:?}", plan.notes);
         assert_eq!(
             says("what comes later is not used"),
             !beside && to > 4.0,

@@ -141,7 +141,7 @@ fn of_start_values() {
         ("gian = 1", "start of `a.gian`: the FMU has no variable `gian`; did you mean `gain`?"),
         ("gain = -1", "start of `a.gain`: -1.0 rad is below its minimum 0.0 rad"),
         ("gain = 11.0", "start of `a.gain`: 11.0 rad is above its maximum 10.0 rad"),
-        ("gain = 'x'", "start of `a.gain`: `gain` cannot be \"x\"; wanted: Float64"),
+        ("gain = 'x'", "start of `a.gain`: `gain` cannot be \"x\"; expected: Float64"),
         ("gain = inf", "start of `a.gain`: `gain` cannot be \"inf\""),
         ("gain = [1, 2]", "start of `a.gain`: it has 1 elements, 2 are given"),
         (
@@ -150,7 +150,7 @@ fn of_start_values() {
         ),
         (
             "gain = { value = 1, unit = 'mile' }",
-            "start of `a.gain`: nobody says what the unit mile is; define it (SSP: <Units>), or give the value in rad or deg",
+            "start of `a.gain`: the unit mile is not defined; define it (SSP: <Units>), or give the value in rad or deg",
         ),
         ("fixed = 1", "start of `a.fixed`: it is a constant and cannot be set"),
         (
@@ -158,8 +158,8 @@ fn of_start_values() {
             "start of `a.x`: it is an output, which the FMU computes and cannot be set; set a parameter or an input",
         ),
         ("time = 1", "start of `a.time`: it is the time and cannot be set"),
-        ("small = 300", "start of `a.small`: `small` cannot be \"300\"; wanted: Int8"),
-        ("mode = 'of'", "start of `a.mode`: `mode` cannot be \"of\"; wanted: off, on"),
+        ("small = 300", "start of `a.small`: `small` cannot be \"300\"; expected: Int8"),
+        ("mode = 'of'", "start of `a.mode`: `mode` cannot be \"of\"; expected: off, on"),
         ("matrix = [1, 2]", "start of `a.matrix`: it has 2 x 3 elements, 2 are given"),
         (
             "\"matrix[3,1]\" = 1",

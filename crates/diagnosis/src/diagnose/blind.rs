@@ -14,7 +14,7 @@ fn text(blind: &[&str], all: usize) -> String {
     let which = if blind.len() == all { "all recordings for fitting".to_owned() } else { blind.join(", ") };
     format!(
         "of {which} accelerations say nothing, only free runs do: more than three quarters of the time a joint with dry friction \
-         is within a reversal, as far as rate and counts of its encoders can tell; slower motions that go further, or finer \
+         is within a reversal, as far as rate and counts of its encoders can show; slower motions that go further, or finer \
          encoders, would say more"
     )
 }

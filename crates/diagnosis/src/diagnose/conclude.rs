@@ -4,17 +4,16 @@ use trueup_identification::predict::PredictError;
 use trueup_signals::Loaded;
 
 use super::claim::{augmented, candidates, effects, elsewhere, indistinguishable, parameters};
-use super::contest::{Contender, HELPS, POLISH};
-use super::estimate::Reported;
+use super::contest::{Contender, POLISH};
+use super::estimate::{Estimated, Reported};
 use super::ground::Ground;
 use super::held_out::{closed_alone, held_out};
 use super::place::{look, where_it_lies};
 use super::record::Record;
 use super::traces::{Windowed, gap_report, traces};
-use super::{Began, DiagnoseError, Diagnosed, Options, blind, drift, strained, watch};
+use super::{Began, DiagnoseError, Diagnosed, Options, blind, drift, refusal, strained, watch};
 use crate::engine::decide::Decision;
 use crate::engine::hypothesis::Hypothesis;
-use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, DRAWS, Polished, Replayed, Settled, joined};
 use crate::engine::search::{Fitted, Search};
 use crate::engine::select::{Found, same};
@@ -24,8 +23,6 @@ use crate::picture::isolability;
 
 /// A component with this share of an excess that nothing explains stands out.
 const STANDS_OUT: f64 = 0.5;
-/// A free run that leaves more than this share of a gap hardly helps.
-const HARDLY: f64 = 0.9;
 /// Iterations of a last fit, free-running, of a claim that did not run freely.
 const LAST: usize = 16;
 /// Place of the tuned model among the free-running fits without a claim, behind the one that standard deviations hold.
@@ -35,6 +32,8 @@ const TUNED: usize = 1;
 pub(super) struct Decided {
     pub found: Found,
     pub decision: Decision,
+    /// The chosen set as evidence has it; `None`: balances and free runs decided.
+    pub by_evidence: Option<Fitted>,
     /// Sets that ran freely.
     pub contenders: Vec<Contender>,
     pub record: Record,
@@ -54,7 +53,7 @@ pub(super) fn conclude(
     options: &Options,
     [before, tuned]: [Complete; 2],
     ground: Ground<'_>,
-    Decided { found, mut decision, contenders, record, noticed }: Decided,
+    Decided { found, mut decision, by_evidence, contenders, record, noticed }: Decided,
     loaded: &Loaded,
     tell: &mut dyn FnMut(f64, &str),
 ) -> Result<Diagnosed, DiagnoseError> {
@@ -82,6 +81,12 @@ pub(super) fn conclude(
         notes.push(format!("recordings for fitting, each left out in turn: what explains the others leaves {:.0} % in it, the refitted model {:.0} %: nothing is claimed", 100.0 * l.with, 100.0 * l.tuned));
     }
     let window = search.window();
+    // Of a set that was found by evidence its own values come first.
+    let reported = |led: &Fitted, free: &[&Polished]| {
+        let own = by_evidence.as_ref().filter(|own| same(&own.stated.set, &led.stated.set));
+        let led: Vec<&Fitted> = own.into_iter().chain([led]).collect();
+        Reported::of(search, window, &led, free)
+    };
     let mut claim: Option<(Reported, Ran)> = None;
     if matches!(decision.verdict, Verdict::Effects | Verdict::Ambiguous) {
         let polished = match freely(&found.best) {
@@ -92,21 +97,18 @@ pub(super) fn conclude(
             Some(c) => c.shown.clone(),
             None => search.replay(&polished.complete, runs).map_err(nominal)?,
         };
-        if let Some([with, without]) = ground.worse(&free) {
+        let own = reported(&found.best, &[&polished]);
+        let own = own.ok_or_else(|| DiagnoseError::Nominal("what was found has no fit".into()))?;
+        // A claim by evidence has no need of a free run through stick and slip.
+        let refused = match window.filter(|_| by_evidence.is_some()) {
+            Some(seconds) => refusal::in_windows(&ground, seconds, &tuned.complete, &own.complete),
+            None => refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free),
+        };
+        if let Some(why) = refused {
             decision.cap();
-            notes.push(format!(
-                "what explains the recordings for fitting leaves {:.0} % in those held out, the refitted model {:.0} %: nothing is claimed",
-                100.0 * with, 100.0 * without
-            ));
-        } else if let Some(name) = rests_on_one(search, &tuned.complete, &polished.complete) {
-            decision.cap();
-            notes.push(format!(
-                "what was found helps in {name} and in no other recording for fitting: a claim that rests on one recording is none; look at \
-                 what is particular about it, or leave it out"
-            ));
+            notes.push(why);
         } else {
-            let own = Reported::of(search, window, &found.best, &[&polished]);
-            let shown = if own.free.is_some() {
+            let shown = if own.free == Some(0) {
                 Ran { complete: own.complete.clone(), shown: free }
             } else {
                 ran(own.complete.clone())?
@@ -126,7 +128,7 @@ pub(super) fn conclude(
                 misfit: ground.misfit,
                 fitted: Some(fitted.clone()),
             };
-            Some(Reported::of(search, window, led, &[&held, &free]))
+            reported(led, &[&held, &free])
         }
         _ => None,
     };
@@ -154,7 +156,7 @@ pub(super) fn conclude(
     let (picture, location, next) = if options.verdict_only {
         (None, Where::default(), None)
     } else {
-        tell(0.95, "finding where the gap lies");
+        tell(0.95, "finding where the gap is");
         let picture = look(loaded, search, &found, &decision);
         let location = where_it_lies(loaded, search, &found, &decision, &picture, &traces, options.seed);
         tell(0.97, "choosing what to record next");
@@ -169,7 +171,8 @@ pub(super) fn conclude(
     let plant = case.subject.plant;
     let rival = |set: &Fitted| {
         let free = freely(set).map(Contender::polished);
-        Reported::of(search, window, set, &free.iter().collect::<Vec<_>>()).estimated
+        let free: Vec<&Polished> = free.iter().collect();
+        Reported::of(search, window, &[set], &free).map_or_else(|| Estimated::new(set, None), |r| r.estimated)
     };
     let claims = told.as_ref().filter(|_| claimed);
     let mut diagnosis = Diagnosis {
@@ -218,29 +221,6 @@ pub(super) fn conclude(
     })
 }
 
-/// The one recording for fitting in which a model with causes runs far nearer than without, where it helps in none of the others.
-fn rests_on_one(search: &Search<'_>, without: &Complete, with: &Complete) -> Option<String> {
-    let runs = &search.case.train;
-    let missed = |c: &Complete| -> Option<Vec<f64>> {
-        let shown = search.replay(c, runs).ok()?;
-        let of = |(run, shown): (&Compared, &Vec<Vec<f64>>)| {
-            run.run.channels.iter().zip(shown).map(|(c, s)| search.mean_square(c, s)).sum()
-        };
-        Some(runs.iter().zip(&shown).map(of).collect())
-    };
-    let (without, with) = (missed(without)?, missed(with)?);
-    let left: Vec<f64> = with.iter().zip(&without).map(|(a, b)| (a / b).sqrt()).collect();
-    alone(&left).map(|at| runs[at].run.name.clone())
-}
-
-/// Which of several is helped, where the others are not: what is left of each, as a gap.
-fn alone(left: &[f64]) -> Option<usize> {
-    let helped = |x: &f64| *x <= HELPS;
-    let at = left.iter().position(helped)?;
-    let others = || left.iter().enumerate().filter(|(k, _)| *k != at);
-    (left.len() > 1 && others().all(|(_, x)| *x > HARDLY)).then_some(at)
-}
-
 /// What these models show of the recordings over windows; `None`: one of them cannot be simulated there.
 fn windowed(
     search: &Search<'_>,
@@ -253,19 +233,4 @@ fn windowed(
     let windows = search.in_windows(after, ground.runs, seconds, Some(settled)).ok()?;
     let floors = search.window_floors(after, &windows, seed).ok()?;
     Some(Windowed { seconds, shown: [shown(before)?, shown(tuned)?, joined(&windows)], floors })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::alone;
-
-    #[test]
-    fn a_claim_rests_on_one_recording_where_it_helps_in_no_other() {
-        assert_eq!(alone(&[1.02, 0.1, 0.97]), Some(1));
-        assert_eq!(alone(&[0.6, 0.1, 0.97]), None);
-        assert_eq!(alone(&[0.8, 0.1, 0.97]), None);
-        assert_eq!(alone(&[1.0, 0.95]), None);
-        assert_eq!(alone(&[0.1]), None);
-        assert_eq!(alone(&[f64::NAN, 0.1]), None);
-    }
 }

@@ -85,40 +85,58 @@ pub(super) struct Reported {
 }
 
 impl Reported {
-    /// Of a set that the balances fitted, and of its free-running fits, those first that are held most by what its owner believes.
-    /// Each takes the place of those before it if it predicts better over windows of that length; where recordings hold none, if
-    /// it misses less of them whole.
-    pub(super) fn of(search: &Search<'_>, window: Option<f64>, led: &Fitted, free: &[&Polished]) -> Self {
-        let fitted =
-            |(at, p): (usize, &&Polished)| Some((at, p.fitted.clone()?, p.complete.clone(), p.misfit));
-        let all: Vec<(usize, Fitted, Complete, f64)> = free.iter().enumerate().filter_map(fitted).collect();
-        let (mut told, mut complete, mut missed, mut chosen) = (led, led.complete(), f64::INFINITY, None);
-        for (at, fitted, other, misfit) in &all {
+    /// Of a set that was fitted without free runs (`led`, one or several fits), and of its free-running fits, those first that are
+    /// held most by what its owner believes. Each takes the place of those before it if it predicts better over windows of that
+    /// length; where recordings hold none, if it misses less of them whole. `None`: there is no fit.
+    pub(super) fn of(
+        search: &Search<'_>,
+        window: Option<f64>,
+        led: &[&Fitted],
+        free: &[&Polished],
+    ) -> Option<Self> {
+        let fit = |f: &&Fitted| (None, (*f).clone(), f.complete(), f64::INFINITY);
+        let free_fit =
+            |(at, p): (usize, &&Polished)| Some((Some(at), p.fitted.clone()?, p.complete.clone(), p.misfit));
+        let all: Vec<(Option<usize>, Fitted, Complete, f64)> =
+            led.iter().map(fit).chain(free.iter().enumerate().filter_map(free_fit)).collect();
+        let windows = |c: &Complete| search.in_windows(c, &search.case.train, window?, None).ok();
+        let mut best = 0;
+        let mut own = if all.len() > 1 { windows(&all.first()?.2) } else { None };
+        for (k, other) in all.iter().enumerate().skip(1) {
+            let there = windows(&other.2);
             let as_well = match window {
-                Some(seconds) => predicts_as_well(search, seconds, &complete, other),
-                None => missed <= ALIKE * misfit,
+                Some(_) => predicts_as_well(own.as_deref(), there.as_deref()),
+                None => all[best].3 <= ALIKE * other.3,
             };
             if !as_well {
-                (told, complete, missed, chosen) = (fitted, other.clone(), *misfit, Some(*at));
+                (best, own) = (k, there);
             }
         }
-        let other = if chosen.is_some() { Some(led) } else { all.first().map(|f| &f.1) };
-        Self { estimated: Estimated::new(told, other), complete, free: chosen }
+        let (free, told, complete, _) = all.get(best)?;
+        let other = if best > 0 { all.first() } else { all.get(1) };
+        let estimated = Estimated::new(told, other.map(|o| &o.1));
+        Some(Self { estimated, complete: complete.clone(), free: *free })
     }
 }
 
-/// Whether the first predicts the recordings for fitting as well as the second, or better: by the logarithms of what they miss,
-/// window by window, as where the size of a misfit is not known. Noises of channels differ by orders of magnitude, and a window
-/// in which a motion bifurcates counts for no more than another one. Where the mean of these is within [`SURE`] standard errors
-/// of 0, or below [`ALIKE`], the two are alike; then it is the first, whose fit has the owner's standard deviations in it.
-fn predicts_as_well(search: &Search<'_>, seconds: f64, one: &Complete, other: &Complete) -> bool {
-    let windows = |c: &Complete| search.in_windows(c, &search.case.train, seconds, None).ok();
-    let Some(one) = windows(one) else { return false };
-    let Some(other) = windows(other) else { return true };
+/// Logarithms of what the first misses over what the second misses (as powers), window by window, with the recording that each is
+/// of. Noises of channels differ by orders of magnitude: each counts by its logarithm.
+pub(super) fn log_ratios(one: &[Window], other: &[Window]) -> Vec<(usize, f64)> {
     let ratio = |(a, b): (f64, f64)| (a.max(f64::MIN_POSITIVE) / b.max(f64::MIN_POSITIVE)).ln();
     let channels = |w: &Window| w.missed().count().max(1) as f64;
-    let each = |(a, b): (&Window, &Window)| a.missed().zip(b.missed()).map(ratio).sum::<f64>() / channels(a);
-    let worse: Vec<f64> = one.iter().zip(&other).map(each).collect();
+    let each =
+        |(a, b): (&Window, &Window)| (a.of, a.missed().zip(b.missed()).map(ratio).sum::<f64>() / channels(a));
+    one.iter().zip(other).map(each).collect()
+}
+
+/// Whether the first predicts as well over windows as the second, or better: by the logarithms of what they miss, as where the size
+/// of a misfit is not known; a window in which a motion bifurcates counts for no more than another one. Where the mean of these
+/// is within [`SURE`] standard errors of 0, or below [`ALIKE`], the two are alike; then it is the first, whose fit has the owner's
+/// standard deviations in it. `None`: it cannot be simulated.
+pub(super) fn predicts_as_well(one: Option<&[Window]>, other: Option<&[Window]>) -> bool {
+    let Some(one) = one else { return false };
+    let Some(other) = other else { return true };
+    let worse: Vec<f64> = log_ratios(one, other).iter().map(|r| r.1).collect();
     let n = worse.len() as f64;
     let mean = worse.iter().sum::<f64>() / n;
     let variance = worse.iter().map(|w| (w - mean).powi(2)).sum::<f64>() / (n - 1.0).max(1.0);

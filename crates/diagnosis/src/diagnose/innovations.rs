@@ -1,82 +1,256 @@
-//! A verdict by the likelihood of the innovations (crate `hypotheses`), told in the terms of a report.
+//! A whole diagnosis of a joint by the innovations engine (crate `hypotheses`): its hypotheses become sets, its judgement a decision.
+//!
+//! The engine decides. What is reported of its winner comes from a last fit that begins at the engine's own values.
 
-use trueup_estimation::fit::Fit;
-use trueup_estimation::unknown::ParametricJoint;
-use trueup_hypotheses::catalogue::Cause;
-use trueup_hypotheses::levels::APART;
-use trueup_hypotheses::refit::Refitted;
-use trueup_hypotheses::search::Found as Fits;
-use trueup_hypotheses::verdict::{Kind, Verdict as Judged};
+mod values;
 
-use crate::engine::decide::Decision;
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+use trueup_hypotheses::innovations::hypothesis::FittedEffect;
+use trueup_hypotheses::innovations::search::JointFindings;
+use trueup_hypotheses::innovations::shape::LawShape;
+use trueup_hypotheses::innovations::verdict::{JointJudgement, JointVerdict};
+use trueup_models::effect::PUSHES;
+
+use crate::engine::decide::{Decision, Thresholds};
 use crate::engine::hypothesis::{Claim, Hypothesis, Times};
+use crate::engine::problem::Target;
 use crate::engine::search::{Fitted, Search};
-use crate::engine::select::Found;
+use crate::engine::select::{Effort, Found, same};
+use crate::json::number;
 use crate::outcome::Verdict;
+use values::{ColumnFit, ColumnUnits};
 
-/// The hypotheses as sets, and the verdict as a decision; `None` where the model with a claim cannot be run.
-pub(super) fn told(search: &Search<'_>, fits: &Fits, judged: &Judged) -> Option<(Found, Decision)> {
-    let base = &fits.baseline;
-    let plain = set(search, &[], &base.parametric, &base.fit)?;
-    let with = |causes: &[&Cause], r: &Refitted| set(search, causes, &r.seen.parametrized.parametric, &r.fit);
-    let singles: Vec<(usize, Fitted)> = (fits.singles.iter().enumerate())
-        .filter_map(|(k, r)| Some((k, with(&[&r.seen.cause], r)?)))
-        .collect();
-    let claimed = matches!(judged.kind, Kind::Effects | Kind::Ambiguous);
-    let pair = fits.pairs.first().filter(|_| claimed && judged.two);
-    let best = match pair {
-        Some((first, r)) => with(&[&fits.singles[*first].seen.cause, &r.seen.cause], r)?,
-        None if claimed => singles.first().filter(|s| s.0 == 0)?.1.clone(),
-        None => plain.clone(),
-    };
-    let rival = |(at, (k, _)): (usize, &(usize, Fitted))| (*k > 0).then(|| (at, judged.odds[*k]));
-    let rivals: Vec<(usize, f64)> = match pair {
-        Some(_) => Vec::new(),
-        None => singles.iter().enumerate().filter_map(rival).collect(),
-    };
-    let own = match pair {
-        Some(_) => 1.0 - judged.unknown,
-        None => judged.probabilities.first().copied().unwrap_or(0.0),
-    };
-    let causes = best.stated.set.len();
-    let decision = Decision {
-        verdict: match judged.kind {
-            Kind::NoGap => Verdict::NoGap,
-            Kind::Parameters => Verdict::Parameters,
-            Kind::Effects => Verdict::Effects,
-            Kind::Ambiguous => Verdict::Ambiguous,
-            Kind::Unknown => Verdict::Unknown,
-        },
-        probability: vec![own; causes],
-        rivals: vec![rivals; causes],
-        explained: judged.share.clamp(0.0, 1.0),
-        blind: false,
-        closed: judged.share.clamp(0.0, 1.0),
-        unknown: judged.unknown,
-        odds: APART,
-        unmoved: false,
-        left_out: None,
-    };
-    let sets = singles.into_iter().map(|s| s.1).chain([best.clone()]).collect();
-    Some((Found { plain, sets, best }, decision))
+/// Odds (natural logarithm) of what the engine distinguishes, at the most.
+const DISTINCT: f64 = -10.0;
+
+/// What the innovations engine decided from.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Judged {
+    /// Nats that the leader gains over the refitted parameters.
+    #[serde(deserialize_with = "number")]
+    pub gain: f64,
+    /// Nats to the next other effect.
+    #[serde(deserialize_with = "number")]
+    pub margin: f64,
+    /// Probability that the leader, or the pair, is right.
+    #[serde(deserialize_with = "number")]
+    pub probability: f64,
+    /// Probability that the best second is right; `None`: there is none.
+    pub second: Option<f64>,
+    /// Numbers of the leader by name.
+    pub numbers: Vec<(String, f64)>,
 }
 
-/// A set of causes where the filter has its unknowns.
-fn set(search: &Search<'_>, causes: &[&Cause], parametric: &ParametricJoint, fit: &Fit) -> Option<Fitted> {
-    let set: Option<Vec<Hypothesis>> = causes.iter().map(|c| hypothesis(search, c)).collect();
-    let stated = search.state(&set?).ok()?;
-    let mut start = search.compare(&stated).start();
-    for (x, u) in start.iter_mut().zip(&stated.unknowns).filter(|(_, u)| u.run.is_none()) {
-        if let Some(k) = parametric.unknowns.iter().position(|v| v.target == u.target) {
-            let value = parametric.unknowns[k].scale.value(fit.theta[k]).0;
-            *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
+impl From<&JointJudgement> for Judged {
+    fn from(j: &JointJudgement) -> Self {
+        let JointJudgement { gain, margin, probability, second, .. } = *j;
+        let numbers = j.numbers.iter().map(|(name, x)| ((*name).to_owned(), *x)).collect();
+        Self { gain, margin, probability, second, numbers }
+    }
+}
+
+/// The engine's hypotheses as sets, and its judgement as a decision.
+pub(super) struct Told {
+    pub found: Found,
+    pub decision: Decision,
+    /// The chosen set with the engine's own values, before the last fit.
+    pub own: Fitted,
+    /// Nats over the refitted parameters, by effect and place.
+    pub evidence: BTreeMap<(String, String), f64>,
+}
+
+/// An effect of the engine's with the numbers that it takes in a set.
+struct Part<'a> {
+    effect: &'a FittedEffect,
+    shape: &'a LawShape,
+    amplitudes: &'a [f64],
+}
+
+impl<'a> Part<'a> {
+    fn alone(effect: &'a FittedEffect) -> Self {
+        Self { effect, shape: &effect.shape, amplitudes: &effect.fit.amplitudes }
+    }
+}
+
+/// Makes sets of what the engine found.
+pub(super) struct Teller<'a> {
+    search: &'a Search<'a>,
+    findings: &'a JointFindings,
+    effort: Effort,
+}
+
+impl<'a> Teller<'a> {
+    /// For a case.
+    pub(super) fn new(search: &'a Search<'a>, findings: &'a JointFindings, effort: Effort) -> Self {
+        Self { search, findings, effort }
+    }
+
+    /// Sets and decision.
+    ///
+    /// # Errors
+    /// Which effect cannot be put into the model, or why that cannot be simulated.
+    pub(super) fn told(&self, judged: &JointJudgement, limits: &Thresholds) -> Result<Told, String> {
+        let plain = self.set(&[], &self.findings.null.theta)?;
+        let effects = &self.findings.effects;
+        let of = |key: &(&str, &str)| {
+            effects.iter().find(|h| h.key() == *key).ok_or_else(|| format!("{} has no fit", key.0))
+        };
+        let pair = judged.verdict == JointVerdict::Effects && judged.set.len() > 1;
+        let own = match &judged.set[..] {
+            [] => plain.clone(),
+            [first, second] if pair => {
+                let both = |p: &&trueup_hypotheses::innovations::pairs::FittedPair| {
+                    [p.first, p.second] == [*first, *second]
+                };
+                let p = self.findings.pairs.iter().find(both).ok_or("the pair has no fit")?;
+                let (a, b) = p.fit.amplitudes.split_at(p.of_first.min(p.fit.amplitudes.len()));
+                let lead = of(first)?;
+                let second = FittedEffect { id: p.second.0, place: p.second.1, ..lead.clone() };
+                let parts = [
+                    Part { amplitudes: a, ..Part::alone(lead) },
+                    Part { effect: &second, shape: &p.shape, amplitudes: b },
+                ];
+                self.set(&parts, &p.fit.theta)?
+            }
+            [first, ..] => self.single(of(first)?)?,
+        };
+        let best = self.fitted(&own);
+        // What is not claimed is kept as the engine has it; what cannot be simulated is none.
+        let mut sets: Vec<Fitted> = Vec::new();
+        for h in effects {
+            let claimed = judged.set.contains(&h.key());
+            let Ok(set) = self.single(h) else { continue };
+            let set = if same(&set.stated.set, &best.stated.set) {
+                best.clone()
+            } else if claimed {
+                self.fitted(&set)
+            } else {
+                set
+            };
+            if !sets.iter().any(|s| same(&s.stated.set, &set.stated.set)) {
+                sets.push(set.lean());
+            }
+        }
+        if best.stated.set.len() > 1 {
+            sets.push(best.clone().lean());
+        }
+        let rivals: Vec<(usize, f64)> = if best.stated.set.len() == 1 {
+            let rival = |(at, s): (usize, &Fitted)| {
+                let h = &s.stated.set[0];
+                let other = s.stated.set.len() == 1 && *h != best.stated.set[0];
+                let alike = judged.set.iter().any(|key| *key == (&*h.id, &*h.component));
+                other.then_some((at, if alike { 0.0 } else { DISTINCT }))
+            };
+            let mut all: Vec<_> = sets.iter().enumerate().filter_map(rival).collect();
+            all.sort_by(|a, b| b.1.total_cmp(&a.1));
+            all
+        } else {
+            Vec::new()
+        };
+        let decision = self.decision(judged, best.stated.set.len(), rivals, limits);
+        let plain = self.fitted(&plain);
+        let best = if best.stated.set.is_empty() { plain.clone() } else { best };
+        let evidence = |h: &FittedEffect| {
+            ((h.id.to_owned(), h.place.to_owned()), h.evidence - self.findings.null.evidence)
+        };
+        let evidence = effects.iter().map(evidence).collect();
+        Ok(Told { found: Found { plain, sets, best }, decision, own, evidence })
+    }
+
+    fn decision(
+        &self,
+        judged: &JointJudgement,
+        causes: usize,
+        rivals: Vec<(usize, f64)>,
+        limits: &Thresholds,
+    ) -> Decision {
+        let verdict = match judged.verdict {
+            JointVerdict::NoGap => Verdict::NoGap,
+            JointVerdict::Parameters => Verdict::Parameters,
+            JointVerdict::Effects => Verdict::Effects,
+            JointVerdict::Ambiguous => Verdict::Ambiguous,
+            JointVerdict::Unknown => Verdict::Unknown,
+        };
+        let power = |q: &[f64]| q.iter().map(|q| q * q).sum::<f64>().max(f64::MIN_POSITIVE);
+        let left =
+            self.findings.effects.first().map_or(1.0, |h| power(&h.fit.q) / power(&self.findings.null.q));
+        let taken = (1.0 - left).clamp(0.0, 1.0);
+        let unknown = 1.0 - judged.probability;
+        Decision {
+            verdict,
+            probability: vec![judged.probability; causes],
+            rivals: vec![rivals; causes],
+            explained: taken,
+            closed: taken,
+            unknown: match verdict {
+                Verdict::NoGap | Verdict::Parameters => unknown.min(limits.gap.doubt),
+                Verdict::Unknown => unknown.max(0.5),
+                Verdict::Effects | Verdict::Ambiguous => unknown,
+            },
+            odds: limits.odds.apart,
+            ..Decision::nothing()
         }
     }
-    search.standing(stated, start)
-}
 
-fn hypothesis(search: &Search<'_>, cause: &Cause) -> Option<Hypothesis> {
-    let own = |h: &&Hypothesis| matches!(h.claim, Claim::Effect(c) if c == cause.choice);
-    let several = |h: &&Hypothesis| own(h) && (!h.is_push() || h.times == Times::Several);
-    search.causes.iter().find(several).or_else(|| search.causes.iter().find(own)).cloned()
+    fn single(&self, effect: &FittedEffect) -> Result<Fitted, String> {
+        self.set(&[Part::alone(effect)], &effect.fit.theta)
+    }
+
+    /// A set with the engine's values.
+    fn set(&self, parts: &[Part<'_>], theta: &[f64]) -> Result<Fitted, String> {
+        let search = self.search;
+        let causes: Result<Vec<Hypothesis>, String> = parts.iter().map(|p| self.cause(p)).collect();
+        let stated = search.state(&causes?)?;
+        let mut values: Vec<(String, f64)> = Vec::new();
+        for (name, value) in self.findings.null.names.iter().zip(theta) {
+            values.push(((*name).to_owned(), *value));
+        }
+        for (part, h) in parts.iter().zip(&stated.set) {
+            let Claim::Effect(choice) = h.claim else { continue };
+            let frame = part.effect.frame.borrow();
+            let units = ColumnUnits::of(&frame, &self.findings.null.sizes);
+            let fit = ColumnFit { id: part.effect.id, shape: part.shape, amplitudes: part.amplitudes, theta };
+            let start = |name: &str| {
+                let name = choice.variable(name);
+                stated.unknowns.iter().find(|u| u.stem() == name).map(|u| u.start)
+            };
+            let own = choice.parameters();
+            values.extend(fit.values(&units, start).into_iter().map(|(name, value)| {
+                let is_own = own.iter().any(|s| s.name == name);
+                (if is_own { choice.variable(name) } else { name.to_owned() }, value)
+            }));
+        }
+        let mut start = search.compare(&stated).start();
+        for (x, u) in start.iter_mut().zip(&stated.unknowns).filter(|(_, u)| u.run.is_none()) {
+            // An effect's word on the plant comes last.
+            let Some((_, value)) = values.iter().rev().find(|(name, _)| name == u.stem()) else { continue };
+            // What exceeds another is told from it by the engine, too.
+            let set = matches!(u.target, Target::Parameter(_)) || u.target.shifts();
+            if set || matches!(u.target, Target::Above { .. }) {
+                *x = u.scale.coordinate(value.clamp(u.lower, u.upper));
+            }
+        }
+        search
+            .standing(stated, start)
+            .ok_or_else(|| "the model with what was found cannot be simulated".into())
+    }
+
+    /// Fitted from there, where that says more.
+    fn fitted(&self, own: &Fitted) -> Fitted {
+        let fit = self.search.fit(own.stated.clone(), &own.theta, self.effort.options());
+        fit.ok().filter(|f| f.evidence(1.0) >= own.evidence(1.0)).unwrap_or_else(|| own.clone())
+    }
+
+    fn cause(&self, part: &Part<'_>) -> Result<Hypothesis, String> {
+        let FittedEffect { id, place, .. } = *part.effect;
+        let several = part.shape.pulses.len().min(PUSHES) > 1;
+        let times = if several { Times::Several } else { Times::Once };
+        let named = |h: &&Hypothesis| {
+            h.id == id && h.component == place && (!h.is_push() || h.times == times) && h.is_effect()
+        };
+        let found = self.search.causes.iter().find(named);
+        found.cloned().ok_or_else(|| format!("these recordings have no {id} at {place}"))
+    }
 }

@@ -1,20 +1,17 @@
-//! The gain of each input, recording by recording, before any cause is looked for: another unit, the opposite sign, a drive
-//! that is dead.
+//! The gain of each input, recording by recording, before any cause is looked for: another unit, the opposite sign.
 
-use trueup_identification::sensors::Sensors;
-
-use crate::engine::balance::Led;
-use crate::engine::problem::Compared;
+use super::acting::Acting;
+use super::dead;
 use crate::engine::search::Search;
 use crate::outcome::{Noticed, Severity};
 
 /// What a gain comes from that is near it. Fewer than between channels (`trueup_signals::check`), whose slopes are sharp: a gain of
 /// 6 or 10 may be a wrong parameter, so neither revolutions nor rpm are among them.
 const CAUSES: [(f64, &str); 5] = [
-    (1e-3, "thousandths were taken for units"),
-    (1e3, "units were taken for thousandths"),
-    (std::f64::consts::PI / 180.0, "degrees were taken for radians"),
-    (180.0 / std::f64::consts::PI, "radians were taken for degrees"),
+    (1e-3, "thousandths were interpreted as units"),
+    (1e3, "units were interpreted as thousandths"),
+    (std::f64::consts::PI / 180.0, "degrees were interpreted as radians"),
+    (180.0 / std::f64::consts::PI, "radians were interpreted as degrees"),
     (-1.0, "it had the opposite sign"),
 ];
 /// As near to it (logarithm of a factor of 3): what is missing besides moves the gain. Causes are a factor of 17 apart.
@@ -25,8 +22,6 @@ const PARTS: usize = 8;
 const SURE: f64 = 4.0;
 /// A sign is told where the gain leaves less than this of what is missed with the gain as recorded (as powers).
 const LEFT: f64 = 0.5;
-/// Times what is missed elsewhere that is missed where a drive is dead, root mean square.
-const DEAD: f64 = 3.0;
 
 /// The gain of an input in a recording, by least squares of the accelerations that the nominal model misses.
 #[derive(Clone, Copy, Debug)]
@@ -76,28 +71,31 @@ struct Seen<'a> {
     /// Power of what it does there, over that of what the readings accelerate.
     acts: f64,
     gain: Option<Gain>,
-    /// It has one value all along.
-    constant: bool,
-    /// What the model misses where it acts most, root mean square.
-    missed: f64,
-    /// What the readings accelerate there.
-    moved: f64,
 }
 
-/// Says which inputs are in another unit, have the opposite sign or are dead: recording by recording where the others tell
-/// otherwise, else of the case. Those held out are looked at as well, for nothing is fitted here.
+/// Says which channels are dead and which inputs are in another unit or have the opposite sign: recording by recording where the
+/// others tell otherwise, else of the case. Those held out are looked at as well, for nothing is fitted here.
 pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
-    let names = search.case.subject.inputs();
-    let runs: Vec<(&Led, &Compared)> =
-        search.led.iter().zip(search.case.train.iter().chain(&search.case.holdout)).collect();
-    let recorded = |input: &usize| runs.iter().any(|r| !r.0.inputs[*input].is_empty());
+    let subject = &search.case.subject;
+    let names = subject.inputs();
+    let all = Acting::all(search);
+    let dead = dead::channels(&all, &names, &subject.outputs());
+    // A drive in thousandths is nearly quiet as well.
+    if dead.iter().any(|d| d.constant) {
+        return dead.into_iter().map(|d| d.finding).collect();
+    }
+    let scaled = scaled(&all, &names);
+    if scaled.is_empty() { dead.into_iter().map(|d| d.finding).collect() } else { scaled }
+}
+
+fn scaled(runs: &[Acting<'_>], names: &[String]) -> Vec<Noticed> {
+    let recorded = |input: &usize| runs.iter().any(|r| !r.led.inputs[*input].is_empty());
     let recorded: Vec<usize> = (0..names.len()).filter(recorded).collect();
     let each = recorded.iter().map(|input| vec![*input]);
     // All of them alike first: those of one drive are in one unit.
     let all = (recorded.len() > 1).then(|| recorded.clone());
     for inputs in all.into_iter().chain(each) {
-        let all: Vec<Seen<'_>> =
-            runs.iter().filter_map(|(led, run)| seen(search, led, run, &inputs)).flatten().collect();
+        let all: Vec<Seen<'_>> = runs.iter().filter_map(|run| seen(run, &inputs)).flatten().collect();
         // Where it acts most over all recordings: one that is dead acts nowhere.
         let acts = |output: usize| all.iter().filter(|s| s.output == output).map(|s| s.acts).sum::<f64>();
         let Some(at) = all.iter().map(|s| s.output).max_by(|a, b| acts(*a).total_cmp(&acts(*b))) else {
@@ -122,51 +120,23 @@ pub fn mistaken(search: &Search<'_>) -> Vec<Noticed> {
     Vec::new()
 }
 
-fn seen<'a>(search: &Search<'_>, led: &'a Led, run: &Compared, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
-    let case = search.case;
-    if inputs.iter().any(|i| led.inputs[*i].is_empty()) {
-        return None;
-    }
-    let sizes = case.model.sizes();
-    let (links, sensors) =
-        (led.links(&case.model, &case.coordinates), Sensors::none(sizes.inputs, sizes.outputs));
-    let mut p = case.nominal.clone();
-    run.known.iter().for_each(|(i, v)| p[*i] = *v);
-    let missing = |led: &Led| led.missing(&case.model, &links, &p, &sensors).ok();
-    let mut silent = led.clone();
-    inputs.iter().for_each(|i| silent.inputs[*i].fill(0.0));
-    let (with, without) = (missing(led)?, missing(&silent)?);
+fn seen<'a>(run: &Acting<'a>, inputs: &[usize]) -> Option<Vec<Seen<'a>>> {
+    let led = run.led;
+    let (with, without) = (&run.with, run.without(inputs)?);
     let counts = led.counts.clone();
     let square = |x: &[f64]| x[counts.clone()].iter().map(|x| x * x).sum::<f64>();
     let along = |c: usize| -> Vec<f64> { with[c].iter().zip(&without[c]).map(|(a, b)| a - b).collect() };
-    let rms = |x: &[f64]| (square(x) / counts.len().max(1) as f64).sqrt();
-    let still = |input: &usize| led.inputs[*input].iter().all(|u| *u == led.inputs[*input][0]);
-    let constant = inputs.iter().all(still);
     let one = |at: usize| Seen {
         name: &led.name,
         output: led.channels[at].output,
         acts: square(&along(at)) / square(&led.channels[at].ddy).max(f64::MIN_POSITIVE),
         gain: Gain::new(&without[at][counts.clone()], &along(at)[counts.clone()]),
-        constant,
-        missed: rms(&with[at]),
-        moved: rms(&led.channels[at].ddy),
     };
     Some((0..with.len()).map(one).collect())
 }
 
 /// Files with what is wrong in them.
 fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
-    let dead = dead(seen);
-    if !dead.is_empty() {
-        let text = |s: &&Seen<'_>| {
-            let text = format!(
-                "{called}: it has one value all along while the motor moves as under a drive: the channel is dead; look at the \
-                 logger, and leave the recording out"
-            );
-            (s.name.to_owned(), text)
-        };
-        return dead.iter().map(text).collect();
-    }
     let gains: Vec<(&str, Gain)> = seen.iter().filter_map(|s| Some((s.name, s.gain?))).collect();
     // Beside what others tell a gap in the model, which all have, drops out.
     let usual = |own: usize| {
@@ -202,19 +172,6 @@ fn judged(seen: &[Seen<'_>], called: &str) -> Vec<(String, String)> {
         Some(((*name).to_owned(), text))
     };
     gains.iter().enumerate().filter_map(one).collect()
-}
-
-/// Recordings whose drive has one value all along, and in which the model misses far more than where it has not; where it has
-/// one in all, more than the readings accelerate.
-fn dead<'a, 'b>(seen: &'b [Seen<'a>]) -> Vec<&'b Seen<'a>> {
-    let (still, live): (Vec<_>, Vec<_>) = seen.iter().partition(|s| s.constant);
-    let mut usual: Vec<f64> = live.iter().map(|s| s.missed).collect();
-    usual.sort_by(f64::total_cmp);
-    let lacks = |s: &&Seen<'_>| match usual.get(usual.len() / 2) {
-        Some(usual) => s.missed > DEAD * usual && s.missed > 0.5 * s.moved,
-        None => s.missed > s.moved,
-    };
-    still.into_iter().filter(lacks).collect()
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@
 pub(super) fn words(said: &str) -> String {
     let depth: Option<usize> = said.split(':').next().and_then(|d| d.parse().ok());
     match depth {
-        None if said.starts_with("exchanged") => "trying other causes in the place of each".to_owned(),
+        None if said.starts_with("exchanged") => "trying other causes instead of each".to_owned(),
         None => "looking at every cause alone".to_owned(),
         Some(1) => "looking at causes in pairs".to_owned(),
         Some(n) => format!("looking at sets of {} causes", n.saturating_add(1)),
@@ -28,7 +28,7 @@ mod tests {
             "looking at every cause alone",
             "looking at causes in pairs",
             "looking at sets of 3 causes",
-            "trying other causes in the place of each",
+            "trying other causes instead of each",
         ];
         assert_eq!(told, expected);
     }

@@ -11,6 +11,7 @@ use trueup_models::joint::TwoMassJoint;
 
 use super::claim::{candidates, effects, indistinguishable};
 use super::estimate::Estimated;
+use super::innovations::Judged;
 use crate::engine::decide::{Free, LeftOut, Ran, Thresholds, decide};
 use crate::engine::hypothesis::{Claim, Hypothesis, Times};
 use crate::engine::search::{Fitted, Octave, Stated};
@@ -31,9 +32,12 @@ pub struct Record {
     pub schema: String,
     /// The plant is an arm, no joint.
     pub arm: bool,
-    /// A filter's innovations decided, of which nothing is kept here.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub filter: bool,
+    /// The innovations engine decided, from this; `None`: balances and free runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub innovations: Option<Judged>,
+    /// Why balances decided where the innovations engine would have.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instead: Option<String>,
     /// Excess of the nominal model as it is: power over that of a perfect model, less 1.
     #[serde(deserialize_with = "number")]
     pub raw_excess: f64,
@@ -163,7 +167,8 @@ impl Record {
         Self {
             schema: SCHEMA.into(),
             arm: plant == Plant::Arm,
-            filter: false,
+            innovations: None,
+            instead: None,
             raw_excess,
             free,
             one_sensor: ran.one_sensor(),
@@ -192,10 +197,8 @@ impl Record {
     /// # Errors
     /// An effect that the library has not, or a verdict that was not made from what is kept.
     pub fn decide(&self, limits: &Thresholds) -> Result<Again, String> {
-        if self.filter {
-            return Err(
-                "the filter decided it, and what it decided from is not kept: run the diagnosis again".into(),
-            );
+        if self.innovations.is_some() {
+            return Err("the innovations engine decided it, by evidences that these thresholds do not judge: run the diagnosis again".into());
         }
         let plant = if self.arm { Plant::Arm } else { Plant::Joint };
         let sets: Result<_, String> = self.sets.iter().map(|s| s.fitted(plant)).collect();

@@ -30,7 +30,9 @@ fn one(u: &Unknown, x: f64, doubt: Option<f64>) -> Option<Noticed> {
     let share = 100.0 * (moved.exp() - 1.0);
     let which = if share > 0.0 { "larger" } else { "smaller" };
     let of = match doubt {
-        Some(d) => format!("{times:.0} times the doubt of {} % that the case has of it", 100.0 * d),
+        Some(d) => {
+            format!("{times:.0} times the standard deviation of {} % that the case gives it", 100.0 * d)
+        }
         None => "which the case holds to be known".to_owned(),
     };
     Some(Noticed {
@@ -71,7 +73,7 @@ mod tests {
             "{told}"
         );
         let told = at(1.9, Some(0.05)).unwrap();
-        assert!(told.contains("90 % larger, 13 times the doubt of 5 %"), "{told}");
+        assert!(told.contains("90 % larger, 13 times the standard deviation of 5 %"), "{told}");
         assert_eq!((at(0.95, None), at(1.5, Some(0.05))), (None, None));
     }
 }

@@ -10,6 +10,7 @@
 
 mod advance;
 mod input;
+mod led;
 mod links;
 mod pace;
 mod reversal;
@@ -32,7 +33,8 @@ use super::problem::Target;
 use super::subject::Model;
 use advance::{Context, Work};
 use input::{averaged, lag};
-pub use links::{Leading, Links};
+pub use led::{Leading, Led, Smooth};
+pub use links::Links;
 use trueup_identification::sizes::rates;
 
 /// What forms of laws may err by, relative to the terms of the balance.
@@ -41,64 +43,6 @@ pub const FORM_ERROR: f64 = 3e-4;
 const KERNEL: f64 = 1.5;
 /// Shortest steps of integration along the recording, s: behind a gear modes are faster than on an air-bearing table.
 pub const PART: [f64; 2] = [2.5e-3, 5e-3];
-
-/// A channel smoothed: itself and its derivatives on the grid.
-#[derive(Clone, Debug)]
-pub struct Smooth {
-    /// Its output.
-    pub output: usize,
-    /// Standard deviation of a reading.
-    pub sigma: f64,
-    /// Standard deviation of it smoothed.
-    pub smooth_sigma: f64,
-    /// Standard deviation of its smoothed rate.
-    pub rate_sigma: f64,
-    /// Reading as it is, and its rate (of a velocity: itself) through a narrow kernel: what enters the model.
-    pub enters: [Vec<f64>; 2],
-    /// Reading.
-    pub y: Vec<f64>,
-    /// First derivative.
-    pub dy: Vec<f64>,
-    /// Second derivative.
-    pub ddy: Vec<f64>,
-}
-
-/// One recording on its grid.
-#[derive(Clone, Debug)]
-pub struct Led {
-    /// Of the recording.
-    pub name: String,
-    /// Step of the grid, s.
-    pub step: f64,
-    /// Shortest step of integration, s.
-    pub part: f64,
-    /// Instants, s.
-    pub t: Vec<f64>,
-    /// Per channel.
-    pub channels: Vec<Smooth>,
-    /// Per input of the model; empty: 0.
-    pub inputs: Vec<Vec<f64>>,
-    /// Deviation of the kernel, in steps.
-    pub kernel: f64,
-    /// First and last instant that count.
-    pub counts: std::ops::Range<usize>,
-    /// What each residual stands for.
-    pub parts: Vec<octaves::Part>,
-    /// By octave: the lower triangle that makes the channels' values independent and of
-    /// deviation 1, row by row.
-    pub whiten: Vec<Vec<f64>>,
-    /// By octave the share of its values that count: a law's form errs alike in all that are fast.
-    pub share: Vec<f64>,
-    /// Deviation of each channel by octave.
-    pub floors: Vec<Vec<f64>>,
-    /// Who leads it.
-    pub leading: Leading,
-    /// Instants at a reversal of something with dry friction: they do not count.
-    pub reversal: Vec<bool>,
-    /// Channels that showed it, as they lead the model as it is: in a set where a joint gives way they may lead nothing that has
-    /// friction.
-    pub turning: Vec<usize>,
-}
 
 /// The kernel for recordings, in steps of their grids: one for all, since what noise leaves depends on it. Velocities come
 /// to about 2 % of what they are typically.
@@ -405,6 +349,11 @@ impl Led {
     /// Whether a channel is looked at as one that leads its coordinate: as its acceleration.
     fn as_lead(&self, links: &Links, coordinate: usize, channel: usize) -> bool {
         links.lead_of(coordinate) == Some(channel) || self.leading.apart.contains(&channel)
+    }
+
+    /// Whether a channel is compared as an acceleration, not by its readings.
+    pub fn shows_acceleration(&self, links: &Links, channel: usize) -> bool {
+        matches!(links.shows[channel], Some((i, ..)) if links.leads[i].is_some() && self.as_lead(links, i, channel))
     }
 
     /// Octaves of what is missing, in units of their floors; the channels of one part after each other.

@@ -2,6 +2,7 @@
 
 pub mod balance;
 mod believing;
+mod compared;
 pub mod coordinate;
 pub mod decide;
 pub mod floors;

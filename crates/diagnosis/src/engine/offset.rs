@@ -2,7 +2,7 @@
 
 use super::unknown::Prior;
 use trueup_identification::run::Channel;
-use trueup_identification::sensors::Figure;
+use trueup_identification::sensor_unknowns::Figure;
 use trueup_identification::unknown::Scale;
 use trueup_signals::Guess;
 

@@ -14,50 +14,10 @@ use trueup_plant::{LANES, Lanes};
 use trueup_signals::Guess;
 
 use super::balance::{Led, Links};
+pub use super::compared::Compared;
+use super::compared::MOST_STEPS;
 use super::subject::Model;
 pub use super::unknown::{Target, Unknown};
-
-/// A model that needs more steps than this between two readings is too stiff to be looked at.
-const MOST_STEPS: f64 = 60.0;
-
-/// A recording ready to be compared.
-#[derive(Clone, Debug)]
-pub struct Compared {
-    /// Inputs and readings.
-    pub run: Run,
-    /// Parameters that hold for this recording: first states.
-    pub known: Vec<(usize, f64)>,
-    plan: Plan,
-}
-
-impl Compared {
-    /// Of a plant with `inputs` inputs.
-    pub fn new(run: Run, known: Vec<(usize, f64)>, inputs: usize) -> Self {
-        let plan = Plan::new(&run, inputs).within(MOST_STEPS);
-        Self { run, known, plan }
-    }
-    /// The first share of it.
-    pub fn until(&self, share: f64, inputs: usize) -> Self {
-        let mut run = self.run.clone();
-        let last = run.channels.iter().filter_map(|c| c.t.last()).fold(run.start, |a, t| a.max(*t));
-        let end = run.start + share * (last - run.start);
-        for channel in &mut run.channels {
-            let kept = channel.t.partition_point(|t| *t <= end);
-            channel.t.truncate(kept);
-            channel.y.truncate(kept);
-            channel.spread.truncate(kept);
-        }
-        Self::new(run, self.known.clone(), inputs)
-    }
-    /// How many readings there are.
-    pub fn len(&self) -> usize {
-        self.plan.len()
-    }
-    /// None.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
 
 /// Columns of a Jacobian with the unknown that each belongs to.
 type Columns = Vec<(usize, Vec<f64>)>;
@@ -479,30 +439,5 @@ impl Problem for Comparison<'_> {
             }
         }
         Ok(Evaluation { residuals, jacobian: columns })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Compared;
-    use trueup_identification::run::{Channel, Run};
-
-    /// Channels may be read at different rates, and a recording may begin late.
-    #[test]
-    fn the_first_share_of_a_recording_ends_where_that_share_of_its_time_does() {
-        let channel = |output, n: u32, h: f64| Channel {
-            output,
-            t: (0..n).map(|k| 2.0 + f64::from(k) * h).collect(),
-            y: (0..n).map(f64::from).collect(),
-            spread: vec![1.0; if output == 0 { n as usize } else { 0 }],
-            ..Channel::default()
-        };
-        let run =
-            Run { channels: vec![channel(0, 11, 1.0), channel(1, 3, 4.0)], start: 2.0, ..Run::default() };
-        let half = Compared::new(run, vec![(3, 0.5)], 1).until(0.5, 1);
-        let kept: Vec<&[f64]> = half.run.channels.iter().map(|c| &*c.y).collect();
-        assert_eq!(kept, [&[0.0, 1.0, 2.0, 3.0, 4.0, 5.0][..], &[0.0, 1.0]]);
-        assert_eq!([half.run.channels[0].spread.len(), half.run.channels[1].spread.len()], [6, 0]);
-        assert_eq!((half.len(), half.known), (8, vec![(3, 0.5)]));
     }
 }

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use rand::Rng;
 use trueup_identification::model::{ModelError, Quantity, has_fixed_base};
 use trueup_identification::run::{Between, Channel, Drive, Run};
-use trueup_identification::sensors::{Figure, Of, Sought, sought};
+use trueup_identification::sensor_unknowns::{Figure, Of, Sought, sought};
 use trueup_identification::unknown::Scale;
 use trueup_models::{arm, effect, joint};
 use trueup_signals::noise;

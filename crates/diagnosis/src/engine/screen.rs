@@ -1,6 +1,7 @@
 //! The screen: what each cause, and each pair of causes, would explain, from a few simulations and a linear fit.
 
 mod look;
+mod looked;
 mod pair;
 mod projection;
 
@@ -13,7 +14,8 @@ use super::problem::Unknown;
 use super::push::{Stretch, filled};
 use super::search::{Fitted, Search, Stated};
 use super::unknown::WRONG;
-use look::{Beside, Looked};
+use look::Beside;
+use looked::Looked;
 pub use pair::Pair;
 use projection::Projection;
 use trueup_numerics::order::descending;

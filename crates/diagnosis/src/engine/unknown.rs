@@ -1,6 +1,5 @@
 //! What is unknown of a model and its recordings, and what is believed of it.
 
-pub use trueup_estimation::unknown::Target;
 use trueup_identification::unknown::Scale;
 
 /// Doubt of a parameter that its owner holds to be known.
@@ -8,6 +7,54 @@ pub const KNOWN: f64 = 0.01;
 
 /// Doubt of one that a hypothesis holds to be wrong, of its logarithm.
 pub const WRONG: f64 = 0.5;
+
+/// What an unknown sets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Target {
+    /// This parameter of the model.
+    Parameter(usize),
+    /// By how much parameter `at` exceeds parameter `base`.
+    Above {
+        /// Which parameter.
+        at: usize,
+        /// The one that it is compared with.
+        base: usize,
+    },
+    /// A constant error of the readings of this output.
+    Offset(usize),
+    /// By how many times the readings of this output are too large.
+    Gain(usize),
+    /// A constant error of the readings of this input.
+    InputOffset(usize),
+    /// By how many times the readings of this input are too large.
+    InputGain(usize),
+    /// By how many seconds the readings of this output are late.
+    SensorDelay(usize),
+    /// By how many seconds this input acts late.
+    InputDelay(usize),
+    /// Time constant of a first-order lag of this input, s.
+    InputLag(usize),
+    /// By how many seconds the readings of this output are late, whatever they are believed to be.
+    Delay(usize),
+    /// The same of an input.
+    InputReadingDelay(usize),
+}
+
+impl Target {
+    /// It is of a sensor: its readings are gain x value + offset.
+    pub fn is_of_sensor(self) -> bool {
+        matches!(self, Self::Offset(_) | Self::Gain(_) | Self::InputOffset(_) | Self::InputGain(_))
+    }
+    /// It changes when things happen.
+    pub fn shifts(self) -> bool {
+        match self {
+            Self::SensorDelay(_) | Self::InputDelay(_) | Self::InputLag(_) => true,
+            Self::Delay(_) | Self::InputReadingDelay(_) => true,
+            Self::Parameter(_) | Self::Above { .. } | Self::Offset(_) | Self::Gain(_) => false,
+            Self::InputOffset(_) | Self::InputGain(_) => false,
+        }
+    }
+}
 
 /// One unknown.
 #[derive(Clone, Debug)]

@@ -58,7 +58,7 @@ pub struct AppliedLaw {
     pub spring: Option<usize>,
 }
 
-/// The part of recording `recording` of up to [`LANES`] columns beside each other.
+/// The part of recording `recording` of up to [`LANES`] columns next to each other.
 pub fn beside(columns: &[&Column], recording: usize, coordinates: usize, channels: usize) -> LaneBlock {
     let mut block = LaneBlock { forces: vec![Vec::new(); coordinates], readings: vec![Vec::new(); channels] };
     for (lane, column) in columns.iter().take(LANES).enumerate() {

@@ -10,7 +10,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::gram::BaseGram;
 use super::numeric::median;
 
-/// Relative step of a parameter up to which its column is believed.
+/// Relative step of a parameter up to which its column is used.
 pub const TRUST: f64 = 0.3;
 /// How fast evidence falls beyond: one of these is half a nat.
 const BEYOND: f64 = 0.02;
@@ -70,7 +70,7 @@ pub fn log_evidence(g: &BaseGram, priors: &AmplitudePriors) -> SetEvidence {
     let squares = g.product(0, 0) + prior - explained;
     let volume: f64 = (0..n).map(|i| factor.l_dirty()[(i, i)].ln() + scale[i].ln()).sum();
     let width: f64 = weight.iter().map(|w| w.ln()).sum();
-    let mut log = -0.5 * (squares + g.log_variance) - volume + 0.5 * width;
+    let mut log = -0.5 * (squares + g.log_variance) - volume + 0.5 * width; // (EST-5)
     // A longer step of a parameter was linearised elsewhere; all together change nothing, hence the median.
     let steps = &amplitudes[..priors.parameters];
     let middle = if steps.len() > 2 { median(steps.to_vec()) } else { 0.0 };

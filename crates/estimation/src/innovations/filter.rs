@@ -1,14 +1,16 @@
 //! Gains once for all columns, then a pass of the same gains for each column.
 //!
 //! Readings of a node are taken one after the other. Column 0, what was read, passes in double precision; the others pass
-//! beside each other in single precision, [`LANES`] at a time.
+//! next to each other in single precision, [`LANES`] at a time.
 
 use std::rc::Rc;
+
+use pulp::Simd;
 
 use super::kernel::{SizeError, SizedKernel, run};
 use super::linear::{PlantStep, ReadingRows};
 
-/// Columns that pass beside each other.
+/// Columns that pass next to each other.
 pub const LANES: usize = 16;
 
 /// A linear system along a recording.
@@ -47,7 +49,7 @@ pub struct FilterGains<'a> {
     pub gain: Rc<[f64]>,
     /// Variance of each innovation; 1 without a reading.
     pub variance: Rc<[f64]>,
-    /// Covariance of each node before its readings; empty unless asked for.
+    /// Covariance of each node before its readings; empty unless requested.
     pub predicted: Vec<f64>,
 }
 
@@ -154,7 +156,7 @@ struct Riccati<'a> {
 impl SizedKernel for Riccati<'_> {
     type Output = ();
     #[inline(always)]
-    fn run<const N: usize, const F: usize>(self) {
+    fn run<S: Simd, const N: usize, const F: usize>(self, _: S) {
         riccati::<N, F>(self);
     }
 }
@@ -223,13 +225,14 @@ fn riccati<const N: usize, const F: usize>(out: Riccati<'_>) {
                 }
             }
             let s = r + dot(&h, &g);
+            let inverse = 1.0 / s;
             let mut k = g;
             for i in 0..N {
-                k[i] /= s;
+                k[i] *= inverse;
             }
             for i in 0..N {
                 for j in 0..N {
-                    p[i][j] -= g[i] * g[j] / s;
+                    p[i][j] -= k[i] * g[j];
                 }
             }
             gain[N * at..N * (at + 1)].copy_from_slice(&k);
@@ -280,7 +283,7 @@ struct DataPass<'a> {
 impl SizedKernel for DataPass<'_> {
     type Output = ();
     #[inline(always)]
-    fn run<const N: usize, const F: usize>(self) {
+    fn run<S: Simd, const N: usize, const F: usize>(self, _: S) {
         pass_data::<N, F>(self.gains, self.data, self.out);
     }
 }
@@ -306,7 +309,7 @@ fn pass_data<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataCol
                 x[i] += gain[i] * e;
             }
             if input.counted[at] {
-                out[at] = e / g.variance[at].sqrt();
+                out[at] = e / g.variance[at].sqrt(); // (EST-3)
             }
         }
         before = now;
@@ -325,109 +328,144 @@ pub struct LaneBlock {
     pub readings: Vec<Vec<Lane>>,
 }
 
-/// Whitened innovations of a block of columns, by node and channel; 0 where nothing counts.
+/// A block of columns that passes with gains of a recording.
+pub struct LaneStream<'a> {
+    /// Gains.
+    pub gains: &'a FilterGains<'a>,
+    /// Columns.
+    pub block: &'a LaneBlock,
+    /// Their whitened innovations, by node and channel; what was there before, where nothing counts.
+    pub out: &'a mut Vec<Lane>,
+}
+
+/// Passes streams of one recording, two beside each other: one alone would wait for its own results. They differ in their
+/// gains or in their columns.
 ///
 /// # Errors
 /// Where no kernel has these sizes.
-pub fn lane_innovations(
-    gains: &FilterGains<'_>,
-    block: &LaneBlock,
-    out: &mut Vec<Lane>,
-) -> Result<(), SizeError> {
-    out.clear();
-    out.resize(gains.variance.len(), [0.0; LANES]);
-    run(gains.input.size(), gains.input.forces, LanePass { gains, block, out })
+pub fn pass_streams(streams: &mut [LaneStream<'_>]) -> Result<(), SizeError> {
+    for some in streams.chunks_mut(2) {
+        some.iter_mut().for_each(|s| s.out.resize(s.gains.variance.len(), [0.0; LANES]));
+        let (size, forces) = (some[0].gains.input.size(), some[0].gains.input.forces);
+        match some {
+            [a, b] => run(size, forces, LanePass([a, b]))?,
+            [a] => run(size, forces, LanePass([a]))?,
+            _ => {}
+        }
+    }
+    Ok(())
 }
 
-struct LanePass<'a> {
-    gains: &'a FilterGains<'a>,
-    block: &'a LaneBlock,
-    out: &'a mut [Lane],
-}
+struct LanePass<'a, 'b, const K: usize>([&'a mut LaneStream<'b>; K]);
 
-impl SizedKernel for LanePass<'_> {
+impl<const K: usize> SizedKernel for LanePass<'_, '_, K> {
     type Output = ();
     #[inline(always)]
-    fn run<const N: usize, const F: usize>(self) {
-        pass_lanes::<N, F>(self.gains, self.block, self.out);
+    fn run<S: Simd, const N: usize, const F: usize>(mut self, simd: S) {
+        for part in 0..LANES / S::F32_LANES {
+            pass_lanes::<S, N, F, K>(simd, &mut self.0, part);
+        }
     }
 }
 
+/// `sum` plus `factor` times `x`, not fused.
 #[inline(always)]
-fn add(sum: &mut Lane, factor: f32, x: &Lane) {
-    for l in 0..LANES {
-        sum[l] += factor * x[l];
-    }
+fn plus<S: Simd>(simd: S, sum: S::f32s, factor: f64, x: S::f32s) -> S::f32s {
+    simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(factor as f32), x))
+}
+
+/// A part of the lanes of a node, as wide as the vectors of the processor.
+#[inline(always)]
+fn lanes_of<S: Simd>(simd: S, all: &[Lane], node: usize, part: usize) -> S::f32s {
+    if all.is_empty() { simd.splat_f32s(0.0) } else { S::as_simd_f32s(&all[node]).0[part] }
 }
 
 #[inline(always)]
-fn lane_of(all: &[Lane], node: usize) -> Lane {
-    if all.is_empty() { [0.0; LANES] } else { all[node] }
-}
-
-#[inline(always)]
-fn pass_lanes<const N: usize, const F: usize>(g: &FilterGains<'_>, block: &LaneBlock, out: &mut [Lane]) {
-    let input = &g.input;
+fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
+    simd: S,
+    streams: &mut [&mut LaneStream<'_>; K],
+    part: usize,
+) {
+    let gains: [&FilterGains<'_>; K] = core::array::from_fn(|s| streams[s].gains);
+    let blocks: [&LaneBlock; K] = core::array::from_fn(|s| streams[s].block);
+    let input = &gains[0].input;
     let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
-    let (mut z, mut before) = ([[0f32; LANES]; N], [[0f32; LANES]; F]);
+    let zero = simd.splat_f32s(0.0);
+    let (mut z, mut before) = ([[zero; N]; K], [[zero; F]; K]);
     for t in 0..input.mode.len() {
         if t > 0 {
-            let (a, b) = &steps[usize::from(input.mode[t - 1])];
-            let mut next = [[0f32; LANES]; N];
-            for i in 0..N {
-                // Latent forces follow nothing but themselves.
-                if i >= N - F {
-                    add(&mut next[i], a[i][i] as f32, &z[i]);
-                    continue;
-                }
-                // Two chains of sums wait for each other less than one.
-                let mut other = [0f32; LANES];
-                for k in 0..F {
-                    add(&mut other, b[i][k] as f32, &before[k]);
-                }
-                for k in 0..N / 2 {
-                    add(&mut next[i], a[i][k] as f32, &z[k]);
-                    add(&mut other, a[i][N / 2 + k] as f32, &z[N / 2 + k]);
-                }
-                add(&mut next[i], 1.0, &other);
+            let step = &steps[usize::from(input.mode[t - 1])];
+            for s in 0..K {
+                z[s] = moved_lanes(simd, step, &z[s], &before[s]);
             }
-            z = next;
         }
-        let mut now = [[0f32; LANES]; F];
-        for k in 0..F {
-            now[k] = lane_of(&block.forces[k], t);
+        let mut now = [[zero; F]; K];
+        for s in 0..K {
+            for k in 0..F {
+                now[s][k] = lanes_of(simd, &blocks[s].forces[k], t, part);
+            }
         }
         for c in 0..input.channels {
             let at = input.channels * t + c;
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let mut e = lane_of(&block.readings[c], t);
-            let direct: [f64; F] = row(&input.rows.direct, at);
-            let (h, gain): ([f64; N], [f64; N]) = (row(&input.rows.h, at), row(&g.gain, at));
-            for k in 0..F {
-                let half = (0.5 * direct[k]) as f32;
-                if half != 0.0 {
-                    add(&mut e, half, &now[k]);
-                    add(&mut e, half, &before[k]);
+            let (direct, h): ([f64; F], [f64; N]) = (row(&input.rows.direct, at), row(&input.rows.h, at));
+            for s in 0..K {
+                let mut e = lanes_of(simd, &blocks[s].readings[c], t, part);
+                for k in 0..F {
+                    if direct[k] != 0.0 {
+                        e = plus(simd, e, 0.5 * direct[k], now[s][k]);
+                        e = plus(simd, e, 0.5 * direct[k], before[s][k]);
+                    }
                 }
-            }
-            let mut other = [0f32; LANES];
-            for i in 0..N / 2 {
-                add(&mut e, h[i] as f32, &z[i]);
-                add(&mut other, h[N / 2 + i] as f32, &z[N / 2 + i]);
-            }
-            add(&mut e, 1.0, &other);
-            for i in 0..N {
-                add(&mut z[i], -gain[i] as f32, &e);
-            }
-            if input.counted[at] {
-                let r = (1.0 / g.variance[at].sqrt()) as f32;
-                for l in 0..LANES {
-                    out[at][l] = e[l] * r;
+                let mut other = zero;
+                for i in 0..N / 2 {
+                    e = plus(simd, e, h[i], z[s][i]);
+                    other = plus(simd, other, h[N / 2 + i], z[s][N / 2 + i]);
+                }
+                e = simd.add_f32s(e, other);
+                let gain: [f64; N] = row(&gains[s].gain, at);
+                for i in 0..N {
+                    z[s][i] = plus(simd, z[s][i], -gain[i], e);
+                }
+                if input.counted[at] {
+                    // (EST-4)
+                    let whitened = simd.splat_f32s((1.0 / gains[s].variance[at].sqrt()) as f32);
+                    S::as_mut_simd_f32s(&mut streams[s].out[at]).0[part] = simd.mul_f32s(e, whitened);
                 }
             }
         }
         before = now;
     }
+}
+
+/// States of lanes one step on.
+#[inline(always)]
+fn moved_lanes<S: Simd, const N: usize, const F: usize>(
+    simd: S,
+    (a, b): &(Square<N>, [[f64; F]; N]),
+    z: &[S::f32s; N],
+    before: &[S::f32s; F],
+) -> [S::f32s; N] {
+    let zero = simd.splat_f32s(0.0);
+    let mut next = [zero; N];
+    for i in 0..N {
+        // Latent forces follow nothing but themselves.
+        if i >= N - F {
+            next[i] = plus(simd, zero, a[i][i], z[i]);
+            continue;
+        }
+        // Two chains of sums wait for each other less than one.
+        let mut other = zero;
+        for k in 0..F {
+            other = plus(simd, other, b[i][k], before[k]);
+        }
+        for k in 0..N / 2 {
+            next[i] = plus(simd, next[i], a[i][k], z[k]);
+            other = plus(simd, other, a[i][N / 2 + k], z[N / 2 + k]);
+        }
+        next[i] = simd.add_f32s(next[i], other);
+    }
+    next
 }

@@ -2,10 +2,11 @@
 
 use std::rc::Rc;
 
+use super::bank::gains_of_bank;
 use super::column::{AppliedLaw, Column, OwnForces};
 use super::evidence::{AmplitudePriors, SetEvidence, log_evidence};
 use super::filter::{DataColumn, FilterGains, FilterInput};
-use super::gram::{GroupGram, GroupSums, PackedColumns, PassedBase};
+use super::gram::{BaseGram, GroupGram, GroupSums, PackedColumns, PassedBase};
 use super::intake::{NodeIntake, input_force};
 use super::kernel::SizeError;
 use super::linear::{Feedback, LinearPoint, PlantStep, ReadingRows};
@@ -47,7 +48,7 @@ pub struct InnovationsFrame {
     pub release: f64,
     /// Speed that is reached or exceeded 3 % of the time, rad/s.
     pub usual_speed: f64,
-    /// Least speed that the encoder tells from rest, rad/s.
+    /// Least speed that the encoder distinguishes from rest, rad/s.
     pub least_rest: f64,
     /// Tangent of the laws in force.
     pub feedback: Feedback,
@@ -132,16 +133,16 @@ impl InnovationsFrame {
         let dt = self.runs[recording].dt;
         SignRule { rest: self.rest, level: self.dry_level(), drive: drive * largest, dt }
     }
-    /// Signs anew from the speed of the readings.
+    /// Signs again from the speed of the readings.
     pub fn signs_from_readings(&mut self) {
         self.set_signs(|r| r.speed.clone());
     }
-    /// Signs anew from the smoothed speed.
+    /// Signs again from the smoothed speed.
     pub fn signs_from_states(&mut self) {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         self.set_signs(|r| r.state(velocity));
     }
-    /// Signs anew from the smoothed speed of another frame of the same recordings, with its misplaced events.
+    /// Signs again from the smoothed speed of another frame of the same recordings, with its misplaced events.
     pub fn signs_along(&mut self, other: &Self) {
         let velocity = self.plant.coordinates()[self.driven()].velocity;
         for k in 0..self.runs.len() {
@@ -250,7 +251,7 @@ impl InnovationsFrame {
         })
     }
 
-    /// What pushes a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
+    /// The forces on a recording: inputs, dry friction, and the laws in hand as far as they are no tangent.
     fn known(&self, recording: usize, own: Option<&OwnForces>) -> Vec<Vec<f64>> {
         let (r, raw) = (&self.runs[recording], &self.intake.recordings[recording]);
         let mut all = vec![vec![0.0; r.nodes]; self.coordinates()];
@@ -328,22 +329,50 @@ impl InnovationsFrame {
         (PackedColumns::new(self.data(), &columns, self.channels()), priors)
     }
 
+    /// Passes a base at each of these intensities.
+    ///
+    /// # Errors
+    /// Where no filter was made for the plant's size.
+    pub fn pass_bank(
+        &mut self,
+        packed: &PackedColumns,
+        all: &[Vec<f64>],
+    ) -> Result<Vec<PassedBase>, SizeError> {
+        let mut passed: Vec<PassedBase> = all.iter().map(|_| PassedBase::default()).collect();
+        let grams = self.pass_each(packed, all, |k, gains, e| {
+            passed[k].gains.push((gains.gain.clone(), gains.variance.clone()));
+            passed[k].innovations.push(e.to_vec());
+        })?;
+        passed.iter_mut().zip(grams).for_each(|(p, gram)| p.gram = gram);
+        Ok(passed)
+    }
+
+    /// Matrices of a base at each of these intensities; `take` gets gains and innovations of each, recording by recording.
+    fn pass_each(
+        &mut self,
+        packed: &PackedColumns,
+        all: &[Vec<f64>],
+        mut take: impl FnMut(usize, &FilterGains<'_>, &[f64]),
+    ) -> Result<Vec<BaseGram>, SizeError> {
+        self.linearise();
+        let mut grams: Vec<BaseGram> = all.iter().map(|_| packed.nothing()).collect();
+        for k in 0..self.runs.len() {
+            let inputs = all.iter().map(|q| self.filter_input(k, q)).collect::<Result<_, _>>()?;
+            let gains = gains_of_bank(inputs)?;
+            packed.pass_base(k, &gains, &mut grams, |i, e| take(i, &gains[i], e))?;
+        }
+        Ok(grams.into_iter().map(BaseGram::mirrored).collect())
+    }
+
     /// Passes a base at these intensities.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
     pub fn pass_base(&mut self, packed: &PackedColumns, q: &[f64]) -> Result<PassedBase, SizeError> {
-        self.linearise();
-        let (mut gram, mut gains, mut innovations) = (packed.nothing(), Vec::new(), Vec::new());
-        for k in 0..self.runs.len() {
-            let g = self.gains(k, q, false)?;
-            innovations.push(packed.pass_base(k, &g, &mut gram)?);
-            gains.push((g.gain, g.variance));
-        }
-        Ok(PassedBase { gram: gram.mirrored(), gains, innovations })
+        Ok(self.pass_bank(packed, &[q.to_vec()])?.pop().unwrap_or_default())
     }
 
-    /// Gram matrices of groups beside a base that was passed at the same intensities.
+    /// Gram matrices of groups in addition to a base that was passed at the same intensities.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
@@ -364,16 +393,17 @@ impl InnovationsFrame {
         Ok(sums.done())
     }
 
-    /// Evidence of a base at these intensities.
+    /// Evidence of a base at each of these intensities.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
-    pub fn evidence_of(
+    pub fn evidences_of(
         &mut self,
         (packed, priors): &(PackedColumns, AmplitudePriors),
-        q: &[f64],
-    ) -> Result<SetEvidence, SizeError> {
-        Ok(log_evidence(&self.pass_base(packed, q)?.gram, priors))
+        all: &[Vec<f64>],
+    ) -> Result<Vec<SetEvidence>, SizeError> {
+        let grams = self.pass_each(packed, all, |_, _, _| ())?;
+        Ok(grams.iter().map(|gram| log_evidence(gram, priors)).collect())
     }
 
     /// Parameters and trajectory with which hypotheses begin.

@@ -9,9 +9,15 @@ use std::rc::Rc;
 use pulp::{Arch, Simd, WithSimd};
 
 use super::column::{self, Column};
-use super::filter::{DataColumn, FilterGains, LANES, Lane, LaneBlock, data_innovations, lane_innovations};
+use super::filter::{
+    DataColumn, FilterGains, LANES, Lane, LaneBlock, LaneStream, data_innovations, pass_streams,
+};
 use super::kernel::SizeError;
 
+/// Numbers that are summed beside each other.
+const STRIDE: usize = 8;
+/// Rows after which sums of a block go back to memory.
+const ROWS: usize = 32;
 /// Most columns of a group.
 pub const GROUP: usize = 4;
 
@@ -65,6 +71,10 @@ impl BaseGram {
         }
         self
     }
+    /// Columns of the base, filled up to whole vectors.
+    pub fn stride(&self) -> usize {
+        self.size.next_multiple_of(STRIDE)
+    }
     /// Product of two columns.
     pub fn product(&self, i: usize, j: usize) -> f64 {
         self.products[self.size * i + j]
@@ -75,13 +85,13 @@ impl BaseGram {
 pub type SharedGains = (Rc<[f64]>, Rc<[f64]>);
 
 /// Base of a pass at some intensities, kept for further groups.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct PassedBase {
     /// Its Gram matrix.
     pub gram: BaseGram,
     /// Gains of each recording.
     pub gains: Vec<SharedGains>,
-    /// Whitened innovations of each recording by reading, `gram.size` numbers each, data first.
+    /// Whitened innovations of each recording by reading, [`BaseGram::stride`] numbers each, data first.
     pub innovations: Vec<Vec<f64>>,
 }
 
@@ -113,34 +123,50 @@ impl PackedColumns {
         BaseGram { size, products: vec![0.0; size * size], ..BaseGram::default() }
     }
 
-    /// Adds a recording to the matrix of the base (its lower half); tells the innovations of data and base.
+    /// Adds a recording to the matrices of the base (their lower half), one for each of `gains`; `take` gets the innovations of
+    /// data and base for each, [`BaseGram::stride`] numbers a reading.
     ///
     /// # Errors
     /// Where no kernel has these sizes.
     pub fn pass_base(
         &self,
         recording: usize,
-        gains: &FilterGains<'_>,
-        sum: &mut BaseGram,
-    ) -> Result<Vec<f64>, SizeError> {
-        let size = sum.size;
-        let rows = gains.input.counted_rows();
-        let data = data_innovations(gains, &self.data[recording])?;
-        let mut e = vec![0.0; size * data.len()];
-        data.iter().enumerate().for_each(|(k, d)| e[size * k] = *d);
-        let mut lanes = Vec::new();
-        for (b, block) in self.base[recording].iter().enumerate() {
-            lane_innovations(gains, block, &mut lanes)?;
-            let width = (self.width - LANES * b).min(LANES);
-            for k in &rows {
-                let to = &mut e[size * k + 1 + LANES * b..][..width];
-                to.iter_mut().zip(&lanes[*k]).for_each(|(x, l)| *x = f64::from(*l));
+        gains: &[FilterGains<'_>],
+        sums: &mut [BaseGram],
+        mut take: impl FnMut(usize, &[f64]),
+    ) -> Result<(), SizeError> {
+        let Some(one) = gains.first() else { return Ok(()) };
+        let rows = one.input.counted_rows();
+        let size = self.width + 1;
+        let stride = self.nothing().stride();
+        let (mut lanes, mut e) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+        for (pair, (gains, sums)) in gains.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
+            for (gains, e) in gains.iter().zip(&mut e) {
+                let data = data_innovations(gains, &self.data[recording])?;
+                e.resize(stride * data.len(), 0.0);
+                rows.iter().for_each(|k| e[stride * k] = data[*k]);
+            }
+            for (b, block) in self.base[recording].iter().enumerate() {
+                let streams = gains.iter().zip(&mut lanes);
+                let mut streams: Vec<_> =
+                    streams.map(|(gains, out)| LaneStream { gains, block, out }).collect();
+                pass_streams(&mut streams)?;
+                let width = (self.width - LANES * b).min(LANES);
+                for (e, stream) in e.iter_mut().zip(&streams) {
+                    for k in &rows {
+                        let to = &mut e[stride * k + 1 + LANES * b..][..width];
+                        to.iter_mut().zip(&stream.out[*k]).for_each(|(x, l)| *x = f64::from(*l));
+                    }
+                }
+            }
+            for (k, ((sum, gains), e)) in sums.iter_mut().zip(gains).zip(&e).enumerate() {
+                vectorised(BaseSums { rows: &rows, e, size, products: &mut sum.products });
+                sum.log_variance += rows.iter().map(|k| gains.variance[*k].ln()).sum::<f64>();
+                sum.count += rows.len();
+                take(2 * pair + k, e);
             }
         }
-        vectorised(BaseSums { rows: &rows, e: &e, size, products: &mut sum.products });
-        sum.log_variance += rows.iter().map(|k| gains.variance[*k].ln()).sum::<f64>();
-        sum.count += rows.len();
-        Ok(e)
+        Ok(())
     }
 }
 
@@ -180,13 +206,23 @@ impl<'a> GroupSums<'a> {
     /// Where no kernel has these sizes.
     pub fn pass(&mut self, recording: usize, gains: &FilterGains<'_>, e: &[f64]) -> Result<(), SizeError> {
         let rows = gains.input.counted_rows();
-        let mut lanes = Vec::new();
-        for (b, groups) in self.blocks.iter().enumerate() {
-            let columns: Vec<&Column> = groups.iter().flat_map(|g| g.iter()).collect();
-            let block = column::beside(&columns, recording, self.packed.coordinates, self.packed.channels);
-            lane_innovations(gains, &block, &mut lanes)?;
-            let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b]);
-            vectorised(BlockSums { rows: &rows, e, lanes: &lanes, with_base, with_own });
+        let packed = self.packed;
+        let mut lanes = [Vec::new(), Vec::new()];
+        for (b, pair) in self.blocks.chunks(2).enumerate() {
+            let blocks: Vec<LaneBlock> = pair
+                .iter()
+                .map(|groups| {
+                    let columns: Vec<&Column> = groups.iter().flat_map(|g| g.iter()).collect();
+                    column::beside(&columns, recording, packed.coordinates, packed.channels)
+                })
+                .collect();
+            let streams = blocks.iter().zip(&mut lanes);
+            let mut streams: Vec<_> = streams.map(|(block, out)| LaneStream { gains, block, out }).collect();
+            pass_streams(&mut streams)?;
+            for (stream, b) in streams.iter().zip(2 * b..) {
+                let (with_base, with_own) = (&mut self.with_base[b][..], &mut self.with_own[b]);
+                vectorised(BlockSums { rows: &rows, e, lanes: &*stream.out, with_base, with_own });
+            }
         }
         Ok(())
     }
@@ -224,15 +260,26 @@ struct BaseSums<'a> {
 impl WithSimd for BaseSums<'_> {
     type Output = ();
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let size = self.size;
-        for k in self.rows {
-            let x = &self.e[size * k..size * (k + 1)];
-            for i in 0..size {
-                let sums = &mut self.products[size * i..size * i + i + 1];
-                for (s, y) in sums.iter_mut().zip(x) {
-                    *s += x[i] * y;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let (size, stride) = (self.size, self.size.next_multiple_of(STRIDE));
+        // Rows of the matrix in whole vectors; what is beyond the diagonal is not kept.
+        let mut sums = vec![simd.splat_f64s(0.0); size];
+        for first in (0..size).step_by(S::F64_LANES) {
+            for (i, sum) in sums.iter_mut().enumerate().skip(first) {
+                let end = (first + S::F64_LANES).min(size);
+                *sum = simd.partial_load_f64s(&self.products[size * i + first..size * i + end]);
+            }
+            for k in self.rows {
+                let x = &self.e[stride * k..stride * (k + 1)];
+                let y = S::as_simd_f64s(&x[first..]).0[0];
+                for (sum, x) in sums.iter_mut().zip(&x[..size]).skip(first) {
+                    *sum = simd.add_f64s(*sum, simd.mul_f64s(simd.splat_f64s(*x), y));
                 }
+            }
+            for (i, sum) in sums.iter().enumerate().skip(first) {
+                let all: &[f64] = pulp::bytemuck::cast_slice(core::slice::from_ref(sum));
+                let kept = (i + 1 - first).min(all.len());
+                self.products[size * i + first..][..kept].copy_from_slice(&all[..kept]);
             }
         }
     }
@@ -250,22 +297,35 @@ struct BlockSums<'a> {
 impl WithSimd for BlockSums<'_> {
     type Output = ();
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn with_simd<S: Simd>(self, simd: S) {
         let size = self.with_base.len();
-        for k in self.rows {
-            let mut l = [0.0; LANES];
-            for j in 0..LANES {
-                l[j] = f64::from(self.lanes[*k][j]);
-            }
-            for (sums, x) in self.with_base.iter_mut().zip(&self.e[size * k..size * (k + 1)]) {
+        let stride = size.next_multiple_of(STRIDE);
+        let parts = || (0..LANES).step_by(S::F64_LANES);
+        // Zeros behind the lanes, for those that are further.
+        let mut wide = [[0.0; LANES + GROUP]; ROWS];
+        for rows in self.rows.chunks(ROWS) {
+            for (l, k) in wide.iter_mut().zip(rows) {
                 for j in 0..LANES {
-                    sums[j] += x * l[j];
+                    l[j] = f64::from(self.lanes[*k][j]);
                 }
             }
-            for d in 0..GROUP {
-                let sums = &mut self.with_own[d];
-                for j in 0..LANES - d {
-                    sums[j] += l[j] * l[j + d];
+            let wide = &wide[..rows.len()];
+            for (i, sums) in self.with_base.iter_mut().enumerate() {
+                for (first, sum) in parts().zip(S::as_mut_simd_f64s(sums).0) {
+                    for (l, k) in wide.iter().zip(rows) {
+                        let x = simd.splat_f64s(self.e[stride * k + i]);
+                        let y = S::as_simd_f64s(&l[first..]).0[0];
+                        *sum = simd.add_f64s(*sum, simd.mul_f64s(x, y));
+                    }
+                }
+            }
+            for (d, sums) in self.with_own.iter_mut().enumerate() {
+                for (first, sum) in parts().zip(S::as_mut_simd_f64s(sums).0) {
+                    for l in wide {
+                        let x = S::as_simd_f64s(&l[first..]).0[0];
+                        let y = S::as_simd_f64s(&l[first + d..]).0[0];
+                        *sum = simd.add_f64s(*sum, simd.mul_f64s(x, y));
+                    }
                 }
             }
         }

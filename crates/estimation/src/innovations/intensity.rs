@@ -27,6 +27,13 @@ pub struct BestIntensities {
     pub found: SetEvidence,
 }
 
+/// Intensities with one of them at another factor, within bounds.
+fn moved(q: &[f64], k: usize, by: f64) -> Vec<f64> {
+    let mut q = q.to_vec();
+    q[k] = (q[k] * by).clamp(INTENSITY[0], INTENSITY[1]);
+    q
+}
+
 /// A base with the priors of its amplitudes.
 pub type BaseWithPriors = (PackedColumns, AmplitudePriors);
 
@@ -43,22 +50,32 @@ impl InnovationsFrame {
     ) -> Result<BestIntensities, SizeError> {
         let (mut best, mut factor) = (from, 4.0f64);
         for _ in 0..rounds {
+            // Mostly no neighbour is better; they pass beside each other.
+            let mut around: Vec<Vec<f64>> = (0..best.q.len())
+                .flat_map(|k| [1.0 / factor, factor].map(|by| moved(&best.q, k, by)))
+                .collect();
+            around.retain(|q| *q != best.q);
+            let mut known: Vec<(Vec<f64>, SetEvidence)> = Vec::new();
+            let found = self.evidences_of(base, &around)?;
+            known.extend(around.into_iter().zip(found));
             for k in 0..best.q.len() {
-                let mut moved = false;
+                let mut improved = false;
                 for by in [1.0 / factor, factor] {
                     loop {
-                        let mut q = best.q.clone();
-                        q[k] = (q[k] * by).clamp(INTENSITY[0], INTENSITY[1]);
+                        let q = moved(&best.q, k, by);
                         if q[k] == best.q[k] {
                             break;
                         }
-                        let found = self.evidence_of(base, &q)?;
+                        let found = match known.iter().find(|n| n.0 == q) {
+                            Some((_, found)) => found.clone(),
+                            None => self.evidences_of(base, &[q.clone()])?.swap_remove(0),
+                        };
                         if found.log <= best.found.log + 0.1 {
                             break;
                         }
-                        (best, moved) = (BestIntensities { q, found }, true);
+                        (best, improved) = (BestIntensities { q, found }, true);
                     }
-                    if moved {
+                    if improved {
                         break;
                     }
                 }
@@ -74,8 +91,7 @@ impl InnovationsFrame {
     /// Where no filter was made for the plant's size.
     pub fn best_of(&mut self, base: &BaseWithPriors, all: &[Vec<f64>]) -> Result<BestIntensities, SizeError> {
         let mut best: Option<BestIntensities> = None;
-        for q in all {
-            let found = self.evidence_of(base, q)?;
+        for (q, found) in all.iter().zip(self.evidences_of(base, all)?) {
             if best.as_ref().is_none_or(|b| found.log > b.found.log) {
                 best = Some(BestIntensities { q: q.clone(), found });
             }

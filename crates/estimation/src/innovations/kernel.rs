@@ -20,7 +20,7 @@ pub struct SizeError {
 pub(super) trait SizedKernel {
     type Output;
     /// Has to be inlined, so that it is compiled for the vector units.
-    fn run<const N: usize, const F: usize>(self) -> Self::Output;
+    fn run<S: Simd, const N: usize, const F: usize>(self, simd: S) -> Self::Output;
 }
 
 struct Vectorised<K, const N: usize, const F: usize>(K);
@@ -28,8 +28,8 @@ struct Vectorised<K, const N: usize, const F: usize>(K);
 impl<K: SizedKernel, const N: usize, const F: usize> WithSimd for Vectorised<K, N, F> {
     type Output = K::Output;
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> K::Output {
-        self.0.run::<N, F>()
+    fn with_simd<S: Simd>(self, simd: S) -> K::Output {
+        self.0.run::<S, N, F>(simd)
     }
 }
 

@@ -89,7 +89,7 @@ impl PlantStep {
         let mut joined = DMatrix::zeros(size + forces, size + forces);
         joined.view_mut((0, 0), (size, size)).copy_from(&(f * dt));
         joined.view_mut((0, size), (size, forces)).copy_from(&(b * dt));
-        let step = joined.exp();
+        let step = joined.exp(); // (EST-1)
         let mut a = step.view((0, 0), (size, size)).into_owned();
         let b = step.view((0, size), (size, forces)).into_owned();
         for c in point.plant.coordinates().iter().zip(stuck).filter(|(_, s)| **s).map(|(c, _)| c) {
@@ -100,7 +100,7 @@ impl PlantStep {
     }
 
     /// Covariance of what a step adds. `white`: standard deviation of a white force on each coordinate, N.m; `latent`: stationary
-    /// standard deviation of each latent force, N.m; `rest`: speed that is taken for rest, rad/s.
+    /// standard deviation of each latent force, N.m; `rest`: speed that counts as rest, rad/s.
     pub fn noise(
         &self,
         plant: &dyn ForcedPlant,
@@ -121,7 +121,7 @@ impl PlantStep {
         }
         for (c, l) in latent.iter().enumerate() {
             let i = size - forces + c;
-            q[(size + 1) * i] = l * l * (1.0 - kept * kept);
+            q[(size + 1) * i] = l * l * (1.0 - kept * kept); // (EST-2)
         }
         let held = || plant.coordinates().iter().zip(&self.stuck).filter(|(_, s)| **s).map(|(c, _)| c);
         for (c, d) in held().flat_map(|c| held().map(move |d| (c, d))) {

@@ -48,7 +48,7 @@ impl InnovationsFrame {
             input.iter_mut().zip(&raw.means).for_each(|(u, m)| *u = m[t]);
             sign[self.driven()] = r.signs.mean[t];
             let means = StepMeans { state: &state, input: &input, sign: &sign, own: &own };
-            self.plant.sensitivities(&self.theta, &means, &mut all);
+            self.plant.sensitivities(&self.theta, &means, &mut all); // (EST-11)
             for (s, k) in series.iter_mut().zip(&self.unknown) {
                 (0..forces).for_each(|c| s[c][t] = all[forces * k + c]);
             }

@@ -17,7 +17,7 @@ pub fn median(values: Vec<f64>) -> f64 {
     quantile(values, 0.5)
 }
 
-/// Mean over each step of what is known at nodes; the last node stands for its own step.
+/// Mean over each step of what is known at nodes; the last node represents its own step.
 pub fn over_steps(nodes: &[f64]) -> Vec<f64> {
     let mut out: Vec<f64> = nodes.windows(2).map(|w| 0.5 * (w[1] + w[0])).collect();
     out.extend(nodes.last());

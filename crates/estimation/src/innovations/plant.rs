@@ -1,4 +1,4 @@
-//! What the engine asks of a plant: coordinates, readings, parameters, and its equations under generalised forces.
+//! What the engine requires of a plant: coordinates, readings, parameters, and its equations under generalised forces.
 
 /// What moves along a coordinate.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,18 +41,18 @@ pub struct StateReading {
     pub coordinate: usize,
 }
 
-/// A parameter with what its owner believes.
+/// A parameter with its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BelievedParameter {
     /// FMU variable.
     pub name: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// The owner's value; a parameter at 0 is not there.
+    /// The nominal value; a parameter at 0 is not there.
     pub value: f64,
     /// Relative standard deviation of the value.
     pub deviation: f64,
-    /// Whether the owner gave that deviation.
+    /// Whether that deviation was declared.
     pub declared: bool,
 }
 
@@ -101,7 +101,7 @@ pub trait ForcedPlant {
     fn states(&self) -> usize;
     /// Its coordinates.
     fn coordinates(&self) -> &[ForcedCoordinate];
-    /// Readings that it knows.
+    /// Readings that it has.
     fn readings(&self) -> &[StateReading];
     /// Its parameters; what is `theta` below has their order, in their units.
     fn parameters(&self) -> &[BelievedParameter];

@@ -20,7 +20,7 @@ const SCALE: [f64; 4] = [0.5, 1.0, 2.0, 4.0];
 const ODD: f64 = 5.0;
 /// Nats that misplaced events have to gain, and the impulse of a release.
 const GAIN: [f64; 2] = [10.0, 5.0];
-/// Torque held at rest, in levels of dry friction, beyond which a release has an impulse, and the largest that is believed.
+/// Torque held at rest, in levels of dry friction, beyond which a release has an impulse, and the largest that is accepted.
 const RELEASE: [f64; 2] = [1.3, 6.0];
 
 /// Rest and signs with the intensities about which they were found.
@@ -33,7 +33,7 @@ struct Settling {
 
 impl InnovationsFrame {
     /// Signs and rest from the readings' speed, then from the smoothed one, again: the best by evidence at a few intensities,
-    /// about which the trajectory is smoothed. Tells these.
+    /// about which the trajectory is smoothed. Returns these.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
@@ -161,7 +161,7 @@ impl InnovationsFrame {
             let mut hits = 0;
             for (k, e) in passed.innovations.iter().enumerate() {
                 let signs = &self.runs[k].signs;
-                let odd = odd_nodes(e, &amplitudes, signs, self.channels());
+                let odd = odd_nodes((e, passed.gram.stride()), &amplitudes, signs, self.channels());
                 hits += odd.len();
                 let mut misplaced = signs.misplaced.clone();
                 for t in odd {
@@ -218,7 +218,8 @@ impl InnovationsFrame {
             r.signs = Rc::new(DrySigns { unknown, ..DrySigns::clone(&r.signs) });
         }
         let base = self.packed(&[]);
-        if self.evidence_of(&base, &self.q.clone())?.log > self.evidence + GAIN[1] {
+        let q = self.q.clone();
+        if self.best_of(&base, &[q])?.found.log > self.evidence + GAIN[1] {
             self.release = release;
             (self.q, self.evidence) = self.null(&self.q.clone(), 1, false)?;
             self.smooth(&self.q.clone(), None)?;
@@ -248,13 +249,18 @@ impl InnovationsFrame {
 }
 
 /// Nodes near an event of dry friction with an innovation that is too large.
-fn odd_nodes(e: &[f64], amplitudes: &[f64], signs: &DrySigns, channels: usize) -> Vec<usize> {
-    let (n, width) = (signs.sign.len(), amplitudes.len() + 1);
+fn odd_nodes(
+    (e, stride): (&[f64], usize),
+    amplitudes: &[f64],
+    signs: &DrySigns,
+    channels: usize,
+) -> Vec<usize> {
+    let n = signs.sign.len();
     let s = &signs.sign;
     let event = |t: usize| t + 1 < n && s[t + 1] != s[t] || s[t] == 0.0 && t > 0 && s[t - 1] != 0.0;
     let near = |t: usize| (t.saturating_sub(3)..(t + 4).min(n)).any(event);
     let left = |k: usize| {
-        let x = &e[width * k..width * (k + 1)];
+        let x = &e[stride * k..stride * (k + 1)];
         x[0] - x[1..].iter().zip(amplitudes).map(|(x, a)| x * a).sum::<f64>()
     };
     let odd = |t: &usize| (channels * t..channels * (t + 1)).any(|k| left(k).powi(2) > ODD * ODD);

@@ -1,5 +1,7 @@
 //! Smoothed states of a recording (modified Bryson-Frazier), with the scores of its forces and readings.
 
+use pulp::Simd;
+
 use super::filter::{DataColumn, FilterGains, Square, arrays, dot, error_of, moved, row};
 use super::kernel::{SizeError, SizedKernel, run};
 
@@ -28,7 +30,7 @@ struct Smoothing<'a> {
 impl SizedKernel for Smoothing<'_> {
     type Output = SmoothedRecording;
     #[inline(always)]
-    fn run<const N: usize, const F: usize>(self) -> SmoothedRecording {
+    fn run<S: Simd, const N: usize, const F: usize>(self, _: S) -> SmoothedRecording {
         smooth::<N, F>(self.gains, self.data)
     }
 }
@@ -86,7 +88,7 @@ fn smooth<const N: usize, const F: usize>(g: &FilterGains<'_>, data: &DataColumn
         }
         for i in 0..N {
             let p: [f64; N] = row(&g.predicted, N * t + i);
-            states[N * t + i] = predicted[t][i] - dot(&p, &l);
+            states[N * t + i] = predicted[t][i] - dot(&p, &l); // (EST-6)
         }
         if t > 0 {
             let (a, b) = &steps[usize::from(input.mode[t - 1])];

@@ -41,7 +41,7 @@ pub mod coordinate {
 }
 use coordinate::{LOAD, MOTOR};
 
-/// Least relative standard deviation of a parameter that its owner holds to be known.
+/// Least relative standard deviation of a parameter that is assumed known.
 const KNOWN: f64 = 0.01;
 /// Usual torque of a joint without dry friction, in root mean squares of the drive torque.
 const USUAL: f64 = 0.3;
@@ -57,7 +57,7 @@ pub struct LoadTip {
     pub damping: f64,
 }
 
-/// The joint with what its owner believes of it.
+/// The joint with its priors.
 #[derive(Clone, Debug)]
 pub struct TwoMassPlant {
     /// Without a spring.
@@ -361,7 +361,7 @@ impl ForcedPlant for TwoMassPlant {
 mod tests {
     use super::*;
 
-    /// All values scaled together change no trajectory, where nothing else acts: forces of its own are what only the inertias feel.
+    /// All values scaled together change no trajectory, where nothing else acts: forces of its own act on the inertias alone.
     #[test]
     fn sensitivities_sum_to_zero() {
         let case = Case::default();

@@ -100,7 +100,7 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
                     .zip(&starts)
                     .map(|(m, start)| run(m, adaptive, *start, Some(ratio)))
                     .collect::<Result<Vec<_>, _>>()?;
-                // What it uses lies between its bounds.
+                // What it uses is between its bounds.
                 starts = all.iter().map(|o| o.used.map(within)).collect();
                 let row = less(&all);
                 let ([least, median, _], of) = (over(&row), spread(&row)[1]);

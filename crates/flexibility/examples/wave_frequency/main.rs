@@ -18,7 +18,7 @@ mod schedule;
 
 use std::error::Error;
 
-/// What is asked for.
+/// What is requested.
 struct Asked {
     words: Vec<String>,
 }

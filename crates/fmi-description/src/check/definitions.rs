@@ -61,7 +61,7 @@ pub(super) fn check(d: &Description, f: &mut Findings) {
     let mut seen = HashSet::new();
     for (name, _) in &d.log_categories {
         if name.is_empty() || !seen.insert(name) {
-            f.error(None, format!("log category `{name}` has no name or stands there twice"));
+            f.error(None, format!("log category `{name}` has no name or is listed twice"));
         }
     }
 }

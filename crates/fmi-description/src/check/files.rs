@@ -29,7 +29,7 @@ pub fn archive(archive: &mut Archive) -> Vec<Finding> {
                 Severity::Error,
                 &e.name,
                 None,
-                "compressed by a method other than deflate or store: pack it anew".to_owned(),
+                "compressed by a method other than deflate or store: pack it again".to_owned(),
             );
         }
     }
@@ -37,8 +37,8 @@ pub fn archive(archive: &mut Archive) -> Vec<Finding> {
         Ok(bytes) => bytes,
         Err(e) => {
             let inside = archive.entries().iter().find(|e| e.name.ends_with("/modelDescription.xml"));
-            let hint = inside
-                .map_or_else(String::new, |e| format!("; it lies at {} but must lie at the top", e.name));
+            let hint =
+                inside.map_or_else(String::new, |e| format!("; it is at {} but must be at the top", e.name));
             f.error(None, format!("{e}{hint}"));
             return f.0;
         }
@@ -68,7 +68,7 @@ fn binaries(archive: &mut Archive, d: &Description, f: &mut Findings) {
             Severity::Error,
             "binaries",
             None,
-            "neither binaries nor sources: nobody can run this FMU".to_owned(),
+            "neither binaries nor sources: this FMU cannot be run".to_owned(),
         );
         return;
     }

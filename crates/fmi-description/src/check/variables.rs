@@ -150,7 +150,7 @@ fn start(d: &Description, f: &mut Findings, v: &Variable) {
             f.error(
                 v.line,
                 format!(
-                    "variable `{name}`: the start value {x} lies outside min {}, max {}",
+                    "variable `{name}`: the start value {x} is outside min {}, max {}",
                     bound(a.min),
                     bound(a.max)
                 ),

@@ -82,6 +82,6 @@ fn experiment(d: &Description, f: &mut Findings) {
     if let (start, Some(stop)) = (e.start_time.unwrap_or(0.0), e.stop_time)
         && stop <= start
     {
-        f.error(None, format!("DefaultExperiment: stopTime {stop} does not lie after startTime {start}"));
+        f.error(None, format!("DefaultExperiment: stopTime {stop} is not after startTime {start}"));
     }
 }

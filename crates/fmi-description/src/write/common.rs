@@ -40,7 +40,7 @@ pub(super) fn initial(v: &Variable) -> Option<&'static str> {
     }
 }
 
-/// With what a user must know beside the paper's symbol: XML has no place for a parameter that follows
+/// With what a user needs in addition to the paper's symbol: XML has no place for a parameter that follows
 /// another one.
 pub(super) fn description(v: &Variable) -> String {
     match &v.follows {

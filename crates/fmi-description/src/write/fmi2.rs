@@ -16,7 +16,7 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
     let identifier = [("modelIdentifier", table.name.clone())];
     let common =
         common::yes(["canGetAndSetFMUstate", "canSerializeFMUstate", "providesDirectionalDerivative"]);
-    // An integrator that steps over an event is told so where the step ends.
+    // An integrator that steps over an event gets it reported where the step ends.
     let model_exchange = [("completedIntegratorStepNotNeeded", (table.indicators == 0).to_string())];
     x.element("ModelExchange", &[&identifier[..], &model_exchange, &common].concat())?;
     let co_simulation = common::yes(["canHandleVariableCommunicationStepSize", "canInterpolateInputs"]);

@@ -18,7 +18,7 @@ pub(super) fn write(table: &ModelTable, token: &str) -> Result<String, WriteErro
         "providesDirectionalDerivatives",
         "providesAdjointDerivatives",
     ]);
-    // An integrator that steps over an event is told so where the step ends.
+    // An integrator that steps over an event gets it reported where the step ends.
     let completed_step = [("needsCompletedIntegratorStep", (table.indicators > 0).to_string())];
     x.element("ModelExchange", &[&identifier[..], &common, &completed_step].concat())?;
     let order = [("maxOutputDerivativeOrder", "1".to_owned())];

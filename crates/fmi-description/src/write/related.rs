@@ -1,4 +1,4 @@
-//! The default experiment as the layered standard FMI-LS-REF (1.0.0-alpha.1) tells of it: a manifest of files that belong to an
+//! The default experiment as the layered standard FMI-LS-REF (1.0.0-alpha.1) describes it: a manifest of files that belong to an
 //! FMU, and an experiment in the format MA-HS-Experiments, of which there are drafts only. The recordings stay in
 //! `documentation/`, where FMI 3.0 looks for them.
 

@@ -24,7 +24,7 @@ pub(super) fn states(table: &ModelTable) -> Vec<(usize, usize)> {
     out
 }
 
-/// `dependenciesKind` for these dependencies, positions in the table; `None`: nothing is known of any, which is what its absence says.
+/// `dependenciesKind` for these dependencies, positions in the table; `None`: nothing is known of any, which is the meaning of its absence.
 pub(super) fn kinds(
     table: &ModelTable,
     unknown: &Variable,

@@ -1,5 +1,5 @@
 //! The 44 functions of FMI 2.0, generic over the model; [`export_fmu!`](crate::export_fmu) makes the C
-//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its promise.
+//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its responsibility.
 #![allow(non_snake_case, non_upper_case_globals, missing_docs, clippy::missing_safety_doc)]
 
 use super::{free, slice, slice_mut, status, text, write};
@@ -73,7 +73,7 @@ pub unsafe fn fmi2Instantiate<E: Exported>(
     if functions.is_null() || !functions.is_aligned() {
         return core::ptr::null_mut();
     }
-    // SAFETY: not NULL; strings and callbacks are the importer's promise.
+    // SAFETY: not NULL; strings and callbacks are the importer's responsibility.
     let (name, guid, sink) = unsafe {
         let name = text(instanceName);
         let c_name = CString::new(name.clone().unwrap_or_default()).unwrap_or_default();
@@ -459,7 +459,7 @@ pub unsafe fn fmi2GetBooleanStatus<E: Exported>(
                 super::usable("value", value, 1)?;
                 return discard(format!("{NOT_ASYNCHRONOUS}{kind}"));
             }
-            // The model never asks to end the run.
+            // The model never requests the end of the run.
             write("value", value, fmi2False)
         })
     }

@@ -1,5 +1,5 @@
 //! The 75 functions of FMI 3.0, generic over the model; [`export_fmu!`](crate::export_fmu) makes the C
-//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its promise.
+//! functions of them. Pointers are the importer's: NULL is refused, what else they point to is its responsibility.
 #![allow(non_snake_case, missing_docs, clippy::missing_safety_doc)]
 
 use super::{enter, free, slice, slice_mut, status, text, usable, write};
@@ -12,6 +12,7 @@ use core::ffi::{CStr, c_int, c_void};
 use trueup_fmi::abi::fmi3::*;
 use trueup_fmi::table::Factor;
 
+pub use super::fmi3_states::*;
 pub use super::fmi3_values::*;
 
 pub unsafe fn fmi3GetVersion<E: Exported>() -> fmi3String {
@@ -237,59 +238,6 @@ pub unsafe fn fmi3GetVariableDependencies<E: Exported>(
     }
 }
 
-pub unsafe fn fmi3GetFMUState<E: Exported>(c: fmi3Instance, state: *mut fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe { call::<E::Model>(c, "fmi3GetFMUState", |i| super::get_state(i, state)) }
-}
-pub unsafe fn fmi3SetFMUState<E: Exported>(c: fmi3Instance, state: fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointer, see the module.
-    unsafe { call::<E::Model>(c, "fmi3SetFMUState", |i| i.set_state(state as usize)) }
-}
-pub unsafe fn fmi3FreeFMUState<E: Exported>(c: fmi3Instance, state: *mut fmi3FMUState) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe { call::<E::Model>(c, "fmi3FreeFMUState", |i| super::free_state(i, state)) }
-}
-pub unsafe fn fmi3SerializedFMUStateSize<E: Exported>(
-    c: fmi3Instance,
-    state: fmi3FMUState,
-    size: *mut usize,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3SerializedFMUStateSize", |i| {
-            write("size", size, i.serialized_size(state as usize)?)
-        })
-    }
-}
-pub unsafe fn fmi3SerializeFMUState<E: Exported>(
-    c: fmi3Instance,
-    state: fmi3FMUState,
-    out: *mut fmi3Byte,
-    size: usize,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3SerializeFMUState", |i| {
-            i.serialize(state as usize, slice_mut("serializedState", out, size)?)
-        })
-    }
-}
-pub unsafe fn fmi3DeserializeFMUState<E: Exported>(
-    c: fmi3Instance,
-    bytes: *const fmi3Byte,
-    size: usize,
-    state: *mut fmi3FMUState,
-) -> fmi3Status {
-    // SAFETY: the importer's pointers, see the module.
-    unsafe {
-        call::<E::Model>(c, "fmi3DeserializeFMUState", |i| {
-            usable("FMUState", state, 1)?;
-            let handle = i.deserialize(slice("serializedState", bytes, size)?)?;
-            write("FMUState", state, handle as fmi3FMUState)
-        })
-    }
-}
-
 /// Directional and adjoint derivatives.
 macro_rules! derivatives {
     ($($name:ident => $method:ident;)*) => {$(
@@ -489,7 +437,7 @@ pub unsafe fn fmi3DoStep<E: Exported>(
         Ok(done) => done,
         Err(status) => return fmi3Status(status as c_int),
     };
-    // SAFETY: checked above; the rest is the importer's promise.
+    // SAFETY: checked above; the rest is the importer's responsibility.
     unsafe {
         call::<E::Model>(c, NAME, |_| {
             for ((name, p), value) in flags.into_iter().zip([done.event, false, done.early]) {

@@ -10,6 +10,7 @@
 
 pub mod fmi2;
 pub mod fmi3;
+mod fmi3_states;
 mod fmi3_values;
 
 use crate::co_simulation::{StepEnd, Wish};
@@ -46,7 +47,7 @@ type Freed = (usize, unsafe fn(usize));
 /// How many of them are kept.
 const KEPT: usize = 1024;
 
-/// A new instance; the message says why not.
+/// A new instance; the message gives the reason.
 pub(crate) fn make<E: Exported>(
     token: Option<&str>,
     what: &str,
@@ -63,7 +64,7 @@ pub(crate) fn make<E: Exported>(
     }
 }
 
-/// Hands out the instance that `make` makes, or NULL after a message.
+/// Returns the instance that `make` makes, or NULL after a message.
 pub(crate) fn instantiate<M: FmuModel>(
     function: &str,
     mut log: Log,
@@ -98,7 +99,7 @@ pub(crate) unsafe fn free<M: FmuModel>(c: *mut c_void) {
     if handle.mark.compare_exchange(READY, FREED, Ordering::Acquire, Ordering::Relaxed).is_err() {
         return;
     }
-    // SAFETY: the mark went from ready to freed here, so nobody else has or will get the instance.
+    // SAFETY: the mark went from ready to freed here, so no one else has or will get the instance.
     let instance = unsafe { (*handle.instance.get()).take() };
     let _ = catch_unwind(AssertUnwindSafe(|| drop(instance)));
     // SAFETY: called once, with the address of a handle that `publish` boxed.
@@ -120,7 +121,7 @@ pub(crate) unsafe fn free<M: FmuModel>(c: *mut c_void) {
 /// As [`free`].
 unsafe fn handle<'a, M: FmuModel>(c: *mut c_void) -> Option<&'a Handle<M>> {
     let p = c.cast::<Handle<M>>();
-    // SAFETY: not NULL and aligned; what it points to is the caller's promise.
+    // SAFETY: not NULL and aligned; what it points to is the caller's responsibility.
     if p.is_null() || !p.is_aligned() { None } else { Some(unsafe { &*p }) }
 }
 
@@ -235,7 +236,7 @@ pub(crate) unsafe fn do_step<M: FmuModel>(
 /// fmiXGetFMUState.
 pub(crate) unsafe fn get_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *mut c_void) -> Outcome {
     usable("FMUstate", state.cast_const(), 1)?;
-    // SAFETY: not NULL; the rest is the importer's promise.
+    // SAFETY: not NULL; the rest is the importer's responsibility.
     let handle = i.get_state(unsafe { *state } as usize)?;
     // SAFETY: as above.
     unsafe { write("FMUstate", state, handle as *mut c_void) }
@@ -247,7 +248,7 @@ pub(crate) unsafe fn free_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *m
         return Ok(());
     }
     usable("FMUstate", state.cast_const(), 1)?;
-    // SAFETY: not NULL; the rest is the importer's promise.
+    // SAFETY: not NULL; the rest is the importer's responsibility.
     i.free_state(unsafe { *state } as usize)?;
     // SAFETY: as above.
     unsafe { write("FMUstate", state, core::ptr::null_mut()) }
@@ -256,26 +257,26 @@ pub(crate) unsafe fn free_state<M: FmuModel>(i: &mut Instance<M>, state: *mut *m
 /// A C array as a slice; NULL is legal for an empty one only.
 ///
 /// # Safety
-/// `p` is NULL or points to `n` readable values that nobody writes during the call.
+/// `p` is NULL or points to `n` readable values that no one writes during the call.
 pub(crate) unsafe fn slice<'a, T>(name: &str, p: *const T, n: usize) -> Outcome<&'a [T]> {
     if n == 0 {
         return Ok(&[]);
     }
     usable(name, p, n)?;
-    // SAFETY: not NULL, aligned, of a possible length; the rest is the caller's promise.
+    // SAFETY: not NULL, aligned, of a possible length; the rest is the caller's responsibility.
     Ok(unsafe { core::slice::from_raw_parts(p, n) })
 }
 
 /// A C array as a slice to be written.
 ///
 /// # Safety
-/// `p` is NULL or points to `n` initialized values that nobody else uses during the call.
+/// `p` is NULL or points to `n` initialized values that no one else uses during the call.
 pub(crate) unsafe fn slice_mut<'a, T>(name: &str, p: *mut T, n: usize) -> Outcome<&'a mut [T]> {
     if n == 0 {
         return Ok(&mut []);
     }
     usable(name, p.cast_const(), n)?;
-    // SAFETY: not NULL, aligned, of a possible length; the rest is the caller's promise.
+    // SAFETY: not NULL, aligned, of a possible length; the rest is the caller's responsibility.
     Ok(unsafe { core::slice::from_raw_parts_mut(p, n) })
 }
 
@@ -295,7 +296,7 @@ fn usable<T>(name: &str, p: *const T, n: usize) -> Outcome {
 /// `p` is NULL or points to memory that may be written.
 pub(crate) unsafe fn write<T>(name: &str, p: *mut T, value: T) -> Outcome {
     usable(name, p.cast_const(), 1)?;
-    // SAFETY: not NULL and aligned; the rest is the caller's promise.
+    // SAFETY: not NULL and aligned; the rest is the caller's responsibility.
     unsafe { p.write(value) };
     Ok(())
 }
@@ -305,12 +306,12 @@ pub(crate) unsafe fn write<T>(name: &str, p: *mut T, value: T) -> Outcome {
 /// # Safety
 /// `p` is NULL or a null-terminated string.
 pub(crate) unsafe fn text(p: *const c_char) -> Option<String> {
-    // SAFETY: not NULL; the rest is the caller's promise.
+    // SAFETY: not NULL; the rest is the caller's responsibility.
     (!p.is_null()).then(|| unsafe { CStr::from_ptr(p) }.to_string_lossy().into_owned())
 }
 
 /// The configuration in a library's block, as the packer left it: read byte by byte from memory, because the
-/// compiler only knows the empty block.
+/// compiler only sees the empty block.
 ///
 /// # Errors
 /// A library that was not packed, or badly so.

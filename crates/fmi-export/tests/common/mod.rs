@@ -173,7 +173,7 @@ impl FmuModel for Probe {
     }
 }
 
-/// What the FMU said.
+/// The messages of the FMU.
 #[derive(Default)]
 pub struct Journal(Mutex<Vec<(i32, String, String)>>);
 
@@ -326,7 +326,7 @@ pub fn step3(c: fmi3Instance, t: f64, h: f64) -> (fmi3Status, bool, bool, f64) {
     let s = unsafe { fmi3DoStep(c, t, h, fmi3True, &mut event, &mut terminate, &mut early, &mut last) };
     (s, event.into(), early.into(), last)
 }
-/// Event iteration in FMI 3.0 until settled; the next event time.
+/// Event iteration in FMI 3.0 until nothing changes; the next event time.
 pub fn update3(c: fmi3Instance) -> Option<f64> {
     let mut flags = [fmi3False; 5];
     let mut next = 0.0;

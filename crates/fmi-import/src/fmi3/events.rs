@@ -74,6 +74,9 @@ impl Instance {
     }
 }
 
+/// Most states or event indicators: an array of them takes 2 GiB.
+const MOST: usize = 1 << 28;
+
 /// Model Exchange.
 impl Instance {
     /// Number of continuous states.
@@ -86,6 +89,7 @@ impl Instance {
         }
         let mut count = 0;
         call!(self.core, fmi3GetNumberOfContinuousStates, &raw mut count)?;
+        self.holds("fmi3GetNumberOfContinuousStates", count)?;
         self.counts.0 = Some(count);
         Ok(count)
     }
@@ -100,8 +104,19 @@ impl Instance {
         }
         let mut count = 0;
         call!(self.core, fmi3GetNumberOfEventIndicators, &raw mut count)?;
+        self.holds("fmi3GetNumberOfEventIndicators", count)?;
         self.counts.1 = Some(count);
         Ok(count)
+    }
+
+    /// Arrays of so many numbers can be had.
+    fn holds(&self, function: &'static str, count: usize) -> Result<(), Error> {
+        if count <= MOST {
+            return Ok(());
+        }
+        let reason =
+            format!("{function} gives {count}, more than memory holds; this function of the FMU is wrong");
+        Err(Error::File { file: self.fmu().file().to_owned(), reason })
     }
 
     fn states_length(&mut self, function: &'static str, got: usize) -> Result<(), Error> {
@@ -117,7 +132,7 @@ impl Instance {
         call!(self.core, fmi3EnterContinuousTimeMode)
     }
 
-    /// Tells that an integrator step is accepted. `no_rollback`: no state before now will be restored.
+    /// Reports that an integrator step is accepted. `no_rollback`: no state before now will be restored.
     ///
     /// # Errors
     /// Whatever `fmi3CompletedIntegratorStep` returns.
@@ -212,7 +227,7 @@ impl Instance {
         }
     }
 
-    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be told.
+    /// As [`Instance::do_step`]; `None`: the whole step was made and nothing is to be reported.
     ///
     /// # Errors
     /// As [`Instance::do_step`].

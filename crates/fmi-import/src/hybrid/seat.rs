@@ -6,13 +6,13 @@ use trueup_numerics::hybrid::Update;
 use trueup_plant::VariableTable;
 
 use super::table::Places;
-use crate::{Error, Experiment, Fmu, ModelExchange};
+use crate::{AnyInstance, Error, Experiment, Fmu, Options};
 
 /// Passes of an event iteration that count as without end.
 const PASSES: usize = 200;
 
 pub(super) struct Seat {
-    pub(super) instance: ModelExchange,
+    pub(super) instance: AnyInstance,
     /// Parameters that it was initialised with.
     p: Vec<f64>,
     /// Number of the place where it is.
@@ -30,7 +30,7 @@ pub(super) struct Seat {
 
 impl Seat {
     pub(super) fn new(fmu: &Arc<Fmu>) -> Result<Self, Error> {
-        let instance = ModelExchange::new(fmu)?;
+        let instance = AnyInstance::model_exchange(fmu, Options::default())?;
         let (p, next_event) = (Vec::new(), None);
         Ok(Self { instance, p, at: 0, first: false, open: false, used: false, ended: false, next_event })
     }
@@ -58,15 +58,15 @@ impl Seat {
     ) -> Result<(), Error> {
         self.used = true;
         for place in &places.parameters {
-            // What is not said stays as the FMU has it.
+            // What is not given stays as the FMU has it.
             let changed = place.elements().any(|i| p[i].to_bits() != table.parameters[i].start.to_bits());
             if changed {
-                self.instance.set(&[place.reference], &p[place.elements()])?;
+                self.instance.set_float64(&[place.reference], &p[place.elements()])?;
             }
         }
         self.instance.enter_initialization_mode(Experiment { start, ..Experiment::default() })?;
         if let Some(u) = u.filter(|u| !u.is_empty()) {
-            self.instance.set(&places.inputs, u)?;
+            self.instance.set_float64(&places.inputs, u)?;
         }
         self.instance.exit_initialization_mode()?;
         self.p = p.to_vec();
@@ -111,7 +111,7 @@ impl Seat {
             (self.open, self.first) = (true, false);
         }
         if !inputs.is_empty() {
-            self.instance.set(inputs, u)?;
+            self.instance.set_float64(inputs, u)?;
         }
         let (again, changed) = self.iterate()?;
         if !again {
@@ -135,6 +135,6 @@ impl Seat {
         if !x.is_empty() {
             self.instance.set_states(x)?;
         }
-        if inputs.is_empty() { Ok(()) } else { self.instance.set(inputs, u) }
+        if inputs.is_empty() { Ok(()) } else { self.instance.set_float64(inputs, u) }
     }
 }

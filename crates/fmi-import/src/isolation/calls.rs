@@ -2,7 +2,7 @@
 //! FMU's function, and what the host then calls.
 //!
 //! How a call goes: `post`: with the next one, nothing is read; `wait`: at once; `ask`: at once, or it was answered with the last
-//! step; `step`: at once, and what was asked after the last step is answered too.
+//! step; `step`: at once, and what was read after the last step is answered too.
 
 #![allow(unsafe_code, non_snake_case, non_camel_case_types)] // the boundary of the process
 
@@ -68,7 +68,7 @@ macro_rules! take {
     };
 }
 
-/// The master reads what lies behind the entry.
+/// The master reads what follows the entry.
 macro_rules! take_behind {
     ($link:ident $at:ident $name:ident given_texts $n:expr) => {
         (*$link).texts_at($at, $name, $n)

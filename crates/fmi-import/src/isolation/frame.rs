@@ -1,8 +1,8 @@
-//! How calls lie in the shared memory.
+//! The layout of calls in the shared memory.
 //!
 //! A frame is a row of entries; an entry is one call: number of the function with flags, length in bytes, status, then the
 //! arguments in the order of the C function, each aligned to 8 bytes. An array is its length and its elements; where the FMU
-//! writes, its values before the call lie in place, and those after it as soon as it has returned. Texts and binaries that the FMU
+//! writes, its values before the call are in place, and those after it as soon as it has returned. Texts and binaries that the FMU
 //! gives follow behind the entry.
 
 #![allow(unsafe_code)] // the boundary of the process
@@ -45,7 +45,7 @@ pub(super) fn aligned(at: usize) -> usize {
     at.next_multiple_of(8)
 }
 
-/// What can lie in memory and be passed on as it is.
+/// What can be in memory and be passed on as it is.
 pub(super) trait Plain: Copy {
     fn word(self) -> u64;
     fn from_word(word: u64) -> Self;
@@ -192,7 +192,7 @@ impl<'a> Reader<'a> {
         self.memory.word(self.at - 8)
     }
 
-    /// Over an array that the master knows.
+    /// Over an array of known size.
     pub(super) fn skip<T>(&mut self, count: usize) {
         self.at = aligned(self.at.saturating_add(8).saturating_add(count.saturating_mul(size_of::<T>())));
     }
@@ -209,7 +209,7 @@ impl<'a> Reader<'a> {
         self.skip::<T>(count);
     }
 
-    /// Bytes of a length that the host says.
+    /// Bytes of a length that the host gives.
     pub(super) fn bytes(&mut self) -> Vec<u8> {
         let length = usize::try_from(self.word()).unwrap_or(usize::MAX).min(self.memory.size());
         let mut bytes = vec![0; length];
@@ -238,7 +238,7 @@ pub(super) struct Arguments {
 }
 
 /// # Safety
-/// (of all) What lies there was written by the master for this function; the memory lives and nobody uses it elsewhere.
+/// (of all) What is there was written by the master for this function; the memory lives and no one uses it elsewhere.
 impl Arguments {
     pub(super) unsafe fn new(memory: *mut Memory, begin: usize, end: usize) -> Self {
         Self { memory, at: begin + HEAD, end }
@@ -326,7 +326,7 @@ impl Arguments {
     }
 }
 
-/// A status as it lies in an entry.
+/// A status as it is in an entry.
 pub(super) fn status_word(status: c_int) -> u64 {
     u64::from(status as u32)
 }

@@ -60,7 +60,7 @@ static HOST: AtomicPtr<Host> = AtomicPtr::new(std::ptr::null_mut());
 /// One thread at a time puts messages into the ring; which thread may hand over amid a call.
 static RING: Mutex<Option<ThreadId>> = Mutex::new(None);
 
-/// Serves the master that has made this process, until it says so or is gone.
+/// Serves the master that has made this process, until it orders the end or is gone.
 pub(super) fn serve() -> Result<ExitCode, String> {
     let failed = |e: std::io::Error| format!("it is no memory of an FMU: {e}");
     let file = std::io::stdin();
@@ -114,7 +114,7 @@ pub(super) fn serve() -> Result<ExitCode, String> {
 }
 
 /// # Safety
-/// (of all below) The host lives, on its thread, and nobody holds a reference to it.
+/// (of all below) The host lives, on its thread, and no one holds a reference to it.
 unsafe fn next(host: *mut Host) -> Result<Note, String> {
     // SAFETY: the caller's word.
     unsafe {

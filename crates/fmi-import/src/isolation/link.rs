@@ -41,7 +41,7 @@ const FIRST_LOOK: Duration = Duration::from_millis(1);
 const LAST_LOOK: Duration = Duration::from_millis(50);
 /// How long a call may still take once the user has ended the run.
 const GRACE: Duration = Duration::from_secs(1);
-/// How long a host may take to end when nothing else is said.
+/// How long a host may take to end when nothing else is given.
 const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Numbers of what is no function of an instance.
@@ -53,7 +53,7 @@ fn good(status: c_int) -> bool {
     matches!(status, 0 | 1)
 }
 
-/// What a call came to, and where its results lie: its entry, and behind it.
+/// What a call came to, and where its results are: its entry, and behind it.
 pub(super) struct Outcome {
     pub(super) status: c_int,
     pub(super) at: Option<(usize, usize)>,
@@ -174,7 +174,7 @@ impl Link {
     /// Keeps the call for the next one.
     ///
     /// # Safety
-    /// (of these four) The link lives and nobody holds a reference into it.
+    /// (of these four) The link lives and no one holds a reference into it.
     pub(super) unsafe fn post(
         link: *mut Self,
         begin: usize,
@@ -261,7 +261,7 @@ impl Link {
         }
     }
 
-    /// Hands the frame over: what was posted, the entry from `begin` to `end`, what lies behind it up to `last`.
+    /// Hands the frame over: what was posted, the entry from `begin` to `end`, what follows it up to `last`.
     unsafe fn run(link: *mut Self, begin: usize, end: usize, last: usize) -> Outcome {
         // SAFETY: the caller's word.
         unsafe {
@@ -293,10 +293,10 @@ impl Link {
         }
     }
 
-    /// Hands over and serves what the FMU wants meanwhile, until it is done. `None`: there is a fault.
+    /// Hands over and serves the FMU's requests meanwhile, until it is done. `None`: there is a fault.
     ///
     /// # Safety
-    /// The link lives and nobody holds a reference into it.
+    /// The link lives and no one holds a reference into it.
     unsafe fn exchange(link: *mut Self, note: Note) -> Option<Note> {
         // SAFETY: the caller's word; no reference is held while a callback runs, which may call again.
         unsafe {
@@ -424,7 +424,7 @@ impl Link {
     }
 
     fn tell(&self, message: Message) {
-        // A listener may panic; as where the FMU calls, there is nobody to tell.
+        // A listener may panic; as where the FMU calls, there is no one to report to.
         let _ = catch_unwind(AssertUnwindSafe(|| self.live.push(message)));
     }
 
@@ -439,7 +439,7 @@ impl Link {
         self.deadline
     }
 
-    /// Texts that lie at `at`; they live until the next ones are read.
+    /// Texts that are at `at`; they live until the next ones are read.
     ///
     /// # Safety
     /// There is room for `count` texts.
@@ -455,7 +455,7 @@ impl Link {
         }
     }
 
-    /// Binaries that lie at `at`, with their sizes; as [`Link::texts_at`].
+    /// Binaries that are at `at`, with their sizes; as [`Link::texts_at`].
     ///
     /// # Safety
     /// There is room for `count` of both.

@@ -24,7 +24,7 @@ const LOOKS: u32 = 200;
 /// Memories of this process as a master, each with a host.
 static HOSTS: AtomicU32 = AtomicU32::new(0);
 
-/// How often a host looks: where there is no core for each of them beside the master's, one that looks would keep the core from
+/// How often a host looks: where there is no core for each of them next to the master's, one that looks would keep the core from
 /// the one whose turn it is.
 fn looks_of_host(hosts: u32, cores: u32) -> u32 {
     if hosts < cores { LOOKS } else { 1 }
@@ -60,7 +60,7 @@ struct Control {
     read: AtomicU64,
 }
 
-/// A message from one side to the other: what it is, and the part of the data that goes with it.
+/// A message from one side to the other: its kind, and the part of the data that goes with it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Note {
     pub(super) kind: u32,
@@ -85,7 +85,7 @@ impl Mapping {
 
 impl Drop for Mapping {
     fn drop(&mut self) {
-        // SAFETY: mapped by `of`, and nobody holds an address in it any more.
+        // SAFETY: mapped by `of`, and no one holds an address in it any more.
         let _ = unsafe { munmap(self.address.cast::<c_void>(), self.length) };
     }
 }
@@ -185,7 +185,7 @@ impl Memory {
             control.looks.store(looks, Ordering::Relaxed);
         }
         control.turn.store(other, Ordering::Release);
-        fence(Ordering::SeqCst); // the other one says that it sleeps, then looks at the turn
+        fence(Ordering::SeqCst); // the other one marks that it sleeps, then looks at the turn
         if control.sleeping[other as usize].load(Ordering::Relaxed) != 0 {
             let _ = futex::wake(&control.turn, futex::Flags::empty(), 1);
         }
@@ -279,7 +279,7 @@ impl Memory {
         self.data.length
     }
 
-    /// Where data is; `offset` lies within.
+    /// Where data is; `offset` is within.
     #[inline]
     pub(super) fn at(&self, offset: usize) -> *mut u8 {
         debug_assert!(offset <= self.data.length, "the caller has made room");

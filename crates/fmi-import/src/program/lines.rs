@@ -1,13 +1,14 @@
-//! Steps whose inputs go on lines: set anew for each part of a step, or told as derivatives.
+//! Steps whose inputs go on lines: set again for each part of a step, or given as derivatives.
 
 use std::ffi::c_int;
 use std::ops::Range;
 
 use trueup_fmi::abi::fmi2;
 
-use super::{Block, Bound, Call, Either, Program, Stopped, do_step, good};
+use super::{Block, Bound, Call, Program, Stopped, do_step, good};
 use crate::core::{Prepared, lent};
 use crate::exit;
+use crate::instance::AnyInstance;
 
 /// How an FMU follows its inputs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,29 +57,29 @@ impl Program {
     pub fn follow(
         &mut self,
         index: usize,
-        instance: Either<'_>,
+        instance: &mut AnyInstance,
         block: &Prepared,
         how: Following,
         lines: Range<usize>,
     ) -> bool {
         let Some(at) = self.steps.len().checked_sub(1) else { return false };
-        let Some((block, references)) = Self::block(&instance, block, &lines) else { return false };
+        let Some((block, references)) = Self::block(instance, block, &lines) else { return false };
         let range = (lines.start, lines.end);
-        let ahead = match (how, &instance) {
-            (Following::Parts(places), Either::V2(i)) => {
+        let ahead = match (how, &*instance) {
+            (Following::Parts(places), AnyInstance::V2(i)) => {
                 i.core.functions.fmi2SetReal.map(|f| Ahead::Parts(places, Call::Set2(f, block), range))
             }
-            (Following::Parts(places), Either::V3(i)) => {
+            (Following::Parts(places), AnyInstance::V3(i)) => {
                 i.core.functions.fmi3SetFloat64.map(|f| Ahead::Parts(places, Call::Set3(f, block), range))
             }
-            (Following::Derivatives, Either::V2(i)) => {
+            (Following::Derivatives, AnyInstance::V2(i)) => {
                 let f = i.core.functions.fmi2SetRealInputDerivatives;
                 f.map(|f| Ahead::Derivatives(f, block, range))
             }
-            (Following::Derivatives, Either::V3(_)) => None,
+            (Following::Derivatives, AnyInstance::V3(_)) => None,
         };
         let Some(ahead) = ahead else { return false };
-        self.know(index, &instance);
+        self.know(index, instance);
         self.references.push(references);
         self.ahead.resize(at, Ahead::Held);
         self.ahead.push(ahead);

@@ -35,7 +35,7 @@ integer_enum! {
         fmi2OK = 0,
         /// Not all well, the simulation may go on.
         fmi2Warning = 1,
-        /// The call was refused (a smaller step may help); the instance stands as before.
+        /// The call was refused (a smaller step may help); the instance is as before.
         fmi2Discard = 2,
         /// The instance cannot go on; reset, free or set a stored state.
         fmi2Error = 3,
@@ -57,7 +57,7 @@ integer_enum! {
 }
 
 integer_enum! {
-    /// What `fmi2GetXxxStatus` asks.
+    /// What `fmi2GetXxxStatus` requests.
     fmi2StatusKind {
         /// Status of a pending step (`fmi2GetStatus`).
         fmi2DoStepStatus = 0,
@@ -65,7 +65,7 @@ integer_enum! {
         fmi2PendingStatus = 1,
         /// End of the last successful step in s (`fmi2GetRealStatus`).
         fmi2LastSuccessfulTime = 2,
-        /// Whether the FMU wants to end the run (`fmi2GetBooleanStatus`).
+        /// Whether the FMU requests the end of the run (`fmi2GetBooleanStatus`).
         fmi2Terminated = 3,
     }
 }
@@ -103,7 +103,7 @@ pub struct fmi2CallbackFunctions {
 pub struct fmi2EventInfo {
     /// Another `fmi2NewDiscreteStates` is needed.
     pub newDiscreteStatesNeeded: fmi2Boolean,
-    /// The FMU wants to end the run.
+    /// The FMU requests the end of the run.
     pub terminateSimulation: fmi2Boolean,
     /// Nominal values of the states have changed.
     pub nominalsOfContinuousStatesChanged: fmi2Boolean,

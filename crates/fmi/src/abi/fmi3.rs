@@ -36,7 +36,7 @@ pub type fmi3UInt64 = u64;
 pub type fmi3String = *const c_char;
 /// Byte of a serialized state or of a binary value.
 pub type fmi3Byte = u8;
-/// Binary value; its length stands beside it.
+/// Binary value; its length is next to it.
 pub type fmi3Binary = *const fmi3Byte;
 /// Clock: active or not.
 pub type fmi3Clock = fmi3Boolean;
@@ -70,7 +70,7 @@ integer_enum! {
         fmi3OK = 0,
         /// Not all well, the simulation may go on.
         fmi3Warning = 1,
-        /// The call was refused (a smaller step may help); the instance stands as before.
+        /// The call was refused (a smaller step may help); the instance is as before.
         fmi3Discard = 2,
         /// The instance cannot go on; reset, free or set a stored state.
         fmi3Error = 3,
@@ -112,7 +112,7 @@ integer_enum! {
 /// Takes the FMU's messages: environment, status, category, message.
 pub type fmi3LogMessageCallback =
     Option<unsafe extern "C" fn(fmi3InstanceEnvironment, fmi3Status, fmi3String, fmi3String)>;
-/// Told that a clock may have ticked (Scheduled Execution).
+/// Called when a clock may have ticked (Scheduled Execution).
 pub type fmi3ClockUpdateCallback = Option<unsafe extern "C" fn(fmi3InstanceEnvironment)>;
 /// Called inside a step: environment, time in s, set requested, get allowed, internal step finished, early
 /// return possible; written: early return requested, its time in s.

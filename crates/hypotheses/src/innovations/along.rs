@@ -191,7 +191,7 @@ impl<'a> JointAlong<'a> {
     pub fn parameter(&self, k: usize) -> f64 {
         self.frame.theta[k]
     }
-    /// The owner's value of a parameter.
+    /// The nominal value of a parameter.
     pub fn nominal(&self, k: usize) -> f64 {
         self.frame.plant.parameters()[k].value
     }
@@ -247,24 +247,18 @@ impl<'a> JointAlong<'a> {
         let h = hermite(x);
         q[k] * h[0] + r.dt * v[k] * h[1] + q[k + 1] * h[2] + r.dt * v[k + 1] * h[3]
     }
-    /// Means over the steps of sin (`quarter` 0) or cos (1), -sin (2) of `order` times the motor's angle, exact along a straight
-    /// piece.
-    pub fn order_means(&self, recording: usize, order: f64, quarter: u8) -> Vec<f64> {
+    /// Means over the steps of sin and of cos of `order` times the motor's angle, exact along a straight piece.
+    pub fn order_means(&self, recording: usize, order: f64) -> [Vec<f64>; 2] {
         let r = &self.runs[recording];
-        let mean = |t: usize| {
+        let mut means = [Vec::with_capacity(r.nodes), Vec::with_capacity(r.nodes)];
+        for t in 0..r.nodes {
             let d = r.motor[(t + 1).min(r.nodes - 1)] - r.motor[t];
-            harmonic(order * (r.motor[t] + 0.5 * d), quarter) * sinc(0.5 * order * d)
-        };
-        r.by_node(mean)
-    }
-}
-
-/// sin (0), cos (1) or -sin (2) of an angle.
-pub fn harmonic(angle: f64, quarter: u8) -> f64 {
-    match quarter {
-        0 => angle.sin(),
-        1 => angle.cos(),
-        _ => -angle.sin(),
+            let (sin, cos) = (order * (r.motor[t] + 0.5 * d)).sin_cos();
+            let within = sinc(0.5 * order * d);
+            means[0].push(sin * within);
+            means[1].push(cos * within);
+        }
+        means
     }
 }
 

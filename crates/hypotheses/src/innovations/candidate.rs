@@ -1,4 +1,4 @@
-//! A law with a shape along a trajectory, and what the evidence says of it.
+//! A law with a shape along a trajectory, and its evidence.
 
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::frame::InnovationsFrame;
@@ -18,7 +18,7 @@ pub struct EffectCandidate {
     pub applied: AppliedLaw,
     /// Whether the first amplitude can only be positive.
     pub positive: bool,
-    /// Best log evidence beside the base; minus infinity: none with an amplitude that can be.
+    /// Best log evidence in addition to the base; minus infinity: none with an amplitude that can be.
     pub evidence: f64,
     /// Amplitudes there.
     pub amplitudes: Vec<f64>,

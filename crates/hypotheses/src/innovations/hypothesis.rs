@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::fixed_point::FixedPoint;
+use trueup_estimation::innovations::fixed_point::{FitEnd, FixedPoint};
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::kernel::SizeError;
@@ -59,7 +59,7 @@ impl FittedEffect {
     pub fn laws(&self, sizes: &UsualSizes) -> Vec<AppliedLaw> {
         applied(&self.parts, &self.frame.borrow(), sizes)
     }
-    /// Whether it is one law whose shape tells all, so that both shapes of a pair can be refined.
+    /// Whether it is one law whose shape determines all, so that both shapes of a pair can be refined.
     pub fn is_plain(&self) -> bool {
         self.parts.len() == 1 && self.parts[0].0.id() == self.id && self.id != "sensor-delay"
     }
@@ -103,11 +103,11 @@ pub fn fit_candidate(
     frame: &SharedFrame,
     candidate: &EffectCandidate,
     sizes: &UsualSizes,
-    rounds: usize,
+    end: FitEnd,
 ) -> Result<FittedEffect, SizeError> {
     let parts = [(candidate.law, candidate.shape.clone())];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true)?;
+    let fit = frame.borrow_mut().fit(&make, &candidate.q, end, true)?;
     Ok(FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit))
 }
 

@@ -26,7 +26,7 @@ impl LawTerms {
         }
         Self { applied, positive }
     }
-    /// A law whose shape tells its size: one amplitude of 1 give or take `deviation`.
+    /// A law whose shape determines its size: one amplitude of 1 give or take `deviation`.
     pub fn of_fixed_size(column: Column, deviation: f64) -> Self {
         Self::new(vec![(column, 1.0, deviation)], true)
     }

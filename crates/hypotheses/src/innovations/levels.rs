@@ -15,7 +15,7 @@ pub const RIGHT: LogisticWeights = &[
     ("rate", -1.199_337_434_690_606),
     ("had", -0.185_688_339_888_601_62),
 ];
-/// A second beside a right leader is right.
+/// A second one next to a right leader is right.
 pub const SECOND: LogisticWeights = &[
     ("bias", -6.986_940_783_750_443),
     ("gain", 0.912_721_903_742_204_9),
@@ -40,7 +40,7 @@ pub const SMALL: [f64; 2] = [300.0, 90.0];
 pub const FLOOR: f64 = 1e-6;
 /// An intensity above which the model is not followed.
 pub const LOST: f64 = 5.0;
-/// Least fall of the latents' power, in decades: of a small leader, and of a pair whose leader does not stand.
+/// Least fall of the latents' power, in decades: of a small leader, and of a pair whose leader is not accepted.
 pub const FALL: [f64; 2] = [0.1, 0.3];
 /// Intensity above which alike is also a share of the gain.
 pub const AUDIBLE: f64 = 0.002;

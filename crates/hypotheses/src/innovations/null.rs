@@ -1,11 +1,11 @@
-//! The model without any effect: settled, as its owner has it, and with its parameters refitted.
+//! The model without any effect: determined with nominal values, and with its parameters refitted.
 
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::kernel::SizeError;
 
 use super::along::UsualSizes;
 
-/// Nats that a refit of the parameters has to gain before rest and noise are settled again with them.
+/// Nats that a refit of the parameters has to gain before rest and noise are determined again with them.
 const AGAIN: f64 = 30.0;
 /// Nats from which on hypotheses begin with the refitted parameters.
 const BEGIN: f64 = 100.0;
@@ -13,13 +13,13 @@ const BEGIN: f64 = 100.0;
 const NEAR: f64 = 2.5;
 /// Relative standard deviation of a parameter that is held.
 const HELD: f64 = 1e-4;
-/// What stands for a standard deviation that the owner did not declare.
+/// What replaces a standard deviation that is not declared.
 const UNDECLARED: f64 = 0.1;
 
 /// The model alone.
 #[derive(Clone, Debug)]
 pub struct FittedNull {
-    /// Evidence and intensities with the owner's parameters.
+    /// Evidence and intensities with the nominal parameters.
     pub nominal: (f64, Vec<f64>),
     /// Evidence with refitted parameters.
     pub evidence: f64,
@@ -33,7 +33,7 @@ pub struct FittedNull {
     pub squares: f64,
     /// Readings that count.
     pub count: usize,
-    /// Farthest parameter from the owner's value, in its standard deviations.
+    /// Farthest parameter from the nominal value, in its standard deviations.
     pub farthest: f64,
     /// Nats that the latents are worth there.
     pub latents: f64,
@@ -85,7 +85,8 @@ pub fn fit_null(f: &mut InnovationsFrame) -> Result<FittedNull, SizeError> {
     f.put_in_force(&[], &[], &best.zeros, &best.q)?;
     let base = f.packed(&[]);
     let none = vec![INTENSITY[0]; best.q.len()];
-    let latents = f.evidence_of(&base, &best.q)?.log - f.evidence_of(&base, &none)?.log;
+    let worth: Vec<f64> = f.evidences_of(&base, &[best.q.clone(), none])?.iter().map(|e| e.log).collect();
+    let latents = worth[0] - worth[1];
     if best.evidence > f.evidence + BEGIN || f.start != values {
         f.start.clone_from(&best.theta);
         for k in &f.unknown {

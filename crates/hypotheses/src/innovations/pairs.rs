@@ -1,4 +1,4 @@
-//! A second effect beside what the first leaves, in the first's own frame.
+//! A second effect for what the first leaves, in the first's own frame.
 
 use trueup_estimation::innovations::column::AppliedLaw;
 use trueup_estimation::innovations::fixed_point::FixedPoint;
@@ -35,7 +35,7 @@ pub struct FittedPair {
     pub of_first: usize,
 }
 
-/// Laws that stand: amplitudes held loosely about what they are.
+/// Accepted laws: amplitudes held loosely about what they are.
 fn held(laws: Vec<AppliedLaw>, amplitudes: &[f64]) -> Vec<AppliedLaw> {
     let mut at = amplitudes.iter();
     let hold = |mut law: AppliedLaw| {
@@ -59,7 +59,7 @@ fn along_own(z: &mut InnovationsFrame, h: &FittedEffect, sizes: &UsualSizes) -> 
     Ok(())
 }
 
-/// Everything else beside an effect. The effect itself is fitted once more from where the two came to, as it may have ended early.
+/// Everything else in addition to an effect. The effect itself is fitted once more from where the two came to, as it may have ended early.
 ///
 /// # Errors
 /// Where no filter was made for the plant's size.
@@ -89,7 +89,7 @@ fn seconds(
         }
     }
     found.sort_by(|a, b| b.evidence.total_cmp(&a.evidence));
-    // What else is in the same place is mostly the law's form; the verdict asks more of it.
+    // What else is in the same place is mostly the law's form; the verdict requires more of it.
     let (same, elsewhere): (Vec<_>, Vec<_>) = found.into_iter().partition(|c| c.shape.place == h.place);
     let best = elsewhere.first().map_or(f64::NEG_INFINITY, |c| c.evidence);
     let same = same.into_iter().take(1).filter(|c| c.evidence > best);
@@ -145,7 +145,7 @@ fn together(
     Ok(FittedPair { first: h.key(), second: second.key(), shape, evidence, fit, of_first })
 }
 
-/// Both shapes once more, each beside the other.
+/// Both shapes once more, each next to the other.
 fn both_again(
     z: &mut InnovationsFrame,
     parts: &[(LawRef, LawShape)],

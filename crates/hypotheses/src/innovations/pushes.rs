@@ -1,4 +1,4 @@
-//! Pushes at the same times in all recordings: matching pursuit on the score of the force, each refined by evidence.
+//! Impulses at the same times in all recordings: matching pursuit on the score of the force, each refined by evidence.
 
 use std::f64::consts::PI;
 
@@ -13,7 +13,7 @@ use super::screen::{Screening, bank};
 
 /// Widths that are looked for, s.
 const WIDTHS: [f64; 5] = [0.1, 0.2, 0.35, 0.55, 0.85];
-/// Most pushes.
+/// Most impulses.
 const MOST: usize = 4;
 /// Places of each width.
 const PLACES: usize = 3;
@@ -26,7 +26,7 @@ const START: f64 = 0.12;
 /// Steps of begin (in widths) and factors of width of the refinement.
 const STEPS: [[f64; 2]; 3] = [[0.3, 1.3], [0.15, 1.15], [0.07, 1.07]];
 
-/// The pushes on a place that explain most beside laws that stand (columns, with amplitudes as their priors have them).
+/// The impulses on a place that explain most in addition to accepted laws (columns, with amplitudes as their priors have them).
 ///
 /// # Errors
 /// Where no filter was made for the plant's size.

@@ -1,4 +1,4 @@
-//! All shapes at once: the best evidence of each beside the base, over a few intensities.
+//! All shapes at once: the best evidence of each in addition to the base, over a few intensities.
 
 use trueup_estimation::innovations::column::{AppliedLaw, Column};
 use trueup_estimation::innovations::evidence::{AmplitudePriors, log_evidence};
@@ -44,7 +44,7 @@ pub fn all_shapes(frame: &InnovationsFrame, sizes: &UsualSizes) -> Vec<EffectCan
     shapes.filter_map(|(l, s)| EffectCandidate::new(l, &along, s)).collect()
 }
 
-/// A base along the present trajectory of a frame, beside which candidates are looked at. What was passed at an intensity is kept:
+/// A base along the present trajectory of a frame, to which candidates are compared. What was passed at an intensity is kept:
 /// the frame must not change meanwhile.
 pub struct Screening {
     packed: PackedColumns,
@@ -53,13 +53,13 @@ pub struct Screening {
 }
 
 impl Screening {
-    /// Data, nuisances and laws that stand.
+    /// Data, nuisances and accepted laws.
     pub fn new(frame: &InnovationsFrame, standing: &[AppliedLaw]) -> Self {
         let (packed, priors) = frame.packed(standing);
         Self { packed, priors, passed: Vec::new() }
     }
 
-    /// Looks at candidates at these intensities; tells the evidence of the base alone.
+    /// Looks at candidates at these intensities; returns the evidence of the base alone.
     ///
     /// # Errors
     /// Where no filter was made for the plant's size.
@@ -71,11 +71,11 @@ impl Screening {
     ) -> Result<f64, SizeError> {
         let mut alone = f64::NEG_INFINITY;
         candidates.iter_mut().for_each(|c| c.evidence = f64::NEG_INFINITY);
+        let new = bank.iter().filter(|q| !self.passed.iter().any(|p| p.0 == **q));
+        let new: Vec<Vec<f64>> = new.cloned().collect();
+        let passed = frame.pass_bank(&self.packed, &new)?;
+        self.passed.extend(new.into_iter().zip(passed));
         for q in bank {
-            if !self.passed.iter().any(|p| p.0 == *q) {
-                let base = frame.pass_base(&self.packed, q)?;
-                self.passed.push((q.clone(), base));
-            }
             let Some((_, base)) = self.passed.iter().find(|p| p.0 == *q) else { continue };
             let groups: Vec<&[Column]> = candidates.iter().map(|c| &c.applied.columns[..]).collect();
             let groups = frame.pass_groups(&self.packed, base, &groups, q)?;

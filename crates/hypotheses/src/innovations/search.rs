@@ -1,16 +1,17 @@
 //! What explains the gap: a screen of all shapes at once, leaders refined and fitted, other structures in frames of their own,
-//! pairs beside what the first leaves. All evidences are of the same readings.
+//! pairs for what the first leaves. All evidences are of the same readings.
 
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use trueup_estimation::innovations::fixed_point::FitEnd;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::kernel::SizeError;
 use trueup_estimation::innovations::linear::Feedback;
 use trueup_estimation::innovations::two_mass::TwoMassPlant;
-use trueup_signals::Loaded;
+use trueup_signals::{Loaded, Recording};
 
 use super::along::{JointAlong, UsualSizes};
 use super::candidate::{EffectCandidate, applied};
@@ -29,6 +30,9 @@ const LEADERS: [usize; 2] = [7, 2];
 const ROUNDS: [usize; 2] = [8, 4];
 /// Nats of the screen below which nothing is fitted.
 const LEAST: f64 = 4.0;
+/// Share of the best gain below which a fit ends early, and the gain from which on: what is named, refined again or gets a second
+/// effect beside it has more.
+const HOPELESS: (f64, f64) = (0.3, 100.0);
 /// Starts after a release, in usual speeds with their exponents: a screen along a wrong release does not see them.
 const AFTER_RELEASE: [(f64, f64); 4] = [(0.02, 1.0), (0.05, 1.0), (0.05, 2.0), (0.1, 1.0)];
 /// Torque held at rest, in levels of dry friction, from which on there is a release.
@@ -41,7 +45,7 @@ pub enum JointSearchError {
     #[error(transparent)]
     Nodes(#[from] NodesError),
     /// Not one of the plants that this is made for.
-    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}; leave --engine out")]
+    #[error("{file}: the innovations engine is made for TwoMassJoint, not for {model}")]
     Model {
         /// The case.
         file: String,
@@ -57,7 +61,7 @@ pub enum JointSearchError {
         name: &'static str,
     },
     /// Known effects, gains, offsets, delays that are estimated.
-    #[error("{file}: the innovations engine does not know {what}; leave --engine out")]
+    #[error("{file}: the innovations engine does not know {what}")]
     Known {
         /// The case.
         file: String,
@@ -89,9 +93,18 @@ pub fn frame_of(loaded: &Loaded) -> Result<(InnovationsFrame, TwoMassPlant), Joi
     if case.model != "TwoMassJoint" {
         return Err(JointSearchError::Model { file: file(), model: case.model.clone() });
     }
-    let mut sensors = loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
-    let doubted = sensors.any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
-    let known = [(!case.effects.is_empty(), "known effects"), (doubted, "gains, offsets and unknown delays")];
+    let sensors = || loaded.recordings.values().flat_map(|r| &r.channels).map(|c| &c.sensor);
+    let doubted = sensors().any(|s| s.gain.is_some() || s.offset.is_some() || s.late.is_some());
+    let [sticks, slides] = ["staticFriction", "coulombFriction"].map(|name| case.number(name).unwrap_or(0.0));
+    let own = |r: &Recording| r.parameters.keys().any(|name| !name.starts_with("initial"));
+    let known = [
+        (!case.effects.is_empty(), "known effects"),
+        (doubted, "gains, offsets and unknown delays"),
+        (sensors().any(|s| s.delay != 0.0), "declared delays"),
+        (sticks > slides, "static friction above Coulomb friction"),
+        (case.doubt("gearRatio").is_some(), "a gear ratio that is not known"),
+        (loaded.recordings.values().any(own), "parameters of single recordings"),
+    ];
     if let Some((_, what)) = known.into_iter().find(|k| k.0) {
         return Err(JointSearchError::Known { file: file(), what });
     }
@@ -208,7 +221,9 @@ fn leaders(
             let Some(c) = c.again(&frame.borrow(), sizes) else { continue };
             refine(&mut frame.borrow_mut(), c, sizes, &[], 3)?
         };
-        out.push(fit_candidate(frame, &c, sizes, rounds)?);
+        let gain = out.iter().map(|h: &FittedEffect| h.evidence - null.evidence).fold(0.0, f64::max);
+        let hopeless = if gain > HOPELESS.1 { null.evidence + HOPELESS.0 * gain } else { f64::NEG_INFINITY };
+        out.push(fit_candidate(frame, &c, sizes, FitEnd { rounds, hopeless })?);
     }
     Ok(out)
 }

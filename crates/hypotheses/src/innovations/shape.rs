@@ -9,7 +9,7 @@ pub struct LawShape {
     pub form: &'static str,
     /// Numbers by name.
     pub values: Vec<(&'static str, f64)>,
-    /// Begin and width of pushes, s.
+    /// Begin and width of impulses, s.
     pub pulses: Vec<[f64; 2]>,
 }
 

@@ -4,14 +4,20 @@ use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
-use super::along::JointAlong;
+use trueup_estimation::innovations::numeric::median;
+use trueup_estimation::innovations::recording::NodeRecording;
 
-/// Bins of the angle in a turn.
+use super::along::{JointAlong, JointSeries};
+
+/// Orders below which the spectrum has [`BINS`] bins of the angle in a turn, with how many peaks of each kind are kept in which
+/// band: slow orders are strong where anything drifts, and would hide the others.
+const BANDS: [([f64; 2], usize); 2] = [([0.2, 0.4], 1), ([0.4, 12.5], 4)];
+/// Bins of the angle in a turn, for these bands.
 const BINS: f64 = 64.0;
-/// Orders that are looked for, per turn.
-const ORDERS: [f64; 2] = [0.4, 12.5];
-/// Peaks of each kind.
-const PEAKS: usize = 4;
+/// Highest order of all.
+const HIGHEST: f64 = 400.0;
+/// Peaks of each kind among the orders above those bands.
+const FAST_PEAKS: usize = 4;
 /// Half the width of the running median, in orders.
 const NEAR: f64 = 0.25;
 
@@ -29,9 +35,52 @@ pub struct OrderPeaks {
 impl OrderPeaks {
     /// Of a frame's scores.
     pub fn of(along: &JointAlong<'_>) -> Self {
-        let width = 2.0 * PI / BINS;
+        let mut all = Self::default();
+        all.add(&OrderSpectra::new(along, BINS), &BANDS);
+        let [_, usual] = BANDS[1].0;
+        let highest = sampled_order(along).min(HIGHEST);
+        if highest > usual {
+            all.add(&OrderSpectra::new(along, 2.5 * highest), &[([usual, highest], FAST_PEAKS)]);
+        }
+        all
+    }
+
+    fn add(&mut self, spectra: &OrderSpectra, bands: &[([f64; 2], usize)]) {
+        for (to, power) in
+            [&mut self.ripple, &mut self.gear, &mut self.reading].into_iter().zip(&spectra.powers)
+        {
+            for (band, peaks) in bands {
+                to.extend(spectra.peaks(power, *band, *peaks));
+            }
+        }
+    }
+}
+
+/// Order of which nodes show two points a period at the median speed of sliding. Above it, at that speed, a lower order looks the
+/// same.
+fn sampled_order(along: &JointAlong<'_>) -> f64 {
+    let runs = along.runs.iter().zip(&along.frame.runs);
+    let sliding = |(r, run): (&JointSeries, &NodeRecording)| -> Vec<f64> {
+        (0..r.nodes).filter(|t| run.signs.mode[*t] == 0).map(|t| (r.motor_speed[t] * r.dt).abs()).collect()
+    };
+    let steps: Vec<f64> = runs.flat_map(sliding).collect();
+    if steps.is_empty() { 0.0 } else { PI / (median(steps) + 1e-300) }
+}
+
+/// Power of the scores by order, summed over recordings.
+struct OrderSpectra {
+    /// Torque of the motor, error of the gear, reading of the motor's angle.
+    powers: [Vec<f64>; 3],
+    /// From one order to the next.
+    step: f64,
+}
+
+impl OrderSpectra {
+    /// With these bins of the angle in a turn.
+    fn new(along: &JointAlong<'_>, bins_of_turn: f64) -> Self {
+        let width = 2.0 * PI / bins_of_turn;
         let bins = (along.sizes.range / width * 4.0 + 64.0).log2().ceil().exp2() as usize;
-        let mut powers = vec![vec![0.0; bins / 2 + 1]; 3];
+        let mut powers = [(); 3].map(|()| vec![0.0; bins / 2 + 1]);
         let frame = along.frame;
         let reading = frame.intake.channel_of(0).map_or(0, |c| frame.coordinates() + c);
         let fft = RealFftPlanner::<f64>::new().plan_fft_forward(bins);
@@ -58,24 +107,27 @@ impl OrderPeaks {
                 }
             }
         }
-        let order = |k: usize| 2.0 * PI * k as f64 / (bins as f64 * width);
-        let inside: Vec<usize> =
-            (0..bins / 2 + 1).filter(|k| order(*k) > ORDERS[0] && order(*k) < ORDERS[1]).collect();
-        let half = ((NEAR / order(1)) as usize).max(1);
-        let mut peaks = powers.iter().map(|power| {
-            let q: Vec<f64> = inside.iter().map(|k| power[*k]).collect();
-            let largest = q.iter().copied().fold(0.0, f64::max);
-            let middle = running_median(&q, half);
-            let over = q.iter().zip(middle).map(|(q, m)| q / (m + 1e-30 * largest + 1e-300)).collect();
-            let all = highest(over).into_iter().chain(highest(q));
-            all.map(|i| order(inside[i])).collect::<Vec<f64>>()
-        });
-        let mut next = || peaks.next().unwrap_or_default();
-        Self { ripple: next(), gear: next(), reading: next() }
+        Self { powers, step: 2.0 * PI / (bins as f64 * width) }
+    }
+
+    /// Orders of the highest peaks between two orders: as many over the running median, and as many as they are.
+    fn peaks(&self, power: &[f64], [low, high]: [f64; 2], peaks: usize) -> Vec<f64> {
+        let order = |k: usize| k as f64 * self.step;
+        let inside: Vec<usize> = (0..power.len()).filter(|k| order(*k) > low && order(*k) < high).collect();
+        if inside.is_empty() {
+            return Vec::new();
+        }
+        let half = ((NEAR / self.step) as usize).max(1);
+        let q: Vec<f64> = inside.iter().map(|k| power[*k]).collect();
+        let largest = q.iter().copied().fold(0.0, f64::max);
+        let middle = running_median(&q, half);
+        let over = q.iter().zip(middle).map(|(q, m)| q / (m + 1e-30 * largest + 1e-300)).collect();
+        let all = highest(over, peaks).into_iter().chain(highest(q, peaks));
+        all.map(|i| order(inside[i])).collect()
     }
 }
 
-/// These orders beside usual ones: to four digits, increasing, each once.
+/// These orders in addition to usual ones: to four digits, increasing, each once.
 pub fn with_usual(peaks: &[f64], usual: &[f64]) -> Vec<f64> {
     let rounded = |x: &f64| (x * 1e4).round_ties_even() / 1e4;
     let mut all: Vec<f64> = peaks.iter().chain(usual).map(rounded).collect();
@@ -127,9 +179,9 @@ fn running_median(q: &[f64], half: usize) -> Vec<f64> {
 }
 
 /// Indices of the highest values, none within 8 of another.
-fn highest(mut y: Vec<f64>) -> Vec<usize> {
+fn highest(mut y: Vec<f64>, peaks: usize) -> Vec<usize> {
     let mut out = Vec::new();
-    for _ in 0..PEAKS {
+    for _ in 0..peaks {
         let best = y.iter().enumerate().fold(None, |m: Option<(usize, f64)>, (i, v)| match m {
             Some((_, b)) if b >= *v => m,
             _ => Some((i, *v)),

@@ -100,7 +100,7 @@ pub fn with_tip(
     Ok(Some(of_structure(z, "flexible-link", LawShape::new("load", "states", &values), fit, evidence)))
 }
 
-/// A motor with dry friction where the owner has none: its level is among the unknowns.
+/// A motor with dry friction where the nominal model has none: its level is among the unknowns.
 ///
 /// # Errors
 /// Where no filter was made for the plant's size.
@@ -171,7 +171,7 @@ pub fn with_spring(f: &InnovationsFrame, plant: &TwoMassPlant) -> Result<Option<
     Ok(Some(of_structure(z, "joint-flexibility", shape, fit, evidence)))
 }
 
-/// Values with which hypotheses begin, and the owner's standard deviations.
+/// Values with which hypotheses begin, and the prior standard deviations.
 fn beliefs(f: &InnovationsFrame) -> (Vec<f64>, Vec<f64>) {
     (f.start.clone(), f.plant.parameters().iter().map(|p| p.deviation).collect())
 }

@@ -10,7 +10,7 @@ use super::levels::{
 use super::pairs::FittedPair;
 use super::search::JointFindings;
 
-/// What is said of a case.
+/// The result for a case.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointVerdict {
     /// Nothing is missing.

@@ -61,7 +61,7 @@ enum Command {
     Table { files: Vec<PathBuf> },
 }
 
-/// Every combination of case, joint, rate and counts that is asked for.
+/// Every combination of case, joint, rate and counts that is requested.
 pub(crate) fn cells() -> Vec<Cell> {
     let mut all = Vec::new();
     for case in ['A', 'B', 'C'] {

@@ -39,7 +39,7 @@ pub struct Estimate {
     pub value: f64,
     /// Standard error from the curvature and the residual; `None` where the data do not give it.
     pub standard_error: Option<f64>,
-    /// It lies on this bound.
+    /// It is on this bound.
     pub bound: Option<f64>,
 }
 
@@ -122,7 +122,7 @@ pub fn fit(run: &FlexibleJoint, method: Method) -> Result<Fit, RunError> {
     let free = last.len().saturating_sub(4).max(1) as f64;
     let variance = cost(&last) / free;
     let on = |k: usize| [lower[k], upper[k]].into_iter().find(|b| (z[k] - b).abs() < 1e-9);
-    // What lies on a bound is held there.
+    // What is on a bound is held there.
     let held = |k: usize| on(k).is_some();
     let mut normal = Matrix4::zeros();
     for (_, d) in &last {

@@ -2,7 +2,7 @@
 //! initial offset lambda = q(0) - q_m(0) of its spring, from the joint's angle as the vision system shows it (eq. 21).
 //!
 //! The other joints follow their encoders. The flexible joint's motor is driven by its torque, or follows its encoder
-//! too ([`Motor`]); then I_m is felt by the satellite alone and hardly to be had.
+//! too ([`Motor`]); then I_m acts on the satellite alone and is hardly identifiable.
 
 mod fit;
 mod replay;

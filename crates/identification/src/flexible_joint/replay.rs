@@ -58,7 +58,7 @@ pub enum RunError {
 /// A run with its model: from the four unknowns to the joint's angle at the samples.
 #[derive(Clone, Debug)]
 pub struct FlexibleJoint {
-    /// The arm, some of its motors led.
+    /// The arm, some of its motors prescribed.
     replay: Arc<dyn Plant>,
     links: usize,
     p: Vec<f64>,
@@ -71,7 +71,7 @@ pub struct FlexibleJoint {
 
 impl FlexibleJoint {
     /// `p`: parameters of the manipulator, of which motorInertia, jointStiffness, jointDamping and the initial angle of
-    /// joint `joint` (from 0) are the unknowns; its other initial values hold, motors begin as `run` says.
+    /// joint `joint` (from 0) are the unknowns; its other initial values hold, motors begin as in `run`.
     /// `motor_angle`: q_m(0) in rad where the motor is driven by torque.
     ///
     /// # Errors
@@ -103,7 +103,7 @@ impl FlexibleJoint {
             ));
         }
         if arm.flexible().iter().filter(|f| **f).count() != 1 {
-            return shape("more than one joint is flexible; this identification knows one".into());
+            return shape("more than one joint is flexible; this identification has one".into());
         }
         let mut led: Vec<(usize, &Spline)> = (0..n).filter(|j| *j != joint).zip(&run.others).collect();
         if let Motor::Motion(spline) = &run.motor {

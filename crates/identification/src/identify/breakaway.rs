@@ -3,7 +3,11 @@
 use nalgebra::DMatrix;
 use trueup_models::joint::{input, output, parameter as p};
 
-use super::{Found, Identified, IdentifyError, Leverage, Method};
+use super::error::IdentifyError;
+use super::found::Found;
+use super::identified::Identified;
+use super::leverage::Leverage;
+use super::method::Method;
 use crate::estimate::Estimated;
 use crate::model::Model;
 use crate::quasi_static::{Breakaway, StaticError, breakaway, static_friction};
@@ -28,7 +32,7 @@ fn of_run(nominal: &[f64], run: &Run) -> Result<Breakaway, IdentifyError> {
     };
     let t: Vec<f64> = angle.t.iter().map(|t| t - angle.delay).collect();
     let u: Vec<f64> = t.iter().map(|t| at(current, *t)).collect();
-    // Through the spring the motor holds what the load is under when it stands.
+    // Through the spring the motor holds the torque on the load at rest.
     let load = run.drives.iter().find(|d| d.input == input::EXTERNAL_TORQUE && !d.t.is_empty());
     let external = load.map_or(0.0, |d| at(d, run.start)) / nominal[p::GEAR_RATIO];
     let noise = (angle.sigma.powi(2) - angle.resolution.powi(2) / 12.0).max(0.0).sqrt();
@@ -53,7 +57,7 @@ pub(super) fn found(model: &Model, nominal: &[f64], runs: &[Run]) -> Result<Iden
     };
     let shown = |estimate: Estimated, unit, nominal: f64| Found { estimate, unit, nominal, doubt: None };
     let reason =
-        standard_error.is_none().then(|| "one ramp says nothing of its spread; record several".to_owned());
+        standard_error.is_none().then(|| "one ramp does not show its spread; record several".to_owned());
     let estimate = Estimated { reason, ..one("staticFriction", None, value, standard_error) };
     let nuisance = (runs.iter().zip(&all).enumerate())
         .map(|(r, (run, b))| {

@@ -1,11 +1,12 @@
-//! What an experiment begun otherwise would tell: expected standard errors over the value of an initial state, or of
+//! What an experiment from another start would identify: expected standard errors over the value of an initial state, or of
 //! another parameter that is not fitted.
 //!
 //! The Cramer-Rao bound (J^T J)^-1, J the exact sensitivities of the case's own runs, begun so, at the estimates; sensors,
 //! noise, sampling, inputs and priors are the case's. It holds if the model is right and readings err independently.
 
-use super::simulation::Searched;
-use super::{Found, IdentifyError};
+use super::error::IdentifyError;
+use super::found::Found;
+use super::searched::Searched;
 use crate::covariance::Information;
 use crate::lsq::Problem;
 use crate::output_error::OutputError;
@@ -100,7 +101,7 @@ impl Varied {
         }
     }
 
-    /// All that can be said about the fit `theta`, whose first unknowns are those `shared` by all recordings.
+    /// The whole prediction for the fit `theta`, whose first unknowns are those `shared` by all recordings.
     ///
     /// # Errors
     /// [`IdentifyError::Refused`] with the value at which the model cannot be simulated.

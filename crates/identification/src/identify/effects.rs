@@ -1,4 +1,4 @@
-//! Effects that are fitted beside the model's parameters: where their parameters lie, how large they are likely to be, and
+//! Effects that are fitted together with the model's parameters: where their parameters are, how large they are likely to be, and
 //! where a search for them begins.
 
 use trueup_models::effect::{Choice, Measure, Neutral, ParameterSpec, Placed, Plant, Role, Scope};
@@ -11,7 +11,7 @@ use crate::run::Run;
 use crate::sizes::{Rig, Sizes};
 use crate::unknown::{Scale, Target, Unknown};
 
-/// Deviation of the logarithm of a shape that nobody knows, and of an angle in rad.
+/// Deviation of the logarithm of an unknown shape, and of an angle in rad.
 const SHAPELESS: f64 = 2.0;
 /// Multiples of its size that a shape is tried at.
 const SHAPES: &[f64] = &[0.1, 0.3, 1.0, 4.0];
@@ -21,9 +21,9 @@ const LARGER: [f64; 2] = [5.0, 25.0];
 
 /// What is fitted of them.
 pub(super) struct Effects {
-    /// Their unknowns, all asked for.
+    /// Their unknowns, all requested.
     pub(super) fitted: Vec<Fitted>,
-    /// Parameter and value of each further start, with what it is.
+    /// Parameter and value of each further start, with its meaning.
     looks: Vec<(String, usize, f64)>,
     /// Parameters that grow with the effect's size, and from where.
     sized: Vec<(usize, f64)>,
@@ -51,7 +51,9 @@ pub(super) fn of(
         let spec = choice.spec();
         let refuse = |what: &str| Err(IdentifyError::Unknowns(format!("{id} {what}")));
         if case.known_effects().contains(&id.as_str()) {
-            return refuse("is in [effects] too: there it has values and doubts, here none; name it once");
+            return refuse(
+                "is in [effects] too: there it has values and standard deviations, here none; name it once",
+            );
         }
         if spec.loosens() {
             return refuse("is a spring; write jointFlexible = true, and fit its stiffness and damping");
@@ -112,7 +114,7 @@ impl Effects {
                 nominal[at] = given.unwrap_or(size);
                 return;
             }
-            // Every recording begins anew, or as the case says.
+            // Every recording begins again, or as in the case.
             Role::Initial => {
                 nominal[at] = given.unwrap_or(0.0);
                 return;
@@ -183,7 +185,7 @@ impl Effects {
         }
     }
 
-    /// Names of the plant's own parameters that the effects stand on, and without which they do nothing.
+    /// Names of the plant's own parameters that the effects depend on, and without which they do nothing.
     pub(super) fn stands_on(model: &Model, case: &Case) -> Vec<&'static str> {
         if model.effect_plant() == Plant::Arm {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! How long a fit of long recordings will take, said before it begins.
+//! How long a fit of long recordings will take, reported before it begins.
 
 use std::time::Instant;
 
@@ -6,12 +6,12 @@ use crate::lsq::Problem;
 use crate::output_error::OutputError;
 use crate::run::Run;
 
-/// Readings from which on it is asked.
+/// Readings from which on it is made.
 const LONG: usize = 200_000;
 /// s: what takes less with its derivatives is not worth a word.
 const SHORT: f64 = 0.5;
 
-/// Times one simulation with derivatives. Nothing is said where recordings are short, or cannot be simulated (which the fit says).
+/// Times one simulation with derivatives. Nothing is reported where recordings are short, or cannot be simulated (which the fit reports).
 pub(super) fn tell(problem: &OutputError, progress: &dyn Fn(&str)) {
     let readings: usize = problem.runs().iter().map(Run::len).sum();
     if readings < LONG {

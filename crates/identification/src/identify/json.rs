@@ -41,7 +41,7 @@ fn figures(list: &[Figure]) -> Value {
     Value::Object(list.iter().map(one).collect())
 }
 
-/// All of it but the [design](super::Designed), which is for who asked for it.
+/// All of it but the [design](super::Designed), which is given on request.
 pub fn json(r: &Identified) -> Value {
     let names: Vec<&str> =
         r.parameters.iter().chain(&r.uncertain).map(|f| f.estimate.name.as_str()).collect();

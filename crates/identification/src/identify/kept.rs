@@ -1,4 +1,4 @@
-//! What the recordings cannot tell keeps the value that the case has.
+//! What the recordings cannot determine keeps the value that the case has.
 //!
 //! A fit moves an unknown that nothing determines to wherever chance takes it. Where the case's values fit as well, by the
 //! likelihood ratio (Wilks 1938), the estimate stays with them.
@@ -12,7 +12,7 @@ use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::unknown::{Target, Unknown};
 
-/// Probability with which chance alone lifts the cost by less than what is still taken for chance.
+/// Probability with which chance alone lifts the cost by less than what still counts as chance.
 const LEVEL: f64 = 0.95;
 
 /// An unknown that keeps its value.

@@ -1,8 +1,8 @@
-//! By how much estimates move with what is held to be known.
+//! By how much estimates move with what is assumed known.
 
 use nalgebra::DMatrix;
 
-use super::simulation::Searched;
+use super::searched::Searched;
 use crate::estimate;
 use crate::fit::Fit;
 use crate::lsq::Problem;
@@ -12,13 +12,13 @@ use crate::unknown::{Target, Unknown};
 /// d(estimate)/estimate over d(known)/known; of a sensor's zero, over one step of its reading.
 #[derive(Clone, Debug, Default)]
 pub struct Leverage {
-    /// What is held to be known.
+    /// What is assumed known.
     pub known: Vec<String>,
     /// One row per parameter and uncertain one, one column per known.
     pub values: DMatrix<f64>,
 }
 
-/// What is held to be known of a joint and of an arm, if it is not fitted.
+/// What is assumed known of a joint and of an arm, if it is not fitted.
 const JOINT: [&str; 4] = ["motorInertia", "torqueConstant", "gearRatio", "loadInertia"];
 const ARM: [&str; 7] =
     ["baseMass", "baseInertia", "linkMass", "linkInertia", "linkLength", "motorInertia", "jointStiffness"];
@@ -75,7 +75,7 @@ pub(super) fn of(
     let known = known.into_iter().chain(periodic).collect::<Vec<_>>();
     let values = DMatrix::from_fn(order.len(), known.len(), |i, c| {
         let wave = |k: usize| turns[(order[i], 2 * (c - extra.len()) + k)];
-        // Of a wave whose phase nobody knows the worst.
+        // Of a wave of unknown phase the worst.
         let moved = if c < extra.len() { all[(order[i], c)] } else { wave(0).hypot(wave(1)) };
         moved * size(order[i])
     });

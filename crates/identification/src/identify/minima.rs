@@ -10,14 +10,14 @@ use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use trueup_numerics::order::ascending;
 
-/// Logarithm of the odds, 20 to 1, beyond which the recordings tell one set of values from another.
+/// Logarithm of the odds, 20 to 1, beyond which the recordings distinguish one set of values from another.
 const ODDS: f64 = 3.0;
 /// Standard errors by which an unknown of another minimum is off.
 const APART: f64 = 5.0;
 /// Starts that are followed to their minimum, those of the lowest cost.
 const FOLLOWED: usize = 4;
 
-/// The lowest of the minima that the starts lead to. Others within chance of it are told in `notes`, by those of the
+/// The lowest of the minima that the starts lead to. Others within chance of it are reported in `notes`, by those of the
 /// first `shared` unknowns that differ.
 ///
 /// # Errors
@@ -72,7 +72,7 @@ pub(super) fn lowest(
             })
             .collect();
         notes.push(format!(
-            "other values fit as well but for chance ({:.1} to 1 against them): {}. The intervals do not hold them; a recording that excites it otherwise, or a doubt under [uncertain], decides",
+            "other values fit as well but for chance ({:.1} to 1 against them): {}. The intervals do not hold them; a recording that excites it otherwise, or an entry under [uncertain], decides",
             ((other.cost - fit.cost) / (size * size)).exp(),
             values.join(", ")
         ));

@@ -4,66 +4,24 @@ use nalgebra::DMatrix;
 use trueup_signals::Loaded;
 use trueup_signals::process::Misfit;
 
-use super::{
-    Found, Identified, IdentifyError, Method, Settings, Start, design, forecast, found, kept, leverage,
-    minima, starts, unknowns,
-};
+use super::error::IdentifyError;
+use super::found::{Found, found};
+use super::identified::{Identified, Settings};
+use super::method::Method;
+use super::searched::Searched;
+use super::starts::Start;
+use super::{design, forecast, kept, leverage, minima, starts, unknowns};
 use crate::estimate::{Settings as EstimateSettings, assess};
 use crate::fit::{Comparison, Fit, FitOptions, compare, fit, fit_carried, of_solution, refine};
-use crate::fmu::FmuModel;
 use crate::lsq::{Loss, Problem, Stop, solve};
-use crate::model::Model;
 use crate::nelder_mead::nelder_mead;
 use crate::output_error::OutputError;
 use crate::predict::PredictError;
 use crate::recorded::nuisance;
 use crate::run::Run;
-use crate::subject::Subject;
 use crate::unknown::{Target, Unknown};
 
-/// What differs between a model of ours and an FMU.
-pub(super) trait Searched: Subject {
-    /// Its name.
-    fn title(&self) -> String;
-    /// Intervals by profiles cost hundreds of fits.
-    fn profiles(&self) -> bool;
-    /// Where to begin.
-    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start>;
-    /// Further starts from a solution.
-    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>>;
-}
-
-impl Searched for Model {
-    fn title(&self) -> String {
-        self.structure().model.clone()
-    }
-    fn profiles(&self) -> bool {
-        true
-    }
-    fn starts(&self, nominal: &[f64], runs: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
-        starts::find(self, nominal, runs, fitted)
-    }
-    fn again(&self, unknowns: &[Unknown], fit: &Fit) -> Vec<Vec<f64>> {
-        starts::above_coulomb(self, unknowns, fit)
-    }
-}
-
-impl Searched for FmuModel {
-    fn title(&self) -> String {
-        self.name().to_owned()
-    }
-    fn profiles(&self) -> bool {
-        false
-    }
-    fn starts(&self, _: &[f64], _: &[Run], fitted: &[unknowns::Fitted]) -> Vec<Start> {
-        starts::around(fitted)
-    }
-    fn again(&self, _: &[Unknown], _: &Fit) -> Vec<Vec<f64>> {
-        Vec::new()
-    }
-}
-
-/// Readings that stand out from their neighbours by more than any noise: the residual less the median of the seven
+/// Readings that differ from their neighbours by more than any noise: the residual less the median of the seven
 /// about it, against 8 times the larger of noise and usual size of that.
 fn outliers(c: &Comparison) -> Vec<usize> {
     let n = c.whitened.len();
@@ -86,7 +44,7 @@ fn outliers(c: &Comparison) -> Vec<usize> {
     if found.len() * 20 > n { Vec::new() } else { found }
 }
 
-/// Channels whose noise nobody has declared weigh by what the fit leaves.
+/// Channels whose noise is not declared weigh by what the fit leaves.
 fn undeclared(loaded: &Loaded, runs: &[Run]) -> Vec<String> {
     let mut names: Vec<String> =
         runs.iter().flat_map(|r| r.channels.iter().map(|c| c.name.clone())).collect();
@@ -110,7 +68,7 @@ pub(super) fn by_simulation(
     let loss = Loss::Huber(4.0);
     let free = undeclared(loaded, &train);
     let shared: Vec<Unknown> = fitted.iter().map(|f| f.unknown.clone()).collect();
-    // Before anything is fitted: what is asked for may not be there.
+    // Before anything is fitted: what is requested may not be there.
     let varied =
         settings.design.map(|d| design::Varied::of(model, d, &shared).map(|v| (d, v))).transpose()?;
     let with_nuisance = |train: &[Run]| {
@@ -144,7 +102,7 @@ pub(super) fn by_simulation(
             }
         }
         notes.push(format!(
-            "noise of {} is not declared: weighed by what the fit leaves, so that it cannot be said whether the fit reaches the noise floor; declare noise or resolution under [channels]",
+            "noise of {} is not declared: weighed by what the fit leaves, so that it is not known whether the fit reaches the noise floor; declare noise or resolution under [channels]",
             free.join(", ")
         ));
     }
@@ -161,7 +119,7 @@ pub(super) fn by_simulation(
                 rough = Fit { origins: rough.origins, ..lifted };
             }
         }
-        // Where the model is as wrong as that, what stands out is not the readings.
+        // Where the model is as wrong as that, the outliers are not the readings.
         let wrong = hopeless(&problem, &rough);
         let spikes: Vec<Vec<usize>> = rough
             .comparisons
@@ -218,7 +176,7 @@ pub(super) fn by_simulation(
         Some((slack, finer)) => {
             problem.read_intervals(Some(slack));
             notes.push(format!(
-                "readings of coarse sensors are taken for the counts that they are, with an error of {slack} counts before counting"
+                "readings of coarse sensors are treated as counts, with an error of {slack} counts before counting"
             ));
             of_solution(&problem, finer, loss, fit.origins)?
         }
@@ -259,7 +217,7 @@ pub(super) fn by_simulation(
     }
     let own = all.split_off(shared.len());
     let designed = varied.map(|(d, v)| {
-        (settings.progress)("what runs begun otherwise would tell");
+        (settings.progress)("what runs from other starts would identify");
         v.designed(model, d, &problem, &fit.theta, &all)
     });
     let designed = designed.transpose()?;
@@ -319,7 +277,7 @@ pub(super) fn by_simulation(
 const HOPELESS: f64 = 50.0;
 
 /// By how much residuals usually exceed the noise, that of the inputs included, whatever a few outliers do; `None` if
-/// not by so much, or if it cannot be said.
+/// not by so much, or if it is not known.
 fn hopeless(problem: &OutputError, fit: &Fit) -> Option<f64> {
     let usual = |residuals: &[f64]| {
         let mut all: Vec<f64> = residuals[..problem.readings()].iter().map(|r| r.abs()).collect();

@@ -1,7 +1,8 @@
 //! Where a search begins: the case's values, staged guesses by regression, and values to either side.
 
+use super::error::IdentifyError;
+use super::method::Method;
 use super::unknowns::Fitted;
-use super::{IdentifyError, Method};
 use crate::fit::Fit;
 use crate::model::Model;
 use crate::predict::{InputMap, Plan, predict};

@@ -1,11 +1,11 @@
-//! What a case asks to be fitted, and what it is unsure of.
+//! What a case requests to be fitted, and what it declares uncertain.
 
 use trueup_models::arm::PayloadParameter;
 use trueup_signals::{Case, Guess, base_name};
 
-use super::IdentifyError;
+use super::error::IdentifyError;
 use crate::run::Run;
-use crate::sensors::{Figure, Of, Sought, sought};
+use crate::sensor_unknowns::{Figure, Of, Sought, sought};
 use crate::subject::Subject;
 use crate::unknown::{Scale, Target, Unknown};
 
@@ -13,13 +13,13 @@ use crate::unknown::{Scale, Target, Unknown};
 #[derive(Clone, Debug)]
 pub(super) struct Fitted {
     pub unknown: Unknown,
-    /// The case asks for it; else it is only uncertain.
+    /// The case requests it; else it is only uncertain.
     pub asked_for: bool,
     /// Relative, from the case.
     pub doubt: Option<f64>,
 }
 
-/// Asked for (by the case, and `besides`), then uncertain ones that are not.
+/// Requested (by the case, and `besides`), then uncertain ones that are not.
 pub(super) fn of(
     model: &dyn Subject,
     case: &Case,
@@ -61,7 +61,7 @@ pub(super) fn of(
     Ok(all)
 }
 
-/// Gains and delays of sensors, the same in all recordings; offsets are estimated in each anew.
+/// Gains and delays of sensors, the same in all recordings; offsets are estimated in each recording.
 fn sensors(model: &dyn Subject, runs: &[Run]) -> Vec<Fitted> {
     let one = |s: &Sought| {
         let (channel, target) = match (s.of, s.figure) {
@@ -122,7 +122,7 @@ fn one(
     Fitted { unknown, asked_for, doubt }
 }
 
-/// How large a value is likely to be of which the case says 0.
+/// How large a value is likely to be that is 0 in the case.
 fn typical(model: &dyn Subject, nominal: &[f64], runs: &[Run], name: &str) -> f64 {
     let value = |n: &str| model.parameter(n).map_or(1.0, |i| nominal[i]);
     let largest = |i: usize| {

@@ -1,4 +1,4 @@
-//! Effects that the owner of a case knows to be there.
+//! Effects that a case declares.
 
 use trueup_models::effect::{Choice, Neutral, Plant, Role, Scope};
 use trueup_signals::{Case, base_name, element_name};
@@ -33,7 +33,7 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
         let indexed = plant == Plant::Arm && choice.scope() == Scope::Joint;
         match known.joint {
             Some(j) if !indexed && (plant == Plant::Arm || j > 1) => {
-                return refuse(format!("it stands once in {}; remove joint = {j}", case.model));
+                return refuse(format!("it occurs once in {}; remove joint = {j}", case.model));
             }
             Some(j) if j > model.structure().flexible.len() => {
                 let n = model.structure().flexible.len();
@@ -41,7 +41,7 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
             }
             _ => {}
         }
-        // Whose parameter is it that stands there?
+        // Whose parameter is it?
         let own = |name: &str| {
             let base = base_name(name);
             let named = choice.parameters().iter().any(|s| choice.variable(s.name) == base);
@@ -68,7 +68,7 @@ pub(super) fn check(model: &Model, case: &Case) -> Result<(), ModelError> {
         if !all.is_empty() && !all.iter().any(|name| has(name)) {
             let joint = if indexed && known.joint.is_none() { ", and `joint`" } else { "" };
             return refuse(format!(
-                "its size is not given; give what you believe of {}, with a `doubt`{joint}",
+                "its size is not given; give the prior value of {}, with a `doubt`{joint}",
                 all.join(" or ")
             ));
         }

@@ -25,7 +25,7 @@ pub(crate) const TRUTH: [(&str, f64); 5] = [
     ("hysteresisTorque[1]", 0.03),
     ("hysteresisDisplacement[1]", 0.002),
 ];
-/// Initial offset of the spring in deg, test by test: those of tests 2 and 3 are printed, the others lie below test 2's.
+/// Initial offset of the spring in deg, test by test: those of tests 2 and 3 are printed, the others are below test 2's.
 pub(crate) const OFFSETS: [f64; 5] = [0.5, 2.8, -0.2, 1.5, 1.0];
 /// Deviation of an angle by eq. 21 in rad, from 1 mm and 0.1 deg.
 pub(crate) const SEEN: f64 = 2.7e-3;
@@ -98,7 +98,7 @@ pub(crate) fn identified(folder: &Path, train: &[usize], holdout: &[usize], bris
     designed(folder, train, holdout, bristles, None)
 }
 
-/// The same, and what runs begun otherwise would tell.
+/// The same, and what runs from other starts would identify.
 pub(crate) fn designed(
     folder: &Path,
     train: &[usize],

@@ -1,8 +1,9 @@
 //! Forces and accelerations at one instant: (M + J*) dv/dt = Q - C v (S0 eq. 9, ARM-7).
 
-use super::chain::{Chain, Turned, dot, quarter};
+use super::chain::{dot, quarter};
 use super::layout::{input, parameter};
 use super::model::PlanarManipulator;
+use super::motion::Motion;
 use super::rotor;
 use super::solve::Symmetric;
 use super::{MAX_BODIES, MAX_DOFS, MAX_LINKS};
@@ -10,17 +11,6 @@ use crate::drive::{Base, Drive, Spring};
 use crate::friction::{self, Levels, SMOOTH, STUCK};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-
-/// Position and motion of all bodies and drives.
-pub(super) struct Motion<'a, T> {
-    /// Coordinates: x_0, y_0, q_0, q_1 .. q_n, q_m of the flexible joints.
-    pub(super) q: &'a [T],
-    /// Their rates.
-    pub(super) v: &'a [T],
-    pub(super) chain: Chain<T>,
-    pub(super) turned: Turned<T>,
-    pub(super) drives: [Drive<T>; MAX_LINKS],
-}
 
 /// All torques and accelerations.
 pub(super) struct Balance<T> {
@@ -218,7 +208,7 @@ impl PlanarManipulator {
                 }
             }
         }
-        // Not positive definite: the accelerations are NaN, which whoever steps the model refuses.
+        // Not positive definite: the accelerations are NaN, which the caller refuses.
         let _ = mass.solve(&rows[..count], &mut acceleration);
         acceleration[..self.fixed_rows()].fill(T::zero());
         let mut applied = [T::zero(); MAX_LINKS];

@@ -1,4 +1,4 @@
-//! The manipulator as a [`Plant`](trueup_plant::Plant), and one whose motors are led.
+//! The manipulator as a [`Plant`](trueup_plant::Plant), and one whose motors have prescribed motion.
 
 use super::layout::{ArmLayout, BASE_CHOICE, input, output, parameter, states};
 use super::model::BASE_ROWS;
@@ -174,7 +174,7 @@ impl PlantModel for Replay {
         let mut t = self.arm.table();
         let names = elements("motorAcceleration", &[self.arm.links()]);
         t.inputs.extend(self.led.iter().map(|j| Quantity {
-            description: "Measured; what that takes of torque is not asked".into(),
+            description: "Measured; the torque for it is not computed".into(),
             ..Quantity::new(names[*j].clone(), "rad/s2")
         }));
         t

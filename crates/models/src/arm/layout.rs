@@ -1,4 +1,4 @@
-//! The variables of a manipulator with `n` links: what each is, where its values lie in the vectors, and what may be chosen
+//! The variables of a manipulator with `n` links: what each is, where its values are in the vectors, and what may be chosen
 //! of its base.
 
 use crate::layout::{Entry, Items, Shows, State};
@@ -22,8 +22,8 @@ pub static COUPLING: Items = Items {
     name: "MotorCoupling",
     text: "How a motor's rotor is coupled to the body that carries it",
     items: &[
-        ("paper", "as printed: I_m turns with the motor angle, the carrier feels all of I_m"),
-        ("geared", "rotor behind a gear: the carrier feels I_m/N and I_m/N^2"),
+        ("paper", "as printed: I_m turns with the motor angle, the carrier takes the reaction of all of I_m"),
+        ("geared", "rotor behind a gear: the carrier takes that of I_m/N and I_m/N^2"),
     ],
 };
 

@@ -12,6 +12,7 @@ mod compiled;
 pub mod kinematics;
 pub mod layout;
 mod model;
+mod motion;
 mod payload;
 mod replay;
 pub mod rotor;
@@ -38,7 +39,7 @@ const MAX_MODES: usize = 16 * MAX_LINKS;
 /// A manipulator that cannot be built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ArmError {
-    /// So many links were asked for.
+    /// The requested number of links.
     Links(usize),
     /// The effects need so many modes.
     Modes(usize),

@@ -1,8 +1,8 @@
 //! `PlanarManipulator` in the form that every model takes.
 
-use super::balance::Motion;
 use super::chain::Chain;
 use super::layout::{input, output, parameter};
+use super::motion::Motion;
 use super::payload::PAYLOAD;
 use super::solve::Symmetric;
 use super::{ArmError, MAX_DOFS, MAX_LINKS, MAX_MODES, kinematics, rotor};
@@ -169,7 +169,7 @@ impl PlanarManipulator {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    /// The index of the parameter that is at fault, and the error with its remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         let n = self.links();
         for j in 0..n {

@@ -1,4 +1,4 @@
-//! What is told of a body that a link carries (ARM-16).
+//! What is given of a body that a link carries (ARM-16).
 
 /// A parameter of a payload.
 #[derive(Clone, Copy, Debug)]
@@ -9,7 +9,7 @@ pub struct PayloadParameter {
     pub unit: &'static str,
     /// Smallest value.
     pub min: f64,
-    /// A doubt of it is in its unit: it may be 0, which has no share.
+    /// Its standard deviation is in its unit: it may be 0, which has no share.
     pub absolute_doubt: bool,
 }
 

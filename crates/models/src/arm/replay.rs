@@ -8,8 +8,8 @@ use super::layout::input;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 
-/// States, parameters and outputs are the manipulator's. Inputs: the manipulator's (a led motor's torque is not
-/// read), then the acceleration of each led motor in rad/s2. Where a led motor begins and how fast stands in the
+/// States, parameters and outputs are the manipulator's. Inputs: the manipulator's (the torque of a prescribed motor is not
+/// read), then the acceleration of each prescribed motor in rad/s2. Its initial angle and rate are in the
 /// initial states.
 #[derive(Clone, Debug)]
 pub struct Replay {
@@ -19,7 +19,7 @@ pub struct Replay {
 
 impl Replay {
     /// Leads the motors of these joints (from 0; of a rigid joint, the joint itself). `None` where the manipulator
-    /// has no such joint, or friction: a motor that is led does not stick.
+    /// has no such joint, or friction: a prescribed motor does not stick.
     pub fn new(arm: PlanarManipulator, led: &[usize]) -> Option<Self> {
         let fits = !arm.has_friction() && led.iter().all(|j| *j < arm.links());
         fits.then(|| Self { arm, led: led.to_vec() })
@@ -30,12 +30,12 @@ impl Replay {
         &self.arm
     }
 
-    /// Index of the acceleration of the `i`-th led motor among the inputs.
+    /// Index of the acceleration of the `i`-th prescribed motor among the inputs.
     pub fn acceleration(&self, i: usize) -> usize {
         input::count(self.arm.links()) + i
     }
 
-    /// Rates of the states with forces on the coordinates; empty: none. A led motor does not feel them.
+    /// Rates of the states with forces on the coordinates; empty: none. They do not act on a prescribed motor.
     pub(super) fn rates_under<T: Scalar>(&self, at: At<T>, force: &[T], dx: &mut [T]) {
         let mut led = [(0, T::zero()); super::MAX_LINKS];
         for (i, j) in self.led.iter().enumerate() {

@@ -1,8 +1,8 @@
 //! Stick-slip of several motors at once: a sticking motor is a constraint (ARM-9).
 
-use super::balance::Motion;
 use super::layout::parameter;
 use super::model::PlanarManipulator;
+use super::motion::Motion;
 use super::{MAX_DOFS, MAX_LINKS, MAX_MODES};
 use crate::friction::{self, Levels, STUCK};
 use trueup_numerics::Scalar;
@@ -53,7 +53,7 @@ impl PlanarManipulator {
         worst
     }
 
-    /// Friction modes that fit the initial state, into `modes` (whose effects' part is settled already).
+    /// Friction modes that fit the initial state, into `modes` (whose effects' part is determined already).
     pub(super) fn start_friction(&self, at: &At<f64>, modes: &mut [i32]) {
         let mut rest = [0; MAX_MODES];
         let rest = &mut rest[..modes.len()];
@@ -111,7 +111,7 @@ impl PlanarManipulator {
             for row in free {
                 change[*row] = -mass.row_times(*row, &given[..self.dofs()]);
             }
-            // Not positive definite: the states become NaN, which whoever steps the model refuses.
+            // Not positive definite: the states become NaN, which the caller refuses.
             let _ = mass.solve(free, &mut change);
         }
         for (v, change) in x[self.dofs()..].iter_mut().zip(&change[..self.dofs()]) {

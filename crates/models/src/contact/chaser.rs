@@ -19,7 +19,7 @@ pub trait Chaser: Hybrid {
     /// Whether the parameters fit each other.
     ///
     /// # Errors
-    /// Where they contradict each other: the index of one of them, and the mend.
+    /// Where they contradict each other: the index of one of them, and the remedy.
     fn fits(&self, p: &[f64]) -> Result<(), (usize, String)>;
     /// The end effector at its reference point.
     fn hand<T: Scalar>(&self, x: &[T], p: &[T]) -> Frame<T>;

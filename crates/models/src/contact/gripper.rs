@@ -2,38 +2,14 @@
 
 use super::MAX_BALLS;
 use super::closing::{self, CLOSED, CLOSING, JAMMED, Jaws, OPEN};
-use super::frame::{Frame, dot, sub};
+use super::frame::{dot, sub};
 use super::law::{self, FREE, touches};
 use super::layout::{Against, Closing, Command, Mount, Outputs, Parameters, States, Structure};
 use super::outcome::{Facts, Outcome, caged};
 use super::touch::{Touch, relative_motion, touch, two};
+use super::view::{Gripper, View};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{Sizes, Update};
-
-/// A gripper's structure, and where its values lie; its parameters, states and outputs come first in the vectors of the models
-/// that have one.
-#[derive(Clone, Debug)]
-pub(super) struct Gripper {
-    pub structure: Structure,
-    pub parameters: Parameters,
-    pub command: Command,
-    pub outputs: Outputs,
-    pub states: States,
-}
-
-/// What a gripper sees at one instant.
-#[derive(Clone, Copy)]
-pub(super) struct View<'a, T> {
-    pub t: T,
-    pub p: &'a [T],
-    pub x: &'a [T],
-    pub u: &'a [T],
-    pub modes: &'a [i32],
-    /// The end effector.
-    pub host: Frame<T>,
-    /// The target's port.
-    pub port: Frame<T>,
-}
 
 impl Gripper {
     pub(super) fn new(structure: Structure) -> Result<Self, String> {
@@ -174,7 +150,7 @@ impl Gripper {
         y[at.outcome] = T::constant(f64::from(outcome));
     }
 
-    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still the one that its mode says.
+    /// Indicators: of each pair; jaws closed; jaws at their limit; whether the outcome is still that of its mode.
     pub(super) fn indicate<T: Scalar>(&self, v: &View<'_, T>, touch: &Touch<T>, z: &mut [T]) {
         let n = self.structure.balls;
         for i in 0..n {

@@ -5,15 +5,15 @@
 //! What it gets wrong: points and balls, no shape of a ring; friction is smoothed; jaws without mass, which a schedule or a
 //! command moves however large the force, but for `holdForceLimit`; with a motor (CON-11) their inertia does not act back on the hand.
 
-use super::gripper::{Gripper, View};
 use super::layout::{Against, Closing, HostParameters, Mount, Poses, Structure};
 use super::presets::SIM2;
 use super::touch::{frame, touch};
+use super::view::{Gripper, View};
 use super::{MAX_BALLS, parameters};
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, Update};
 use trueup_numerics::{Figure, Scalar};
 
-/// Communication steps that a period of the contact wants at least.
+/// Least number of communication steps per period of the contact.
 const STEPS_PER_PERIOD: f64 = 5.0;
 /// Most states of a gripper.
 pub(super) const MOST_STATES: usize = 24;
@@ -32,7 +32,7 @@ impl GripperContact {
     /// With this structure.
     ///
     /// # Errors
-    /// A structure that cannot be had, with the mend.
+    /// A structure that is not possible, with the remedy.
     pub fn new(structure: Structure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
         let host = HostParameters::new(&()).behind(gripper.parameters.count);
@@ -51,7 +51,7 @@ impl GripperContact {
     /// Whether the parameters fit each other.
     ///
     /// # Errors
-    /// Where they contradict each other: the index of one of them, and the mend.
+    /// Where they contradict each other: the index of one of them, and the remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)
     }

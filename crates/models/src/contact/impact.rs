@@ -1,4 +1,4 @@
-//! One impact under the law of [`law`](super::law) in closed form: two masses on a line, and what an oblique impact feels of two
+//! One impact under the law of [`law`](super::law) in closed form: two masses on a line, and the effective masses in an oblique impact of two
 //! bodies.
 
 use super::frame::{Vector, cross};
@@ -138,7 +138,7 @@ mod tests {
         near(of(0.499999).largest_force(), 1.0, 1e-5);
     }
 
-    /// Checks CON-5: golden fact C40, the ring's ball beside the target's centre of mass.
+    /// Checks CON-5: golden fact C40, the ring's ball next to the target's centre of mass.
     #[test]
     fn an_oblique_contact_feels_less_than_both_masses() {
         let target = mobility(7900.0, 129112.2, [-5.0, 1.3], [1.0, 0.0]);

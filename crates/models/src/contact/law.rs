@@ -22,7 +22,7 @@ pub const fn touches(mode: i32) -> bool {
     matches!(mode, COMPRESSING | RESTITUTING)
 }
 
-/// Where one pair stands: a ball of the gripper and what it may touch.
+/// The state of one pair: a ball of the gripper and what it may touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair<T> {
     /// From the ball towards the other body, length 1, n.
@@ -66,7 +66,7 @@ fn threshold(mode: i32) -> f64 {
     if mode == PARTING { PARTED } else { 0.0 }
 }
 
-/// The mode that follows for a pair that stands so. Where its depth is 0 it touches if it approaches.
+/// The mode that follows for a pair in this state. Where its depth is 0 it touches if it approaches.
 pub fn next_mode<T: Scalar>(mode: i32, pair: &Pair<T>) -> i32 {
     let (depth, approach) = (pair.penetration.value() - threshold(mode), pair.approach.value());
     if depth.is_nan() {

@@ -1,4 +1,4 @@
-//! The variables of the contact models: what each is, and where its values lie in the vectors.
+//! The variables of the contact models: what each is, and where its values are in the vectors.
 
 use super::outcome::OUTCOME;
 use crate::layout::Allowed::{self, NotNegative, Positive};

@@ -20,6 +20,7 @@ mod parameters;
 pub mod presets;
 mod scene;
 mod touch;
+mod view;
 
 pub use bodies::FreeBody;
 pub use chaser::{Chaser, RigidChaser};

@@ -79,10 +79,10 @@ impl Facts {
     }
 }
 
-/// Whether a point lies within the convex hull of others, boundary excluded: only there can forces of these balls on it, all
+/// Whether a point is within the convex hull of others, boundary excluded: only there can forces of these balls on it, all
 /// pushing, balance.
 pub(super) fn caged(point: Vector<f64>, balls: &[Vector<f64>]) -> bool {
-    // Within: from every ball another one lies less than half a turn on.
+    // Within: from every ball another one is less than half a turn on.
     let to = |b: &Vector<f64>| sub(*b, point);
     balls.iter().all(|b| dot(to(b), to(b)) > 0.0 && balls.iter().any(|c| cross(to(b), to(c)) > 0.0))
 }

@@ -1,12 +1,12 @@
 //! Default values of the contact models, and what their parameters may not be.
 
 use super::frame::{dot, sub};
-use super::gripper::Gripper;
 use super::layout::{Against, Closing, Mount, Parameters, Structure};
 use super::presets::Capture;
 use super::touch::two;
+use super::view::Gripper;
 
-/// Values of that capture in the order of [`Parameters`]; balls beyond three lie further along the hand, in pairs.
+/// Values of that capture in the order of [`Parameters`]; balls beyond three are further along the hand, in pairs.
 pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {
     let at = Parameters::new(s);
     let mut p = vec![0.0; at.count];
@@ -48,7 +48,7 @@ pub(super) fn defaults(s: &Structure, of: &Capture) -> Vec<f64> {
     p
 }
 
-/// Parameters that contradict each other: the first of them, and the mend.
+/// Parameters that contradict each other: the first of them, and the remedy.
 pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
     let (at, s) = (&g.parameters, &g.structure);
     for i in 0..s.balls {
@@ -69,7 +69,7 @@ pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
         }
     }
     if s.against == Against::Plate && two(p, at.port_normal) == [0.0; 2] {
-        return Err((at.port_normal, "a plate wants a normal; give a vector that is not 0".into()));
+        return Err((at.port_normal, "a plate requires a normal; give a vector that is not 0".into()));
     }
     if s.mount == Mount::Elastic {
         if two(p, at.open) != two(p, at.closed) {
@@ -82,7 +82,8 @@ pub(super) fn check(g: &Gripper, p: &[f64]) -> Result<(), (usize, String)> {
             if let Some(i) = (0..2).find(|i| p[at.mount_damping + i] == 0.0) {
                 return Err((
                     at.mount_damping + i,
-                    "a ball without mass wants a damper on its mount: give one above 0, or a ballMass".into(),
+                    "a ball without mass requires a damper on its mount: give one above 0, or a ballMass"
+                        .into(),
                 ));
             }
             if p[at.friction] > 0.0 {

@@ -8,11 +8,11 @@
 use super::bodies::{Inertia, Motion, add_momenta, carry, put, put_rates};
 use super::chaser::{Chaser, RigidChaser};
 use super::frame::{Frame, Wrench, sub};
-use super::gripper::{Gripper, View};
 use super::gripper_contact::{MOST_MODES, copies};
 use super::layout::{Against, Mount, SceneOutputs, SceneParameters, SceneStates, Structure};
 use super::parameters;
 use super::touch::{Touch, frame, touch, two};
+use super::view::{Gripper, View};
 use crate::arm::{MAX_LINKS, input};
 use trueup_numerics::Scalar;
 use trueup_numerics::event::Direction;
@@ -44,7 +44,7 @@ impl<C: Chaser> CaptureScene<C> {
     /// With this chaser and this gripper.
     ///
     /// # Errors
-    /// A structure that cannot be had, with the mend.
+    /// A structure that is not possible, with the remedy.
     pub fn new(chaser: C, structure: Structure) -> Result<Self, String> {
         let gripper = Gripper::new(structure)?;
         let (begin, length) = (gripper.sizes(), chaser.sizes());
@@ -80,7 +80,7 @@ impl<C: Chaser> CaptureScene<C> {
     /// Whether the parameters fit each other.
     ///
     /// # Errors
-    /// Where they contradict each other: the index of one of them, and the mend.
+    /// Where they contradict each other: the index of one of them, and the remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         parameters::check(&self.gripper, p)?;
         self.chaser.fits(self.own_parameters(p)).map_err(|(i, why)| (i + self.begin.parameters, why))?;
@@ -175,7 +175,7 @@ impl<C: Chaser> CaptureScene<C> {
         let at = &self.gripper.parameters;
         Inertia { mass: p[at.target_mass], inertia: p[at.target_inertia] }
     }
-    /// Adds the momenta and energies of what has mass beside the chaser to the chaser's outputs.
+    /// Adds the momenta and energies of the masses other than the chaser to the chaser's outputs.
     fn add_beside<T: Scalar>(&self, at: &At<'_, T>, poses: &Poses<T>, here: &Touch<T>, y: &mut [T]) {
         let places = self.chaser.momenta();
         add_momenta(y, places, &self.target(at.p), &poses.target);

@@ -2,9 +2,9 @@
 
 use super::closing::Jaws;
 use super::frame::{Frame, Vector, Wrench, add, cross, dot, scale, sub, turned};
-use super::gripper::{Gripper, View};
 use super::law::{self, Law, Pair, touches};
 use super::layout::{Against, Mount, Structure};
+use super::view::{Gripper, View};
 use super::{MAX_BALLS, layout};
 use trueup_numerics::Scalar;
 
@@ -98,7 +98,7 @@ pub(super) fn two<T: Scalar>(values: &[T], at: usize) -> Vector<T> {
     [values[at], values[at + 1]]
 }
 
-/// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which stand from these indices on.
+/// A body from its position in m, attitude in rad, velocity in m/s and rate in rad/s, which are from these indices on.
 pub(super) fn frame<T: Scalar>(values: &[T], [position, attitude, velocity, rate]: [usize; 4]) -> Frame<T> {
     Frame::new(two(values, position), values[attitude], two(values, velocity), values[rate])
 }
@@ -123,7 +123,7 @@ pub(super) fn touch<T: Scalar>(g: &Gripper, v: &View<'_, T>) -> Touch<T> {
         let pair = pair(&g.structure, v.p, at, &v.port, &ball);
         let mode = v.modes[i];
         let normal_force = law.force(mode, pair.penetration, pair.approach);
-        // Halfway into the overlap, on the line of the centres: both bodies feel the force there.
+        // Halfway into the overlap, on the line of the centres: the force acts on both bodies there.
         let depth = if touches(mode) { pair.penetration * 0.5 } else { T::zero() };
         let arm = scale(radius - depth, pair.normal);
         let place = add(ball.place, arm);
@@ -172,7 +172,7 @@ fn friction<T: Scalar>(level: T, slip: T, smooth: T) -> (T, T) {
     (force, -force * slip)
 }
 
-/// The end ball on its mount (CON-8): moves the ball to where its state says, and returns the mount's force on it.
+/// The end ball on its mount (CON-8): moves the ball to the position of its state, and returns the mount's force on it.
 fn mounted<T: Scalar>(
     g: &Gripper,
     v: &View<'_, T>,

@@ -14,7 +14,7 @@
 //!
 //! CTL-11 is recursive least squares of one coefficient with exponential forgetting; P starts at the wave
 //! frequency with the weight of a twist at the threshold, so P_φφ never vanishes. CTL-10 is its dead zone: without
-//! excitation sensors tell their resolution, not the joint. Whatever is measured, ω_n stays within [min, max]
+//! excitation sensors show their resolution, not the joint. Whatever is measured, ω_n stays within [min, max]
 //! and moves by λ (max − min) per second at most.
 
 use trueup_numerics::Scalar;
@@ -22,7 +22,7 @@ use trueup_numerics::Scalar;
 /// Knots of a schedule.
 pub const KNOTS: usize = 9;
 
-/// Order of the parameters that each joint has: parameter i of joint j stands at `first(n) + i * n + j`.
+/// Order of the parameters that each joint has: parameter i of joint j is at `first(n) + i * n + j`.
 pub mod parameter {
     use super::KNOTS;
     use crate::controller;
@@ -64,7 +64,7 @@ pub mod parameter {
     }
 }
 
-/// Order of the states: state i of joint j stands at `first(n) + i * n + j`.
+/// Order of the states: state i of joint j is at `first(n) + i * n + j`.
 pub mod state {
     use crate::controller;
 
@@ -114,7 +114,7 @@ pub fn scheduled<T: Scalar>(angles: &[T; KNOTS], frequencies: &[T; KNOTS], angle
     if angle >= angles[last] {
         return frequencies[last];
     }
-    // `angle` lies within: at the latest the last knot is above it.
+    // `angle` is within: at the latest the last knot is above it.
     let k = (1..last).find(|k| angle < angles[*k]).unwrap_or(last);
     let share = (angle - angles[k - 1]) / (angles[k] - angles[k - 1]);
     frequencies[k - 1] + (frequencies[k] - frequencies[k - 1]) * share // (CTL-14)
@@ -133,7 +133,7 @@ pub struct Joint<T> {
     pub load: T,
     /// δ = θ0 − θ1 in rad.
     pub twist: T,
-    /// What the schedule says, in rad/s; `None`: estimate.
+    /// The value of the schedule, in rad/s; `None`: estimate.
     pub scheduled: Option<T>,
 }
 
@@ -244,7 +244,7 @@ impl<T: Scalar> Joint<T> {
                 .map(|v| v / self.p[parameter::THRESHOLD]);
             x[state::TWIST + 2] = lag(x[state::TWIST + 2], x[state::TWIST + 1], high * h);
             x[state::EXCITATION] = lag(x[state::EXCITATION], phi * phi, low * h);
-            // The gate as it is now, so that what was learnt and what is told agree.
+            // The gate as it is now, so that the learnt value and the reported one agree.
             if self.active(x[state::EXCITATION] > T::one()) {
                 x[state::CORRELATION] = lag(x[state::CORRELATION], y * phi, rate);
                 x[state::POWER] = lag(x[state::POWER], phi * phi, rate);

@@ -79,7 +79,7 @@ impl ManipulatorController {
             return Err((
                 parameter::WAVE_FREQUENCY * n + j,
                 format!(
-                    "waveFrequency of joint {joint}, where the adaptation starts, lies outside of waveFrequencyMin {min} \
+                    "waveFrequency of joint {joint}, where the adaptation starts, is outside of waveFrequencyMin {min} \
                      to waveFrequencyMax {max} rad/s: move it or the bounds"
                 ),
             ));

@@ -51,7 +51,7 @@ pub struct Joint<T> {
     pub omega: T,
 }
 
-/// What the law asks for.
+/// What the law commands.
 #[derive(Clone, Copy, Debug)]
 pub struct Command<T> {
     /// Load-referred torque before the limit, in N.m.
@@ -106,7 +106,7 @@ impl<T: Scalar> Joint<T> {
         (self.u[input::MOTOR_ANGLE] / n, self.u[input::MOTOR_VELOCITY] / n)
     }
 
-    /// The torque that the law asks for at the present states and inputs.
+    /// The torque that the law commands at the present states and inputs.
     pub fn command(&self) -> Command<T> {
         let Self { p, u, x, .. } = self;
         let (angle, velocity) = self.motor();
@@ -133,7 +133,7 @@ impl<T: Scalar> Joint<T> {
         }
     }
 
-    /// Where the split that the strategy uses stands among the states, and the two motions that it splits.
+    /// The index of the strategy's split among the states, and the two motions that it splits.
     fn split(&self) -> Option<(usize, T, T)> {
         let (angle, velocity) = self.motor();
         match self.strategy {

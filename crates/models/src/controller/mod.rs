@@ -24,7 +24,7 @@
 //! WBC drifts at −ω_n δ, and VWBC keeps an error of magnitude ω_n δ/K_p.
 //!
 //! The split holds a0 + b0 = θ0 exactly whatever ω_n does: a0 is θ0 − b0, no state of its own. At rest without a twist
-//! its filters stand at their inputs, and a change of ω_n moves nothing; [`waves::growth_rates`] sees to it that one on
+//! its filters are at their inputs, and a change of ω_n moves nothing; [`waves::growth_rates`] sees to it that one on
 //! the way leaves nothing behind.
 
 pub mod adaptation;
@@ -36,7 +36,7 @@ pub mod waves;
 pub use hybrid::{JointController, ManipulatorController};
 pub use law::Strategy;
 
-/// Order of the parameters that each joint has: parameter i of joint j stands at `i * n + j`.
+/// Order of the parameters that each joint has: parameter i of joint j is at `i * n + j`.
 pub mod parameter {
     /// K_p in 1/s.
     pub const POSITION_GAIN: usize = 0;
@@ -54,12 +54,12 @@ pub mod parameter {
     pub const WAVE_FREQUENCY: usize = 6;
     /// ω_h in rad/s.
     pub const WASHOUT_FREQUENCY: usize = 7;
-    /// Parameters per joint. At `COUNT * n` stands the sample period in s, behind it the strategy, and then
+    /// Parameters per joint. At `COUNT * n` is the sample period in s, behind it the strategy, and then
     /// what [`super::adaptation::parameter`] has.
     pub const COUNT: usize = 8;
 }
 
-/// Order of the inputs: input i of joint j stands at `i * n + j`.
+/// Order of the inputs: input i of joint j is at `i * n + j`.
 pub mod input {
     /// r in rad, load side.
     pub const POSITION_REFERENCE: usize = 0;
@@ -77,7 +77,7 @@ pub mod input {
     pub const COUNT: usize = 6;
 }
 
-/// Order of the states: state i of joint j stands at `i * n + j`.
+/// Order of the states: state i of joint j is at `i * n + j`.
 pub mod state {
     /// Split of the angles, four states as [`super::waves::Split`] has them: b0, b0', G a0, (G a0)'.
     pub const POSITION_WAVES: usize = 0;
@@ -93,7 +93,7 @@ pub mod state {
     pub const COUNT: usize = 11;
 }
 
-/// Order of the outputs: output i of joint j stands at `i * n + j`.
+/// Order of the outputs: output i of joint j is at `i * n + j`.
 pub mod output {
     /// Command to the motor, limited.
     pub const COMMAND: usize = 0;

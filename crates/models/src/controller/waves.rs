@@ -58,7 +58,7 @@ pub fn step<T: Scalar>(s: &Split<T>, theta0: T, theta1: T, omega: T, h: T) -> Sp
 ///
 /// The difference of the two filters has no spring: d = b0 − G a0 obeys d'' = −ω² (θ0 − θ1) − ω d', an integral over
 /// the twist that stays wherever it ends. Taken as d = ω D, d' = −ω² R with R' = θ0 − θ1 − ω R and D' = −ω R, D − R
-/// integrates the twist and knows nothing of ω: one that has come and gone leaves no offset behind. With ω inside the
+/// integrates the twist and does not depend on ω: one that has come and gone leaves no offset behind. With ω inside the
 /// integral, a change on the way would.
 pub fn growth_rates<T: Scalar>(s: &Split<T>, growth: T) -> Split<T> {
     let [b0, b0_rate, ga0, ga0_rate] = *s;

@@ -1,6 +1,6 @@
 //! `appendage-mode`: a flexible appendage of the base (solar panel, sloshing).
 //!
-//! (EF-24) dd(q_a) = -omega_a^2 (q_a - q_0) - 2 zeta omega_a (d(q_a) - d(q_0)), and the base feels -J_a dd(q_a): a body of
+//! (EF-24) dd(q_a) = -omega_a^2 (q_a - q_0) - 2 zeta omega_a (d(q_a) - d(q_0)), and -J_a dd(q_a) acts on the base: a body of
 //! inertia J_a on a spring about the base's centre of mass. `baseInertia` is that of the stiff part.
 //!
 //! What it gets wrong: one mode, rotation only; the appendage does not shake the base's position.
@@ -26,7 +26,7 @@ const fn signal(
 
 /// Of a panel of common size, rad/s.
 const FREQUENCY: f64 = 5.0;
-/// From slow sloshing to a stiff panel, as multiples of [`FREQUENCY`]: nothing of the arm tells where.
+/// From slow sloshing to a stiff panel, as multiples of [`FREQUENCY`]: nothing of the arm determines it.
 const FREQUENCIES: Search =
     Search { looks: &[0.06, 0.12, 0.24, 0.48, 0.8, 1.3, 2.1, 3.6, 7.2], doubt: 2.0, ..Search::USUAL };
 /// Resonances are narrow.

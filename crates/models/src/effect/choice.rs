@@ -1,8 +1,8 @@
-//! Which effect, in which place: what an id says.
+//! Which effect, in which place: the meaning of an id.
 
 use super::{ALL, Kind, ParameterSpec, Place, Plant, Scope, Spec};
 
-/// An effect and the place in which it stands.
+/// An effect and the place in which it acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// Which effect.
@@ -12,7 +12,7 @@ pub struct Choice {
 }
 
 impl Choice {
-    /// From `id` or `id:place`; an effect with places stands in the first one that the plant has if none is named.
+    /// From `id` or `id:place`; an effect with places acts in the first one that the plant has if none is named.
     ///
     /// # Errors
     /// No effect has that id, or it has not that place, or it does not act in that plant.
@@ -50,7 +50,7 @@ impl Choice {
             None => self.spec().id.to_owned(),
         }
     }
-    /// What it is.
+    /// The specification.
     pub fn spec(&self) -> &'static Spec {
         self.kind.spec()
     }
@@ -62,7 +62,7 @@ impl Choice {
     pub fn component(&self) -> &'static str {
         self.place().map_or(self.spec().component, |p| p.component)
     }
-    /// How often it stands there.
+    /// How often it occurs there.
     pub fn scope(&self) -> Scope {
         self.place().map_or(self.spec().scope, |p| p.scope)
     }
@@ -101,7 +101,7 @@ impl Choice {
     }
 }
 
-/// An effect that was asked for and cannot be had.
+/// A requested effect that is not possible.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum EffectError {
     /// No effect has that id.
@@ -110,7 +110,7 @@ pub enum EffectError {
     NotHere(&'static str, Plant),
     /// It has places, and that is none of them.
     NoPlace(&'static str, String, Plant),
-    /// It wants a base that is fixed, and this one floats.
+    /// It requires a base that is fixed, and this one floats.
     Floats(&'static str),
     /// Named twice.
     Twice(String),
@@ -137,7 +137,7 @@ impl std::fmt::Display for EffectError {
             }
             Self::Floats(id) => write!(
                 f,
-                "the effect {id:?} wants a fixed base, and this one floats and would fall; choose base = fixed (fmu pack: --structure base=fixed; a case: base = \"fixed\" in [parameters])"
+                "the effect {id:?} requires a fixed base, and this one floats and would fall; choose base = fixed (fmu pack: --structure base=fixed; a case: base = \"fixed\" in [parameters])"
             ),
             Self::Twice(id) => write!(f, "the effect {id:?} is named twice; name it once"),
         }

@@ -1,6 +1,6 @@
 //! `current-saturation`: the amplifier delivers less than commanded above a limit.
 //!
-//! (EF-10) torque T / (1 + (|T| / L)^p)^(1/p): T itself far below the limit L, L far above it; p says how sharp the knee
+//! (EF-10) torque T / (1 + (|T| / L)^p)^(1/p): T itself far below the limit L, L far above it; p is how sharp the knee
 //! is (from 8 on nearly a corner, 2 to 3 like tanh).
 //!
 //! What it gets wrong: a limit that sinks with the speed.

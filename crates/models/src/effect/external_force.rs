@@ -3,7 +3,7 @@
 //! (EF-25) size times E(t - t_0) - E(t - t_0 - d), E being 0 up to 0, (1 - cos(pi s / r)) / 2 during the edge and 1 after
 //! it: the impulse is size times the duration d whatever the edge r, and r = 0 is a rectangle. On the actuator it adds to
 //! the command, on the load it is a torque, on the tip and the base a force (inertial frame) with a torque. Up to three
-//! pushes add up; the sizes of the second and the third are 0 unless they are set.
+//! impulses add up; the sizes of the second and the third are 0 unless they are set.
 //!
 //! Begin and end of the edges are time events. What it gets wrong: a push that depends on the motion, as a contact does.
 
@@ -11,7 +11,7 @@ use super::*;
 
 pub(crate) struct ExternalForce;
 
-/// How many pushes there are at most.
+/// The largest number of impulses.
 pub const PUSHES: usize = 3;
 /// Times of a push.
 const TIMES: usize = 3;
@@ -45,7 +45,7 @@ fn shape<T: Scalar>(l: &Local<T>, t: T, n: usize) -> T {
     let (begin, edge) = (l.p(k), l.p(k + 2));
     risen(l.mode(2 * n), t, begin, edge) - risen(l.mode(2 * n + 1), t, begin + l.p(k + 1), edge)
 }
-/// Size `i` of all pushes together.
+/// Size `i` of all impulses together.
 fn sum<T: Scalar>(l: &Local<T>, t: T, i: usize) -> T {
     (0..PUSHES).fold(T::zero(), |sum, n| sum + l.p(parameters(l, n).0 + i) * shape(l, t, n))
 }
@@ -93,7 +93,7 @@ const fn times(n: usize) -> [ParameterSpec; TIMES] {
     };
     [start, duration, edge]
 }
-/// A size of a push: which of [`NAMES`], what the first push has at the start on the joint and on the arm, what it is
+/// A size of an impulse: which of [`NAMES`], the first impulse's start value on the joint and on the arm, the value
 /// measured by.
 struct Size {
     name: usize,
@@ -102,10 +102,10 @@ struct Size {
     measure: &'static [(Measure, i32)],
 }
 
-/// The parameters of all pushes, `N` of them, with `S` sizes each.
+/// The parameters of all impulses, `N` of them, with `S` sizes each.
 const fn pushes<const S: usize, const N: usize>(sizes: [Size; S]) -> [ParameterSpec; N] {
     let each = S + TIMES;
-    assert!(N == PUSHES * each, "sizes and times of all pushes");
+    assert!(N == PUSHES * each, "sizes and times of all impulses");
     let mut all = [ParameterSpec::NONE; N];
     let mut i = 0;
     while i < N {
@@ -154,7 +154,7 @@ impl Effect for ExternalForce {
         component: "load",
         summary: "a push that comes and goes (contact, collision, thruster firing, an input that was not logged)",
         noun: "an unrecorded push from outside",
-        check: "Look at video or notes of the times that stand out: contact, a collision, a thruster, a hand, an input that was not logged?",
+        check: "Look at video or notes of the times of the largest residuals: contact, a collision, a thruster, a hand, an input that was not logged?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         modes: 2 * PUSHES,
@@ -212,7 +212,7 @@ impl Effect for ExternalForce {
 mod tests {
     use super::*;
 
-    /// Torque of the load over time, from pushes as parameters.
+    /// Torque of the load over time, from impulses as parameters.
     fn torque(p: &[f64], t: f64) -> f64 {
         let mut modes = [0; 2 * PUSHES];
         let d = Drive { t, ..Drive::default() };

@@ -1,4 +1,4 @@
-//! `joint-flexibility`: a joint held to be rigid that is not.
+//! `joint-flexibility`: a joint assumed rigid that is not.
 //!
 //! (EF-20) the equations of the flexible joint (TMJ-1 to TMJ-3; S0 eq. 7, 8, 10, 11) with the plant's own stiffness,
 //! damping and motor inertia in place of the rigid ones; on the arm in every joint that is packed rigid.
@@ -13,9 +13,9 @@ impl Effect for JointFlexibility {
     const SPEC: Spec = Spec {
         id: "joint-flexibility",
         component: "transmission",
-        summary: "a joint held to be rigid that is not",
-        noun: "flexibility of a joint held to be rigid",
-        check: "Block the motor and push the link: does the link give way, and spring back?",
+        summary: "a joint assumed rigid that is not",
+        noun: "flexibility of a joint assumed rigid",
+        check: "Block the motor and push the link: does the link deflect, and spring back?",
         scope: Scope::Joint,
         plants: &[Plant::Joint, Plant::Arm],
         passive: true,

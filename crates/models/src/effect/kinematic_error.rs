@@ -1,7 +1,7 @@
 //! `kinematic-error`: a gear error that repeats with the angle of the wave generator.
 //!
 //! (EF-19) the deflection is epsilon - e(phi) with e = e_s sin(k phi) + e_c cos(k phi) + e_s2 sin(2 k phi) +
-//! e_c2 cos(2 k phi), phi being the angle of the motor's shaft; the motor feels (1 - de/dtheta) times the spring's torque,
+//! e_c2 cos(2 k phi), phi being the angle of the motor's shaft; (1 - de/dtheta) times the spring's torque acts on the motor,
 //! as the work demands.
 //!
 //! What it gets wrong: one order and its double only; on a rigid joint it does nothing.

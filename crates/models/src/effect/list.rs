@@ -40,7 +40,7 @@ macro_rules! effects {
         }
 
         impl Kind {
-            /// What it tells of itself.
+            /// What it declares of itself.
             pub fn spec(self) -> &'static Spec {
                 match self { $(Self::$name => &<$module::$name as Effect>::SPEC),* }
             }

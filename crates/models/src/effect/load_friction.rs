@@ -76,7 +76,7 @@ mod tests {
 
     #[test]
     fn ef21_holds_strain_and_brakes_at_its_level() {
-        // Settled strain in either direction, and the stored energy x_l tau_l z^2 / 2 never grows by more than the work.
+        // Steady strain in either direction, and the stored energy x_l tau_l z^2 / 2 never grows by more than the work.
         let p = [2.0, 0.3, 0.01];
         for (rate, z) in [(0.5, 1.0), (-0.5, -1.0), (0.5, 0.4), (-0.2, 0.9)] {
             let (x, d) = ([z], Drive { joint_rate: rate, ..Drive::default() });

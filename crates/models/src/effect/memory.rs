@@ -19,7 +19,7 @@ const SHORTEST: f64 = 5e-3;
 
 /// Size of a delay, s.
 pub(super) const DELAY: Scale = Scale::plain(0.01);
-/// Where a delay is looked for: one that is not small against the motion is not found from afar.
+/// Where a delay is looked for: one that is not small against the motion is not found from a distant start.
 pub(super) const IN_A_DRIVE: Search = Search { looks: &[0.2, 1.0, 3.0, 7.0], most: 0.2, ..Search::USUAL };
 /// Cameras and links of a free-flyer are slower than a drive's wires.
 pub(super) const ON_A_FREE_FLYER: Search =
@@ -51,7 +51,7 @@ pub(super) fn rates<T: Scalar>(x: [T; ORDER], u: T, delay: T, dx: &mut [T]) {
     }
 }
 
-/// The signal `delay` seconds ago; `u` is what it is now.
+/// The signal `delay` seconds ago; `u` is its present value.
 pub(super) fn read<T: Scalar>(x: [T; ORDER], u: T, delay: T) -> T {
     let w = window(delay);
     let at = |r: T| legendre(r * 2.0 - 1.0).iter().zip(x).fold(T::zero(), |sum, (p, x)| sum + *p * x);

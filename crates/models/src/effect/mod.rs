@@ -4,7 +4,7 @@
 //! place where it enters (a method of [`Effect`]). Adding one means writing that file and naming it here and in
 //! `list.rs`. Without effects a plant has none of their variables.
 //!
-//! Effects of scope [`Scope::Joint`] stand once per joint: on the arm their parameters, states and outputs
+//! Effects of scope [`Scope::Joint`] occur once per joint: on the arm their parameters, states and outputs
 //! are vectors, and an element whose amplitude is 0 does nothing.
 
 mod actuator_lag;
@@ -99,7 +99,7 @@ impl<'a, T: Scalar> Local<'a, T> {
     pub fn mode(&self, k: usize) -> i32 {
         self.modes.get(k * self.sites + self.site).copied().unwrap_or(0)
     }
-    /// Which of the specification's places it stands in.
+    /// Which of the specification's places it acts in.
     pub fn place(&self) -> usize {
         self.place
     }
@@ -107,7 +107,7 @@ impl<'a, T: Scalar> Local<'a, T> {
 
 /// An effect: where it does not enter, the methods stay as they are here.
 pub trait Effect {
-    /// What it is.
+    /// The specification.
     const SPEC: Spec;
 
     /// The gear: what it does to deflection, rate and `slope` of the drive.

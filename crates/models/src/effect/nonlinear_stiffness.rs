@@ -5,7 +5,7 @@
 //!
 //! What it gets wrong: a softening spring (K_3 < 0) turns over at delta^2 = K / (3 |K_3|); the cubic is meant
 //! below that, and an estimator keeps to what pulls back up to four typical deflections: a free run goes further than what
-//! led the fit, and would never return. The knee is sharp.
+//! started the fit, and would never return. The knee is sharp.
 
 use super::*;
 

@@ -3,12 +3,12 @@
 //! (EF-33) adds k_P e - k_D d(theta) + r z to the motor's torque, dz/dt = k_P e - k_D d(theta), with the error
 //! e = n q_ref - (theta - epsilon): P on the load's angle, D on the motor's velocity, both on the drive's side; theta is the
 //! motor's angle, epsilon the transmission's deflection, n the gear ratio of TwoMassJoint, 1 of an arm. A cascade of P and PI (CTL-1, CTL-7) is
-//! k_P = K_v K_p / n^2, k_D = K_v / n^2, r = 1 / T_i. The reference is an input more; what the motor is commanded besides is
+//! k_P = K_v K_p / n^2, k_D = K_v / n^2, r = 1 / T_i. The reference is an input more; what the motor is commanded in addition is
 //! fed forward.
 //!
-//! It is a part that its owner knows to be there (`[effects]` of a case): no diagnosis looks for it.
+//! It is a part that the user declares (`[effects]` of a case): no diagnosis looks for it.
 //!
-//! What it gets wrong: it has no sample period, and of what limits it (`current-saturation`) its integral knows nothing; an
+//! What it gets wrong: it has no sample period, and of what limits it (`current-saturation`) its integral contains nothing; an
 //! error of the gear is not in the angle that it reads.
 
 use super::*;

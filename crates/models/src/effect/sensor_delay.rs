@@ -1,7 +1,7 @@
 //! `sensor-delay`: one channel late against the others.
 //!
 //! (EF-30) reading y(t) = y_true(t - d), from the Legendre memory of the last sqrt(d^2 + (5 ms)^2) seconds; before the
-//! start the signal stands still.
+//! start the signal is constant.
 //!
 //! What it gets wrong: a jump of the signal is rounded off over a third of the delay.
 

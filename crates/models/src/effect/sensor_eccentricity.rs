@@ -39,7 +39,7 @@ impl Effect for SensorEccentricity {
                 name: "eccentricityOrder",
                 unit: "1",
                 description: "Periods per turn, k (EF-31)",
-                // A disc that does not run true comes round once a turn.
+                // A disc that does not run true has a period of one turn.
                 min: 1.0,
                 above_min: false,
                 joint_start: 1.0,

@@ -1,4 +1,4 @@
-//! The effects packed into one plant, and where their values lie in the plant's vectors.
+//! The effects packed into one plant, and where their values are in the plant's vectors.
 
 use super::{Choice, EffectError, Kind, Local, Plant, Role, Scope, Spec, channel};
 use crate::drive::{Base, Drive, Spring, Wrench};
@@ -9,7 +9,7 @@ use trueup_numerics::hybrid::{At, Sizes};
 /// One effect in a plant: where its values begin.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
-    /// Which effect, and where it stands.
+    /// Which effect, and where it acts.
     pub choice: Choice,
     /// How many sites it has (joints, elements of an output, or 1).
     pub sites: usize,
@@ -17,12 +17,12 @@ pub struct Placed {
     pub begin: Sizes,
     /// First element of the output that a sensor effect acts on.
     pub channel: usize,
-    /// It stands between an output and its reading.
+    /// It acts between an output and its reading.
     sensor: bool,
 }
 
 impl Placed {
-    /// What it is.
+    /// The specification.
     pub fn spec(&self) -> &'static Spec {
         self.choice.spec()
     }
@@ -37,11 +37,11 @@ impl Placed {
     fn local_of<'a, T: Scalar>(&self, p: &'a [T], x: &'a [T], modes: &'a [i32], site: usize) -> Local<'a, T> {
         Local::new(p, x, modes, site, self.sites).in_place(self.choice.place)
     }
-    /// It acts on joint `joint` (one that stands once: with the first).
+    /// It acts on joint `joint` (one that occurs once: with the first).
     fn acts_at(&self, joint: usize) -> bool {
         joint < self.sites && !self.sensor
     }
-    /// It stands between an output and its reading.
+    /// It acts between an output and its reading.
     pub fn is_sensor(&self) -> bool {
         self.sensor
     }
@@ -107,7 +107,7 @@ impl EffectSet {
     pub fn iter(&self) -> impl Iterator<Item = &Placed> {
         self.placed.iter()
     }
-    /// A doubt of that parameter (by its index in the plant) is in its own unit: an angle to turn by has no size that a share
+    /// The standard deviation of that parameter (by its index in the plant) is in its own unit: an angle to turn by has no size that a share
     /// could be of.
     pub fn absolute_doubt(&self, parameter: usize) -> bool {
         self.placed.iter().any(|e| {
@@ -287,7 +287,7 @@ impl EffectSet {
         }
         changed
     }
-    /// The time of the next event that an effect knows beforehand, s.
+    /// The time of the next event that is known beforehand from an effect, s.
     pub fn next_event(&self, p: &[f64], modes: &[i32]) -> Option<f64> {
         let sites = self.placed.iter().flat_map(|e| (0..e.sites).map(move |site| (e, site)));
         let times = sites.map(|(e, site)| {

@@ -1,4 +1,4 @@
-//! What an effect tells of itself, for packers and for whoever looks for effects in data.
+//! What an effect declares of itself, for packers and for the search for effects in data.
 
 /// The two plants.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -9,7 +9,7 @@ pub enum Plant {
     Arm,
 }
 
-/// How often an effect stands in a plant.
+/// How often an effect occurs in a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Scope {
     /// Once per joint: on the arm its parameters, states and outputs are vectors.
@@ -29,8 +29,8 @@ pub enum Role {
     Shape,
     /// Sets a unit of measure; not to be estimated.
     Reference,
-    /// Where the effect stands when a run begins: a first state, which each recording has its own of. At its start value the
-    /// effect begins anew.
+    /// The state of the effect when a run begins: a first state, which each recording has its own of. At its start value the
+    /// effect begins again.
     Initial,
 }
 
@@ -77,7 +77,7 @@ pub enum Measure {
     Mode,
 }
 
-/// A size at which a parameter of an effect makes itself felt: a factor times powers of [`Measure`]s. It serves as the
+/// A size at which a parameter of an effect becomes visible: a factor times powers of [`Measure`]s. It serves as the
 /// standard deviation of a prior on an amplitude, and as the middle of one on a shape.
 #[derive(Clone, Copy, Debug)]
 pub struct Scale {
@@ -130,7 +130,7 @@ pub const SEARCHED_ORDERS: [f64; 2] = [0.02, 400.0];
 pub struct ParameterSpec {
     /// FMU variable (behind the place's prefix, where the effect has places).
     pub name: &'static str,
-    /// Unit; where it begins with `*` the unit of the channel stands before (`*/s` of a reading in rad: rad/s).
+    /// Unit; where it begins with `*` it follows the unit of the channel (`*/s` of a reading in rad: rad/s).
     pub unit: &'static str,
     /// With symbol.
     pub description: &'static str,
@@ -248,7 +248,7 @@ impl SignalSpec {
     }
 }
 
-/// One of the places in which an effect can stand, where it has several: `id:name`.
+/// One of the places in which an effect can act, where it has several: `id:name`.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// Behind the colon of the id.
@@ -259,7 +259,7 @@ pub struct Place {
     pub component: &'static str,
     /// The plants that have this place.
     pub plants: &'static [Plant],
-    /// How often it stands there.
+    /// How often it occurs there.
     pub scope: Scope,
     /// Unit of the channel, for a sensor.
     pub unit: &'static str,
@@ -267,7 +267,7 @@ pub struct Place {
     pub parameters: &'static [ParameterSpec],
 }
 
-/// What an effect tells of itself.
+/// What an effect declares of itself.
 #[derive(Clone, Copy, Debug)]
 pub struct Spec {
     /// The id that users see.
@@ -277,15 +277,15 @@ pub struct Spec {
     pub component: &'static str,
     /// One line.
     pub summary: &'static str,
-    /// What it is called in a sentence, without a full stop: stands after "the model lacks".
+    /// Its name in a sentence, without a full stop: follows "the model lacks".
     pub noun: &'static str,
-    /// How it is looked for on the rig, a sentence or two to the one who stands before it.
+    /// How it is looked for on the rig, a sentence or two to the person at the rig.
     pub check: &'static str,
     /// Once per joint, or once.
     pub scope: Scope,
     /// The plants that it can act in.
     pub plants: &'static [Plant],
-    /// The places in which it can stand, the first of a plant being meant where none is named; none: one way only.
+    /// The places in which it can act, the first of a plant being meant where none is named; none: one way only.
     pub places: &'static [Place],
     /// Parameters of its own.
     pub parameters: &'static [ParameterSpec],
@@ -311,7 +311,7 @@ pub struct Spec {
     pub field: bool,
     /// An arm has it on a fixed base alone: it holds on to the ground, and one that floats would fall.
     pub fixed_base: bool,
-    /// It only makes a signal late: whoever has the signal as data can move it in time instead.
+    /// It only makes a signal late: a recorded signal can be moved in time instead.
     pub shifts: bool,
     /// How many times it comes and goes, at most; 0: it acts all along.
     pub pulses: usize,
@@ -321,7 +321,7 @@ pub struct Spec {
     pub affine: bool,
     /// Its states follow others at a rate of their own, however fast: Dahl's bristles.
     pub bristles: bool,
-    /// A part that its owner puts there: nobody looks for it in recordings.
+    /// A part that the user declares: it is not searched in recordings.
     pub installed: bool,
     /// It commands the motor by itself, from a reference that is the first of its inputs.
     pub servo: bool,

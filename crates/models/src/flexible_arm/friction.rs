@@ -83,7 +83,7 @@ impl FlexibleArm {
         Update { modes: changed, states: stopped }
     }
 
-    /// Brings the sticking motors to rest by an impulse of their friction; what they carry feels it through their gears.
+    /// Brings the sticking motors to rest by an impulse of their friction; it acts on what they carry through their gears.
     fn stop(&self, t: f64, x: &mut [f64], u: &[f64], p: &[f64], modes: &[i32]) {
         let mut jump = [0.0; MAX_STATES];
         let jump = &mut jump[..x.len()];

@@ -1,6 +1,6 @@
-//! The variables of [`FlexibleArm`](super::FlexibleArm) beside those of its bodies.
+//! The variables of [`FlexibleArm`](super::FlexibleArm) in addition to those of its bodies.
 
-use super::model::Structure;
+use super::structure::Structure;
 use crate::layout::Allowed::{Any, NotNegative};
 use crate::layout::{Entry, Items, Parameter, Shows, Start, layout};
 use crate::space::layout as space;
@@ -30,7 +30,7 @@ pub static SOLVER: Items = Items {
     name: "ArmSolver",
     text: "How Co-Simulation integrates between the arm's events",
     items: &[
-        ("adaptive", "explicit steps, as short as the tolerance wants them"),
+        ("adaptive", "explicit steps, as short as the tolerance requires"),
         ("fixed", "implicit steps of 1 ms at most, of second order: faster than real time"),
     ],
 };

@@ -1,4 +1,4 @@
-//! An arm on a base that is held, as it stands on the ground: joints of two masses with stick-slip, links that bend, gravity (S3).
+//! An arm on a base that is held, on the ground: joints of two masses with stick-slip, links that bend, gravity (S3).
 //!
 //! The bodies are those of [`crate::space`]; what is here is what drives their motors and brakes them. The equations have ids
 //! LNK-1 .. in `docs/equations/flexible-arm.md`.
@@ -8,8 +8,10 @@ mod friction;
 pub mod layout;
 mod model;
 pub mod presets;
+mod structure;
 
-pub use model::{FlexibleArm, Structure};
+pub use model::FlexibleArm;
+pub use structure::Structure;
 
 /// Most joints.
 pub const MAX_JOINTS: usize = 8;

@@ -2,6 +2,7 @@
 
 use super::MAX_JOINTS;
 use super::layout::{Outputs, Parameters};
+use super::structure::Structure;
 use crate::friction::{self, Levels, STUCK};
 use crate::space::layout::{self as space, States};
 use crate::space::stiff::Brake;
@@ -9,15 +10,6 @@ use crate::space::{Led, MAX_TIPS, SpatialFreeFlyer};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::{At, Hybrid, Sizes, StiffPart, Update};
-
-/// What is fixed when a model is packed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Structure {
-    /// Bodies, joints, links that bend, tips; the base is held.
-    pub robot: crate::space::Structure,
-    /// Motors are driven by their currents, else by torques.
-    pub by_current: bool,
-}
 
 /// Inputs of the bodies at most: torques of the joints, wrenches at the tips.
 const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;

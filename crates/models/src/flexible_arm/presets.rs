@@ -1,7 +1,8 @@
 //! ESA's DELIAN arm (S3): what the paper prints, and what is assumed because it does not (`docs/flexible-arm.md`).
 
 use super::layout::Parameters;
-use super::model::{FlexibleArm, Structure};
+use super::model::FlexibleArm;
+use super::structure::Structure;
 use crate::space::appendage::Shapes;
 use crate::space::design::{Design, Flexure, Link, Motor, Tip};
 use crate::space::layout as space;

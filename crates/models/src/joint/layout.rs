@@ -1,4 +1,4 @@
-//! The variables of [`TwoMassJoint`](super::TwoMassJoint): what each is, and where its value lies in the vectors.
+//! The variables of [`TwoMassJoint`](super::TwoMassJoint): what each is, and where its value is in the vectors.
 
 use crate::layout::{Entry, Shows, State, TermFactor};
 
@@ -31,7 +31,7 @@ macro_rules! variables {
     };
 }
 
-/// A text that says more of a rigid joint.
+/// An additional text for a rigid joint.
 macro_rules! unless_flexible {
     ($s:ident, $text:literal, $more:literal) => {
         if $s.flexible { $text } else { concat!($text, $more) }
@@ -132,7 +132,7 @@ pub mod output {
         FRICTION_TORQUE "frictionTorque" "N.m", Shows::All, "At the motor, tau_fr (TMJ-4); positive against forward motion";
         STICKING "sticking" "", Shows::Flag, "The motor sticks (TMJ-4)";
     }
-    /// Those that the states alone tell.
+    /// Those that the states alone determine.
     pub const STATES: [usize; 4] = [MOTOR_ANGLE, MOTOR_VELOCITY, LOAD_ANGLE, LOAD_VELOCITY];
 }
 

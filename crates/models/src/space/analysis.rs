@@ -1,8 +1,8 @@
 //! What the papers read off a pose: how an arm's motion pulls at its base (S1 eq. 15, 17-19), and the matrices of the
 //! momentum form (S2 eq. 1-14).
 
-use super::articulated::{Drive, Moves, Rotor};
 use super::composite::{BASE, forces, mass_matrix, rotor_rows};
+use super::joint_drive::{Drive, Moves, Rotor};
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Body, Joint, Tree};

@@ -1,33 +1,15 @@
 //! What bends on a body, as parameters have it: uniform beams, and tables of modes as tools for structures export them.
 
-use super::end::LinkEnd;
-use super::flexible::{Appendages, Function, Mode, Part};
+use super::flexible::{Appendages, Function, LinkEnd, Mode, Part};
 use super::ritz;
 use super::second_order::SecondOrder;
+pub use super::shapes::Shapes;
 use super::shapes::{MAX_SHAPES, Shape, bending, bending_at, torsion};
 use super::spatial::{Articulated, Frame, Motion, Rigid, Wrench};
 use super::vector::{Matrix, Vector, add, cross, scale, times, transposed, zero};
 use super::{MAX_APPENDAGES, MAX_MODES_OF_ALL, MAX_MODES_OF_LINK};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::ldl_factor;
-
-/// Numbers of shapes: structure, no values.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Shapes {
-    /// Bending along x.
-    pub x: usize,
-    /// Bending along y.
-    pub y: usize,
-    /// Torsion about z.
-    pub torsion: usize,
-}
-
-impl Shapes {
-    /// Modal coordinates: those along x first, then y, then torsion.
-    pub fn modes(&self) -> usize {
-        self.x + self.y + self.torsion
-    }
-}
 
 /// A uniform beam, clamped to a body at its root, z along it (SFF-5; S1 3b, 4). It has no rotary inertia but about z.
 #[derive(Clone, Copy, Debug)]
@@ -254,7 +236,7 @@ impl<T: Scalar> Appendages<T> {
         self.put_table(on, frame, rigid, table.iter().map(|m| (*m, Motion::zero())), None)
     }
 
-    /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which lies
+    /// Adds a table of modes that is the link of body `on` (from 1; LNK-5): what the body carries hangs on its end, which is
     /// at `end` unbent. Each mode comes with how it shifts and turns the end per unit of its coordinate (S, kg^-0.5; Theta,
     /// kg^-0.5/m). All is in the link's axes. A body has one link.
     ///

@@ -1,6 +1,7 @@
 //! Accelerations by articulated bodies, in one sweep from the tips and one back: O(n) (Featherstone 2008, chapter 7, with
 //! given accelerations as in section 9.2; rotors as in SFF-12; modes of appendages as in SFF-6, of links as in LNK-3).
 
+pub use super::joint_drive::{Drive, Moves, Rotor};
 use super::link::{Bending, eliminate, resolve};
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Motion, Wrench};
@@ -8,42 +9,6 @@ use super::tree::All;
 use super::vector::{cross, dot, scale};
 use trueup_numerics::Scalar;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
-
-/// How the rotor of a joint's motor moves.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Rotor<T> {
-    /// With the joint: no spring between.
-    #[default]
-    Geared,
-    /// By itself, driven by this torque, N.m.
-    Driven(T),
-    /// By itself, with this acceleration, rad/s2, whatever torque that takes.
-    Led(T),
-}
-
-/// How a joint moves.
-#[derive(Clone, Copy, Debug)]
-pub enum Moves<T> {
-    /// Driven by this torque (force), N.m (N).
-    Driven(T),
-    /// With this acceleration, rad/s2 (m/s2), whatever torque that takes.
-    Led(T),
-}
-
-/// One joint with its motor at one instant.
-#[derive(Clone, Copy, Debug)]
-pub struct Drive<T> {
-    /// How the joint moves.
-    pub moves: Moves<T>,
-    /// How its rotor moves.
-    pub rotor: Rotor<T>,
-    /// Inertia of the rotor, joint side of the gear (gear ratio squared included), kg.m2.
-    pub inertia: T,
-    /// Share of the carrier's rate that the rotor's equation sees, sigma.
-    pub share: T,
-    /// Rate of the rotor, joint side, rad/s.
-    pub rate: T,
-}
 
 /// What is kept of a body on the way from the tips.
 #[derive(Clone, Copy)]
@@ -61,7 +26,7 @@ struct Kept<T> {
 pub struct Found<'a, T> {
     /// Of the joints, rad/s2 (m/s2).
     pub joint: &'a mut [T],
-    /// Of the rotors, joint side, rad/s2; of those that are led: the torque that it takes, N.m.
+    /// Of the rotors, joint side, rad/s2; of the prescribed ones: the torque that it takes, N.m.
     pub rotor: &'a mut [T],
     /// Of the modes, m/s2 (rad/s2).
     pub modal: &'a mut [T],
@@ -240,7 +205,7 @@ fn axpy<T: Scalar>(s: T, a: [T; 3], b: [T; 3]) -> [T; 3] {
     [s * a[0] + b[0], s * a[1] + b[1], s * a[2] + b[2]]
 }
 
-/// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which whoever
+/// The acceleration at which an articulated inertia needs no wrench beyond -bias. Not positive definite: NaN, which the caller
 /// steps the model refuses.
 fn solve<T: Scalar>(inertia: &Articulated<T>, bias: Wrench<T>) -> Motion<T> {
     let mut m = [T::zero(); 36];

@@ -86,3 +86,8 @@ pub fn unit<T: Scalar>(a: Vector<T>) -> Vector<T> {
     let length = square.sqrt();
     [a[0] / length, a[1] / length, a[2] / length]
 }
+
+/// Four elements.
+pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
+    [v[at], v[at + 1], v[at + 2], v[at + 3]]
+}

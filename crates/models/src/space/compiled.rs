@@ -2,7 +2,8 @@
 
 use super::instant::Instant;
 use super::layout::{Inputs, Outputs, Parameters, States};
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::tree::Joint;
 use crate::compiled::{self, PlantModel};
 use trueup_numerics::Scalar;
@@ -14,7 +15,7 @@ use trueup_plant::{
 impl SpatialFreeFlyer {
     /// Rates of the states with forces on the coordinates, where some accelerations are given: of a base that floats the force
     /// on its centre of mass, inertial axes, and the torque, base axes; of each joint; of each motor that moves by itself. Empty:
-    /// none. What is led does not feel them.
+    /// none. They do not act on prescribed motors.
     pub(crate) fn rates_under<T: Scalar>(&self, at: At<T>, led: Led<'_, T>, force: &[T], dx: &mut [T]) {
         let mut now = Instant::new();
         now.set(self, &at);
@@ -29,7 +30,7 @@ impl SpatialFreeFlyer {
         flexible.map(|name| StructureChoice { name, is: ChosenAs::Flag }).collect()
     }
 
-    /// Parameters of its springs and rotors, which are estimated unless somebody says otherwise.
+    /// Parameters of its springs and rotors, which are estimated unless chosen otherwise.
     pub(crate) fn usual(&self) -> Vec<usize> {
         let (n, from) = (self.structure().bodies(), Parameters::new(self.structure()));
         let of = |begin: usize| (0..n).filter(|j| self.motor_row(*j).is_some()).map(move |j| begin + j);

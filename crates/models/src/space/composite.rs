@@ -5,8 +5,8 @@
 //! move by themselves, the modes of the appendages.
 
 use super::MAX_APPENDAGES;
-use super::articulated::{Drive, Rotor};
 use super::end::Ends;
+use super::joint_drive::{Drive, Rotor};
 use super::snapshot::Snapshot;
 use super::spatial::{Motion, Rigid, Wrench};
 use super::tree::{All, Tree, all, subspace};
@@ -83,7 +83,7 @@ fn climb<T: Scalar>(
     (0..BASE).for_each(|k| put(k, component(f, k)));
 }
 
-/// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] says, and those of the modes.
+/// M (SFF-6, SFF-8), row by row, into `m`: as many rows as [`rotor_rows`] gives, and those of the modes.
 pub fn mass_matrix<T: Scalar>(now: &Snapshot<'_, T>, m: &mut [T]) {
     let Snapshot { tree, bodies, placed, drives, flexing, .. } = *now;
     let n = tree.bodies();

@@ -1,11 +1,13 @@
-//! What a robot is made of, as a file or a preset says it: numbers with names, checked, before they become a [`Robot`].
+//! What a robot is made of, as a file or a preset gives it: numbers with names, checked, before they become a [`Robot`].
 
 use super::MAX_BODIES;
 use super::analysis::Robot;
-use super::appendage::{Beam, Shapes};
+use super::appendage::Beam;
 use super::attitude::{Quaternion, rotation, square, unit};
+use super::body_check::{inertia_doubt, inertia_fault, off_unit};
 use super::flexible::Appendages;
 pub use super::flexure::Flexure;
+use super::shapes::Shapes;
 use super::spatial::{Frame, Rigid};
 use super::table::{LinkTable, Table};
 use super::tree::{Body, Joint, Tree};
@@ -22,7 +24,7 @@ pub struct Motor {
     pub gear_ratio: f64,
     /// Of the spring, N.m/rad (N/m).
     pub stiffness: f64,
-    /// Beside it, N.m.s/rad (N.s/m).
+    /// In parallel with it, N.m.s/rad (N.s/m).
     pub damping: f64,
 }
 
@@ -116,11 +118,11 @@ pub struct Tip {
     pub body: usize,
     /// Where, own axes, m.
     pub offset: Vector<f64>,
-    /// The point of the base that the arm's pull is told about, base axes, m.
+    /// The point of the base that the arm's pull is given about, base axes, m.
     pub mount: Vector<f64>,
 }
 
-/// A robot: a base, whose axes lie in its centre of mass, bodies on joints, hands.
+/// A robot: a base, whose axes have their origin in its centre of mass, bodies on joints, hands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Design {
     /// Its name.
@@ -154,12 +156,12 @@ pub struct Design {
     pub analysis: bool,
 }
 
-/// A design that cannot be: which body and value, and the mend.
+/// A design that cannot be: which body and value, and the remedy.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DesignError {
     /// Name of the body (or hand) at fault; the base is `base`.
     pub body: String,
-    /// What is wrong, with the mend.
+    /// What is wrong, with the remedy.
     pub message: String,
 }
 
@@ -170,75 +172,8 @@ impl std::fmt::Display for DesignError {
 }
 impl std::error::Error for DesignError {}
 
-/// How far rounding in a file may take an inertia off symmetry and off the triangle inequality, relative.
-const ROUNDING: f64 = 1e-6;
-/// |Q| may be off 1 by this much.
-pub(super) const NOT_UNIT: f64 = 1e-3;
-
-/// A quaternion is not of length 1.
-pub(super) fn off_unit(q: Quaternion<f64>) -> bool {
-    let off = (square(q).sqrt() - 1.0).abs();
-    off > NOT_UNIT || off.is_nan()
-}
-
-/// What keeps a matrix from being a body's inertia about its centre of mass.
-pub(super) fn inertia_fault(i: &Matrix<f64>) -> Option<String> {
-    let size = i[0][0].abs() + i[1][1].abs() + i[2][2].abs();
-    for (a, b) in [(0, 1), (0, 2), (1, 2)] {
-        if (i[a][b] - i[b][a]).abs() > ROUNDING * size {
-            return Some(format!(
-                "inertia[{},{}] = {} but inertia[{},{}] = {}: an inertia is symmetric; give both the same value",
-                a + 1,
-                b + 1,
-                i[a][b],
-                b + 1,
-                a + 1,
-                i[b][a]
-            ));
-        }
-    }
-    let moments = principal(i);
-    if moments[0] <= 0.0 {
-        return Some(format!(
-            "its principal moments of inertia are {:.4e}, {:.4e}, {:.4e}: all must be above 0; see the signs of the products (the off-diagonal elements are minus the integrals of x y)",
-            moments[0], moments[1], moments[2]
-        ));
-    }
-    None
-}
-
-/// What no body of matter has, though its motion can be computed: published tables and identified robots have it.
-fn inertia_doubt(i: &Matrix<f64>) -> Option<String> {
-    let moments = principal(i);
-    (moments[2] > (moments[0] + moments[1]) * (1.0 + ROUNDING)).then(|| {
-        format!(
-            "its principal moments of inertia are {:.4e}, {:.4e}, {:.4e}: no body has one larger than the sum of the other two; is the inertia about another point than the centre of mass, or a unit wrong?",
-            moments[0], moments[1], moments[2]
-        )
-    })
-}
-
-/// Eigenvalues of a symmetric matrix, ascending (Smith 1961).
-fn principal(m: &Matrix<f64>) -> [f64; 3] {
-    let off = m[0][1] * m[0][1] + m[0][2] * m[0][2] + m[1][2] * m[1][2];
-    let mean = (m[0][0] + m[1][1] + m[2][2]) / 3.0;
-    let spread = (0..3).map(|k| (m[k][k] - mean).powi(2)).sum::<f64>() + 2.0 * off;
-    let p = (spread / 6.0).sqrt();
-    if p == 0.0 {
-        return [mean; 3];
-    }
-    let b: Matrix<f64> =
-        [0, 1, 2].map(|i| [0, 1, 2].map(|j| (m[i][j] - if i == j { mean } else { 0.0 }) / p));
-    let det = dot(b[0], super::vector::cross(b[1], b[2]));
-    let angle = (0.5 * det).clamp(-1.0, 1.0).acos() / 3.0;
-    let third = 2.0 * std::f64::consts::PI / 3.0;
-    let largest = mean + 2.0 * p * angle.cos();
-    let smallest = mean + 2.0 * p * (angle + third).cos();
-    [smallest, 3.0 * mean - largest - smallest, largest]
-}
-
 impl Design {
-    /// Where the arm that this body (from 1; 0 is the base) is on stands on the base, base axes, m: its first joint. A parent that
+    /// Where the arm that this body (from 1; 0 is the base) is on is mounted on the base, base axes, m: its first joint. A parent that
     /// does not come before its child ends the way.
     pub fn mount(&self, mut body: usize) -> Vector<f64> {
         while body > 0 && (1..body).contains(&self.links[body - 1].parent) {
@@ -397,16 +332,6 @@ impl Design {
 mod tests {
     use super::*;
     use crate::space::presets;
-
-    #[test]
-    fn principal_moments_are_those_of_the_invariants() {
-        let m = [[4.0, 1.0, -2.0], [1.0, 3.0, 0.5], [-2.0, 0.5, 5.0]];
-        let e = principal(&m);
-        let det = dot(m[0], super::super::vector::cross(m[1], m[2]));
-        assert!((e.iter().sum::<f64>() - 12.0).abs() < 1e-13 && e[0] < e[1] && e[1] < e[2]);
-        assert!((e.iter().product::<f64>() - det).abs() < 1e-12, "{e:?} {det}");
-        assert_eq!(principal(&[[2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0]]), [2.0; 3]);
-    }
 
     #[test]
     fn what_no_body_can_be_is_refused_with_its_name_and_value() {

@@ -7,25 +7,12 @@
 //!
 //! Everything is in the axes of the body whose link it is, motions about that body's origin.
 
-use super::flexible::{Appendages, Modal};
+use super::flexible::{Appendages, LinkEnd, Modal};
 use super::spatial::{Frame, Motion};
 use super::vector::{Matrix, Vector, add, cross, dot, identity, scale, sub, times, zero};
 use super::{MAX_APPENDAGES, MAX_BODIES};
 use arrayvec::ArrayVec;
 use trueup_numerics::Scalar;
-
-/// A link's end as parameters have it.
-#[derive(Clone, Copy, Debug)]
-pub struct LinkEnd<T> {
-    /// The body whose link it is.
-    pub on: usize,
-    /// Its place unbent, m.
-    pub place: Vector<T>,
-    /// The first of its modes and the one after the last.
-    pub modes: (usize, usize),
-    /// What bending and twist displace to second order, where that is counted.
-    pub second_order: Option<usize>,
-}
 
 /// A link's end at an instant.
 #[derive(Clone, Copy, Debug)]
@@ -71,11 +58,11 @@ impl<T: Scalar> Ends<T> {
             self.all.push(end);
         }
     }
-    /// A point that is fixed to what this body carries, from where it lies unbent to where it lies, body axes.
+    /// A point that is fixed to what this body carries, from its unbent position to its present one, body axes.
     pub fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
         self.of(body).map_or(place, |(_, e)| add(e.frame.origin, times(&e.frame.rotation, place)))
     }
-    /// Of this body, if its link bends: its number and what it is.
+    /// Of this body, if its link bends: its number and its model.
     #[inline]
     pub fn of(&self, body: usize) -> Option<(usize, &End<T>)> {
         self.of[body].map(|e| (e, &self.all[e]))

@@ -1,8 +1,10 @@
 //! Links that bend in a design: beams and tables of modes, and the same robot with links that do not.
 
-use super::appendage::{Shapes, rod};
+use super::appendage::rod;
 use super::attitude::{Quaternion, rotation};
-use super::design::{Design, DesignError, off_unit};
+use super::body_check::off_unit;
+use super::design::{Design, DesignError};
+use super::shapes::Shapes;
 use super::spatial::Rigid;
 use super::table::LinkTable;
 use super::vector::Vector;
@@ -89,7 +91,7 @@ impl Design {
     }
 
     /// Whether bending shortens its links: as is chosen, else where it stands in a field of gravity, links bend, and all that
-    /// bend are beams, for a table does not tell how bending shortens it.
+    /// bend are beams, for a table does not give its shortening by bending.
     pub fn stiffens(&self) -> bool {
         let beams = !self.flexures.is_empty() && self.link_tables.is_empty();
         self.axial_stiffening.unwrap_or(self.held && beams)
@@ -102,7 +104,7 @@ impl Design {
         let tables: Vec<_> = self.link_tables.iter().filter(|_| wanted).map(named).collect();
         (!tables.is_empty()).then(|| {
             format!(
-                "axial stiffening is off, of beams too: the link of {} is a table of modes, which does not tell how bending shortens it; `axial-stiffening = false` in the file chooses that, and beams have it",
+                "axial stiffening is off, of beams too: the link of {} is a table of modes, which does not give its shortening by bending; `axial-stiffening = false` in the file chooses that, and beams have it",
                 tables.join(", of ")
             )
         })

@@ -1,29 +1,19 @@
 //! `SpatialFreeFlyer` at one instant: parameters and states become bodies, places, forces.
 
 use super::appendage::Beam;
-use super::articulated::{Drive, Found, Moves, Rotor, accelerations};
-use super::attitude::{Quaternion, normalized, rotation, unit};
-use super::flexible::{Appendages, Bent};
-use super::model::{Led, SpatialFreeFlyer};
+use super::articulated::{Found, accelerations};
+use super::attitude::{Quaternion, four, normalized, rotation, unit};
+use super::bent::Bent;
+use super::flexible::Appendages;
+use super::joint_drive::{Drive, Moves, Rotor};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::snapshot::Snapshot;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
 use super::tree::{All, Body, Joints, Placed, Tree};
-use super::vector::{Matrix, Vector, add, cross, identity, scale, transposed_times, zero};
+use super::vector::{Vector, add, cross, identity, matrix, scale, three, transposed_times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
-
-/// Three elements.
-pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
-    [v[at], v[at + 1], v[at + 2]]
-}
-/// Four elements.
-pub(super) fn four<T: Copy>(v: &[T], at: usize) -> Quaternion<T> {
-    [v[at], v[at + 1], v[at + 2], v[at + 3]]
-}
-/// Nine elements, row by row.
-pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
-    [three(v, at), three(v, at + 3), three(v, at + 6)]
-}
 
 /// The robot at one instant.
 pub(super) struct Instant<T> {
@@ -61,7 +51,7 @@ fn turned<T: Scalar>(
 }
 
 impl<T: Scalar> Instant<T> {
-    /// Memory for [`Self::set`], which fills it where it lies: lists that are moved cost as much as a sweep.
+    /// Memory for [`Self::set`], which fills it in place: lists that are moved cost as much as a sweep.
     #[inline]
     pub(super) fn new() -> Self {
         Self {
@@ -133,7 +123,7 @@ impl<T: Scalar> Instant<T> {
         let (appendages, bent) = (&mut self.appendages, &mut self.bent);
         for (k, shapes) in s.appendages.iter().enumerate() {
             if appendages.add_beam(0, *shapes, &model.beam(at, k)).is_err() {
-                // A length or a mass that is none: no motion can be had, which whoever steps the model refuses.
+                // A length or a mass that is none: there is no motion, which the caller refuses.
                 self.base.mass = T::constant(f64::NAN);
             }
         }
@@ -184,7 +174,7 @@ impl<T: Scalar> Instant<T> {
         let own = self.placed[body].velocity;
         self.bent.ends.of(body).map_or(own, |(_, e)| own.plus(e.velocity))
     }
-    /// A point that is fixed to what hangs on this body, from where it lies unbent to where it lies, body axes.
+    /// A point that is fixed to what hangs on this body, from its unbent position to its present one, body axes.
     pub(super) fn displaced(&self, body: usize, place: Vector<T>) -> Vector<T> {
         self.bent.ends.displaced(body, place)
     }
@@ -215,7 +205,7 @@ impl<T: Scalar> Instant<T> {
         }
     }
 
-    /// Forces on the coordinates beside what acts on it, in their order ([`SpatialFreeFlyer::rates_under`]); of one that is set.
+    /// Forces on the coordinates in addition to what acts on it, in their order ([`SpatialFreeFlyer::rates_under`]); of one that is set.
     pub(super) fn push(&mut self, model: &SpatialFreeFlyer, force: &[T]) {
         let mut rest = force;
         if let ([x, y, z, torque @ ..], false) = (force, model.structure().held)
@@ -240,7 +230,7 @@ impl<T: Scalar> Instant<T> {
         }
     }
 
-    /// Nothing acts on it but what is led. It must not move.
+    /// Only prescribed motion acts on it. It must not move.
     pub(super) fn rest(&mut self, held: bool) {
         self.held = held.then(Motion::zero);
         self.applied.iter_mut().for_each(|w| *w = Wrench::zero());

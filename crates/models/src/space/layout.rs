@@ -1,6 +1,6 @@
-//! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values lie in the vectors.
+//! The variables of [`SpatialFreeFlyer`](super::SpatialFreeFlyer): what each is, and where its values are in the vectors.
 
-use super::model::Structure;
+use super::structure::Structure;
 use crate::layout::Allowed::{self, NotNegative, OneUp, Positive};
 use crate::layout::{Items, Parameter, Shows, Start, State, layout};
 
@@ -9,8 +9,11 @@ pub static COUPLING: Items = Items {
     name: "MotorCoupling",
     text: "How a motor's rotor is coupled to the body that carries it",
     items: &[
-        ("paper", "as printed: the rotor turns with the motor angle, the carrier feels all of I_m"),
-        ("geared", "rotor behind a gear: the carrier feels I_m/N and I_m/N^2"),
+        (
+            "paper",
+            "as printed: the rotor turns with the motor angle, the carrier takes the reaction of all of I_m",
+        ),
+        ("geared", "rotor behind a gear: the carrier takes that of I_m/N and I_m/N^2"),
     ],
 };
 const FIXED: Parameter = Parameter::fixed(Allowed::Any);
@@ -44,7 +47,7 @@ layout! {
     joint_stiffness "jointStiffness" [s.bodies()], "N.m/rad", tunable(NotNegative),
         "Spring of a flexible joint (N/m of a prismatic one)";
     joint_damping "jointDamping" [s.bodies()], "N.m.s/rad", tunable(NotNegative),
-        "Beside the spring of a flexible joint (N.s/m of a prismatic one)";
+        "In parallel with the spring of a flexible joint (N.s/m of a prismatic one)";
     motor_coupling "motorCoupling" [], "", Parameter::fixed(Allowed::Item(&COUPLING)),
         "How the rotors are coupled to the bodies that carry them (SFF-12)";
     thruster_position "thrusterPosition" [s.thrusters, 3], "m", tunable(Allowed::Any), "From the base's centre of mass, base axes";

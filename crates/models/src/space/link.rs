@@ -1,7 +1,7 @@
 //! A link that bends between the sweeps: its modes are one joint of many degrees of freedom between the body and what its end
 //! carries, and go where the sweep from the tips passes them (LNK-3).
 
-use super::flexible::Carrying;
+use super::bent::Carrying;
 use super::flexible::Modal;
 use super::snapshot::Snapshot;
 use super::spatial::{Articulated, Motion, Wrench};

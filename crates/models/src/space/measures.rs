@@ -1,5 +1,5 @@
 //! What a pose is worth, over any scalar and without allocation: S1's measures, singular values of the Jacobians (SFF-4,
-//! SFF-10). All of it is of the arms as they stand; rotors do not count, appendages do as they are bent.
+//! SFF-10). All of it is of the arms at their present pose; rotors do not count, appendages do as they are bent.
 
 use super::MAX_BODIES;
 use super::composite::{BASE, composite_bodies};

@@ -1,16 +1,18 @@
 //! The outputs of [`SpatialFreeFlyer`].
 
-use super::articulated::{Found, Rotor};
-use super::attitude::{Quaternion, about_axis, normalized, product as turned_by, unit};
+use super::articulated::Found;
+use super::attitude::{Quaternion, about_axis, four, normalized, product as turned_by, unit};
 use super::composite::momentum;
 use super::flexible::Modal;
-use super::instant::{Instant, four, three};
+use super::instant::Instant;
+use super::joint_drive::Rotor;
 use super::measures::Arms;
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use super::spatial::{Frame, Rigid};
 use super::transmitted::transmitted;
 use super::tree::{All, Joint, Joints};
-use super::vector::{Vector, add, cross, dot, scale, sub, times, zero};
+use super::vector::{Vector, add, cross, dot, scale, sub, three, times, zero};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
@@ -130,7 +132,7 @@ impl SpatialFreeFlyer {
         let (mut rotor, mut modal) = (joint.clone(), Modal::from_iter((0..s.modes()).map(|_| T::zero())));
         let out = Found { joint: &mut joint, rotor: &mut rotor, modal: &mut modal };
         let base = now.accelerations(self, out);
-        // Of a rotor that is led its torque was found.
+        // Of a prescribed rotor the torque was found.
         needed.fill(T::zero());
         for (j, (found, drive)) in rotor.iter_mut().zip(&now.drives).enumerate() {
             if let Rotor::Led(acceleration) = drive.rotor {

@@ -1,7 +1,8 @@
-//! Robots of the papers. What they do not print is assumed: `docs/parameters.md` says which.
+//! Robots of the papers. What they do not print is assumed: `docs/parameters.md` lists which.
 
-use super::appendage::{Beam, Shapes};
+use super::appendage::Beam;
 use super::design::{Appendage, Design, Link, Motor, Thruster, Tip};
+use super::shapes::Shapes;
 use super::tree::Joint;
 use super::vector::{Matrix, Vector};
 use crate::arm::parameter as planar;
@@ -35,7 +36,7 @@ fn tool(body: usize, offset: Vector<f64>, mount: Vector<f64>) -> Vec<Tip> {
     vec![Tip { name: "tool".into(), body, offset, mount }]
 }
 
-/// S1 table 1: yaw, pitch, pitch; the post that carries the first joint stands in the origin. The base is assumed.
+/// S1 table 1: yaw, pitch, pitch; the post that carries the first joint is in the origin. The base is assumed.
 pub fn table_1() -> Design {
     Design {
         name: "table-1".into(),
@@ -59,8 +60,8 @@ pub fn table_1() -> Design {
     }
 }
 
-/// S1 table 1 on a bus with two panels: the arm without its post stands at (0, 0, 0.5). Bus and panels are assumed. The panels
-/// at +y and -y lie along the base's +y and -y, their x along its +z, their y along its +x (at +y) and -x (at -y).
+/// S1 table 1 on a bus with two panels: the arm without its post is at (0, 0, 0.5). Bus and panels are assumed. The panels
+/// at +y and -y are along the base's +y and -y, their x along its +z, their y along its +x (at +y) and -x (at -y).
 pub fn table_1_with_panels() -> Design {
     let mut design = table_1();
     design.name = "table-1-with-panels".into();
@@ -182,7 +183,7 @@ pub fn test_bed() -> Design {
 /// A robot by its name.
 #[derive(Clone, Copy, Debug)]
 pub struct Preset {
-    /// As it is asked for.
+    /// As requested.
     pub name: &'static str,
     /// Where its values are from.
     pub source: &'static str,

@@ -8,11 +8,10 @@
 //! link alone: across it modes move matter, too, and a kinetic energy of first order in d were not positive.
 
 use super::MAX_MODES_OF_LINK;
-use super::appendage::Shapes;
-use super::flexible::spread;
 use super::ritz::{Pairs, Quadratic, quadratic};
+use super::shapes::Shapes;
 use super::spatial::{Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector, add, cross, dot, scale, times, transposed, zero};
+use super::vector::{Matrix, Vector, add, cross, dot, scale, spread, times, transposed, zero};
 use trueup_numerics::Scalar;
 
 /// A link whose displacements of second order are counted, as parameters have it; axes and origin of the body that carries it.

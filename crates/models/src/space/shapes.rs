@@ -11,6 +11,24 @@ use std::sync::LazyLock;
 /// Most shapes of one beam in one direction.
 pub const MAX_SHAPES: usize = 12;
 
+/// Numbers of shapes: structure, no values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Shapes {
+    /// Bending along x.
+    pub x: usize,
+    /// Bending along y.
+    pub y: usize,
+    /// Torsion about z.
+    pub torsion: usize,
+}
+
+impl Shapes {
+    /// Modal coordinates: those along x first, then y, then torsion.
+    pub fn modes(&self) -> usize {
+        self.x + self.y + self.torsion
+    }
+}
+
 /// A shape's integrals over a beam of length 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Shape {

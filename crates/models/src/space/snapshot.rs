@@ -1,7 +1,7 @@
 //! A robot at one instant: what the algorithms over bodies read.
 
-use super::articulated::Drive;
-use super::flexible::Flexing;
+use super::bent::Flexing;
+use super::joint_drive::Drive;
 use super::spatial::{Motion, Rigid};
 use super::tree::{Body, Placed, Tree};
 use super::vector::{Vector, add};

@@ -85,7 +85,7 @@ impl<T: Scalar> Wrench<T> {
     }
 }
 
-/// Axes in those of the parent: where they lie and how they are turned.
+/// Axes in those of the parent: their origin and rotation.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<T> {
     /// These axes to the parent's.
@@ -156,7 +156,7 @@ impl<T: Scalar> Rigid<T> {
         let inertia = product_transposed(&product(&f.rotation, &self.inertia), &f.rotation);
         Self { mass: self.mass, first: times(&f.rotation, self.first), inertia }.shifted(f.origin)
     }
-    /// About the origin of axes that are not turned, from which this origin lies at `p`.
+    /// About the origin of axes that are not turned, from which this origin is at `p`.
     pub fn shifted(&self, p: Vector<T>) -> Self {
         // I + m p^2 + 2 p . h, less (p h^T + h p^T + m p p^T)
         let first = add(self.first, scale(self.mass, p));
@@ -180,7 +180,7 @@ impl<T: Scalar> Rigid<T> {
     }
 }
 
-/// An articulated inertia: wrench = this times acceleration, where what hangs on the body may give way.
+/// An articulated inertia: wrench = this times acceleration, where what hangs on the body may yield.
 /// [`Self::angular`] and [`Self::linear`] are symmetric.
 #[derive(Clone, Copy, Debug)]
 pub struct Articulated<T> {

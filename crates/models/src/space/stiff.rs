@@ -5,11 +5,12 @@
 
 use super::composite::{BASE, mass_matrix};
 use super::instant::Instant;
-use super::model::{Led, SpatialFreeFlyer};
+use super::model::SpatialFreeFlyer;
+use super::prescribed::Led;
 use trueup_numerics::hybrid::At;
 use trueup_numerics::linear::{ldl_factor, ldl_solve};
 
-/// What acts on a motor's velocity (of a rigid joint: the joint's) beside its spring.
+/// What acts on a motor's velocity (of a rigid joint: the joint's) in addition to its spring.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Brake {
     /// A damper, N.m.s/rad, joint side.
@@ -42,7 +43,7 @@ impl SpatialFreeFlyer {
         (BASE + n).pow(2) + 3 * n + 2 * self.structure().springs() + 1
     }
 
-    /// The matrix and what lies behind it.
+    /// The matrix and what follows it.
     fn rows<'a>(&self, room: &'a mut [f64]) -> Option<(&'a mut [f64], Rows<'a>)> {
         let (n, springs) = (self.velocities(), self.structure().springs());
         let (matrix, rest) = room.split_at_mut_checked((BASE + n).pow(2))?;
@@ -55,8 +56,8 @@ impl SpatialFreeFlyer {
         Some((matrix, Rows { both, spring, free, cross_both, cross_spring, g }))
     }
 
-    /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] says, and the rates into `dx`; `brake`
-    /// tells of each joint (from 0) what acts on its motor, `led` which motors have given accelerations. The base must be held.
+    /// Factors of M + g D + g^2 K into `room`, which is as long as [`Self::stiff_room`] gives, and the rates into `dx`; `brake`
+    /// gives for each joint (from 0) what acts on its motor, `led` which motors have given accelerations. The base must be held.
     ///
     /// # Errors
     /// The row of a pivot that is not positive.

@@ -1,16 +1,15 @@
 //! Appendages and links by tables of modes, as a file has them and as parameters have them.
 
 use super::appendage::{AppendageError, TableMode, participation};
-use super::attitude::{Quaternion, rotation};
-use super::design::{inertia_fault, off_unit};
-use super::instant::{four, matrix, three};
+use super::attitude::{Quaternion, four, rotation};
+use super::body_check::{inertia_fault, off_unit};
 use super::model::SpatialFreeFlyer;
 use super::spatial::{Frame, Motion, Rigid, Wrench};
-use super::vector::{Matrix, Vector};
+use super::vector::{Matrix, Vector, matrix, three};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
-/// What bends on the base, or the link of a body, known by its modes, clamped at its root, as tools for structures tell them.
+/// What bends on the base, or the link of a body, known by its modes, clamped at its root, as tools for structures give them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Table {
     /// Its name.
@@ -67,7 +66,7 @@ impl Table {
     /// Whether this can be.
     ///
     /// # Errors
-    /// What cannot, with the mend.
+    /// What cannot, with the remedy.
     pub fn check(&self) -> Result<(), String> {
         let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
         if !(self.mass > 0.0 && self.mass.is_finite()) {
@@ -127,7 +126,7 @@ impl LinkTable {
     /// Whether this can be.
     ///
     /// # Errors
-    /// What cannot, with the mend.
+    /// What cannot, with the remedy.
     pub fn check(&self) -> Result<(), String> {
         let (modes, ends) = (self.table.modes.len(), self.reach.len());
         if modes == 0 || modes != ends {
@@ -234,7 +233,7 @@ impl SpatialFreeFlyer {
         self.table_modes(at.p, first, s.tables[k]).map(|m| m.frequency).fold(f64::INFINITY, f64::min)
     }
 
-    /// Says so where the base spins faster than a fifth of an appendage's first frequency: nothing stiffens what bends here, so
+    /// Warns where the base spins faster than a fifth of an appendage's first frequency: nothing stiffens what bends here, so
     /// the model is wrong there.
     pub fn too_fast(&self, at: &At<'_, f64>) -> Option<String> {
         let s = self.structure();
@@ -257,7 +256,7 @@ impl SpatialFreeFlyer {
     }
 }
 
-/// The first of tables with so many modes each, told by their number, first mode and count, whose modes move more than there is.
+/// The first of tables with so many modes each, identified by their number, first mode and count, whose modes move more than there is.
 fn moves_more(
     counts: impl Iterator<Item = usize>,
     table: impl Fn(usize, usize, usize) -> (Rigid<f64>, Vec<TableMode<f64>>),

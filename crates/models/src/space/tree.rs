@@ -1,7 +1,7 @@
 //! A tree of rigid bodies on joints of one degree of freedom, and its motion from the base to the tips (SFF-2).
 //!
-//! Body 0 is the base, whose axes lie in its centre of mass; bodies 1 .. n follow, each after the one that carries it.
-//! Every body's axes lie in its joint and turn with it.
+//! Body 0 is the base, whose axes have their origin in its centre of mass; bodies 1 .. n follow, each after the one that carries it.
+//! Every body's axes have their origin in its joint and turn with it.
 
 use super::MAX_BODIES;
 use super::attitude::about;
@@ -151,7 +151,7 @@ impl Tree {
         all
     }
 
-    /// As [`Self::place`], where they lie: a list that is moved costs as much as a sweep. `ends` are those of links that bend.
+    /// As [`Self::place`], in place: a list that is moved costs as much as a sweep. `ends` are those of links that bend.
     pub fn place_into<T: Scalar>(
         &self,
         bodies: &[Body<T>],

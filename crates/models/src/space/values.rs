@@ -1,19 +1,20 @@
 //! Values of the parameters of [`SpatialFreeFlyer`]: of a design, by themselves, and what they may not be.
 
-use super::appendage::Shapes;
-use super::attitude::{IDENTITY, square};
-use super::design::{Design, NOT_UNIT, inertia_fault};
-use super::instant::four;
+use super::attitude::{IDENTITY, four, square};
+use super::body_check::{NOT_UNIT, inertia_fault};
+use super::design::Design;
 use super::layout::Parameters;
-use super::model::{SpatialFreeFlyer, Structure};
+use super::model::SpatialFreeFlyer;
+use super::shapes::Shapes;
+use super::structure::Structure;
 use super::tree::Tree;
 use super::vector::{Matrix, dot};
 use crate::arm::rotor;
 
-/// Motor inertia and stiffness of a flexible joint that nobody has described.
+/// Motor inertia and stiffness of a flexible joint that is not described.
 const SPRING: (f64, f64) = (0.1, 100.0);
 
-/// Young's modulus, Pa (S3 2), and Poisson's ratio of a link that nobody has described.
+/// Young's modulus, Pa (S3 2), and Poisson's ratio of a link that is not described.
 const ALUMINIUM: (f64, f64) = (78e9, 0.33);
 
 /// Diagonal of a matrix of 3 x 3, row by row.
@@ -245,7 +246,7 @@ impl SpatialFreeFlyer {
     /// Conditions on parameters that no single bound can say.
     ///
     /// # Errors
-    /// The index of the parameter that is at fault, and what is wrong with the mend.
+    /// The index of the parameter that is at fault, and the error with its remedy.
     pub fn check(&self, p: &[f64]) -> Result<(), (usize, String)> {
         let (s, at) = (self.structure(), &self.parameter);
         let inertia =

@@ -82,3 +82,24 @@ pub fn cross_columns<T: Scalar>(a: Vector<T>, m: &Matrix<T>) -> Matrix<T> {
     };
     [row(1, 2), row(2, 0), row(0, 1)]
 }
+/// Adds 2 b . u 1 - b u^T - u b^T: what an inertia gets when matter with the moment b is shifted by u.
+#[inline]
+pub(super) fn spread<T: Scalar>(inertia: &mut Matrix<T>, b: Vector<T>, u: Vector<T>) {
+    let twice = dot(b, u) * 2.0;
+    for i in 0..3 {
+        for j in 0..3 {
+            inertia[i][j] -= b[i] * u[j] + u[i] * b[j];
+        }
+        inertia[i][i] += twice;
+    }
+}
+
+/// Three elements.
+pub(super) fn three<T: Copy>(v: &[T], at: usize) -> Vector<T> {
+    [v[at], v[at + 1], v[at + 2]]
+}
+
+/// Nine elements, row by row.
+pub(super) fn matrix<T: Copy>(v: &[T], at: usize) -> Matrix<T> {
+    [three(v, at), three(v, at + 3), three(v, at + 6)]
+}

@@ -4,7 +4,7 @@
 use trueup_models::arm::PlanarManipulator;
 use trueup_numerics::hybrid::{At, Hybrid};
 
-/// A run: model, parameters, where it stands.
+/// A run: model, parameters, its state.
 pub(crate) struct Run<'a, M: Hybrid = PlanarManipulator> {
     pub(crate) model: &'a M,
     pub(crate) p: Vec<f64>,
@@ -12,7 +12,7 @@ pub(crate) struct Run<'a, M: Hybrid = PlanarManipulator> {
     pub(crate) t: f64,
     pub(crate) x: Vec<f64>,
     pub(crate) modes: Vec<i32>,
-    /// Power that goes in or is lost, integrated beside the states (see [`Run::with_power`]).
+    /// Power that goes in or is lost, integrated next to the states (see [`Run::with_power`]).
     pub(crate) power: Box<dyn Fn(&At<f64>, &M) -> f64 + 'a>,
     pub(crate) work: f64,
     pub(crate) events: Vec<(f64, Vec<i32>)>,

@@ -55,7 +55,7 @@ fn momentum_and_energy_are_kept() {
     }
 }
 
-/// Checks CON-4: an arm stretched on the line of the impact gives way along it with all its mass.
+/// Checks CON-4: an arm stretched on the line of the impact acts along it with all its mass.
 #[test]
 fn an_impact_along_a_stretched_arm_is_the_closed_form() {
     let sim = Sim::with_arm(&[false; 3], Structure { balls: 1, ..Structure::default() })
@@ -97,7 +97,7 @@ fn a_stiff_arm_is_a_rigid_chaser() {
             .set("linkInertia", &[link_inertia])
             .set("linkCenterOfMass", &[com, 0.0])
             .set("linkLength", &[length])
-            // A rotor that stays where it is against the satellite, and is not felt there.
+            // A rotor that stays where it is against the satellite, and has no effect there.
             .set("motorCoupling", &[2.0])
             .set("motorInertia", &[1e9])
             .set("gearRatio", &[1e12])

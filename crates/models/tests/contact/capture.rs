@@ -207,7 +207,7 @@ fn a_central_impact_is_the_closed_form() {
     assert!((all.y[0][sim.output("relativeKineticEnergy")] - 0.09875).abs() < 1e-12, "C13");
 }
 
-/// Checks CON-5: an impact beside the target's centre of mass, bodies that turn (C40, within a thousandth).
+/// Checks CON-5: an impact off the target's centre of mass, bodies that turn (C40, within a thousandth).
 #[test]
 fn an_oblique_impact_loses_what_its_effective_mass_says() {
     let sim = Sim::of(Structure { balls: 1, ..Structure::default() })

@@ -91,7 +91,7 @@ fn starts_that_overlap() {
     let at = At { t: 0.0, x: &all.x[0], u: &u, p: &overlapping.p, modes: &all.modes[0] };
     let said = scene.overlap(&at).unwrap();
     assert!(said.contains("ball 1 begins 0.010000 m deep"), "{said}");
-    assert!(scene.overlap(&At { t: 0.5, ..at }).is_none(), "said once");
+    assert!(scene.overlap(&At { t: 0.5, ..at }).is_none(), "reported once");
 }
 
 #[test]

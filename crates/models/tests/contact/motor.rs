@@ -148,7 +148,7 @@ fn jaws_open_again() {
     assert!((lost - 0.5 * 0.5 * 0.2 * 0.2).abs() < 1e-15, "{lost}");
     u[torque] = -1.0;
     assert_eq!(update(&mut x, &mut modes, &u), 0);
-    // More than the motor has is said, and taken as what it has.
+    // More than the motor has is reported, and limited to what it has.
     u[torque] = 25.0;
     let at = At { t: 1.0, x: &x, u: &u, p: &sim.p, modes: &modes };
     let said = sim.scene.clipped(&at).unwrap();

@@ -62,7 +62,7 @@ fn action_is_reaction_about_any_point() {
     assert!(met > 500 && worst < 1e-14);
 }
 
-/// Checks CON-9: a body under a steady force at a docking point beside its centre, against an integral by hand for small angles,
+/// Checks CON-9: a body under a steady force at a docking point off its centre, against an integral by hand for small angles,
 /// and its outputs.
 #[test]
 fn a_body_floats() {

@@ -18,7 +18,7 @@ impl Moments {
     pub(super) fn end(&self) -> &[f64] {
         self.y.last().unwrap()
     }
-    /// Times at which the mode of a pair changes, and what it is from there on.
+    /// Times at which the mode of a pair changes, and the mode from there on.
     pub(super) fn changes(&self, pair: usize) -> Vec<(f64, i32)> {
         let mut all = Vec::new();
         for i in 1..self.t.len() {

@@ -47,7 +47,7 @@ fn sim3(but: &[&str]) -> Sim {
     scaled(SCALE, Structure::default(), but)
 }
 
-/// What a run says of full size, over the time of 30 s there.
+/// What a run predicts of full size, over the time of 30 s there.
 struct Rows {
     /// Relative energy and forces on the balls, each millisecond.
     at: [Vec<f64>; 4],
@@ -133,7 +133,7 @@ fn printed_roundings_cost_a_thousandth() {
     assert!((off[0] - 0.00182).abs() < 1e-4 && (off[1] - 0.00065).abs() < 1e-4, "{off:?}");
 }
 
-/// What a bench says that scales all but one thing: recomputed with located events.
+/// What a bench predicts that scales all but one thing: recomputed with located events.
 #[test]
 fn wrong_scalings_are_as_wrong_as_they_are() {
     let full = rows(&Sim::of(Structure::default()), 1.0);

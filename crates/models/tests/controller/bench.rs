@@ -1,4 +1,4 @@
-//! A joint with dry friction, sensors with steps and a flexible link or play, beside a JointController.
+//! A joint with dry friction, sensors with steps and a flexible link or play, with a JointController.
 
 use super::chain::{CONTROLLER_STATES, INERTIA, PARAMETERS, with_adaptation};
 use trueup_models::controller::{
@@ -120,7 +120,7 @@ impl Bench {
     }
 }
 
-/// A JointController beside a plant: sampled, or continuous by the classical Runge-Kutta method with inputs that
+/// A JointController with a plant: sampled, or continuous by the classical Runge-Kutta method with inputs that
 /// go on as they went over the last step.
 pub(crate) struct Control {
     p: [f64; PARAMETERS],

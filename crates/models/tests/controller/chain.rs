@@ -59,7 +59,7 @@ pub(crate) fn parameters(strategy: Strategy, position_gain: f64, wave_frequency:
     ])
 }
 
-/// With parameters of an adaptation that stands still.
+/// With parameters of an adaptation that does not move.
 pub(crate) fn with_adaptation(law: [f64; parameter::COUNT + 2]) -> [f64; PARAMETERS] {
     use adaptation::{Adaptation, KNOTS, parameter as a};
     let omega = law[parameter::WAVE_FREQUENCY];

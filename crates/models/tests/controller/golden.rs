@@ -130,7 +130,7 @@ fn d24_d25_reduction_of_vibration() {
     close("D24 WBC, the reference", wbc, 71.65, 0.01);
     close("D24 VWBC, the reference", vwbc, 83.35, 0.01);
     close("D25", fast, 89.95, 0.01);
-    // Adaptive laws that stand still are the same laws, to the last digit.
+    // Adaptive laws that do not adapt are the same laws, to the last digit.
     for (kp, omega) in [(2.5, OMEGA), (2.0, 200.0)] {
         for (adaptive, constant) in
             [(Strategy::WbcAdaptive, Strategy::Wbc), (Strategy::VwbcAdaptive, Strategy::Vwbc)]
@@ -159,7 +159,7 @@ fn under_load(strategy: Strategy, time: f64) -> Vec<DVector<f64>> {
 fn d26_wbc_drifts_under_a_load_torque() {
     let run = under_load(Strategy::Wbc, 60.0);
     let angle = |i: usize| run[i][HUB].to_degrees();
-    // The torque pushes forwards: θ0 − θ1 = −δ, and WBC yields at ω_n δ.
+    // The torque acts forwards: θ0 − θ1 = −δ, and WBC yields at ω_n δ.
     let slope = (angle(6000) - angle(5000)) / 10.0;
     close("D26", -slope.abs(), -5.10341825951571, 0.02);
     close("D26 from δ", slope, 30.0 * twist(), 1e-3);
@@ -196,7 +196,7 @@ fn d29_smallest_damping_ratio_below_100_rad_per_s() {
     }
 }
 
-/// The price of the washout: 80.6 % instead of 81.5 % within 10 s, settled to 2 % in 1.63 s instead of 1.39 s.
+/// The price of the washout: 80.6 % instead of 81.5 % within 10 s, within 2 % in 1.63 s instead of 1.39 s.
 #[test]
 fn the_washout_costs_little() {
     let [vwbc, washed] =

@@ -1,4 +1,4 @@
-//! A payload that changes: what an adaptive wave frequency leaves of the vibration, beside constant ones.
+//! A payload that changes: what an adaptive wave frequency leaves of the vibration, compared with constant ones.
 //!
 //! Joint 2 of DELIAN with its flexible link, 1 kHz; the tip's inertia is 0.25 to 4 times 6 kg.m2.
 

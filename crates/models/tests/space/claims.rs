@@ -1,4 +1,4 @@
-//! What S1 says of its arm and what holds of beams, at any pose: golden facts B03, B05, B09-B14, B35-B37; and the chaser's momentum
+//! What S1 states of its arm and what holds of beams, at any pose: golden facts B03, B05, B09-B14, B35-B37; and the chaser's momentum
 //! form and the plane at theirs: C23, C29.
 
 use nalgebra::{DMatrix, DVector};

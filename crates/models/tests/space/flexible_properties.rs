@@ -117,7 +117,7 @@ fn state(rng: &mut StdRng, m: &Machine) -> Vec<f64> {
     x
 }
 
-/// Checks SFF-5, SFF-6, LNK-3, LNK-5: articulated bodies find what composite bodies ask for, with appendages and links, beams and
+/// Checks SFF-5, SFF-6, LNK-3, LNK-5: articulated bodies find what composite bodies require, with appendages and links, beams and
 /// tables, on any body.
 #[test]
 fn articulated_and_composite_bodies_agree_with_appendages() {

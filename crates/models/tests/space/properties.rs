@@ -167,7 +167,7 @@ fn articulated_and_composite_bodies_agree() {
         let (base, joint, mut rotor) = c.accelerations(&led);
         for i in 0..n {
             if let (Rotor::Led(acceleration), Rotor::Driven(torque)) = (led[i].rotor, c.drives[i].rotor) {
-                // Of a rotor that is led the torque is found: the one that drove it.
+                // Of a prescribed rotor the torque is found: the one that drove it.
                 worst = worst.max((rotor[i] - torque).abs() / largest);
                 rotor[i] = acceleration;
             }
@@ -175,7 +175,7 @@ fn articulated_and_composite_bodies_agree() {
         let size_of = |v: &[f64]| v.iter().fold(1.0_f64, |m, x| m.max(x.abs()));
         let b = c.stack(size, &rows, base, &joint, &rotor);
         let off = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max) / size_of(&a);
-        assert!(off < 1e-9, "case {k}: led motion is off by {off:e}");
+        assert!(off < 1e-9, "case {k}: prescribed motion is off by {off:e}");
     }
     println!("worst {worst:.1e}");
     assert!(worst < 1e-11, "{worst:e}");

@@ -21,11 +21,11 @@ impl Driver {
     ///   for the start of the next call, so that it sees the inputs that are valid from then on.
     /// * With `stop_at_event` the call returns at an event, state and time just behind it, before handling it;
     ///   a time event at `t_end` is then reported too, and what the caller has changed, if it is an event, at the start. A state event that follows another within 1e-9 of the time (1e-9 s
-    ///   below 1 s) is handled here: for whoever handles them it is the same one.
+    ///   below 1 s) is handled here: for the handler it is the same one.
     /// * `observer` is called after every accepted step and every event handled.
     ///
     /// # Errors
-    /// [`DriveError`]; the state then stands at the last time reached.
+    /// [`DriveError`]; the state is then that of the last time reached.
     pub fn advance_to<M: Hybrid>(
         &mut self,
         model: &M,

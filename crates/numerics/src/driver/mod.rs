@@ -59,7 +59,7 @@ impl Driver {
         }
     }
 
-    /// Initial states from the parameters at `State::t`, modes that fit, event iteration until settled.
+    /// Initial states from the parameters at `State::t`, modes that fit, event iteration until nothing changes.
     ///
     /// # Errors
     /// A state or input that is not finite; an event iteration without end.

@@ -6,7 +6,7 @@ use crate::hybrid::{At, Hybrid};
 /// What [`simulate`] recorded.
 #[derive(Clone, Debug, Default)]
 pub struct Run {
-    /// Times asked for in s.
+    /// Requested times in s.
     pub t: Vec<f64>,
     /// States at these times.
     pub x: Vec<Vec<f64>>,

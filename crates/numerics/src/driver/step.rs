@@ -135,7 +135,7 @@ impl Stepper {
                             let slope = error.powf(power - 0.75 * BETA) / m.error.powf(BETA);
                             let ratio = (SAFETY / slope).clamp(SHRINK, GROW);
                             let new = h * if retried { ratio.min(1.0) } else { ratio };
-                            // A step that was cut short says nothing against the size proposed before.
+                            // A step that was cut short is no reason against the size proposed before.
                             m.step = if h < proposed && !retried { new.max(proposed) } else { new };
                             m.error = error.max(1e-4);
                         }

@@ -1,4 +1,4 @@
-//! What a simulation is asked for, what it carries on, and what it answers.
+//! The request to a simulation, its memory, and its result.
 
 use crate::figure::Figure;
 use crate::hybrid::{At, Sizes};
@@ -32,9 +32,9 @@ pub struct Options {
     pub stop_at_event: bool,
     /// Steps per call (accepted and rejected) after which the call gives up.
     pub max_steps: usize,
-    /// Passes of one event iteration after which it is held to be without end.
+    /// Passes of one event iteration after which it is assumed to be without end.
     pub max_passes: usize,
-    /// Events in a row, each within 1e-9 of the time before it, after which they are held to be without end.
+    /// Events in a row, each within 1e-9 of the time before it, after which they are assumed to be without end.
     pub max_chatter: u32,
 }
 
@@ -90,7 +90,7 @@ impl Memory {
     }
 }
 
-/// All that a simulation carries on, lent by its owner; SI units, lengths as in [`Sizes`].
+/// All that a simulation carries on, lent by the caller; SI units, lengths as in [`Sizes`].
 #[derive(Debug)]
 pub struct State<'a> {
     /// Time in s.
@@ -125,7 +125,7 @@ pub enum Inputs<'a> {
     Function(&'a dyn Fn(f64, &mut [f64])),
 }
 
-/// What the observer is told about.
+/// What is reported to the observer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Moment {
     /// A step was accepted and `t` reached.
@@ -149,7 +149,7 @@ pub struct View<'a> {
     pub modes: &'a [i32],
 }
 
-/// What the observer wants.
+/// What the observer requests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flow {
     /// Go on.
@@ -246,7 +246,7 @@ pub enum DriveError {
         /// The lengths it was made for.
         expected: Sizes,
     },
-    /// The end lies before the start, or is not finite.
+    /// The end is before the start, or is not finite.
     #[error("cannot go from t = {t} s to {t_end} s")]
     Backwards {
         /// Time in s.

@@ -143,7 +143,7 @@ impl Rk4 {
 
 /// ROS2 with gamma = 1 - 1/sqrt(2): Verwer, Spee, Blom, Hundsdorfer (1999); order 2, L-stable.
 ///
-/// Its order does not rest on the Jacobian: where the system knows a stiff part of it, that is taken.
+/// Its order does not rest on the Jacobian: where the system has a stiff part of it, that is taken.
 #[derive(Clone, Debug)]
 pub struct Ros2 {
     common: Common,

@@ -87,7 +87,7 @@ pub trait Method: Send {
     fn prepare_dense(&mut self, ode: &mut dyn Ode, t: f64, x: &[f64], h: f64);
     /// The states at `theta` in [0, 1] of the last attempt.
     fn dense(&self, theta: f64, x: &mut [f64]);
-    /// Whether they are parabolas, of which a point between the ends tells everything.
+    /// Whether they are parabolas, which a point between the ends determines.
     fn dense_is_parabola(&self) -> bool {
         false
     }

@@ -1,4 +1,4 @@
-"""Cases: recordings of the real thing with what its owner believes; parameters and causes from them."""
+"""Cases: recordings of the real system with its nominal model; parameters and causes from them."""
 
 from __future__ import annotations
 
@@ -41,8 +41,8 @@ class Case:
         holdout: recordings for the figures reported alone.
         rest: recordings at rest: their variation is noise.
         repeats: groups of names of recordings with the same command.
-        parameters: what the owner believes, structural choices too.
-        uncertain: relative 1-sigma doubts of these values.
+        parameters: nominal values, structural choices too.
+        uncertain: relative prior standard deviations of these values.
         fit: names of what is estimated.
         channels: what is known of sensors, `{"loadAngle": {"resolution": 1e-4}}`.
         others: further tables of a `case.toml`, as `effects` and `payload`.
@@ -163,19 +163,19 @@ def _plain(value: Any) -> Any:
 class Problem:
     """Predictions of recordings as a function of parameters, with exact sensitivities (by dual numbers, across events).
 
-    Predictions of all channels of all recordings stand one behind the other; `channels` says which are whose.
+    Predictions of all channels of all recordings are concatenated; `channels` gives the rows of each.
     """
 
     def __init__(self, native: _native.Problem) -> None:
         self._native = native
         #: Names of the parameters, in the order of `theta`.
         self.names: list[str] = native.names
-        #: What the case believes, in the parameters' units.
+        #: The prior of the case, in the parameters' units.
         self.start: Floats = native.start
         #: Smallest and largest values, as SciPy takes them.
         self.bounds: tuple[Floats, Floats] = (np.array(native.bounds[0]), np.array(native.bounds[1]))
         found = native.channels
-        #: Recording, channel, and where its predictions lie.
+        #: Recording, channel, and the range of its predictions.
         self.channels: list[tuple[str, str, slice]] = []
         at = 0
         for recording, channel, times, _, _ in found:
@@ -288,7 +288,7 @@ class Fit:
 
 
 class Diagnosis:
-    """Where the gap between a simulation and recordings lies, and what causes it. `json` is `diagnosis.json`; `augmented` is
+    """Where the gap between a simulation and recordings is, and what causes it. `json` is `diagnosis.json`; `augmented` is
     null there, for files are written by `report`."""
 
     def __init__(self, text: str, notes: list[str], case: Case, options: list[str]) -> None:
@@ -364,9 +364,9 @@ def identify(
     Parameters:
         case: a case, or its folder.
         method: `output-error`, `nelder-mead`, or for a joint `ls-literal`, `ls`, `filtered`, `iv`, `break-away`.
-        effects: ids of effects that are fitted beside the parameters.
+        effects: ids of effects that are fitted together with the parameters.
         fast: intervals from standard errors, without profiles of the likelihood.
-        progress: told what is being done.
+        progress: receives what is being done.
     """
     case = case if isinstance(case, Case) else Case(case)
     return Fit(*case._native.identify(method, list(effects), not fast, progress))
@@ -382,7 +382,7 @@ def diagnose(
     verdict_only: bool = False,
     progress: Progress | bool | None = None,
 ) -> Diagnosis:
-    """Where the gap of a case lies and what causes it, as `trueup diagnose` finds it.
+    """Where the gap of a case is and what causes it, as `trueup diagnose` finds it.
 
     Parameters:
         case: a case, or its folder.
@@ -390,8 +390,8 @@ def diagnose(
         force: goes on in spite of grave findings.
         watch: recordings for fitting are healthy; when do those held out part from them?
         all_readings: large recordings are not thinned.
-        verdict_only: neither where the gap lies nor what to record next.
-        progress: told how far it is; `True` writes that to standard error.
+        verdict_only: neither where the gap is nor what to record next.
+        progress: receives the share done; `True` writes that to standard error.
     """
     case = case if isinstance(case, Case) else Case(case)
     tell = _written if progress is True else progress or None

@@ -49,7 +49,7 @@ def opened(filename: Path | Fmu) -> Fmu:
     try:
         found = os.stat(name)
     except OSError:
-        return Fmu(filename)  # which says what is wrong
+        return Fmu(filename)  # which raises the error
     stamp = (found.st_mtime_ns, found.st_size)
     with _lock:
         known = _open.pop(name, None)

@@ -13,7 +13,7 @@ from ._errors import Error
 
 
 def program() -> Path:
-    """Where the program is: as `TRUEUP_BIN` says, else where this environment has its scripts, else on the path."""
+    """Where the program is: by `TRUEUP_BIN`, else where this environment has its scripts, else on the path."""
     named = os.environ.get("TRUEUP_BIN")
     if named:
         return Path(named)
@@ -32,7 +32,7 @@ def program() -> Path:
 
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Runs the program; what it says of a failure becomes an `Error`."""
+    """Runs the program; its message on a failure becomes an `Error`."""
     done = subprocess.run([program(), *arguments], capture_output=True, text=True)
     if done.returncode != 0:
         said = done.stderr.strip().removeprefix("error: ")

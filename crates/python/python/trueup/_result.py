@@ -31,7 +31,7 @@ def base(name: str) -> str:
 
 
 def unknown(name: str, known: list[str], what: str) -> Error:
-    """There is no such name; the nearest one is the mend."""
+    """There is no such name; the nearest one is the remedy."""
     import difflib
 
     near = difflib.get_close_matches(name, known, 1)

@@ -93,7 +93,7 @@ def sweep(
         client: a `dask.distributed.Client`; without one, the runs are done here.
         runs: only the first so many.
         batch_runs: so many runs at once; else as many as take about a second.
-        progress: told how far it is.
+        progress: receives the share done.
     """
     import pandas as pd
 

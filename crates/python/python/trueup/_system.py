@@ -157,7 +157,7 @@ class Variables(dict[str, Variable]):
 
 
 class System:
-    """FMUs that are coupled, as a file (TOML or SSP) says. Threads may run one system at once, Python's lock is released."""
+    """FMUs that are coupled, as a file (TOML or SSP) defines. Threads may run one system at once, Python's lock is released."""
 
     def __init__(self, file: Path) -> None:
         self._file = os.fspath(file)
@@ -240,7 +240,7 @@ class System:
         if t is not None:
             if start is not None or stop is not None or step is not None:
                 mend = "give `t` alone, or `start`, `stop` and `step`"
-                raise Error(f"`t` says start, stop and step already; {mend}", variable="t", mend=mend)
+                raise Error(f"`t` gives start, stop and step already; {mend}", variable="t", mend=mend)
             start, stop, step = grid(t)
             events = bool(events)
         signals = None
@@ -317,7 +317,7 @@ class Fmu(System):
 
     @property
     def fmi_version(self) -> str:
-        """As its description says, `2.0` or `3.0`."""
+        """As in its description, `2.0` or `3.0`."""
         return str(self._components[0]["fmi_version"])
 
     def linearize(

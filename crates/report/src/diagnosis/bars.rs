@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::words::{percent, times};
 use crate::page::{Page, escape};
 
-/// A row: what, how long from 0 to 1, the figure beside it; the colour's number.
+/// A row: what, length from 0 to 1, the figure next to it; the colour's number.
 pub(super) struct Bar {
     pub(super) label: String,
     pub(super) length: f64,
@@ -41,7 +41,7 @@ fn table(rows: &[Bar], first: &str, style: &str) -> String {
     html + "</tbody></table>"
 }
 
-/// Values that lie decades apart, as bars on one logarithmic scale: blocks of rows, each with its title. What is not positive
+/// Values over several decades, as bars on one logarithmic scale: blocks of rows, each with its title. What is not positive
 /// has no length.
 pub(super) fn decades(page: &mut Page, blocks: Vec<(String, Vec<Bar>)>) {
     let values = || blocks.iter().flat_map(|b| &b.1).map(|r| r.length).filter(|v| v.is_normal() && *v > 0.0);

@@ -7,7 +7,7 @@ use trueup_diagnosis::outcome::{Diagnosis, Gap};
 use super::words::{percent, size};
 use crate::page::{Page, escape};
 
-/// A part of the square of a gap, with the colour that stands for it.
+/// A part of the square of a gap, with its colour.
 struct Part {
     what: &'static str,
     square: f64,
@@ -30,7 +30,7 @@ fn parts(g: &Gap, effects: bool) -> Vec<Part> {
                 part("effects that the model lacks", t - left, 2),
             ]
         }
-        // Refitting alone made it worse: its part cannot be told from that of the effects.
+        // Refitting alone made it worse: its part cannot be separated from that of the effects.
         (true, _) => vec![part("parameters and effects together", gained, 2)],
     };
     all.push(part("the sensors' noise", noise, 7));

@@ -1,11 +1,11 @@
-//! What the page of a diagnosis shows besides `diagnosis.json`.
+//! What the page of a diagnosis shows in addition to `diagnosis.json`.
 
 use trueup_diagnosis::diagnose;
 use trueup_diagnosis::locate::map::{Curve, Surface};
 use trueup_diagnosis::locate::{Bands, Order};
 use trueup_diagnosis::picture::Picture;
 
-/// What the page shows besides `diagnosis.json`; whatever is empty is left out.
+/// What the page shows in addition to `diagnosis.json`; whatever is empty is left out.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence<'a> {
     /// Name of the case.
@@ -20,7 +20,7 @@ pub struct Evidence<'a> {
     pub next: Vec<(&'a str, &'a str, &'a [f64], &'a [f64])>,
     /// What was read, and what was assumed of it.
     pub intake: Intake,
-    /// Files that are written beside the page.
+    /// Files that are written next to the page.
     pub files: Vec<String>,
     /// How it was done: setting and value.
     pub settings: Vec<[String; 2]>,
@@ -56,7 +56,7 @@ pub struct Trace<'a> {
 pub enum Map<'a> {
     /// A quantity along another, with the band of its mean.
     Curve {
-        /// What it is.
+        /// Title of the picture.
         title: &'a str,
         /// Quantity and unit along x.
         x: [&'a str; 2],
@@ -69,7 +69,7 @@ pub enum Map<'a> {
     },
     /// A quantity over two others.
     Surface {
-        /// What it is.
+        /// Title of the picture.
         title: &'a str,
         /// Quantity and unit along x.
         x: [&'a str; 2],
@@ -82,7 +82,7 @@ pub enum Map<'a> {
     },
     /// Spectrum of a residual against that of noise.
     Spectrum {
-        /// What it is.
+        /// Title of the picture.
         title: &'a str,
         /// Unit of the residual.
         unit: &'a str,
@@ -91,7 +91,7 @@ pub enum Map<'a> {
     },
     /// Amplitudes over the order of an angle.
     Orders {
-        /// What it is.
+        /// Title of the picture.
         title: &'a str,
         /// Unit of the amplitude.
         unit: &'a str,
@@ -100,7 +100,7 @@ pub enum Map<'a> {
     },
     /// An unknown quantity over time.
     Course {
-        /// What it is.
+        /// Title of the picture.
         title: &'a str,
         /// The recording.
         recording: &'a str,
@@ -158,7 +158,7 @@ impl<'a> Trace<'a> {
 pub struct Intake {
     /// Recordings in the order of the case.
     pub recordings: Vec<Recorded>,
-    /// Channels: name, unit, what it is for the model, what is known of it.
+    /// Channels: name, unit, role in the model, what is known of it.
     pub channels: Vec<[String; 4]>,
     /// What was assumed, a sentence each.
     pub assumptions: Vec<String>,

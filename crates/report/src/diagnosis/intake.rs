@@ -5,9 +5,9 @@ use trueup_diagnosis::outcome::{Diagnosis, Noticed, Severity};
 use super::evidence::Evidence;
 use crate::page::{Page, escape};
 
-/// Digits of a hash that tell files apart at a glance.
+/// Digits of a hash that distinguish files at a glance.
 const DIGITS: usize = 12;
-/// Findings that are told beside the verdict.
+/// Findings that are shown next to the verdict.
 const MOST: usize = 8;
 
 /// The card.
@@ -69,7 +69,7 @@ pub(super) fn intake(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     }
 }
 
-/// What may make figures wrong is seen at once, beside the verdict.
+/// What may make figures wrong is seen at once, next to the verdict.
 pub(super) fn doubts(page: &mut Page, d: &Diagnosis) {
     let bad: Vec<&Noticed> = d.findings.iter().filter(|f| f.severity != Severity::Note).collect();
     if bad.is_empty() {

@@ -22,7 +22,7 @@ pub(super) fn maps(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
         }
         _ => {
             "The model's own equations, solved for the torque (or the reading) that is missing in them, without any candidate: \
-             an effect that is to be believed looks like this."
+             a plausible effect has this form."
         }
     };
     page.section("What is missing, without a formula", text);

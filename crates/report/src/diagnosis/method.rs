@@ -10,7 +10,7 @@ use crate::page::Page;
 pub(super) fn method(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     page.section(
         "Method and settings",
-        "Parameters first: can refitting what the model has, within its owner's doubts, explain the gap? Then every effect of \
+        "Parameters first: can refitting the model's own parameters, within their prior standard deviations, explain the gap? Then every effect of \
          the library by a score test, the survivors by output-error refits with all nuisance parameters, chosen by evidence and \
          by held-out prediction together; probabilities are calibrated on trials with sealed truth.",
     );

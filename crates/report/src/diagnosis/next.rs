@@ -1,4 +1,4 @@
-//! The experiment that would tell.
+//! The experiment that would decide.
 
 use trueup_diagnosis::outcome::Diagnosis;
 

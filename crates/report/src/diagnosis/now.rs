@@ -1,4 +1,4 @@
-//! What to do now: for whoever has to decide, before any figure.
+//! What to do now: for the user who has to decide, before any figure.
 
 use trueup_diagnosis::diagnose::{began, record};
 use trueup_diagnosis::outcome::{Diagnosis, NO_HOLDOUT, Verdict};
@@ -22,7 +22,7 @@ pub(super) fn now(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     }
     let files = files(d, e);
     if !files.is_empty() {
-        html += &format!("<dt>Files beside this page</dt>\n<dd>{}</dd>\n", files.join(", "));
+        html += &format!("<dt>Files next to this page</dt>\n<dd>{}</dd>\n", files.join(", "));
     }
     page.html(&(html + "</dl>"));
 }
@@ -54,7 +54,10 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
     let newest = augmented.clone().find(|f| f.contains("fmi3")).or_else(|| augmented.clone().next());
     match (d.verdict, newest) {
         (Verdict::NoGap, _) => {
-            vec!["The model as it is: what it says agrees with these recordings. Outside of what they show nothing is proved.".into()]
+            vec![
+                "The model as it is: it agrees with these recordings. Beyond their range nothing is proved."
+                    .into(),
+            ]
         }
         (Verdict::Parameters, _) => {
             let moved: Vec<String> = d.parameters.keys().map(|k| code(k)).collect();
@@ -81,7 +84,7 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
             if d.verdict == Verdict::Ambiguous {
                 all.push(
                     "It has the likeliest member of each set in it. Within motions like those recorded the others would do as well; \
-                     outside of them do not rely on it before the set is told apart."
+                     beyond them do not rely on it before one member has been identified."
                         .into(),
                 );
             }
@@ -99,7 +102,7 @@ fn usage(d: &Diagnosis, e: &Evidence<'_>) -> Vec<String> {
 
 fn checks(d: &Diagnosis) -> Vec<String> {
     if d.capped {
-        return vec!["What was noticed of the recordings, listed under the verdict: mend that first and diagnose again.".into()];
+        return vec!["The findings about the recordings, listed under the verdict: correct them first and diagnose again.".into()];
     }
     let of =
         |id: &str| check(id).map(|check| format!("<b>{}</b>: {}", escape(effect_name(id)), escape(check)));
@@ -115,10 +118,10 @@ fn checks(d: &Diagnosis) -> Vec<String> {
             let place = d.unknown.place.as_deref().or(d.location.components.first().map(|c| c.id.as_str()));
             let mut all = vec![match place {
                 Some(place) => format!(
-                    "What acts at <b>{}</b> that the model does not know; begin there.",
+                    "What acts at <b>{}</b> that the model does not contain; begin there.",
                     escape(place)
                 ),
-                None => "What acts on the rig that the model does not know.".to_owned(),
+                None => "What acts on the rig that the model does not contain.".to_owned(),
             }];
             if let Some(i) = d.location.intervals.first() {
                 all.push(format!(
@@ -150,9 +153,9 @@ fn record_next(d: &Diagnosis) -> Vec<String> {
     }
     if all.is_empty() {
         all.extend(match d.verdict {
-            Verdict::Effects => Some("A run that nobody has seen yet, faster or larger than these, to see whether the augmented model holds there.".into()),
+            Verdict::Effects => Some("A new run, faster or larger than these, to see whether the augmented model holds there.".into()),
             Verdict::Unknown => {
-                Some("The same motion again, slower and faster, and one quantity more: another sensor at the place that stands out.".into())
+                Some("The same motion again, slower and faster, and one quantity more: another sensor at the place with the largest share.".into())
             }
             _ => None,
         });

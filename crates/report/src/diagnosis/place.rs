@@ -1,4 +1,4 @@
-//! Where the gap lies.
+//! Where the gap is.
 
 use trueup_diagnosis::outcome::Diagnosis;
 
@@ -23,15 +23,15 @@ pub(super) fn location(page: &mut Page, d: &Diagnosis) {
     }
     page.section(
         "Where",
-        "Shares of what is left over the noise floor with nominal structure; those below 5 % are left out (all stand in \
+        "Shares of the excess over the noise floor with nominal structure; those below 5 % are left out (all are in \
          diagnosis.json).",
     );
     match w.cause.as_deref() {
         Some("external") => page.text(
-            "The momentum of the whole does not stay: a force from outside acts on it (besides whatever may be missing inside).",
+            "The total momentum is not conserved: an external force acts (in addition to what may be missing inside).",
         ),
         Some("internal") => {
-            page.text("The momentum of the whole stays, a joint's balance does not: the cause is inside the arm.");
+            page.text("The total momentum is conserved, a joint's balance is not: the cause is inside the arm.");
         }
         _ => {}
     }

@@ -22,7 +22,7 @@ pub(super) fn series(page: &mut Page, d: &Diagnosis, e: &Evidence<'_>) {
     page.section(
         "Measured and simulated",
         "Drag to zoom, double click for all, click in the legend to hide; charts zoom together. The fine dark line is what was \
-         measured. Shaded: stretches that stand out.",
+         measured. Shaded: stretches with the largest shares.",
     );
     let mut recordings: Vec<&str> = Vec::new();
     for t in &e.traces {

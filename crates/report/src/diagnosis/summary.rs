@@ -48,7 +48,7 @@ pub(super) fn summary(page: &mut Page, d: &Diagnosis) {
     let bound = d.effects.iter().flat_map(|e| &e.parameters).chain(&d.parameters).any(|(_, a)| at_bound(a));
     if bound {
         page.text(
-            "At the bound of the search: the best value lies where the search ends, so it is no estimate; look whether the \
+            "At the bound of the search: the best value is the bound, so it is no estimate; check whether the \
              recordings show the parameter at all, or whether something else is missing.",
         );
     }
@@ -114,7 +114,7 @@ fn evidence(page: &mut Page, d: &Diagnosis) {
     page.html(&format!("<p>What speaks for it:</p><ul>{list}</ul>"));
 }
 
-/// Whether the sensors tell a component from the others by structure, or the form of the effect has to.
+/// Whether the sensors distinguish a component from the others by structure, or only the form of the effect does.
 fn basis(d: &Diagnosis, component: &str, joint: Option<usize>) -> Option<String> {
     let own =
         |name: &String| *name == component || joint.is_some_and(|j| *name == format!("{component}[{j}]"));
@@ -123,10 +123,10 @@ fn basis(d: &Diagnosis, component: &str, joint: Option<usize>) -> Option<String>
     let here = at(d, component, joint);
     Some(match others.is_empty() {
         true => format!(
-            "Structural: these sensors tell {here} from every other component by the equations alone."
+            "Structural: these sensors distinguish {here} from every other component by the equations alone."
         ),
         false => format!(
-            "Form-based: with these sensors {} would show in the same balances as {here}; the form of the effect tells them apart.",
+            "Form-based: with these sensors {} would show in the same balances as {here}; the form of the effect distinguishes them.",
             others.join(", ")
         ),
     })

@@ -1,4 +1,4 @@
-//! Candidates, and what was not told apart from what.
+//! Candidates, and which of them were not distinguished.
 
 use trueup_diagnosis::outcome::{Candidate, Diagnosis, Verdict};
 
@@ -61,16 +61,16 @@ pub(super) fn candidates(page: &mut Page, d: &Diagnosis) {
     page.html("</details>");
 }
 
-/// What was not told apart from what, and what the sensors could tell at all.
+/// Causes that were not distinguished, and what the sensors can distinguish.
 pub(super) fn told_apart(page: &mut Page, d: &Diagnosis) {
     let structural = !d.sensors.classes.is_empty() || !d.sensors.hidden.is_empty();
     if d.indistinguishable.is_empty() && !structural {
         return;
     }
     let open = !d.indistinguishable.is_empty();
-    page.section(if open { "What was not told apart" } else { "What these sensors can tell" }, "");
+    page.section(if open { "Causes not distinguished" } else { "What these sensors can distinguish" }, "");
     if !d.indistinguishable.is_empty() {
-        page.text("Of each of these sets one is there, and these recordings cannot say which:");
+        page.text("Of each of these sets one is there, and these recordings do not show which:");
         let items = d.indistinguishable.iter().map(|set| {
             let names: Vec<String> = set.iter().map(|id| effect_name(id).to_owned()).collect();
             format!("<li>{}</li>", escape(&list(&names, "or")))
@@ -79,15 +79,18 @@ pub(super) fn told_apart(page: &mut Page, d: &Diagnosis) {
     }
     if structural {
         if open {
-            page.html("<h3>What these sensors can tell at all</h3>");
+            page.html("<h3>What these sensors can distinguish</h3>");
         }
         page.text(
             "What the equations alone allow with these channels, before anything is compared: components in one class can only \
-             be told apart by the form of an effect, as long as nothing else is missing.",
+             be distinguished by the form of an effect, as long as nothing else is missing.",
         );
         let row = |c: &[String], what: &str| vec![c.join(", "), what.to_owned()];
         let apart = |c: &Vec<String>| {
-            row(c, if c.len() > 1 { "only by the form of an effect" } else { "told apart from all others" })
+            row(
+                c,
+                if c.len() > 1 { "only by the form of an effect" } else { "distinguished from all others" },
+            )
         };
         let mut rows: Vec<Vec<String>> = d.sensors.classes.iter().map(apart).collect();
         if !d.sensors.hidden.is_empty() {

@@ -90,7 +90,7 @@ pub(super) fn interval(a: &Amount) -> String {
     }
 }
 
-/// Whether a value stands where the search ends.
+/// Whether a value is at a bound of the search.
 pub(super) fn at_bound(a: &Amount) -> bool {
     a.reason.as_deref() == Some(AT_BOUND)
 }
@@ -125,7 +125,7 @@ pub(super) fn judged_on(d: &Diagnosis) -> &'static str {
     }
 }
 
-/// What is claimed, each as the set of those that cannot be told apart; a cause that is told has a set of its own.
+/// The claims, as sets of causes that cannot be distinguished; a cause that is identified is a set of one.
 pub(super) fn sets(d: &Diagnosis) -> Vec<Vec<&Claimed>> {
     if d.verdict != Verdict::Ambiguous {
         return d.effects.iter().map(|e| vec![e]).collect();
@@ -138,7 +138,7 @@ pub(super) fn sets(d: &Diagnosis) -> Vec<Vec<&Claimed>> {
             None => all.push((set, vec![e])),
         }
     }
-    // Where no set is told, all that is claimed is one.
+    // Where no set is given, all claims are one set.
     if d.indistinguishable.is_empty() && !d.effects.is_empty() {
         return vec![d.effects.iter().collect()];
     }
@@ -161,7 +161,9 @@ fn named(d: &Diagnosis, set: &[&Claimed]) -> String {
             let members = list(&set.iter().map(of).collect::<Vec<_>>(), "or");
             let all = if set.len() > 2 { "one of" } else { "either" };
             let sure = percent(together(set));
-            format!("{all} {members}, which these recordings cannot tell apart (together probability {sure})")
+            format!(
+                "{all} {members}, which these recordings cannot distinguish (together probability {sure})"
+            )
         }
     }
 }
@@ -182,7 +184,7 @@ pub fn sentence(d: &Diagnosis) -> String {
     };
     let after = overall.map_or(f64::NAN, |g| g.after);
     if d.capped {
-        return "The recordings are not what they seem (see below): nothing is concluded from them until that is mended."
+        return "The recordings are not what they seem (see below): nothing is concluded from them until that is corrected."
             .to_owned();
     }
     match d.verdict {
@@ -207,7 +209,7 @@ pub fn sentence(d: &Diagnosis) -> String {
             let what: Vec<String> = sets(d).iter().map(|set| named(d, set)).collect();
             format!(
                 "What the simulation lacks is {}.{}",
-                list(&what, "and, besides,"),
+                list(&what, "and, in addition,"),
                 figures(after, "With the likeliest")
             )
         }
@@ -236,14 +238,14 @@ pub fn sentence(d: &Diagnosis) -> String {
     }
 }
 
-/// What an experiment tells apart and how likely, as sentences after others; empty where nothing is known of it.
+/// What an experiment distinguishes and how likely, as sentences after others; empty where nothing is known of it.
 pub(super) fn told_by(n: &NextExperiment) -> String {
     let names: Vec<String> = n.separates.iter().map(|id| effect_name(id).to_owned()).collect();
     let apart =
-        if names.is_empty() { String::new() } else { format!(" It tells apart {}.", list(&names, "and")) };
+        if names.is_empty() { String::new() } else { format!(" It distinguishes {}.", list(&names, "and")) };
     let chance = n
         .probability
-        .map_or_else(String::new, |p| format!(" Predicted to tell with probability {}.", percent(p)));
+        .map_or_else(String::new, |p| format!(" Predicted to decide with probability {}.", percent(p)));
     apart + &chance
 }
 

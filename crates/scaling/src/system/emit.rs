@@ -10,10 +10,10 @@ use crate::law::Scale;
 use crate::toml::{Parsed, of, put, scale, value_mut};
 
 /// The text of the system's TOML with the new values in their places, and those that its FMUs have added; of a single FMU
-/// (`text` is then empty) a new system. `to` is the file that it will be; `inputs` the name of the scaled inputs, beside it.
+/// (`text` is then empty) a new system. `to` is the file that it will be; `inputs` the name of the scaled inputs, next to it.
 ///
 /// # Errors
-/// [`Error::Mistakes`] where the text has no place for a value, with the mend.
+/// [`Error::Mistakes`] where the text has no place for a value, with the remedy.
 pub fn toml(
     scaled: &Scaled,
     text: &str,
@@ -169,7 +169,7 @@ fn connections(document: &mut DocumentMut, scaled: &Scaled, file: &Path) -> Resu
     Ok(())
 }
 
-/// They lie in different folders.
+/// They are in different folders.
 fn apart(from: &Path, to: &Path) -> bool {
     folder(from) != folder(to)
 }

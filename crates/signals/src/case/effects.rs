@@ -11,7 +11,7 @@ use crate::read::toml::{Node, Reader};
 use crate::variable::Variable;
 
 impl Case {
-    /// Each effect a table, of an arm at several joints a list of tables. Values join [`Case::parameters`], a doubt of the
+    /// Each effect a table, of an arm at several joints a list of tables. Values join [`Case::parameters`], a standard deviation of the
     /// effect becomes one of each of its values.
     pub(super) fn known(&mut self, reader: &mut Reader, table: &DeTable, known: &[Variable]) {
         for (key, node) in table.iter() {

@@ -13,7 +13,7 @@ use crate::variable::Variable;
 /// A case and all its recordings.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Loaded {
-    /// What `case.toml` says.
+    /// The content of `case.toml`.
     pub case: Case,
     /// Every recording that it names, by that name.
     pub recordings: BTreeMap<String, Recording>,
@@ -61,7 +61,7 @@ impl Case {
         gather(|known| Self::read(path, known), variables, read)
     }
 
-    /// The same from memory: `text` is what its `case.toml` says, `tables` are the recordings that it names, each as columns
+    /// The same from memory: `text` is its `case.toml`, `tables` are the recordings that it names, each as columns
     /// (see [`Recording::of_columns`]).
     ///
     /// # Errors

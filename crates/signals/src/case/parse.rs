@@ -26,7 +26,7 @@ impl Case {
         if matches!(extension.as_str(), "csv" | "txt" | "parquet" | "mat") && file.is_file() {
             let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let mend = format!(
-                "put it into a folder with a case.toml that says model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
+                "put it into a folder with a case.toml that contains model = \"TwoMassJoint\" and train = [\"{name}\"], and give that folder"
             );
             let what = "this is a recording, no case";
             return Err(Error::Wrong(vec![Finding::error(Kind::Unreadable, &file, what, mend)]));
@@ -43,7 +43,7 @@ impl Case {
         }
     }
 
-    /// Reads a text that stands in this file.
+    /// Reads a text of this file.
     ///
     /// # Errors
     /// [`Error::Wrong`] with every mistake and its line.
@@ -111,7 +111,7 @@ impl Case {
             let mut names: Vec<String> = Vec::new();
             for (name, span) in reader.texts(node, key) {
                 if names.contains(&name) {
-                    let what = format!("`{name}` stands twice in `{key}`");
+                    let what = format!("`{name}` is listed twice in `{key}`");
                     reader.warn(Kind::SameRecording, span, what, "name it once");
                 } else {
                     names.push(name);

@@ -45,12 +45,12 @@ const FIGURES: [Figure; 3] = [
 
 impl Figure {
     fn mend(&self) -> String {
-        format!("write {} = {} in {}, or what it is where it is known", self.key, self.example, self.unit)
+        format!("write {} = {} in {}, or the known value", self.key, self.example, self.unit)
     }
 }
 
 impl Case {
-    /// Values join [`Case::parameters`] under names that begin with `payload.`, doubts [`Case::uncertain`], in SI.
+    /// Values join [`Case::parameters`] under names that begin with `payload.`, standard deviations [`Case::uncertain`], in SI.
     pub(super) fn carries(&mut self, reader: &mut Reader, node: &Node) {
         let what = keys::PAYLOAD.of;
         let Some(table) = reader.table(node, what) else { return };
@@ -96,12 +96,12 @@ impl Case {
     }
 }
 
-/// Numbers, or a table of a value and its doubt.
+/// Numbers, or a table of a value and its `doubt`.
 fn figure_of(reader: &mut Reader, node: &Node, figure: &Figure) -> Option<(Vec<f64>, Option<f64>)> {
     let (key, count) = (figure.key, figure.names.len());
     if let Some(text) = node.get_ref().as_str() {
         let what = format!(
-            "`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its doubt"
+            "`{key}` of [payload] is {text:?}: neither a number nor a table of a value and its `doubt`"
         );
         reader.wrong(Kind::BadValue, node.span(), what, figure.mend());
         return None;

@@ -47,7 +47,7 @@ pub(super) fn check(loaded: &Loaded, known: &[Variable], findings: &mut Vec<Find
                     "declare `noise` or `resolution` under [channels.\"{}\"], or `repeats` or `rest` recordings",
                     c.name
                 );
-                let what = "nothing says how noisy this sensor is: there is no noise floor to compare with";
+                let what = "the noise of this sensor is not given: there is no noise floor to compare with";
                 findings.push(Finding::warning(Kind::NoNoise, &case.file, what, mend).channel(&c.name));
             }
         }
@@ -76,12 +76,12 @@ fn repeats(a: &Recording, b: &Recording, known: &[Variable]) -> Option<Finding> 
     })
 }
 
-/// What repeats of one command differ by beside their noise, where it is more than the noise.
+/// The difference between repeats of one command in addition to their noise, where it exceeds the noise.
 fn drifts(loaded: &Loaded, c: &Channel, known: &[Variable]) -> Option<Finding> {
     let floor = noise::floor(loaded, &c.name).filter(|_| role(known, &c.name) == Some(Role::Output))?;
     (floor.drift > floor.deviation).then(|| {
         let what = format!(
-            "between its repeats it changes by {} (RMS) as smoothly as a motion does, beside a noise of {}: this is no noise and none \
+            "between its repeats it changes by {} (RMS) as smoothly as a motion does, with a noise of {}: this is no noise and none \
              of it counts as noise",
             short(floor.drift),
             short(floor.deviation)
@@ -122,7 +122,7 @@ fn still(loaded: &Loaded, known: &[Variable]) -> Option<Finding> {
     })
 }
 
-/// A motion below so many times the error of its sensor, root mean square, tells little of any parameter.
+/// A motion below so many times the error of its sensor, root mean square, contains little on any parameter.
 const STILL: f64 = 3.0;
 
 /// Outputs that hardly leave the noise in any recording that is to be fitted.
@@ -139,10 +139,10 @@ fn excitation(loaded: &Loaded, known: &[Variable]) -> Vec<Finding> {
                 (c.values.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / n).sqrt()
             };
             let most = train.iter().filter_map(|r| r.channel(&c.name)).map(moves).fold(0.0, f64::max);
-            // What is one value all along was said to be.
+            // Constant channels were reported already.
             (most > 0.0 && most < STILL * error).then(|| {
                 let what = format!(
-                    "it moves by {} (RMS) at most in all of `train`, a reading errs by {}: too little to tell parameters by",
+                    "it moves by {} (RMS) at most in all of `train`, a reading errs by {}: too little to estimate parameters",
                     short(most),
                     short(error)
                 );

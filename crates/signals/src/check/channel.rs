@@ -109,7 +109,7 @@ fn clipped(run: &Recording, c: &Channel, low: f64, high: f64, quantum: f64) -> O
     }
     let sides: Vec<_> = [low, high].into_iter().filter(|v| all.iter().any(|(i, _)| x[*i] == *v)).collect();
     let values = sides.iter().map(ToString::to_string).collect::<Vec<_>>().join(" and ");
-    let what = format!("{samples} samples in {} runs stand at the extreme {values}: clipped", all.len());
+    let what = format!("{samples} samples in {} runs are at the extreme {values}: clipped", all.len());
     let mend = "widen the range of the amplifier or sensor, or cut the recording";
     Some(Finding::warning(Kind::Clipped, &run.file, what, mend).time(c.time[all[0].0]))
 }

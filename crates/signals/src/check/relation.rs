@@ -8,7 +8,7 @@ use crate::names::short;
 use crate::quantum::Quantum;
 use crate::recording::{Channel, Recording};
 
-/// Two channels that go with each other, up to small differences, as the caller knows from the model.
+/// Two channels that go with each other, up to small differences, as the caller derives from the model.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Relation {
     /// `left` = `factor` * `right` + a constant: `motorAngle` = gearRatio * `loadAngle`.
@@ -19,7 +19,7 @@ pub enum Relation {
         right: String,
         /// What leads from the right to the left, in SI.
         factor: f64,
-        /// The parameter of `case.toml` that says so.
+        /// The parameter of `case.toml` that gives the factor.
         parameter: String,
     },
     /// `rate` is the time derivative of `of`: `motorVelocity` of `motorAngle`.
@@ -33,22 +33,22 @@ pub enum Relation {
 
 /// What a wrong factor may come from, and whether that is of a rate alone.
 const CAUSES: &[(f64, &str, bool)] = &[
-    (180.0 / std::f64::consts::PI, "degrees were taken for radians", false),
-    (30.0 / std::f64::consts::PI, "rpm were taken for rad/s", true),
-    (std::f64::consts::TAU, "revolutions were taken for radians", false),
-    (1000.0, "milli-units were taken for units", false),
+    (180.0 / std::f64::consts::PI, "degrees were interpreted as radians", false),
+    (30.0 / std::f64::consts::PI, "rpm were interpreted as rad/s", true),
+    (std::f64::consts::TAU, "revolutions were interpreted as radians", false),
+    (1000.0, "milli-units were interpreted as units", false),
     (-1.0, "one of them has the opposite sign", false),
 ];
 /// Correlation from which two angles go with each other but for their factor: a spring between them would show.
 const RIGID: f64 = 0.99;
-/// Share of a recording for which a reading may stand still while the other one moves,
+/// Share of a recording for which a reading may be constant while the other one moves,
 const STILL: f64 = 0.1;
-/// by this share of its range, and by so many counts of the one that stands still.
+/// by this share of its range, and by so many counts of the constant one.
 const MOVES: f64 = 0.1;
 const COUNTS: f64 = 10.0;
 
 impl Relation {
-    /// A finding where one stands still while the other one moves, or where the slope between both is off by more than 20 %;
+    /// A finding where one is constant while the other one moves, or where the slope between both is off by more than 20 %;
     /// none where both are not there or hardly move.
     pub(super) fn check(&self, run: &Recording) -> Option<Finding> {
         let (left, right, factor) = match self {
@@ -67,7 +67,7 @@ impl Relation {
             still(a).filter(|within| moves(&scaled, y, within, count(a))).map(|within| (a, b, within));
         let other = || match self {
             Self::Proportional { .. } => still(b).map(|w| (&b.time, w, count(b) * factor.abs())),
-            // A rate that is 0 all the while says that nothing turns.
+            // A rate that is always 0 means that nothing turns.
             Self::Rate { .. } => {
                 still(b).filter(|w| b.values[w.start] == 0.0).map(|w| (&b.time, w, count(a)))
             }
@@ -145,7 +145,7 @@ impl Relation {
 }
 
 impl Relation {
-    /// What all recordings contradict is the parameter, and is said once; what one of several does is of that recording.
+    /// If all recordings contradict, the parameter is wrong, reported once; if one of several does, that recording is.
     pub(super) fn of_all(&self, loaded: &Loaded, findings: &mut Vec<Finding>) {
         let Self::Proportional { left, right, parameter, .. } = self else { return };
         let own = |f: &Finding| f.kind == Kind::GearRatio && f.channel.as_deref() == Some(left);
@@ -198,7 +198,7 @@ fn still(c: &Channel) -> Option<Range<usize>> {
     (longest.len() >= 20 && longest.len() as f64 >= STILL * c.len() as f64).then_some(longest)
 }
 
-/// What a reading that stands still may hide: one count, or its noise.
+/// What a constant reading may hide: one count, or its noise.
 fn count(c: &Channel) -> f64 {
     let sensor = c.sensor.resolution.unwrap_or(0.0).max(c.sensor.deviation().unwrap_or(0.0));
     let quantum = Quantum::of(&c.values);
@@ -225,7 +225,7 @@ fn stands_still(run: &Recording, dead: &Channel, live: &Channel, within: &Range<
         format!("from {} s to {} s", short(from), short(to))
     };
     let what =
-        format!("it stands at {} {when} while `{}` moves: the channel is dead", short(value), live.name);
+        format!("it stays at {} {when} while `{}` moves: the channel is dead", short(value), live.name);
     let mend = "look at the sensor and its cable; leave the column out (`false` in the sidecar's [columns]), or the recording";
     let finding = Finding::warning(Kind::DeadChannel, &run.file, what, mend).channel(&dead.name);
     Finding { severity: Severity::Grave, ..finding }.time(from)

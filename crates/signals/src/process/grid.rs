@@ -9,7 +9,7 @@ pub struct Grid {
     pub start: f64,
     /// Distance in s.
     pub step: f64,
-    /// Values of each channel, in the order asked for.
+    /// Values of each channel, in the requested order.
     pub columns: Vec<Vec<f64>>,
 }
 
@@ -17,7 +17,7 @@ impl Grid {
     /// Brings these channels to steps of `step` in s over the time that all of them cover. `None` if one is not there,
     /// they have no time in common, or `step` is not positive.
     ///
-    /// Nothing is filtered before: a step longer than a channel's own folds what lies above its half rate.
+    /// Nothing is filtered before: a step longer than a channel's own folds what is above its half rate.
     pub fn of(run: &Recording, names: &[&str], step: f64) -> Option<Self> {
         let channels: Option<Vec<_>> = names.iter().map(|n| run.channel(n)).collect();
         let channels = channels?;

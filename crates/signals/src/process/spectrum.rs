@@ -24,7 +24,7 @@ pub fn welch(x: &[f64], rate: f64, segment: usize) -> Option<Spectrum> {
 }
 
 /// Share of y's power that x explains linearly, by frequency: |Pxy|^2 / (Pxx Pyy) (SciPy's `coherence`). With one segment
-/// it is 1 everywhere and says nothing.
+/// it is 1 everywhere and has no meaning.
 ///
 /// `None` as for [`welch`], or for other lengths.
 pub fn coherence(x: &[f64], y: &[f64], rate: f64, segment: usize) -> Option<Spectrum> {

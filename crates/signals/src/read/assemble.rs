@@ -56,7 +56,7 @@ pub(super) fn assemble(
     recording
 }
 
-/// Units in names become units; what cannot be a column, and what a sidecar says of columns that are not there, is said.
+/// Units in names become units; what cannot be a column, and what a sidecar declares of missing columns, is reported.
 pub(super) fn prepare(
     file: &Path,
     table: &mut Table,
@@ -97,7 +97,7 @@ fn with_unit(name: &str) -> Option<(&str, &str)> {
     (!index && !name.is_empty() && Unit::parse(unit).is_some()).then_some((name, unit))
 }
 
-/// What the case says of channels, then what the sidecar says; an array's name holds for its elements.
+/// What the case declares of channels, then what the sidecar declares; an array's name holds for its elements.
 fn declare(recording: &mut Recording, sidecar: &Sidecar, declared: &Declared, findings: &mut Vec<Finding>) {
     for channel in &mut recording.channels {
         let names = [base_name(&channel.name).to_owned(), channel.name.clone()];

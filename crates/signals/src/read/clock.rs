@@ -12,7 +12,7 @@ use crate::outlier::LARGEST;
 use crate::recording::Recording;
 use crate::unit::Unit;
 
-/// A recording covers at most so many usual steps a row. Whoever brings it to even steps takes memory for all that it covers:
+/// A recording covers at most so many usual steps a row. Resampling to even steps takes memory for all that it covers:
 /// this keeps that in proportion to what was recorded. Dropouts take a few, samples on change some dozens.
 const COVERS: f64 = 50.0;
 
@@ -21,9 +21,9 @@ const COVERS: f64 = 50.0;
 pub(super) enum Use {
     /// To be taken as it is.
     Look,
-    /// To be simulated beside: its rows have to cover it.
+    /// To be compared with a simulation: its rows have to cover it.
     Recording,
-    /// To drive a simulation: a few corners may stand for all of it.
+    /// To drive a simulation: a few corners may represent all of it.
     Drive,
 }
 
@@ -89,7 +89,7 @@ fn missing(file: &Path, table: &Table) -> Finding {
     Finding::error(Kind::NoTime, file, "there is no column `time`", mend)
 }
 
-/// The clock as its column says it: seconds, a unit's counts, dates, Unix times.
+/// The clock as its column gives it: seconds, a unit's counts, dates, Unix times.
 fn read(
     file: &Path,
     column: &TableColumn,
@@ -165,7 +165,7 @@ fn of_epoch(file: &Path, name: &str, ticks: &Ticks, counted: &str) -> Option<Fin
     Some(Finding::note(Kind::TimeUnit, file, what, mend).channel(name))
 }
 
-/// What is made of a clock that is not believed.
+/// What replaces a clock that is not used.
 fn evened(file: &Path, rate: f64, shown: &[f64], even: &[f64]) -> Option<Finding> {
     let (first, last) = (even.first()?, even.last()?);
     let shows = match (shown.first(), shown.last()) {

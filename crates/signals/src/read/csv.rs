@@ -27,7 +27,7 @@ pub(super) fn read(
             return None;
         }
     };
-    // The first bytes tell an encoding, the first two lines a separator.
+    // The first bytes show the encoding, the first two lines a separator.
     let dialect = match Dialect::of(file, &head.names, &head.below) {
         Ok(dialect) => dialect,
         Err(mut wrong) => {
@@ -69,7 +69,7 @@ struct Rows<'a> {
     dialect: Dialect,
     wanted: Wanted,
     names: Vec<String>,
-    /// Where the names stand.
+    /// Where the names are.
     names_line: u64,
     columns: Vec<Filling>,
     lines: Vec<u64>,
@@ -92,7 +92,7 @@ struct Filling {
     /// Cells that are neither numbers nor empty.
     words: usize,
     numbers: usize,
-    /// Lines with a cell that says `nan`.
+    /// Lines with a cell `nan`.
     nan: Vec<u64>,
 }
 
@@ -278,7 +278,7 @@ impl Rows<'_> {
             column.numbers += 1;
         }
         let large = column.values.get(before).is_some_and(|x| x.abs() >= LONG);
-        // Numbers need no text beside them, but for those that are too long for a double.
+        // Numbers need no text with them, but for those that are too long for a double.
         let keep = self.wanted == Wanted::Texts || !of_numbers && (word || large) || !column.texts.is_empty();
         if keep {
             let earlier = self.lines.len() - 1;

@@ -16,7 +16,7 @@ thread_local! {
 /// word on the file. Nothing is shared with what panicked: it is given bytes and gives columns. What cannot be caught, memory
 /// that is not to be had, is bounded before.
 ///
-/// While it works, this thread's panics are not printed: they are told as what is wrong with the file.
+/// While it works, this thread's panics are not printed: they are reported as errors of the file.
 pub(super) fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {

@@ -38,7 +38,7 @@ pub struct InputColumn {
     pub texts: Vec<String>,
     /// The unit of the values, if the file or its sidecar names one.
     pub unit: Option<(String, Unit)>,
-    /// How it goes between samples, if the sidecar says it.
+    /// Interpolation between samples, if the sidecar gives it.
     pub interpolation: Option<Interpolation>,
 }
 
@@ -94,7 +94,7 @@ impl InputTable {
         verdict(all, findings)
     }
 
-    /// Where row `i` stands: a line, or nothing.
+    /// Where row `i` is: a line, or nothing.
     pub fn line(&self, row: usize) -> Option<u64> {
         self.lines.get(row).copied()
     }

@@ -24,7 +24,7 @@ pub(super) fn read(file: &Path, bytes: Vec<u8>, findings: &mut Vec<Finding>) -> 
     }
 }
 
-/// All variables, or what is wrong, and the mend.
+/// All variables, or the error and its remedy.
 fn contents(bytes: Vec<u8>) -> Result<Contents, (Kind, String, &'static str)> {
     let again = "save it again in MATLAB with save(..., '-v7'), or in Python with scipy.io.savemat";
     // MATLAB puts 512 bytes of its own before it.

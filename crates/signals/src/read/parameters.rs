@@ -1,4 +1,4 @@
-//! Values and doubts of parameters: names, shapes, types and ranges against the model's variables.
+//! Values and standard deviations of parameters: names, shapes, types and ranges against the model's variables.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,10 +11,10 @@ use crate::names::{base_name, suggestion};
 use crate::value::Value;
 use crate::variable::{Role, Takes, Variable};
 
-/// An element's name, its value and where it stands.
+/// An element's name, its value and its place.
 type Given = (String, Value, Range<usize>);
 
-/// A table of parameters, arrays element by element; what does not fit the model's variables is told and left out.
+/// A table of parameters, arrays element by element; what does not fit the model's variables is reported and left out.
 pub(crate) fn parameters(
     reader: &mut Reader,
     table: &DeTable,
@@ -41,7 +41,7 @@ pub(crate) fn parameters(
     all
 }
 
-/// A table of relative doubts; one number may stand for all elements of an array.
+/// A table of relative standard deviations; one number may be given for all elements of an array.
 pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -> BTreeMap<String, f64> {
     let mut all = BTreeMap::new();
     for (key, node) in table.iter() {
@@ -58,7 +58,7 @@ pub(crate) fn doubts(reader: &mut Reader, table: &DeTable, known: &[Variable]) -
                     all.insert(element, doubt);
                 }
                 _ => {
-                    let what = format!("the doubt of `{element}` is {value}");
+                    let what = format!("the uncertainty of `{element}` is {value}");
                     let mend = "write a share such as 0.1 for 10 %, or 0 for a value that is known";
                     reader.wrong(Kind::BadValue, span, what, mend);
                 }
@@ -113,7 +113,7 @@ fn fits(reader: &mut Reader, name: &str, node: &Node, family: &[&Variable], valu
             (format!("`{name}` is a list, the model has one value of it"), format!("write {name} = {first}"))
         }
         (false, true) if same => return true,
-        // The mistakes of its elements are told already.
+        // The mistakes of its elements are reported already.
         (false, true) if values.is_empty() && !node.get_ref().as_array().is_some_and(|a| a.is_empty()) => {
             return false;
         }
@@ -147,7 +147,7 @@ fn shape(family: &[&Variable], value: &str) -> String {
     }
 }
 
-/// A value that its variable cannot have, and the mend.
+/// A value that its variable cannot have, and the remedy.
 fn wrong(v: &Variable, value: &Value) -> Option<(String, String)> {
     let name = &v.name;
     let is = match value {
@@ -166,7 +166,7 @@ fn wrong(v: &Variable, value: &Value) -> Option<(String, String)> {
             ("the name of a choice", format!("write {name} = \"...\", see `trueup fmu info`"))
         }
     };
-    Some((format!("`{name}` is {is}, {value}, where {wanted} is wanted"), mend))
+    Some((format!("`{name}` is {is}, {value}, where {wanted} is required"), mend))
 }
 
 fn outside(v: &Variable, x: f64) -> Option<(String, String)> {

@@ -52,7 +52,7 @@ fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
     let size = open.len();
     let copy = open.try_clone().map_err(|e| general(e.to_string()))?;
     let reader = SerializedFileReader::new(open)?;
-    // What is damaged may announce anything: no memory is taken for it before it is seen to be there.
+    // What is damaged may announce anything: memory is allocated only for what is there.
     let groups = reader.metadata().row_groups();
     let rows = groups.iter().map(|g| u64::try_from(g.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0, u64::saturating_add);
@@ -72,7 +72,7 @@ fn all(open: File, wanted: Wanted) -> Result<Table, ParquetError> {
         let place = u64::try_from(begin).ok().zip(u64::try_from(chunk.compressed_size()).ok());
         let place = place.filter(|(begin, length)| begin.checked_add(*length).is_some_and(|end| end <= size));
         let Some((begin, length)) = place else {
-            return Err(general("a column lies beyond the end of the file".into()));
+            return Err(general("a column is beyond the end of the file".into()));
         };
         let mut bytes = Vec::new();
         copy.get_read(begin)?.take(length).read_to_end(&mut bytes).map_err(|e| general(e.to_string()))?;
@@ -89,6 +89,8 @@ enum Meaning {
     Unsigned,
     /// Times ten to the power of minus this.
     Decimal(i32),
+    /// Of 16 bits.
+    Half,
     /// Times: counts a second, and whether they count from the beginning of 1970.
     Time(f64, bool),
     Text,
@@ -107,7 +109,8 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
     match (column.logical_type_ref(), column.converted_type()) {
         (Some(LogicalType::Timestamp(t)), _) => Meaning::Time(per_second(&t.unit), true),
         (Some(LogicalType::Time(t)), _) => Meaning::Time(per_second(&t.unit), false),
-        (Some(LogicalType::Decimal(d)), _) if !bytes => Meaning::Decimal(d.scale),
+        (Some(LogicalType::Decimal(d)), _) => Meaning::Decimal(d.scale),
+        (Some(LogicalType::Float16), _) => Meaning::Half,
         (Some(LogicalType::Integer(i)), _) if !i.is_signed && i.bit_width == 64 => Meaning::Unsigned,
         (Some(LogicalType::Date), _) | (None, ConvertedType::DATE) => Meaning::Time(1.0 / 86_400.0, true),
         (Some(LogicalType::String), _) | (None, ConvertedType::UTF8) => Meaning::Text,
@@ -116,14 +119,14 @@ fn meaning(column: &ColumnDescriptor, durations: &[(String, f64)]) -> Meaning {
         (None, ConvertedType::TIME_MILLIS) => Meaning::Time(1e3, false),
         (None, ConvertedType::TIME_MICROS) => Meaning::Time(1e6, false),
         (None, ConvertedType::UINT_64) => Meaning::Unsigned,
-        (None, ConvertedType::DECIMAL) if !bytes => Meaning::Decimal(column.type_scale()),
+        (None, ConvertedType::DECIMAL) => Meaning::Decimal(column.type_scale()),
         _ if column.physical_type() == Physical::INT96 => Meaning::Time(1e9, true),
         _ if bytes => Meaning::Other,
         _ => duration.map_or(Meaning::Plain, |(_, per_second)| Meaning::Time(*per_second, false)),
     }
 }
 
-/// A cell as it lies in the file.
+/// A cell as it is in the file.
 #[derive(Clone, Copy)]
 enum Raw {
     Real(f64),
@@ -183,7 +186,12 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
                     cells.fill(&mut r, rows, |x| Raw::Real((*x).into()))?
                 }
                 ColumnReader::DoubleColumnReader(mut r) => cells.fill(&mut r, rows, |x| Raw::Real(*x))?,
-                _ => {}
+                ColumnReader::FixedLenByteArrayColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                }
+                ColumnReader::ByteArrayColumnReader(mut r) => {
+                    cells.fill(&mut r, rows, |x| Raw::Real(of_bytes(x.data(), meaning)))?
+                }
             }
         }
         let Some(width) = cells.width(list) else {
@@ -202,6 +210,29 @@ fn columns(reader: &SerializedFileReader<File>, wanted: Wanted) -> Result<Table,
         return Err(ParquetError::General("columns of different lengths".into()));
     }
     Ok(table)
+}
+
+/// A number that is written as bytes: a decimal, the highest byte first, or a `Float16`, the lowest byte first.
+fn of_bytes(bytes: &[u8], meaning: Meaning) -> f64 {
+    match (meaning, bytes) {
+        (Meaning::Decimal(scale), [first, rest @ ..]) => {
+            let whole =
+                rest.iter().fold(f64::from(first.cast_signed()), |sum, b| 256.0 * sum + f64::from(*b));
+            whole / 10_f64.powi(scale)
+        }
+        (Meaning::Half, [low, high]) => {
+            let bits = u16::from_le_bytes([*low, *high]);
+            let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+            let size = match exponent {
+                0 => fraction * 2_f64.powi(-14),
+                31 if fraction == 0.0 => f64::INFINITY,
+                31 => f64::NAN,
+                _ => (1.0 + fraction) * 2_f64.powi(exponent - 15),
+            };
+            if bits >> 15 == 1 { -size } else { size }
+        }
+        _ => f64::NAN,
+    }
 }
 
 /// The cells of a column, and of lists how many there are in each row.
@@ -253,7 +284,7 @@ impl CellsOf {
         Ok(())
     }
 
-    /// Elements a row; none: it differs. A list that is missing says nothing of it.
+    /// Elements a row; none: it differs. A missing list gives no number.
     fn width(&self, list: bool) -> Option<usize> {
         let mut lengths = self.lengths.iter().copied().filter(|n| *n > 0);
         let width = if list { lengths.next().unwrap_or(1) } else { 1 };

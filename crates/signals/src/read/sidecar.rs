@@ -1,4 +1,4 @@
-//! What stands beside a recording: `<recording>.toml`.
+//! The sidecar of a recording: `<recording>.toml`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -40,7 +40,7 @@ pub(crate) struct Column {
 }
 
 impl Column {
-    /// What a reading says, in `unit`.
+    /// What a reading gives, in `unit`.
     pub(super) fn value(&self, reading: f64) -> f64 {
         let value = self.scale.map_or(reading, |s| s * reading);
         if self.offset == 0.0 { value } else { value + self.offset }

@@ -1,4 +1,4 @@
-//! What stands in a file, before anybody says what it is.
+//! The content of a file, before it has a meaning.
 
 use crate::names::element_name;
 use crate::unit::Unit;
@@ -7,12 +7,12 @@ use crate::unit::Unit;
 /// integer not even the last digit.
 pub(super) const LONG: f64 = 1e9;
 
-/// What is wanted of the cells.
+/// The requested form of the cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Wanted {
     /// Numbers; a word among them is a mistake.
     Numbers,
-    /// As they are written, too: who asks knows which of them are numbers, texts or items.
+    /// As they are written, too: the caller decides which of them are numbers, texts or items.
     Texts,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Ticks {
 }
 
 impl Table {
-    /// Where row `i` stands: a line, or nothing.
+    /// Where row `i` is: a line, or nothing.
     pub(crate) fn line(&self, row: usize) -> Option<u64> {
         self.lines.get(row).copied()
     }

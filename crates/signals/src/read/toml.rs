@@ -16,7 +16,7 @@ use crate::value::Value;
 /// A value with its place.
 pub(crate) type Node<'i> = Spanned<DeValue<'i>>;
 
-/// Reads a file's text and tells mistakes.
+/// Reads a file's text and reports mistakes.
 pub(crate) struct Reader<'a> {
     pub(crate) file: &'a Path,
     /// Where each line starts.
@@ -51,7 +51,7 @@ impl<'a> Reader<'a> {
         let failed = !errors.is_empty();
         for error in errors {
             let span = error.span().unwrap_or(0..0);
-            self.wrong(Kind::Syntax, span, error.message().replace('\n', "; "), "mend the TOML");
+            self.wrong(Kind::Syntax, span, error.message().replace('\n', "; "), "correct the TOML");
         }
         (!failed).then_some(root)
     }
@@ -82,7 +82,7 @@ impl<'a> Reader<'a> {
         self.findings.push(Finding::warning(kind, self.file, what, mend).line(line));
     }
 
-    /// Tells keys of `what` that are none of these.
+    /// Reports keys of `what` that are none of these.
     pub(crate) fn known(&mut self, table: &DeTable, what: &str, keys: Keys) {
         for (key, _) in table.iter() {
             let name = key.get_ref().as_ref();
@@ -218,12 +218,14 @@ impl<'a> Reader<'a> {
         let Some(table) = node.get_ref().as_table() else {
             let known = match key {
                 "delay" => "one that is known is a number of seconds".to_owned(),
-                _ => format!("one that is known stands as `{known}` in [columns] of the recording's sidecar"),
+                _ => {
+                    format!("one that is known is given as `{known}` in [columns] of the recording's sidecar")
+                }
             };
             let mend = format!(
                 "write {key} = \"estimate\" or {key} = {{ value = {neutral:?}, doubt = 0.1 }}; {known}"
             );
-            let what = format!("`{key}` of {what} is neither \"estimate\" nor a value with a doubt");
+            let what = format!("`{key}` of {what} is neither \"estimate\" nor a value with a `doubt`");
             self.wrong(Kind::BadValue, node.span(), what, mend);
             return None;
         };

@@ -1,4 +1,4 @@
-//! Which law stands for an effect of an arm, and within which bounds its size may lie.
+//! Which law represents an effect of an arm, and the bounds of its size.
 
 use super::law::Law;
 use super::plant::Values;
@@ -35,7 +35,7 @@ pub(crate) struct Choice {
     pub(crate) most: f64,
 }
 
-/// Effects that an arm can have; the last one changes what its owner believes.
+/// Effects that an arm can have; the last one changes the nominal model.
 pub(crate) const IDS: [&str; 22] = [
     "table-tilt",
     "motor-friction",

@@ -38,7 +38,7 @@ pub(crate) enum Law {
     Soft {
         reach: f64,
     },
-    /// Maxwell-slip beside the spring.
+    /// Maxwell-slip in parallel with the spring.
     Hysteresis {
         torque: f64,
         reach: f64,
@@ -53,7 +53,7 @@ pub(crate) enum Law {
         a: f64,
         b: f64,
     },
-    /// A joint held to be rigid: stiffness K / size.
+    /// A joint assumed rigid: stiffness K / size.
     Compliant,
     /// Friction between a flexible joint's link and its carrier.
     LoadSlip {

@@ -11,7 +11,7 @@ type Matrix = SMatrix<f64, COORDINATES, COORDINATES>;
 type Vector = SVector<f64, COORDINATES>;
 type Point = [f64; 2];
 
-/// What the arm's owner may know.
+/// Parameters that the case may declare known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Values {
     pub(crate) base_mass: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Values {
     pub(crate) gear_ratio: f64,
     pub(crate) stiffness: [f64; LINKS],
     pub(crate) damping: [f64; LINKS],
-    /// The base feels the whole motor inertia (as printed), else that over the gear ratio.
+    /// The base takes the reaction of the whole motor inertia (as printed), else that over the gear ratio.
     pub(crate) paper: bool,
     pub(crate) flexible: [bool; LINKS],
 }

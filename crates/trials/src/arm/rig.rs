@@ -1,4 +1,4 @@
-//! A body that the last link carries, of which the owner knows too little; or nothing that is off.
+//! A body that the last link carries, with too little known of it; or nothing that is off.
 
 use super::plant::{LINKS, Values};
 use super::scene::{finite, scales, scene};

@@ -82,7 +82,7 @@ impl<'a> Replays<'a> {
         };
         self.runs.iter().map(one).collect()
     }
-    /// Free coordinates of the start: those of the believed structure, with their rates.
+    /// Free coordinates of the start: those of the nominal structure, with their rates.
     fn free_state(&self) -> Vec<usize> {
         let mut list: Vec<usize> = (0..3 + LINKS).collect();
         list.extend((0..LINKS).filter(|j| self.base.flexible[*j]).map(|j| 3 + LINKS + j));

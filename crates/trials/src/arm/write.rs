@@ -1,4 +1,4 @@
-//! A case as it is written down: recordings, what the owner believes, the key.
+//! A case as it is written down: recordings, the nominal model, the key.
 
 use std::collections::BTreeMap;
 

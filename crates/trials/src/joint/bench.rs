@@ -148,7 +148,7 @@ pub(crate) struct Replays<'a> {
     /// Standard deviation of what is read, per run and channel.
     pub(crate) scale: Vec<f64>,
     pub(crate) every: usize,
-    /// Effects that the owner knows.
+    /// Effects that are declared known.
     pub(crate) known: Vec<Effect>,
 }
 

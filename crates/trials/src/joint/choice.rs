@@ -1,4 +1,4 @@
-//! Which law stands for an effect, and within which bounds its size may lie.
+//! Which law represents an effect, and the bounds of its size.
 
 use super::law::{Law, Pulse};
 use super::values::Values;
@@ -32,7 +32,7 @@ pub(crate) struct Choice {
     pub(crate) most: f64,
 }
 
-/// Effects that a joint can have; the last two change what its owner believes.
+/// Effects that a joint can have; the last two change the nominal model.
 pub(crate) const IDS: [&str; 25] = [
     "stribeck-friction",
     "backlash",
@@ -71,7 +71,7 @@ pub(crate) const OUTSIDE: [&str; 6] = [
     "brush-dropout",
 ];
 
-/// One to three pushes of height 1 at most.
+/// One to three impulses of height 1 at most.
 pub(crate) fn draw_pulses(d: &mut Draw, span: f64) -> Vec<Pulse> {
     let triangle = d.chance(0.5);
     (0..1 + d.below(3))

@@ -6,7 +6,7 @@ use super::values::Values;
 use crate::draw::Draw;
 use crate::sense::Meter;
 
-/// A drive, its sensors and what it is driven with.
+/// A drive, its sensors and its command.
 #[derive(Clone, Debug)]
 pub(crate) struct Drive {
     pub(crate) values: Values,
@@ -24,7 +24,7 @@ pub(crate) struct Drive {
     pub(crate) drop: f64,
 }
 
-/// Eight digits: what stands in a case is what was simulated.
+/// Eight digits: the values in a case are those simulated.
 pub(crate) fn short(x: f64) -> f64 {
     format!("{x:.7e}").parse().unwrap_or(x)
 }

@@ -104,7 +104,7 @@ fn attempt_one(split: Split, seed: u64, index: usize, turn: usize, d: &mut Draw)
     let current_noise = current_noise(&plain, d);
     let floor = floors(&scene, values, &plain, current_noise);
 
-    // What is there, and what the owner believes.
+    // The truth, and the nominal model.
     let ids: Vec<&'static str> = match split {
         Split::None | Split::Parameters | Split::Rig => Vec::new(),
         Split::Single => vec![IDS[turn % IDS.len()]],

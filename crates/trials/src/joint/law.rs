@@ -15,7 +15,7 @@ pub(crate) struct Pulse {
     pub(crate) triangle: bool,
 }
 
-/// Sum of pushes at `t`.
+/// Sum of impulses at `t`.
 pub(crate) fn pulses(list: &[Pulse], t: f64) -> f64 {
     list.iter()
         .map(|p| {
@@ -77,7 +77,7 @@ pub(crate) enum Law {
     StrainDamping { damping: f64, reach: f64 },
     /// size (sin(2 theta + a) + 0.4 sin(4 theta + b)), times an order.
     GearError { order: f64, a: f64, b: f64 },
-    /// A joint held to be rigid: its stiffness is K / size, the spring slightly progressive.
+    /// A joint assumed rigid: its stiffness is K / size, the spring slightly progressive.
     Compliant { reach: f64 },
     /// Two modes of the link, participation size and 0.1 size of the load's inertia.
     LinkModes { frequency: [f64; 2], ratio: f64 },
@@ -87,9 +87,9 @@ pub(crate) enum Law {
     Unbalance { x: f64, y: f64 },
     /// -T sinh((q - c) / w), and a sheath that rubs.
     Cable { torque: f64, center: f64, width: f64 },
-    /// Pushes on the load, load side.
+    /// Impulses on the load, load side.
     PushLoad { pulses: Vec<Pulse> },
-    /// Pushes on the motor that the command does not show.
+    /// Impulses on the motor that the command does not show.
     PushMotor { pulses: Vec<Pulse> },
     /// The channel late by `size` seconds.
     Late { channel: usize },

@@ -1,5 +1,5 @@
 //! What is wrong with a rig rather than with its joint: the scale and the offset of the current, a load hardly known, a hand
-//! that pushes a joint which stands, friction that goes on changing from one repeat to the next; and rigs where nothing is.
+//! that moves a joint at rest, friction that goes on changing from one repeat to the next; and rigs where nothing is.
 
 use super::bench::{Done, Replays, current_noise, scales, spread, times};
 use super::choice::{Choice, Scales, draw_pulses};
@@ -25,7 +25,7 @@ enum Kind {
 }
 
 const KINDS: [Kind; 6] = [Kind::Gain, Kind::Offset, Kind::Payload, Kind::Hand, Kind::Session, Kind::Nothing];
-/// Of a rig where nothing is off: what its owner doubts.
+/// Of a rig where nothing is off: what the case declares uncertain.
 const DOUBTED: [Kind; 3] = [Kind::Gain, Kind::Offset, Kind::Payload];
 
 /// How much of the floor something that is off leaves when all else that is doubted is refitted.
@@ -39,7 +39,7 @@ const REPEATS: usize = 3;
 const LOAD: usize = 1;
 const CONSTANT: usize = 3;
 
-/// What is off: the current as it is read, the load as it is believed.
+/// What is off: the current as it is read, the nominal load.
 #[derive(Clone, Copy, Debug)]
 struct Off {
     gain: f64,
@@ -65,7 +65,7 @@ impl Off {
 }
 
 impl Kind {
-    /// Least and most of its share. What is held to be known is believed to 1 %: less of a gain would not be told.
+    /// Least and most of its share. What is assumed known has a prior of 1 %: a smaller error of a gain would not be found.
     fn shares(self) -> [f64; 2] {
         match self {
             Self::Gain => [0.05, 0.3],
@@ -73,7 +73,7 @@ impl Kind {
             _ => [0.1, 0.9],
         }
     }
-    /// Values that the owner knows: as much as it takes for the others to have a scale.
+    /// Values that are declared known: as many as it takes for the others to have a scale.
     fn known(self) -> &'static [usize] {
         match self {
             Self::Gain => &[0, LOAD, CONSTANT],
@@ -147,7 +147,7 @@ pub(super) fn attempt(seed: u64, index: usize, d: &mut Draw) -> Option<Case> {
     Some(case)
 }
 
-/// What it is driven with, and how: a hand finds it standing, repeats have one command.
+/// Its command: a hand acts on it at rest, repeats have one command.
 fn scene(kind: Kind, seeds: u64, d: &mut Draw) -> Scene {
     let drive = drive::draw(d, 0.0);
     let top = (drive.rate / 25.0).min(3.0);
@@ -264,7 +264,7 @@ fn sized(
     best.map(|(_, off, reached)| (off, reached))
 }
 
-/// What the owner believes of the joint: all exact where nothing is off.
+/// The nominal model of the joint: all exact where nothing is off.
 fn believe(kind: Kind, doubted: Kind, values: &Values, d: &mut Draw) -> Nominal {
     let truth = values.list();
     let mut nominal = Nominal { values: truth, doubts: Vec::new() };
@@ -278,7 +278,7 @@ fn believe(kind: Kind, doubted: Kind, values: &Values, d: &mut Draw) -> Nominal 
     nominal
 }
 
-/// A doubt that fits what is off; where nothing is, one that an owner may have all the same.
+/// A standard deviation that fits the error; where there is none, a plausible one.
 fn doubt(off: f64, d: &mut Draw) -> f64 {
     let size = if off == 0.0 { d.log(0.03, 0.3) } else { off.abs() / d.uniform(0.5, 2.0) };
     short(size.max(0.01))
@@ -318,7 +318,7 @@ fn state(case: &mut Case, kind: Kind, doubted: Kind, off: Off, values: &Values, 
     .into();
 }
 
-/// A load that hangs, of which its owner knows nearly how heavy it is and where it comes to rest.
+/// A load that hangs, with its weight and rest position known nearly.
 fn hanging(torque: f64, angle: f64, d: &mut Draw) -> toml::Table {
     let table = toml::Table::from_iter([
         ("gravityTorque".to_owned(), short(torque * (1.0 + 0.03 * d.normal())).into()),

@@ -1,4 +1,4 @@
-//! The runs of a case, and what its owner believes of the drive.
+//! The runs of a case, and the nominal model of the drive.
 
 use super::bench::{Done, record};
 use super::drive::Drive;
@@ -18,7 +18,7 @@ pub(super) struct Scene {
     pub(super) span: f64,
     /// The drive has no spring.
     pub(super) rigid: bool,
-    /// What there is that the owner knows.
+    /// What is declared known.
     pub(super) known: Vec<Effect>,
 }
 
@@ -34,14 +34,14 @@ impl Scene {
     }
 }
 
-/// What the owner's model has.
+/// What the nominal model has.
 pub(super) struct Believed {
     pub(super) values: Values,
     pub(super) rigid: bool,
     pub(super) frictionless: bool,
 }
 
-/// The owner's values with their doubts, by name.
+/// The nominal values with their standard deviations, by name.
 pub(super) struct Nominal {
     pub(super) values: [f64; 8],
     pub(super) doubts: Vec<(usize, f64)>,

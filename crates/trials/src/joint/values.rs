@@ -1,6 +1,6 @@
 //! What is known of a joint, and its state.
 
-/// What the joint's owner may know.
+/// Parameters that the case may declare known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Values {
     pub(crate) motor_inertia: f64,

@@ -56,7 +56,7 @@ pub fn markdown(cards: &[Card], commit: Option<&str>) -> String {
             let middle = card.seconds[card.seconds.len() / 2];
             let _ = writeln!(t, "- wall time per case: median {middle:.1} s, from {first:.1} to {last:.1} s");
         }
-        t.push_str("\n| | result | wanted | |\n|---|---|---|---|\n");
+        t.push_str("\n| | result | required | |\n|---|---|---|---|\n");
         for line in &card.lines {
             let met = line.value.and_then(|v| line.aim.met(v));
             let mark = met.map_or("", |m| if m { "met" } else { "**missed**" });
@@ -66,7 +66,7 @@ pub fn markdown(cards: &[Card], commit: Option<&str>) -> String {
         for (id, s) in &card.by_effect {
             let _ = writeln!(t, "| {id} | {}/{} |", s.hits, s.of);
         }
-        t.push_str("\n### What was said of what\n\n| truth | said | cases |\n|---|---|---|\n");
+        t.push_str("\n### Truth and result\n\n| truth | result | cases |\n|---|---|---|\n");
         for (truth, said, n) in &card.confusion {
             let _ = writeln!(t, "| {truth} | {said} | {n} |");
         }

@@ -44,7 +44,7 @@ impl Counts {
     }
 }
 
-/// The cases of two folders beside each other.
+/// The cases of two folders in pairs.
 ///
 /// # Errors
 /// A folder that cannot be read; a case of the same name with another key: its generator was another one.

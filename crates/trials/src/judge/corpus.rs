@@ -1,6 +1,6 @@
 //! A corpus: cases that are watched, right ones and wrong ones.
 //!
-//! It is chosen by how cases came out, so it finds classes of failure and regressions, and says nothing about which of two
+//! It is chosen by how cases came out, so it finds classes of failure and regressions, and is no evidence on which of two
 //! programs is better. Wrong ones enter and never leave; right ones are filled up to a number, stratum by stratum.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ pub struct Entry {
     pub case: String,
     /// Its plant,
     pub plant: Plant,
-    /// what it is about,
+    /// its subject,
     pub split: Split,
     /// its seed,
     pub seed: u64,
@@ -40,7 +40,7 @@ pub struct Entry {
     pub truth: String,
     /// It was right when it entered.
     pub right: bool,
-    /// What was said then.
+    /// The result then.
     pub said: String,
     /// Of which commit.
     pub commit: String,
@@ -98,7 +98,7 @@ pub fn write(path: &Path, corpus: &[Entry]) -> Result<(), Error> {
 }
 
 /// Lets in every wrong case, and right ones up to `right` of each plant, from the strata that have fewest of them; of equal
-/// ones by name, which says nothing. What is in stays as it entered.
+/// ones by name, which has no meaning. What is in stays as it entered.
 pub fn fill(corpus: &mut Vec<Entry>, rows: &[Row], right: usize, commit: &str) {
     let known = |corpus: &[Entry], row: &Row| corpus.iter().any(|e| e.case == row.case);
     let new: Vec<&Row> = rows.iter().filter(|r| !known(corpus, r)).collect();
@@ -184,7 +184,7 @@ mod tests {
         let mut corpus = Vec::new();
         fill(&mut corpus, &rows, 3, "one");
         let names: Vec<&str> = corpus.iter().map(|e| e.case.as_str()).collect();
-        // The first by name, then the other effect, then the other drive; the failure beside them.
+        // The first by name, then the other effect, then the other drive; the failure next to them.
         assert_eq!(names, ["a0", "b", "c", "d"]);
         // What was wrong is right now: it stays as it entered; a new failure enters although right ones are enough.
         let again = [

@@ -22,7 +22,7 @@ pub struct Took {
 /// Why there is no diagnosis.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Failure {
-    /// It said this instead.
+    /// The result instead.
     Said(String),
     /// It was stopped after so many seconds of processor time: a miss, tried again only with more.
     Stopped(f64),

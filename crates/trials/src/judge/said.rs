@@ -1,4 +1,4 @@
-//! What a diagnosis said, read by its schema alone.
+//! The result of a diagnosis, read by its schema alone.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -103,7 +103,7 @@ pub(crate) fn read(results: &Path, name: &str) -> Result<Option<Said>, Error> {
 }
 
 impl Said {
-    /// What `id` could not be told apart from, itself included; itself alone where that is more than three.
+    /// What `id` could not be distinguished from, itself included; itself alone where that is more than three.
     pub(crate) fn class<'a>(&'a self, id: &'a str) -> Vec<&'a str> {
         let mut class = vec![id];
         for set in self.indistinguishable.iter().filter(|s| s.iter().any(|m| m == id)) {

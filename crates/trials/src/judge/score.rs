@@ -1,8 +1,9 @@
 //! Opens the keys and counts.
 
-use super::said::{self, Said};
+use super::said;
+use super::scored::Scored;
 use super::table::Answers;
-use crate::case::{Key, Moved, Plant, Split};
+use crate::case::{Key, Plant, Split};
 use crate::error::Error;
 use crate::files;
 
@@ -42,7 +43,7 @@ pub enum Aim {
     Most(f64, f64),
     /// Within.
     Within(f64, f64),
-    /// Only told.
+    /// Only reported.
     Told,
 }
 
@@ -80,93 +81,12 @@ pub struct Card {
     pub counts: Vec<(Split, usize, usize)>,
     /// All lines.
     pub lines: Vec<Line>,
-    /// Truth, what was said instead or as well, how often.
+    /// Truth, what was reported instead or as well, how often.
     pub confusion: Vec<(String, String, usize)>,
     /// Per effect: cases, named first by class.
     pub by_effect: Vec<(String, Share)>,
     /// Wall times in s, sorted.
     pub seconds: Vec<f64>,
-}
-
-/// A case with what was said of it.
-pub(crate) struct Scored {
-    pub(crate) key: Key,
-    pub(crate) said: Said,
-}
-
-impl Scored {
-    fn truth(&self) -> &str {
-        self.key.effects.first().map_or("", String::as_str)
-    }
-    /// Its first claim, where the verdict is one.
-    fn first(&self) -> Option<&str> {
-        let claims = self.said.verdict == "effects";
-        self.said.effects.first().filter(|_| claims).map(|e| e.id.as_str())
-    }
-    fn exact(&self) -> bool {
-        self.first() == Some(self.truth())
-    }
-    fn by_class(&self) -> bool {
-        self.first().is_some_and(|id| self.said.class(id).contains(&self.truth()))
-    }
-    fn ambiguous_with_truth(&self, most: usize) -> bool {
-        let set = &self.said.effects;
-        self.said.verdict == "ambiguous" && set.len() <= most && set.iter().any(|e| e.id == self.truth())
-    }
-    fn claims(&self, id: &str) -> bool {
-        let v = &self.said.verdict;
-        (v == "effects" || v == "ambiguous")
-            && self.said.effects.iter().any(|e| self.said.class(&e.id).contains(&id))
-    }
-    fn located(&self) -> bool {
-        let Some(component) = self.key.components.first() else { return false };
-        let first = self.said.effects.first();
-        let place = first
-            .and_then(|e| e.component.clone())
-            .or_else(|| self.said.places.components.first().map(|c| c.id.clone()));
-        // Sensors of single elements stand under the channel.
-        let base = |c: &str| c.split('[').next().unwrap_or(c).to_owned();
-        let joint = self.key.joints.first().copied().unwrap_or(0);
-        let right = joint == 0
-            || self.key.plant == Plant::Joint
-            || first.and_then(|e| e.joint).is_none_or(|j| j == joint);
-        place.is_some_and(|p| base(&p) == base(component)) && right
-    }
-    /// Both effects of a pair, and no other.
-    fn both(&self) -> bool {
-        self.key.effects.iter().all(|id| self.claims(id))
-    }
-    /// The answer is right, as the scorecard counts it.
-    pub(crate) fn right(&self) -> bool {
-        match self.key.split {
-            Split::Single => self.by_class(),
-            Split::Pairs => self.both() && self.said.effects.len() == 2,
-            Split::Unidentifiable => self.ambiguous_with_truth(usize::MAX),
-            Split::Rig => self.of_a_rig(),
-            Split::None | Split::Parameters | Split::Outside => self.said.verdict == self.key.verdict,
-        }
-    }
-    /// Of a rig: what is off by its name; an effect first or in a small set.
-    fn of_a_rig(&self) -> bool {
-        if self.key.effects.is_empty() {
-            let verdict = self.said.verdict == self.key.verdict;
-            return verdict && self.key.moved.iter().all(|(name, m)| self.moves(name, *m));
-        }
-        self.by_class() || self.ambiguous_with_truth(3)
-    }
-    /// A value that is off is told under its name, within its interval or 10 % of it, and nearer to what it is than to what its
-    /// owner believes.
-    fn moves(&self, name: &str, m: Moved) -> bool {
-        let Some(told) = self.said.parameters.get(name) else { return false };
-        let Some(off) = told.value.map(|v| (v - m.to).abs()) else { return false };
-        let covers = told
-            .ci95
-            .is_some_and(|[low, high]| low.is_some_and(|l| l <= m.to) && high.is_some_and(|h| h >= m.to));
-        off < 0.5 * (m.to - m.from).abs() && (covers || off <= 0.1 * m.to.abs())
-    }
-    fn gap_seen(&self) -> bool {
-        matches!(self.said.verdict.as_str(), "effects" | "ambiguous" | "unknown")
-    }
 }
 
 fn median(mut list: Vec<f64>) -> Option<f64> {
@@ -262,7 +182,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
         ),
         share("among the first three candidates", Share::of(clear().map(ranked)), Aim::Least(0.97, 0.995)),
         share(
-            "ambiguous though it can be told apart",
+            "ambiguous though it can be distinguished",
             Share::of(clear().map(|s| s.said.verdict == "ambiguous")),
             Aim::Most(0.10, 0.10),
         ),
@@ -368,7 +288,7 @@ fn card(plant: Plant, all: &[Scored], waiting: &[Key]) -> Card {
 mod tests {
     use super::*;
 
-    /// A rig's case with this key, of which that was said.
+    /// A rig's case with this key and that result.
     fn right(key: &str, said: &str) -> bool {
         let head = "case = 'a'\nplant = 'joint'\nsplit = 'rig'\nratio = 5.0\nseed = 1\nindex = 0\ncomponents = ['load']\n";
         let key = toml::from_str(&format!("{head}{key}")).unwrap();
@@ -389,7 +309,7 @@ mod tests {
         assert!(told("parameters", gain, 1.17, 1.1, 1.25));
         // Within 10 %, though not within its interval.
         assert!(told("parameters", gain, 1.14, 1.13, 1.15));
-        // Nearer to what the owner believes, whatever its interval says.
+        // Nearer to the nominal value, whatever its interval.
         assert!(!told("parameters", gain, 1.09, 0.9, 1.3));
         assert!(!told("parameters", "loadInertia", 1.2, 1.1, 1.3));
         assert!(!told("effects", gain, 1.2, 1.1, 1.3));

@@ -1,11 +1,11 @@
-//! One table a run: what was there, what was said, whether that is right, and what it took.
+//! One table a run: the truth, the result, whether that is right, and what it took.
 
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 use super::said;
-use super::score::Scored;
+use super::scored::Scored;
 use crate::case::{Key, Plant, Split};
 use crate::error::Error;
 use crate::files;
@@ -20,7 +20,7 @@ pub struct Row {
     pub case: String,
     /// Its plant.
     pub plant: Plant,
-    /// What it is about.
+    /// The subject.
     pub split: Split,
     /// Its seed,
     pub seed: u64,
@@ -36,7 +36,7 @@ pub struct Row {
     pub truth: String,
     /// The right verdict.
     pub wanted: String,
-    /// What was said; `failed`, `stopped`.
+    /// The result; `failed`, `stopped`.
     pub verdict: String,
     /// What was claimed with its component, `+` between them.
     pub claims: String,
@@ -94,7 +94,7 @@ impl Row {
     }
 }
 
-/// Where keys and results lie.
+/// The folders of keys and results.
 #[derive(Clone, Debug)]
 pub struct Answers {
     /// Folder with `cases`, `keys` and `seals.csv`.
@@ -104,7 +104,7 @@ pub struct Answers {
 }
 
 impl Answers {
-    /// Of a folder of trials with `results`, or of a folder of results beside its `keys`.
+    /// Of a folder of trials with `results`, or of a folder of results next to its `keys`.
     ///
     /// # Errors
     /// It is neither.

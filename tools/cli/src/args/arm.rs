@@ -36,7 +36,7 @@ pub(crate) struct ArmMap {
     /// A point mass at the first tip
     #[arg(long, value_name = "KG", default_value_t = 0.0, allow_negative_numbers = true, value_parser = mass)]
     pub(crate) payload: f64,
-    /// Acceleration of free fall, m/s2, axes of the base when it stands upright [default: 0,0,-9.81]
+    /// Acceleration of free fall, m/s2, axes of the upright base [default: 0,0,-9.81]
     #[arg(long, value_name = "X,Y,Z", value_delimiter = ',', allow_hyphen_values = true)]
     pub(crate) gravity: Option<Vec<f64>>,
     /// Write arm-schedule.toml too: start values with which velocity waves follow the arm, omega_n that share of what lets it run away

@@ -17,7 +17,7 @@ pub(crate) struct Identify {
     /// How: ls-literal, ls, filtered, iv, output-error, nelder-mead, break-away
     #[arg(long, value_name = "NAME", default_value = "output-error")]
     pub(crate) method: Method,
-    /// Fit these effects beside the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids
+    /// Fit these effects together with the model's parameters, as `effects` in [fit] of case.toml does; `trueup fmu list` has their ids
     #[arg(long, value_name = "ID,..", value_delimiter = ',', conflicts_with = "fmu")]
     pub(crate) with: Vec<String>,
     /// Fit this FMU (Model Exchange, FMI 2.0 or 3.0) instead of the built-in model; one that this program has not packed gets
@@ -27,7 +27,7 @@ pub(crate) struct Identify {
     /// Give the FMU processes of its own also if this program has packed it
     #[arg(long, requires = "fmu")]
     pub(crate) isolate: bool,
-    /// Load the FMU into this process, whoever made it: faster, and what ends the FMU ends all
+    /// Load the FMU into this process, whatever its vendor: faster, but a crash of the FMU ends the program
     #[arg(long, requires = "fmu", conflicts_with_all = ["isolate", "deadline"])]
     pub(crate) in_process: bool,
     /// How long the work may take, s; with --fmu how long a single call of the FMU may; else as long as it likes

@@ -22,7 +22,7 @@ pub(crate) struct Scale {
     /// Where the units of a recording's columns are from: the system or the FMU that they are variables of
     #[arg(long, value_name = "FILE")]
     pub(crate) units: Option<PathBuf>,
-    /// The result [default: NAME.scaled, with --back NAME.full, beside FILE; of an FMU a .toml, of a case a folder]
+    /// The result [default: NAME.scaled, with --back NAME.full, next to FILE; of an FMU a .toml, of a case a folder]
     #[arg(short, long, value_name = "FILE")]
     pub(crate) output: Option<PathBuf>,
 }

@@ -7,13 +7,13 @@ use std::path::PathBuf;
 pub(crate) struct Sweep {
     #[command(subcommand)]
     pub(crate) after: Option<After>,
-    /// What is varied and what is kept (see docs/sweeps.md); logs go to the folder NAME.runs beside it
+    /// What is varied and what is kept (see docs/sweeps.md); logs go to the folder NAME.runs next to it
     #[arg(required = true, value_name = "SWEEP.toml")]
     pub(crate) file: Option<PathBuf>,
     /// Only every n-th run, from the i-th on; each share may be a process on another machine with the same folder
     #[arg(long, value_name = "I/N", value_parser = super::shard)]
     pub(crate) shard: Option<(usize, usize)>,
-    /// Write a script for Slurm instead, NAME.slurm.sh beside the file: an array of N tasks, a share for each (as many as runs,
+    /// Write a script for Slurm instead, NAME.slurm.sh next to the file: an array of N tasks, a share for each (as many as runs,
     /// but 1000 at most, where N is left out)
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, conflicts_with = "shard",
           value_parser = clap::value_parser!(u32).range(1..))]
@@ -21,7 +21,7 @@ pub(crate) struct Sweep {
     /// Repeat one run with all that the system records, into --output, and leave the logs alone
     #[arg(long, value_name = "NUMBER", conflicts_with_all = ["shard", "slurm"])]
     pub(crate) run: Option<u64>,
-    /// Results of --run [default: NAME-run-NUMBER.csv beside the file]
+    /// Results of --run [default: NAME-run-NUMBER.csv next to the file]
     #[arg(short, long, value_name = "FILE.csv|.parquet", requires = "run")]
     pub(crate) output: Option<PathBuf>,
     /// Give each FMU a process of its own: one that crashes, exits or hangs fails its run alone (Linux)
@@ -49,7 +49,7 @@ pub(crate) struct Map {
     /// What others say of the same runs: a column per factor, and columns of texts that are written into the tiles
     #[arg(long, value_name = "FILE.csv")]
     pub(crate) beside: Option<PathBuf>,
-    /// The page [default: NAME.html beside the file]
+    /// The page [default: NAME.html next to the file]
     #[arg(short, long, value_name = "FILE.html")]
     pub(crate) output: Option<PathBuf>,
 }
@@ -59,7 +59,7 @@ pub(crate) struct Merge {
     /// The file whose runs are done
     #[arg(value_name = "SWEEP.toml")]
     pub(crate) file: PathBuf,
-    /// The table [default: NAME.parquet beside the file]
+    /// The table [default: NAME.parquet next to the file]
     #[arg(short, long, value_name = "FILE.parquet")]
     pub(crate) output: Option<PathBuf>,
 }

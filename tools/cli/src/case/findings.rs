@@ -1,14 +1,14 @@
-//! What is wrong with a case, told in few lines.
+//! What is wrong with a case, reported in few lines.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
 use trueup_signals::Finding;
 
-/// Findings that are told one by one; of each kind one is, however many kinds there are.
+/// Findings that are reported one by one; of each kind one is, however many kinds there are.
 const MOST: usize = 20;
 
-/// Lines to be told, the worst first. Where findings are too many, those of the kinds that are most are counted: none of
+/// Lines to be reported, the worst first. Where findings are too many, those of the kinds that are most are counted: none of
 /// them may hide another kind.
 pub(super) fn lines(findings: &[Finding]) -> Vec<String> {
     let mut kinds: Vec<Vec<&Finding>> = Vec::new();

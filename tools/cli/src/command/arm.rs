@@ -1,6 +1,7 @@
 //! `trueup arm map`: what bends of an arm under its weight.
 
 mod asked;
+mod found;
 mod grid;
 mod page;
 mod paper;

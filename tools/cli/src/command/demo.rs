@@ -31,7 +31,7 @@ pub(crate) fn demo(args: &Demo) -> Result<(), Error> {
 
     let mut page = Page::new(
         "Trueup: a gap explained, and the FMUs of this build at work",
-        "First a simulation that does not match its recordings, and what it lacks. Then the models: every curve below was made by packed FMUs that the master ran, as it runs anybody's. The systems lie beside this \
+        "First a simulation that does not match its recordings, and the missing effect. Then the models: every curve below was made by packed FMUs that the master ran, as it runs FMUs of other vendors. The systems are next to this \
          page as TOML: trueup simulate runs them again.",
     );
     story::tell(folder, &mut page)?;

@@ -5,9 +5,7 @@ mod page;
 use std::path::Path;
 use std::time::Instant;
 
-use trueup_diagnosis::diagnose::{
-    Augmented, Diagnosed, Options, began, diagnose, diagnose_by_evidence, record,
-};
+use trueup_diagnosis::diagnose::{Augmented, Diagnosed, Options, began, diagnose, record};
 use trueup_diagnosis::engine::subject::Subject;
 use trueup_diagnosis::experiment;
 use trueup_diagnosis::inputs;
@@ -23,7 +21,7 @@ use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
 use trueup_report::number;
 use trueup_signals::{Finding, Loaded};
 
-use crate::args::{Diagnose, Engine};
+use crate::args::Diagnose;
 use crate::case::load;
 use crate::catalog;
 use crate::command::pack;
@@ -36,36 +34,10 @@ use crate::templates;
 pub(super) const READING: &str = "reading the case";
 
 pub(crate) fn run(args: &Diagnose) -> Result<(), Error> {
-    if args.engine == Engine::Innovations {
-        return verdict_alone(args);
-    }
     let (found, written) = found(args)?;
-    // What was found is said even where it could not be written.
+    // The result is printed even where it could not be written.
     say(&if args.json { json(&found.diagnosis)? } else { text(&found.diagnosis) })?;
     written
-}
-
-/// By the engine on trial, which says verdicts alone.
-fn verdict_alone(args: &Diagnose) -> Result<(), Error> {
-    if !args.verdict_only || args.watch {
-        let how = "--engine innovations says verdicts alone: give --verdict-only, and no --watch";
-        return Err(Error::Usage(how.into()));
-    }
-    let stages = Stages::watched(READING, args.deadline);
-    let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
-    can_be_made(&args.output)?;
-    let capped = !args.force && findings.iter().any(Finding::is_grave);
-    stages.name("weighing every cause by the innovations");
-    let found = diagnose_by_evidence(&loaded, capped);
-    let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
-    let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
-    found
-        .complete(&findings, &loaded.case.folder, Some(inputs))
-        .map_err(|e| not_finite(&args.output, "diagnosis.json", &e.to_string()))?;
-    let said = json(&found)?;
-    drop(stages);
-    store(&args.output, &[("diagnosis.json".into(), said.clone().into_bytes())])?;
-    say(&if args.json { said } else { text(&found) })
 }
 
 fn json(d: &Diagnosis) -> Result<String, Error> {
@@ -83,14 +55,14 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     let begun = Instant::now();
     let stages = Stages::watched(READING, args.deadline);
     let (loaded, findings) = load(&args.case, Purpose::Diagnose, &[])?;
-    // What would be in the way of writing is said before the work, not after it.
+    // What would prevent writing is reported before the work, not after it.
     let library = args.library.as_deref();
     let templates = (!args.verdict_only).then(|| templates::read(&[], library)).transpose()?;
     can_be_made(&args.output)?;
     let capped = !args.force && findings.iter().any(Finding::is_grave);
     let options = Options {
         seed: args.seed,
-        engine: args.engine.into(),
+        engine: args.engine.map(Into::into),
         capped,
         force: args.force,
         watch: args.watch,
@@ -101,7 +73,10 @@ fn found(args: &Diagnose) -> Result<(Diagnosed, Result<(), Error>), Error> {
     sensors(&loaded);
     let found = diagnose(&loaded, &options, &mut |part, what| stages.tell(part, what));
     let mut found = found.map_err(|e| Error::at(&loaded.case.file, e))?;
-    // Those of the case were told when it was read.
+    if let Some(why) = found.record.as_ref().and_then(|r| r.instead.as_ref()) {
+        crate::voice::line(&format!("causes were compared by balances: {why}"));
+    }
+    // Those of the case were reported when it was read.
     let grave = found.diagnosis.findings.iter().filter(|f| f.severity == Severity::Grave);
     grave.for_each(|f| crate::voice::line(&format!("grave: {}: {}", f.file, f.text)));
     let inputs = inputs::read(&loaded.case).map_err(|e| Error::Failed(e.to_string()))?;
@@ -181,7 +156,7 @@ fn finite_words(page: &str) -> Result<(), String> {
     }
 }
 
-/// What these sensors can tell at all, said before anything is compared.
+/// What these sensors can distinguish, printed before anything is compared.
 fn sensors(loaded: &Loaded) {
     let Ok(subject) = Subject::of(&loaded.case) else { return };
     let told = isolability(loaded, &subject);
@@ -194,7 +169,7 @@ fn sensors(loaded: &Loaded) {
             eprintln!("{what}: {}", classes.join(" | "));
         }
     };
-    list("these sensors tell apart by the equations alone", &of(true));
+    list("these sensors distinguish by the equations alone", &of(true));
     list("... by the form of an effect only", &of(false));
     list("... and in no balance at all", &told.hidden);
 }
@@ -243,13 +218,13 @@ fn fmus(
 pub(crate) fn text(d: &Diagnosis) -> String {
     let mut out = match d.verdict {
         Verdict::Unknown if d.capped => {
-            "unknown: a grave finding (above) lets nothing be concluded; mend it, or go on with --force\n"
+            "unknown: a grave finding (above) permits no conclusion; correct it, or continue with --force\n"
                 .to_owned()
         }
         Verdict::NoGap => "no gap: nothing beyond the sensors' noise\n".to_owned(),
         Verdict::Parameters => "parameters: refitting what the model already has is enough\n".to_owned(),
         Verdict::Effects => "effects: something is missing from the model\n".to_owned(),
-        Verdict::Ambiguous => "ambiguous: these recordings cannot tell the causes below apart\n".to_owned(),
+        Verdict::Ambiguous => "ambiguous: these recordings cannot distinguish the causes below\n".to_owned(),
         Verdict::Unknown => "unknown: something is there that no effect of the library explains\n".to_owned(),
     };
     for e in &d.effects {
@@ -297,7 +272,7 @@ pub(crate) fn text(d: &Diagnosis) -> String {
         );
     }
     if let Some(n) = &d.next_experiment {
-        let chance = n.probability.map_or(String::new(), |p| format!("; it tells with probability {p:.2}"));
+        let chance = n.probability.map_or(String::new(), |p| format!("; it decides with probability {p:.2}"));
         out += &format!("next experiment: {} ({}){chance}\n", n.why, n.input);
     }
     if !d.location.components.is_empty() && d.verdict == Verdict::Unknown {
@@ -308,7 +283,7 @@ pub(crate) fn text(d: &Diagnosis) -> String {
             .take(3)
             .map(|c| format!("{} {:.0} %", c.id, 100.0 * c.share))
             .collect();
-        out += &format!("where it may lie: {}\n", places.join(", "));
+        out += &format!("possible places: {}\n", places.join(", "));
     }
     for w in d.watch.iter().flatten() {
         let joint = w.joint.map_or_else(String::new, |j| format!(" of joint {j}"));

@@ -30,7 +30,7 @@ const GROUPS: [(&str, Causality); 7] = [
     ("Local variables", Causality::Local),
 ];
 
-/// What the interface says that it can do.
+/// The capabilities that the interface declares.
 fn capabilities(i: &Interface) -> Vec<&'static str> {
     [
         ("state", i.can_get_and_set_fmu_state),

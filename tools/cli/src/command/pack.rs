@@ -85,9 +85,11 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
     };
     if args.model.is_empty() {
         if !args.set.is_empty() || !args.flexible.is_empty() || !args.structure.is_empty() {
-            return Err(Error::Usage("--set, --flexible and --structure want a model: name it".to_owned()));
+            return Err(Error::Usage(
+                "--set, --flexible and --structure require a model: name it".to_owned(),
+            ));
         }
-        // No structure is chosen here: a base floats. A robot of which nobody says more is the flyer's: an arm on the ground has
+        // No structure is chosen here: a base floats. A robot without further choice is the flyer's: an arm on the ground has
         // not all that a robot may have.
         let floats = |m: &Model| args.effect.iter().any(|e| catalog::wants_fixed_base(m.name, e));
         let ground = |m: &Model| args.robot.is_some() && m.name == catalog::ARM;
@@ -113,16 +115,16 @@ fn models(args: &Pack) -> Result<Vec<Model>, Error> {
     args.model.iter().map(named).collect()
 }
 
-/// The robot that is asked for, its joints flexible as is asked for.
+/// The requested robot, with the requested joints flexible.
 fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error> {
     if !catalog::of_robots(model.name) {
         return Ok(None);
     }
-    // The arm's preset is what it is by default.
+    // The arm's preset is the default.
     let named = args.preset.as_ref().filter(|_| model.name == catalog::FLYER).map(PathBuf::from);
     let Some(file) = args.robot.clone().or(named) else { return Ok(None) };
     let mut robot = crate::robot::read(&file)?;
-    // An arm of FlexibleArm stands on the ground by itself.
+    // An arm of FlexibleArm is on the ground anyway.
     let ground = model.name == catalog::ARM;
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
     let without = robot.without_friction.iter().filter(|_| !ground);
@@ -134,7 +136,7 @@ fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error
     Ok(Some(robot))
 }
 
-/// What its joints lose, as start values of an arm on the ground: a joint that stands gives way at what it takes to slide. Dry
+/// What its joints lose, as start values of an arm on the ground: a joint at rest starts to move at its break-away torque. Dry
 /// friction acts on the motors of flexible joints; that of rigid ones is named.
 fn frictions(robot: &crate::robot::Robot) -> Vec<(String, f64)> {
     let links = || robot.friction.iter().zip(&robot.design.links).enumerate();

@@ -132,7 +132,7 @@ impl Pose {
         Self { q: q.to_vec(), measures: measures(design, tip, &reaction, torque_joints), reaction, form, j_g }
     }
 
-    /// Name, what it is, rows.
+    /// Name, meaning, rows.
     fn matrices(&self) -> Vec<(&'static str, &'static str, Vec<Vec<f64>>)> {
         let n = self.form.joints;
         let rows =

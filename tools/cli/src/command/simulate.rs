@@ -54,7 +54,7 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
     let mut results = Results::create(&args.output).map_err(failed)?;
     let mut memory = args.plot.is_some().then(Memory::default);
     let master = Master::new(plan).map_err(|e| match e {
-        // The FMUs cannot follow the algorithm that the command line asks for.
+        // The FMUs cannot follow the algorithm that the command line requests.
         RunError::Setting(_) if args.algorithm.is_some() => Error::Usage(format!("--algorithm: {e}")),
         RunError::Setting(_) => Error::at(&args.file, e),
         _ => failed(e),
@@ -92,7 +92,11 @@ fn simulated(args: &Simulate, plan: Plan) -> Result<(), Error> {
                 trueup_fmi_description::pack::write_file(file, html.as_bytes())
                     .map_err(|e| Error::Failed(e.to_string()))?;
             }
-            eprintln!("{}: {rows} rows\n{}", args.output.display(), summary::log(&log).trim_end());
+            crate::voice::line(&format!(
+                "{}: {rows} rows\n{}",
+                args.output.display(),
+                summary::log(&log).trim_end()
+            ));
             Ok(())
         }
         Err(e) => {

@@ -16,7 +16,7 @@ use crate::stages::Stages;
 use crate::voice;
 use common::{TELL, beside, damaged, failed};
 
-/// Tasks of an array that clusters allow where nobody changed it.
+/// Tasks of an array that clusters allow where it was not changed.
 const TASKS: u64 = 1000;
 pub(crate) fn run(args: &Sweep) -> Result<(), Error> {
     match &args.after {
@@ -57,7 +57,7 @@ fn share(args: &Sweep, runner: &mut Runner) -> Result<(), Error> {
     let before = if tally.kept > 0 { format!(", {} were done before", tally.kept) } else { String::new() };
     let failures = match tally.failed {
         0 => String::new(),
-        n => format!("; {n} of them failed, the table says why"),
+        n => format!("; {n} of them failed, the table gives the reasons"),
     };
     let (all, folder) = (tally.ran + tally.kept, folder.display());
     say(&format!(

@@ -65,7 +65,7 @@ pub(crate) fn run(a: &TrialRun) -> Result<(), Error> {
     }
     if failures > 0 {
         return Err(Error::Failed(format!(
-            "{failures} diagnoses failed (*.error beside the results says why); run it again to try them again"
+            "{failures} diagnoses failed (*.error next to the results gives the reasons); run it again to try them again"
         )));
     }
     Ok(())

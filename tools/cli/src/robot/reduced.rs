@@ -8,7 +8,7 @@ use toml::Spanned;
 use trueup_models::space::MAX_MODES_OF_LINK;
 use trueup_models::space::table::{Reach, TabledMode};
 
-/// Coordinates x of a link, clamped at its root: M_ff dd(x) + D d(x) + K_ff x = forces. Rows of what is beside are of the coordinates.
+/// Coordinates x of a link, clamped at its root: M_ff dd(x) + D d(x) + K_ff x = forces. Rows of the coupling matrices are of the coordinates.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub(super) struct Reduced {
@@ -35,7 +35,7 @@ pub(super) enum Damping {
 
 /// How far rounding in a file may take a matrix off symmetry, relative to its diagonal.
 const ROUNDING: f64 = 1e-6;
-/// Least eigenvalue of a matrix whose diagonal is 1 that is not taken for 0.
+/// Least eigenvalue of a matrix whose diagonal is 1 that does not count as 0.
 const SINGULAR: f64 = 1e-12;
 /// Damping between two modes relative to that of both that is left out: it changes theirs by the square of this.
 const COUPLED: f64 = 1e-3;
@@ -43,7 +43,7 @@ const COUPLED: f64 = 1e-3;
 type Rows = Spanned<Vec<Vec<f64>>>;
 
 impl Reduced {
-    /// The modes by ascending frequency, damped as the set says, else so; the set begins at this byte.
+    /// The modes by ascending frequency, damped as the set gives, else so; the set begins at this byte.
     pub(super) fn modes(self, otherwise: Damping, begin: usize) -> Result<Vec<(TabledMode, Reach)>, Wrong> {
         let n = self.mass_matrix.get_ref().len();
         if n == 0 || n > MAX_MODES_OF_LINK {
@@ -212,7 +212,7 @@ fn symmetric(rows: &Rows, key: &str, n: usize) -> Result<DMatrix<f64>, Wrong> {
     Ok((&m + m.transpose()) * 0.5)
 }
 
-/// The same, and positive definite; else this is the mend.
+/// The same, and positive definite; else this is the remedy.
 fn positive(rows: &Rows, key: &str, n: usize, mend: &str) -> Result<DMatrix<f64>, Wrong> {
     let m = symmetric(rows, key, n)?;
     let wrong =

@@ -11,7 +11,7 @@ use trueup_models::space::vector::{Matrix, Vector, add, identity, product, scale
 use crate::error::Error;
 use crate::near::suggestion;
 
-/// Place in the file and what is wrong with the mend.
+/// Place in the file, error and remedy.
 type Fault = (u32, String);
 
 struct Joint<'a> {
@@ -187,14 +187,14 @@ fn gather<'a>(link: &'a str, bodies: &'a [Body<'a>], joints: &'a [Joint<'a>]) ->
     all
 }
 
-/// Two of one name, which what names them cannot tell apart.
+/// Two of one name, which a reference by name cannot distinguish.
 fn once<'a>(what: &str, all: impl Iterator<Item = (&'a str, u32)>) -> Result<(), Fault> {
     let mut seen: Vec<(&str, u32)> = Vec::new();
     for (name, line) in all {
         if let Some((_, first)) = seen.iter().find(|(before, _)| *before == name) {
             return Err((
                 line,
-                format!("{what} `{name}` stands in line {first} already; give one of them another name"),
+                format!("{what} `{name}` is defined in line {first} already; give one of them another name"),
             ));
         }
         seen.push((name, line));
@@ -211,6 +211,7 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
             format!("the root is <{found}>, of URDF it is <robot>; is this another format?"),
         ));
     }
+    written::check(robot)?;
     let mut bodies = Vec::new();
     for node in robot.children().filter(|c| c.has_tag_name("link")) {
         bodies.push(Body { name: needed(node, "name")?, rigid: inertial(node)?, line: line(node) });
@@ -241,7 +242,23 @@ fn design(document: &Document<'_>) -> Result<Made, Fault> {
         let why = format!("links `{}` and `{}` both hang on nothing; join them", root.name, other.name);
         return Err((other.line, why));
     }
-    assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)
+    // What does not hang on the root, however far down, hangs on itself.
+    let mut hangs = vec![root.name];
+    let mut at = 0;
+    while let Some(link) = hangs.get(at).copied() {
+        hangs.extend(joints.iter().filter(|j| j.parent == link).map(|j| j.child));
+        at += 1;
+    }
+    if let Some(joint) = joints.iter().find(|j| !hangs.contains(&j.child)) {
+        let why = format!(
+            "link `{}` hangs on itself by joint `{}`: a loop, which a tree has not; cut it open",
+            joint.child, joint.name
+        );
+        return Err((joint.line, why));
+    }
+    let mut made = assemble(robot.attribute("name").unwrap_or("robot"), root, &bodies, &joints)?;
+    made.notes.extend(written::transmissions(robot, &joints));
+    Ok(made)
 }
 
 fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault> {
@@ -296,7 +313,7 @@ fn joint<'a>(node: Node<'a, '_>, bodies: &[Body<'_>]) -> Result<Joint<'a>, Fault
 /// Parts of a joint that no model here has.
 const UNREAD: [&str; 3] = ["limit", "safety_controller", "calibration"];
 
-/// The name that a link has in which everything stands: what is fixed to it is bolted to the ground.
+/// The name of a link that is the world: what is fixed to it is bolted to the ground.
 const WORLD: &str = "world";
 
 fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_>]) -> Result<Made, Fault> {
@@ -333,7 +350,7 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         link_tables: Vec::new(),
         axial_stiffening: None,
     };
-    // Base axes lie in the centre of mass.
+    // Base axes have their origin in the centre of mass.
     let mut rest: Vec<(usize, &Joint<'_>, Frame<f64>)> = Vec::new();
     let shifted = |f: &Frame<f64>| Frame { origin: add(f.origin, scale(-1.0, center)), ..*f };
     base.joints.iter().rev().for_each(|(j, f)| rest.push((0, *j, shifted(f))));
@@ -419,6 +436,8 @@ fn quaternion(r: &Matrix<f64>) -> [f64; 4] {
     }
     q
 }
+
+mod written;
 
 #[cfg(test)]
 mod tests;

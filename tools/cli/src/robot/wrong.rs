@@ -1,6 +1,6 @@
 //! What is wrong in a robot's file, and where.
 
-/// What is wrong with the mend, and the byte of the file where it begins, where that is known.
+/// Error and remedy, and the byte of the file where it begins, where that is known.
 pub(super) struct Wrong {
     pub(super) at: Option<usize>,
     pub(super) why: String,

@@ -2,24 +2,9 @@
 
 use trueup_numerics::Scalar;
 
-use super::Led;
+use super::led::Led;
 use crate::engine::coordinate::Coordinate;
 use crate::engine::subject::Model;
-
-/// Who leads a recording through a model.
-#[derive(Clone, Debug, Default)]
-pub struct Leading {
-    /// Coordinates that may lead.
-    pub coordinates: Vec<bool>,
-    /// Channels whose coordinate another one leads in the model as it is: they lead nothing in any model. Where a joint that was
-    /// held to be rigid gives way its spring's torque would else be told by what little two angles are apart.
-    pub beside: Vec<usize>,
-    /// Channels beside another one that are plainly apart from it: they are looked at as those that lead, and lead where their
-    /// joint gives way.
-    pub apart: Vec<usize>,
-    /// In the model as it is what nothing leads is integrated beside accelerations that were measured, not that it makes up.
-    pub as_measured: bool,
-}
 
 /// How the coordinates of a model hang together with the channels of a recording.
 #[derive(Clone, Debug)]

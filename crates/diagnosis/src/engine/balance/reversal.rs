@@ -2,7 +2,8 @@
 
 use trueup_numerics::Scalar;
 
-use super::{Led, Links};
+use super::led::Led;
+use super::links::Links;
 
 /// Over so many kernels a series fades into a reversal and out of it.
 const FADE: f64 = 16.0;

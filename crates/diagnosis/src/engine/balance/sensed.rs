@@ -4,7 +4,8 @@ use trueup_identification::sensors::{Sensor, Sensors};
 use trueup_numerics::Scalar;
 use trueup_numerics::hybrid::At;
 
-use super::{Led, Links};
+use super::led::Led;
+use super::links::Links;
 use crate::engine::octaves;
 use crate::engine::subject::Model;
 

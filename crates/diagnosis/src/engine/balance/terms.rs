@@ -1,6 +1,7 @@
 //! How large the terms of a balance are.
 
-use super::{Led, Links};
+use super::led::Led;
+use super::links::Links;
 use crate::engine::coordinate::Coordinate;
 
 impl Led {

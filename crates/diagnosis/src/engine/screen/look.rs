@@ -2,6 +2,7 @@
 
 use nalgebra::DVector;
 
+use super::looked::Looked;
 use super::projection::Projection;
 use crate::engine::hypothesis::{Look, Posed};
 use crate::engine::problem::Comparison;
@@ -16,42 +17,6 @@ const LIKELIEST: usize = 2;
 /// Share of a typical amplitude at which free runs are looked at.
 const CLOSE: f64 = 0.05;
 
-/// A look at a cause: values of its unknowns, and how the residuals change, amplitude by amplitude.
-#[derive(Clone, Debug)]
-pub(super) struct Looked {
-    pub values: Vec<f64>,
-    pub columns: Vec<(Option<usize>, DVector<f64>)>,
-    /// The same by first states that only the model with the cause has: coordinates.
-    pub fresh: Vec<(usize, DVector<f64>)>,
-    /// Only one sign of its change makes sense.
-    pub one_sided: bool,
-    /// It counts as it was looked at: half the change of a reading that is shifted is the mean of two readings, which has
-    /// less noise than either.
-    pub stands: bool,
-}
-
-impl Looked {
-    /// Sets the unknowns of a cause, the first being coordinate `begin`, such that its changes have these factors.
-    pub(super) fn set(&self, theta: &mut [f64], begin: usize, posed: &Posed, factors: &[f64]) {
-        for (k, u) in posed.unknowns.iter().enumerate() {
-            theta[begin + k] = u.scale.coordinate(self.at(posed, k));
-        }
-        for ((keep, _), s) in self.columns.iter().zip(factors) {
-            let Some(k) = keep else { continue };
-            let (u, n) = (&posed.unknowns[*k], posed.neutral(*k));
-            let value = (n + s * (self.values[*k] - n)).clamp(u.lower, u.upper);
-            theta[begin + k] = u.scale.coordinate(value);
-        }
-        for &k in posed.follow.iter().filter(|_| factors[0] > 0.0) {
-            theta[begin + k] = posed.unknowns[k].scale.coordinate(self.values[k] * factors[0]);
-        }
-    }
-    /// Value of an unknown when all amplitudes are neutral.
-    fn at(&self, posed: &Posed, k: usize) -> f64 {
-        posed.amplitudes.iter().find(|(a, _)| *a == k).map_or(self.values[k], |(_, neutral)| *neutral)
-    }
-}
-
 impl Posed {
     fn one_sided(&self) -> bool {
         match &self.amplitudes[..] {
@@ -59,9 +24,6 @@ impl Posed {
             [(k, neutral)] => self.unknowns[*k].lower >= *neutral,
             _ => false,
         }
-    }
-    fn neutral(&self, k: usize) -> f64 {
-        self.amplitudes.iter().find(|a| a.0 == k).map_or(0.0, |a| a.1)
     }
 }
 

@@ -3,8 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 use trueup_identification::lsq::Options;
 
+use super::Screened;
+use super::looked::Looked;
 use super::projection::{Projection, best};
-use super::{Looked, Screened};
 use crate::engine::hypothesis::Times;
 use crate::engine::search::{Fitted, Search};
 use trueup_numerics::order::descending;

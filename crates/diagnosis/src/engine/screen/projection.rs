@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::Looked;
+use super::looked::Looked;
 use crate::engine::search::Fitted;
 
 /// What the unknowns of a fit cannot take up.

@@ -1,7 +1,7 @@
-//! What is asked after a step, again and again: it goes with the next step, and its answers are there when they are asked for.
+//! What is read after each step goes with the next step, and its answers are there when they are requested.
 //!
-//! The FMU sees the calls in the order in which they are made without; only where a run changes what it asks for, an
-//! FMU is asked once for what nobody wants any more.
+//! The FMU sees the calls in the order in which they are made without; only where a run changes what it reads, an
+//! FMU is called once for what is no longer needed.
 
 use std::ffi::c_int;
 use std::io::Error as IoError;
@@ -19,7 +19,7 @@ pub(super) struct Ahead {
     entries: Vec<Entry>,
     /// Of these the first were answered with the last step.
     answered: usize,
-    /// And of these the first were asked for.
+    /// And of these the first were requested.
     asked: usize,
     /// Nothing but questions came since the last step.
     open: bool,
@@ -61,7 +61,7 @@ impl Ahead {
         Ok(at)
     }
 
-    /// Takes the answers, which lie behind `at`.
+    /// Takes the answers, which follow `at`.
     pub(super) fn open(&mut self, memory: &Memory, mut at: usize, good: bool) {
         (self.answered, self.asked, self.open) = (0, 0, true);
         for entry in self.entries.iter_mut().take_while(|_| good) {

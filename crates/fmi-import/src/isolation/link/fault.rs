@@ -5,7 +5,7 @@ use std::process::{Child, ExitStatus};
 
 use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 
-use crate::keeper::children;
+use crate::children::children;
 
 /// Why there is no host any more.
 #[derive(Clone, Debug)]
@@ -25,9 +25,7 @@ pub(crate) fn ended(status: ExitStatus) -> String {
     let name = match signal {
         4 => "crashed: SIGILL (illegal instruction)",
         5 => "crashed: SIGTRAP (trap)",
-        6 => {
-            "crashed: SIGABRT (abort, a failed assertion, an exception that nobody caught, or its stack overflowed)"
-        }
+        6 => "crashed: SIGABRT (abort, a failed assertion, an uncaught exception, or its stack overflowed)",
         7 => "crashed: SIGBUS (bad memory access)",
         8 => "crashed: SIGFPE (arithmetic, such as an integer divided by zero)",
         9 => "was killed: SIGKILL (by somebody, or for lack of memory)",

@@ -1,8 +1,8 @@
-//! Messages as they lie in the ring of the shared memory.
+//! Messages as they are in the ring of the shared memory.
 
 use std::ffi::c_int;
 
-use super::Memory;
+use super::super::memory::Memory;
 use crate::error::Status;
 use crate::log::Message;
 

@@ -1,4 +1,4 @@
-//! Pushes on the load or the motor, at the same times in all recordings.
+//! Impulses on the load or the motor, at the same times in all recordings.
 
 use std::f64::consts::PI;
 
@@ -14,7 +14,7 @@ use crate::innovations::spectrum::OrderPeaks;
 /// Raised cosines, each with its begin and width in s. They are found by pursuit of the scores, by no grid.
 pub(super) struct ExternalForceColumns;
 
-/// Pushes on a place.
+/// Impulses on a place.
 pub fn pushes_at(place: &'static str, pulses: Vec<[f64; 2]>) -> LawShape {
     LawShape { pulses, ..LawShape::new(place, "pulses", &[]) }
 }

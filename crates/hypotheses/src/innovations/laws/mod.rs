@@ -59,7 +59,7 @@ pub static LAWS: [LawRef; 22] = [
     &kinematic_error::KinematicErrorColumns,
 ];
 
-/// Pushes, which no grid looks for.
+/// Impulses, which no grid searches.
 pub static PUSHES: LawRef = &external_force::ExternalForceColumns;
 
 /// The law with an id.

@@ -1,4 +1,4 @@
-//! Dry friction of the motor where the owner has none.
+//! Dry friction of the motor where the nominal model has none.
 
 use crate::innovations::along::JointAlong;
 use crate::innovations::law::{EffectLaw, LawTerms};

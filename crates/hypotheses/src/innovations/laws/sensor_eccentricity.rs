@@ -1,6 +1,8 @@
 //! The disc of an encoder is out of centre.
 
-use crate::innovations::along::{JointAlong, harmonic};
+use trueup_estimation::innovations::column::{Column, ColumnPart};
+
+use crate::innovations::along::JointAlong;
 use crate::innovations::law::{EffectLaw, LawTerms, Refinement};
 use crate::innovations::laws::sensor;
 use crate::innovations::shape::LawShape;
@@ -28,16 +30,20 @@ impl EffectLaw for SensorEccentricityColumns {
         let (channel, state) = sensor::channel(along, shape)?;
         let (unit, h) = (along.angle_unit, shape.value("h"));
         let turn = if state == 0 { 1.0 } else { 1.0 / along.gear_ratio };
-        let of = |m: f64, quarter: u8| {
-            along.of_reading(channel, |k, t, time| {
-                let error = along.frame.runs[k].own.readings[channel].get(t).copied().unwrap_or(0.0);
-                let read = along.angle_at(k, state, time) + error;
-                unit * harmonic(m * h * turn * read, quarter)
-            })
+        let angle = along.of_reading(channel, |k, t, time| {
+            let error = along.frame.runs[k].own.readings[channel].get(t).copied().unwrap_or(0.0);
+            h * turn * (along.angle_at(k, state, time) + error)
+        });
+        let of = |m: f64, wave: fn(f64) -> f64| -> Column {
+            let part = |angle: &ColumnPart| {
+                let values = angle.readings.iter().flat_map(|a| a.values.iter());
+                ColumnPart::reading(channel, values.map(|x| unit * wave(m * x)).collect())
+            };
+            angle.iter().map(part).collect()
         };
         let terms = [(1.0, 1.0), (2.0, 0.3)]
             .into_iter()
-            .flat_map(|(m, sd)| [0, 1].map(|quarter| (of(m, quarter), 0.0, sd)));
+            .flat_map(|(m, sd)| [f64::sin, f64::cos].map(|wave| (of(m, wave), 0.0, sd)));
         Some(LawTerms::new(terms.collect(), false))
     }
     fn refined(&self, shape: &LawShape) -> Vec<Refinement> {

@@ -1,6 +1,6 @@
 //! The motor's torque has orders of its angle.
 
-use trueup_estimation::innovations::column::ColumnPart;
+use trueup_estimation::innovations::column::{Column, ColumnPart};
 use trueup_estimation::innovations::two_mass::coordinate::MOTOR;
 
 use crate::innovations::along::JointAlong;
@@ -21,18 +21,15 @@ impl EffectLaw for TorqueRippleColumns {
         all.map(|h| LawShape::new("actuator", "order", &[("h", h)])).collect()
     }
     fn terms(&self, along: &JointAlong<'_>, shape: &LawShape) -> Option<LawTerms> {
-        let column = |order: f64, quarter: u8| {
-            let one = |k: usize| {
-                let means = along.order_means(k, order, quarter);
-                ColumnPart::force(MOTOR, means.iter().map(|x| along.unit * x).collect())
-            };
-            (0..along.runs.len()).map(one).collect()
-        };
+        let part = |mean: &[f64]| ColumnPart::force(MOTOR, mean.iter().map(|x| along.unit * x).collect());
         let h = shape.value("h");
-        let terms = [(1.0, 0.5), (2.0, 0.2)]
-            .into_iter()
-            .flat_map(|(k, sd)| [0, 1].map(|quarter| (column(k * h, quarter), 0.0, sd)));
-        Some(LawTerms::new(terms.collect(), false))
+        let mut terms = Vec::new();
+        for (k, sd) in [(1.0, 0.5), (2.0, 0.2)] {
+            let means = (0..along.runs.len()).map(|r| along.order_means(r, k * h));
+            let (sin, cos): (Column, Column) = means.map(|[sin, cos]| (part(&sin), part(&cos))).unzip();
+            terms.extend([(sin, 0.0, sd), (cos, 0.0, sd)]);
+        }
+        Some(LawTerms::new(terms, false))
     }
     fn refined(&self, _: &LawShape) -> Vec<Refinement> {
         vec![Refinement::ORDER]

@@ -124,7 +124,7 @@ fn panels_on_base(f: &Flyer, x: &[f64], dx: &[f64]) -> Wrench<f64> {
     Wrench { torque: transposed_times(&own, about), force: transposed_times(&own, force) }
 }
 
-/// Checks SFF-3: what the base is told to feel is what moves it, and its arms together are all of it.
+/// Checks SFF-3: the reported force on the base is what moves it, and its arms together are all of it.
 #[test]
 fn the_reaction_is_what_moves_the_base() {
     let mut random = Random(5);

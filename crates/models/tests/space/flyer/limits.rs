@@ -1,4 +1,4 @@
-//! What it is in the plane, on a heavy or a held base, with stiff panels, with rows that are led; what is refused.
+//! The limits: in the plane, on a heavy or a held base, with stiff panels, with prescribed rows; what is refused.
 
 use trueup_models::arm::{self, PlanarManipulator};
 use trueup_models::presets::cbk_pan;
@@ -143,7 +143,7 @@ fn rows_that_are_led_move_the_rest_as_their_torques_do() {
         let size = wanted.iter().fold(1.0_f64, |m, v| m.max(v.abs()));
         most = most.max(worst(&dx, &wanted) / size);
     }
-    println!("led: off by {most:.1e}");
+    println!("prescribed: off by {most:.1e}");
     assert!(most < 1e-12);
 }
 
@@ -210,7 +210,7 @@ fn stiff_panels_are_rigid() {
         let turn = rotation([0, 1, 2, 3].map(|k| x[3 + k]));
         let omega = three(&x, lumped.at.base_angular_velocity);
         let lever = [0.0, 0.0, -up];
-        // Of the stiff one the base's own centre of mass, which lies lower; its panels unbent but for what the motion takes,
+        // Of the stiff one the base's own centre of mass, which is lower; its panels unbent but for what the motion takes,
         // which is as little as the stiffness is large: the modes' accelerations are what they are when nothing bends.
         let v = add(three(&x, lumped.at.base_velocity), times(&turn, cross(omega, lever)));
         let mut y = vec![0.0; stiff.at.count];
@@ -218,7 +218,7 @@ fn stiff_panels_are_rigid() {
         y[3..10].copy_from_slice(&x[3..10]);
         y[stiff.at.base_velocity..][..3].copy_from_slice(&v);
         y[stiff.at.base_angular_velocity..][..6].copy_from_slice(&x[lumped.at.base_angular_velocity..][..6]);
-        // Where the modes rest: eta that leaves them without acceleration. The base that gives way makes them up to four times
+        // Where the modes rest: eta that leaves them without acceleration. The base that yields makes them up to four times
         // as fast as they are clamped.
         let mut w = u.clone();
         w[stiff.input.base_force..][..6].fill(0.0);

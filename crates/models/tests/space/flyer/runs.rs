@@ -71,7 +71,7 @@ fn c32_base_wrench_and_a_wrench_at_the_tip() {
             u
         }
     };
-    // One component of dL/dt = H_s + r_s x F_s + T_ee + r_ee x F_ee is integrated beside the states.
+    // One component of dL/dt = H_s + r_s x F_s + T_ee + r_ee x F_ee is integrated next to the states.
     let along = |k: usize| {
         let (i, o) = (f.input, f.output);
         let f = &f;

@@ -11,7 +11,7 @@ const NANO: f64 = 1e9;
 const EPOCHS: [(f64, &str, i128); 4] =
     [(1e9, "s", 1_000_000_000), (1e12, "ms", 1_000_000), (1e15, "us", 1_000), (1e18, "ns", 1)];
 
-/// The date and time that a cell says, in ns since the beginning of 1970; without a zone it is taken as UTC.
+/// The date and time in a cell, in ns since the beginning of 1970; without a zone it is taken as UTC.
 fn date(text: &str) -> Option<i64> {
     let text = text.replace(',', ".");
     let zoned = ["%+", "%Y-%m-%d %H:%M:%S%.f%:z", "%Y-%m-%d %H:%M:%S%.f %z"];

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use crate::finding::{Finding, Kind};
 
-/// What separates columns, with its name in messages; where several may, the first of them does: commas stand in names and numbers
+/// What separates columns, with its name in messages; where several may, the first of them does: commas occur in names and numbers
 /// too.
 const SEPARATORS: [(char, &str); 4] =
     [(';', "semicolons"), ('\t', "tabs"), ('|', "vertical bars"), (',', "commas")];
 
-/// How cells are told apart and read.
+/// How cells are separated and read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Dialect {
     pub(super) separator: char,
@@ -30,7 +30,7 @@ impl Dialect {
     /// Of the first line and the one below it.
     ///
     /// # Errors
-    /// What can be said from the first line alone.
+    /// What the first line alone shows.
     pub(super) fn of(file: &Path, head: &[u8], below: &[u8]) -> Result<Self, Box<Finding>> {
         let wrong =
             |kind, what: &str, mend: &str| Err(Box::new(Finding::error(kind, file, what, mend).line(1)));
@@ -101,7 +101,7 @@ impl Dialect {
     }
 }
 
-/// Cells of a line, those in quotes and in brackets (`u[1,2]`) not told apart.
+/// Cells of a line, those in quotes and in brackets (`u[1,2]`) not separated.
 fn fields(text: &str, separator: char) -> usize {
     let (mut cells, mut quoted, mut depth) = (1, false, 0_u32);
     for c in text.chars() {
@@ -117,7 +117,7 @@ fn fields(text: &str, separator: char) -> usize {
     cells
 }
 
-/// Cells between commas as every reader of CSV tells them apart, where nothing else separates any.
+/// Cells between commas as every reader of CSV separates them, where nothing else separates any.
 fn commas(text: &str) -> usize {
     let others = SEPARATORS.iter().any(|(c, _)| *c != ',' && fields(text, *c) > 1);
     if others { 0 } else { fields(&text.replace(['[', ']'], ""), ',') }

@@ -1,4 +1,4 @@
-//! What stands above the numbers: comments, the names, a line of units.
+//! The lines above the numbers: comments, the names, a line of units.
 
 use std::io::{self, BufRead, Read};
 
@@ -20,7 +20,7 @@ pub(super) struct Head {
 }
 
 impl Head {
-    /// Lines that begin with `#` stand above the names; if numbers or units follow them, the last of them has the names (numpy's
+    /// Lines that begin with `#` are above the names; if numbers or units follow them, the last of them has the names (numpy's
     /// `savetxt`).
     pub(super) fn read(source: &mut impl BufRead) -> io::Result<Self> {
         let mut next = |line: &mut Vec<u8>| source.by_ref().take(1 << 16).read_until(b'\n', line);
@@ -53,7 +53,7 @@ impl Head {
         self.above as u64 + 1
     }
 
-    /// All of it, with empty lines where comments stood above the names: lines are counted as in the file.
+    /// All of it, with empty lines where comments were above the names: lines are counted as in the file.
     pub(super) fn text(&self) -> Vec<u8> {
         let above = vec![b'\n'; self.above];
         [above.as_slice(), &self.names, &self.between, &self.below].concat()

@@ -11,7 +11,7 @@ pub(super) const HEADER: usize = 128;
 pub(super) fn read(bytes: &[u8]) -> Contents {
     let mut contents = Contents::default();
     for (count, element) in elements(bytes).enumerate() {
-        // One by one: a struct or a cell, which the library passes over in silence, is told, and harms no other.
+        // One by one: a struct or a cell, which the library skips in silence, is reported, and affects no other.
         let mut alone = bytes[..HEADER].to_vec();
         alone.extend_from_slice(element);
         let found = MatFile::parse(alone.as_slice()).ok().and_then(|mat| mat.arrays().first().cloned());

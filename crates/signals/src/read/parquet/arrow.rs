@@ -1,7 +1,7 @@
-//! The schema that Arrow's writers (pandas, Polars) put beside a Parquet file's own: it alone says which integers are durations.
+//! The schema that Arrow's writers (pandas, Polars) put next to a Parquet file's own: it alone marks the integers that are durations.
 //!
 //! A FlatBuffer of the format's `Message.fbs` and `Schema.fbs`, in base64 under `ARROW:schema`. The crates that read all of Arrow
-//! would be taken for one number of it.
+//! would be interpreted as one number of it.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -16,7 +16,7 @@ pub(super) fn durations(schema: &str) -> Vec<(String, f64)> {
 }
 
 fn fields(buffer: &Buffer) -> Option<Vec<(String, f64)>> {
-    // A mark of four bytes and the length stand before the message, of old files the length alone.
+    // A mark of four bytes and the length precede the message, of old files the length alone.
     let begin = if buffer.u32(0)? == u32::MAX { 8 } else { 4 };
     let message = Table { buffer, at: buffer.follow(begin)? };
     let list = message.table(2)?.vector(1)?;
@@ -45,7 +45,7 @@ impl Buffer<'_> {
     fn u32(&self, at: usize) -> Option<u32> {
         Some(u32::from_le_bytes(self.0.get(at..at.checked_add(4)?)?.try_into().ok()?))
     }
-    /// Where the offset that stands here leads to.
+    /// The target of the offset that is here.
     fn follow(&self, at: usize) -> Option<usize> {
         at.checked_add(self.u32(at)? as usize)
     }
@@ -57,7 +57,7 @@ struct Table<'a> {
 }
 
 impl<'a> Table<'a> {
-    /// Where a field lies; none: it has its default.
+    /// Where a field is; none: it has its default.
     fn slot(&self, field: usize) -> Option<usize> {
         let back = self.buffer.u32(self.at)?.cast_signed();
         let list = usize::try_from(i64::try_from(self.at).ok()? - i64::from(back)).ok()?;

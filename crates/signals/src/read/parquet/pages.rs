@@ -17,7 +17,7 @@ pub(super) fn check(chunk: &[u8]) -> Result<(), String> {
             .page()
             .ok_or_else(|| format!("the header of a page at byte {at} of a column is damaged"))?;
         if unpacked > packed.saturating_mul(EXPANDS).max(PAGE) {
-            return Err(format!("a page of {packed} bytes is said to hold {unpacked}"));
+            return Err(format!("a page of {packed} bytes claims to hold {unpacked}"));
         }
         let packed = usize::try_from(packed).unwrap_or(usize::MAX);
         at = at.saturating_add(header.at).saturating_add(packed);
@@ -132,7 +132,7 @@ mod tests {
         assert_eq!(check(&[page(40, 20), page(20, 20)].concat()), Ok(()));
         // 2^31 - 1 bytes out of 4.
         let bomb = [0x15, 0, 0x15, 0xfe, 0xff, 0xff, 0xff, 0x0f, 0x15, 8, 0, 1, 2, 3, 4];
-        assert!(check(&bomb).unwrap_err().contains("a page of 4 bytes is said to hold 2147483647"));
+        assert!(check(&bomb).unwrap_err().contains("a page of 4 bytes claims to hold 2147483647"));
         assert!(check(&[0x15, 0, 0x15]).unwrap_err().contains("damaged"));
     }
 }

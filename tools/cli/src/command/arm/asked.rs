@@ -1,4 +1,4 @@
-//! The arm, its base, gravity and pose that the command line asks for.
+//! The arm, its base, gravity and pose requested by the command line.
 
 use trueup_flexibility::elements::Element;
 use trueup_flexibility::equilibrium::EquilibriumError;
@@ -11,7 +11,7 @@ use crate::args::ArmMap;
 use crate::error::Error;
 use crate::{robot, voice};
 
-/// The arm that is asked for.
+/// The requested arm.
 pub(super) struct Asked<'a> {
     pub(super) args: &'a ArmMap,
     pub(super) design: Design,
@@ -64,7 +64,7 @@ impl<'a> Asked<'a> {
         Ok(asked)
     }
 
-    /// Deflections in m beside those in rad have no share that means anything.
+    /// Deflections in m and in rad have no common unit, so no shares.
     fn mixed(&self) {
         let slides = |l: &trueup_models::space::design::Link| l.joint == Joint::Prismatic && l.motor.flexible;
         if let Some(k) = self.design.links.iter().position(slides) {

@@ -1,38 +1,27 @@
 //! A map over two joints: a table and a page.
 
 use std::f64::consts::PI;
-use std::fmt::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
-use trueup_flexibility::elements::Element;
-use trueup_flexibility::map::{Fallen, Grid, Pose, weighed};
+use trueup_flexibility::map::{Grid, weighed};
 use trueup_models::space::tree::Joint;
 use trueup_report::number;
-use trueup_signals::Table;
 
 use super::asked::Asked;
-use super::{page, pose, schedule::Wanted};
+use super::found::Found;
+use super::{page, schedule::Wanted};
 use crate::error::Error;
 use crate::output::{can_be_made, folder, say, write};
 use crate::stages::Stages;
 use crate::voice;
 
-/// Angles of the first and the second joint when none are given, rad, and steps between: what lies behind is a mirror image.
+/// Angles of the first and the second joint when none are given, rad, and steps between: larger angles give mirror images.
 const FROM: [f64; 2] = [-PI / 2.0, -5.0 * PI / 6.0];
 const TO: [f64; 2] = [PI / 2.0, 5.0 * PI / 6.0];
 const STEPS: [u32; 2] = [18, 20];
 /// Time between two words on how far it is.
 const TELL: Duration = Duration::from_secs(2);
-
-/// The map as it was found.
-pub(super) struct Found {
-    pub(super) grid: Grid,
-    /// Poses at which the arm rests; the second joint changes fastest.
-    pub(super) poses: Vec<Pose>,
-    pub(super) fallen: Vec<Fallen>,
-}
 
 pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {
     let (grid, wanted) = (grid(asked)?, Wanted::of(asked)?);
@@ -130,103 +119,4 @@ fn found(asked: &Asked<'_>, grid: Grid) -> Result<Found, Error> {
         voice::note(&format!("no rest at {fallen} of {count} poses, which are left out; the first: {first}"));
     }
     Ok(found)
-}
-
-impl Found {
-    /// Angles of both joints at a pose.
-    pub(super) fn place(&self, pose: &Pose) -> [f64; 2] {
-        self.grid.joints.map(|j| pose.motors[j])
-    }
-
-    /// The elements, which are the same at every pose.
-    pub(super) fn elements(&self) -> Vec<Element> {
-        self.poses.first().map_or_else(Vec::new, |p| p.elements.iter().map(|c| c.element).collect())
-    }
-
-    /// Of all poses.
-    pub(super) fn column(&self, of: impl Fn(&Pose) -> f64) -> Vec<f64> {
-        self.poses.iter().map(of).collect()
-    }
-
-    /// The poses at which a quantity is smallest and largest, of those where it is a number.
-    pub(super) fn extremes(&self, of: impl Fn(&Pose) -> f64) -> Option<[&Pose; 2]> {
-        let all = || self.poses.iter().filter(|p| of(p).is_finite());
-        let least = all().min_by(|a, b| of(a).total_cmp(&of(b)))?;
-        let most = all().max_by(|a, b| of(a).total_cmp(&of(b)))?;
-        Some([least, most])
-    }
-
-    /// A row for each pose; units stand behind the names.
-    fn table(&self) -> Table {
-        let [a, b] = self.grid.joints;
-        let mut columns = vec![
-            (format!("joint{}_rad", a + 1), self.column(|p| p.motors[a])),
-            (format!("joint{}_rad", b + 1), self.column(|p| p.motors[b])),
-            ("firstMode_Hz".to_owned(), self.column(first)),
-            ("tipDeflection_m".to_owned(), self.column(Pose::tip)),
-            ("droop".to_owned(), self.column(|p| p.droop)),
-        ];
-        for (k, element) in self.elements().into_iter().enumerate() {
-            let name = element.to_string().replace(' ', "");
-            columns.push((format!("{name}Deflection_rad"), self.column(|p| p.elements[k].deflection)));
-            columns.push((format!("{name}Share"), self.column(|p| p.elements[k].share)));
-            columns.push((format!("{name}Rise"), self.column(|p| p.elements[k].rise)));
-            columns.push((format!("{name}Energy"), self.column(|p| p.elements[k].energy)));
-        }
-        Table { columns }
-    }
-
-    fn json(&self, asked: &Asked<'_>, files: &[&Path]) -> Value {
-        let file = |k: usize| files.get(k).map(|f| f.display().to_string());
-        let left = self.fallen.iter().map(|(at, why)| json!({"at": at, "why": why.to_string()}));
-        json!({
-            "schema": "trueup.arm-map/1",
-            "robot": asked.design.name,
-            "gravity": asked.gravity,
-            "payload": asked.args.payload,
-            "joints": self.grid.joints.map(|j| j + 1),
-            "angles": self.grid.at,
-            "table": file(0),
-            "page": file(1),
-            "schedule": file(2),
-            "poses": self.poses.iter().map(pose::json).collect::<Vec<_>>(),
-            "leftOut": left.collect::<Vec<_>>(),
-        })
-    }
-
-    fn text(&self, files: &[&Path]) -> String {
-        let mut out = String::new();
-        for (k, file) in files.iter().enumerate() {
-            let poses = if k == 0 { format!(": {} poses", self.poses.len()) } else { String::new() };
-            let _ = writeln!(out, "{}{poses}", file.display());
-        }
-        let [a, b] = self.grid.joints.map(|j| j + 1);
-        let mut told = |what: &str, unit: &str, of: fn(&Pose) -> f64| {
-            let Some(ends) = self.extremes(of) else { return };
-            let [low, high] = ends.map(|p| {
-                let [x, y] = self.place(p).map(number);
-                format!(
-                    "{} {unit} at joint {a} = {x}, joint {b} = {y}",
-                    number(settled(of(p), 1e-3 * ROUNDING))
-                )
-            });
-            let _ = writeln!(out, "{what}: from {low} to {high}");
-        };
-        told("first mode", "Hz", first);
-        told("tip deflection", "m", Pose::tip);
-        out
-    }
-}
-
-/// Below this much in mm, deg or % it is rounding.
-pub(super) const ROUNDING: f64 = 1e-6;
-
-/// 0 for what is rounding.
-pub(super) fn settled(value: f64, rounding: f64) -> f64 {
-    if value.abs() < rounding { 0.0 } else { value }
-}
-
-/// Of the modes, Hz.
-pub(super) fn first(pose: &Pose) -> f64 {
-    pose.modes.first().copied().unwrap_or(f64::NAN)
 }

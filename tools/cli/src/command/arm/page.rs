@@ -6,7 +6,7 @@ use trueup_models::space::tree::Joint;
 use trueup_report::{Heat, Page, number};
 
 use super::asked::{Asked, degrees};
-use super::grid::{Found, ROUNDING, first, settled};
+use super::found::{Found, ROUNDING, first, settled};
 use super::paper;
 
 /// Elements whose share, and whose rise, is nowhere larger are named and not drawn.
@@ -32,7 +32,7 @@ pub(super) fn html(asked: &Asked<'_>, found: &Found) -> String {
         page.section("Tip deflection", "How far the first tip is from where the unbent arm would have it.");
         draw.heat(&mut page, "Tip deflection", "mm", |p| 1e3 * p.tip());
     }
-    let text = "A joint gives way by the twist of its spring, a link by the turn of its end against its root (S3, Table 4). A share \
+    let text = "A joint deflects by the twist of its spring, a link by the rotation of its end relative to its root (S3, Table 4). A share \
                 is the size of one over the sum of all.";
     each(&mut page, &draw, (asked, found), ("Shares of the deflection", text), LITTLE[0], |p, k| {
         p.elements[k].share
@@ -48,7 +48,7 @@ pub(super) fn html(asked: &Asked<'_>, found: &Found) -> String {
     page.finish()
 }
 
-/// The joints that stand still, what is left out, what the ring is.
+/// The joints that do not move, what is left out, what the ring is.
 fn others(asked: &Asked<'_>, found: &Found) -> String {
     let still: Vec<String> = (asked.motors.iter().enumerate())
         .filter(|(j, q)| !found.grid.joints.contains(j) && **q != 0.0)

@@ -29,7 +29,7 @@ pub(super) const POSTURE: [f64; 6] = [0.0, RAISED, -RAISED, 0.0, 0.0, 0.0];
 /// Angles that are this near are the same, rad.
 const NEAR: f64 = 1e-3;
 
-/// Whether this is DELIAN as it stood when the tables were made, but for the pose.
+/// Whether this is DELIAN as it was when the tables were made, but for the pose.
 pub(super) fn loaded_so(asked: &Asked<'_>) -> bool {
     asked.args.robot.to_str() == Some(DELIAN) && asked.args.payload == 0.0 && asked.args.gravity.is_none()
 }

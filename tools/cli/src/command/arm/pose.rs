@@ -12,7 +12,7 @@ use super::paper::{self, TABLES};
 use crate::error::Error;
 use crate::output::say;
 
-/// Modes that are told.
+/// Modes that are reported.
 const MODES: usize = 3;
 
 pub(super) fn run(asked: &Asked<'_>) -> Result<(), Error> {

@@ -6,10 +6,10 @@ use trueup_models::controller::adaptation::KNOTS;
 use trueup_report::number;
 
 use super::asked::Asked;
-use super::grid::Found;
+use super::found::Found;
 use crate::error::Error;
 
-/// What `--schedule` says.
+/// The value of `--schedule`.
 #[derive(Clone, Copy)]
 pub(super) struct Wanted {
     /// K_p of all joints, 1/s.

@@ -1,4 +1,4 @@
-//! Systems of the demo: written as TOML beside the FMUs, for the user to run again, and run by the master.
+//! Systems of the demo: written as TOML next to the FMUs, for the user to run again, and run by the master.
 
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use trueup_identification::identify::Method;
 use trueup_report::{Page, Trace, diagnosis_pictures, escape, sentence};
 use trueup_trials::{Folders, Key, Order, Plant, Split, generate};
 
-use crate::args::{Diagnose, Engine, Identify};
+use crate::args::{Diagnose, Identify};
 use crate::command::{diagnose, identify};
 use crate::error::Error;
 
@@ -35,14 +35,14 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     let settings = Identify { case: case.clone(), method, plot, fast: true, ..Identify::default() };
     identify::run(&settings)?;
 
-    eprintln!("[4/8] trueup diagnose: where the gap lies, what causes it, how far it shrinks");
+    eprintln!("[4/8] trueup diagnose: where the gap is, what causes it, how far it shrinks");
     let output = folder.join("diagnosis");
     let told = diagnose::write(&Diagnose {
         case,
         output,
         json: false,
         verdict_only: false,
-        engine: Engine::Balances,
+        engine: None,
         watch: false,
         all_readings: false,
         force: false,
@@ -63,7 +63,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
     page.section(
         "Diagnosis: a cause that was sealed",
         "A generator that shares nothing with Trueup's effects made recordings of a joint. The diagnosis saw the recordings and the \
-         owner's model; the key was opened when it was done.",
+         nominal model; the key was opened when it was done.",
     );
     page.html(&format!("<p class=\"verdict\">{}</p>", escape(&sentence(&found))));
     let said: Vec<String> = found.effects.iter().map(|e| format!("{} ({})", e.id, e.component)).collect();
@@ -74,7 +74,7 @@ pub(super) fn tell(folder: &Path, page: &mut Page) -> Result<(), Error> {
         ["verdict".to_owned(), verdict.as_str().unwrap_or_default().to_owned(), key.verdict.clone()],
         ["effect".to_owned(), said, truth],
     ];
-    page.table(&["", "said", "sealed"], &rows.map(|r| r.to_vec()));
+    page.table(&["", "reported", "sealed"], &rows.map(|r| r.to_vec()));
     // The channel that shows it most.
     let most = found.location.channels.first().map(|c| c.name.as_str());
     let shown = traces.iter().find(|t| Some(t.channel.as_str()) == most).or(traces.first());

@@ -116,7 +116,7 @@ fn channels(loaded: &Loaded, model: Option<&Model>) -> Vec<[String; 4]> {
     all.into_values().collect()
 }
 
-/// What nobody said and what was taken for it.
+/// What the case does not give, and what was assumed instead.
 fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
     let case = &loaded.case;
     let variables = model.variables();
@@ -137,7 +137,7 @@ fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
         .collect();
     if !known.is_empty() {
         all.push(format!(
-            "Without a doubt in [uncertain], so held to be known and refitted against a narrow prior: {}.",
+            "Without an entry in [uncertain], so assumed known and refitted with a narrow prior: {}.",
             known.join(", ")
         ));
     }
@@ -163,7 +163,7 @@ fn assumptions(loaded: &Loaded, model: &Model) -> Vec<String> {
     all
 }
 
-/// The command line, quoted where a shell asks for it.
+/// The command line, quoted where a shell requires it.
 fn command(arguments: impl Iterator<Item = String>) -> String {
     let plain = |c: char| c.is_ascii_alphanumeric() || "-_=+,./:@%".contains(c);
     let quoted = |a: String| match !a.is_empty() && a.chars().all(plain) {

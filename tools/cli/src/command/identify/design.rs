@@ -1,4 +1,4 @@
-//! What runs begun otherwise would tell, for a reader and for machines.
+//! What runs from other start values would identify, for a reader and for machines.
 
 use std::fmt::Write;
 
@@ -25,7 +25,7 @@ fn sentence(d: &Designed) -> String {
         _ => None,
     };
     let all: Vec<String> = d.unknowns.iter().enumerate().filter_map(worth).collect();
-    format!("Begun at {at} (now {}), the same runs would tell {}.", present(d), all.join(", "))
+    format!("Started at {at} (now {}), the same runs would identify {}.", present(d), all.join(", "))
 }
 
 pub(super) fn text(d: &Designed) -> String {

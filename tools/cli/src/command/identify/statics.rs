@@ -19,7 +19,7 @@ pub(crate) fn run(args: &Statics) -> Result<(), Error> {
     if table.is_empty() {
         return Err(Error::at(
             &file,
-            "the file says nothing; write one [[deflection]] table with load, length, areaMoment and deflection per load, or give the case.toml of an arm",
+            "the file is empty; write one [[deflection]] table with load, length, areaMoment and deflection per load, or give the case.toml of an arm",
         ));
     }
     let (json, text) = match table.get("deflection") {

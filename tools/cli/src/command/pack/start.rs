@@ -50,7 +50,7 @@ fn find<'a>(table: &'a ModelTable, name: &str) -> Option<(&'a Variable, Vec<usiz
     })
 }
 
-/// The number that a text stands for.
+/// The number that a text gives.
 fn number(table: &ModelTable, v: &Variable, text: &str) -> Result<f64, String> {
     let real = || text.parse::<f64>().ok().filter(|x| x.is_finite());
     let whole = || real().filter(|x| x.fract() == 0.0);
@@ -65,7 +65,7 @@ fn number(table: &ModelTable, v: &Variable, text: &str) -> Result<f64, String> {
             (position.map(|p| (p + 1) as f64), format!("one of {}", names.join(", ")))
         }
     };
-    value.ok_or_else(|| format!("`{}` wants {wanted}, not `{text}`", v.name))
+    value.ok_or_else(|| format!("`{}` requires {wanted}, not `{text}`", v.name))
 }
 
 #[cfg(test)]
@@ -114,7 +114,7 @@ mod tests {
             ("mass[3]=1", "no variable `mass[3]`"),
             ("mass=1", "2 elements and 1 are given"),
             ("mass[1]=0", "above 0 kg"),
-            ("mass[1]=nan", "wants a number"),
+            ("mass[1]=nan", "requires a number"),
             ("law=firm", "one of soft, hard"),
             ("y=1", "calculated"),
         ] {

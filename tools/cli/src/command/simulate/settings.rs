@@ -1,4 +1,4 @@
-//! What the command line asks for, on top of what the file says.
+//! What the command line requests, in addition to the file's settings.
 
 use trueup_cosim::Mistake;
 use trueup_cosim::system::{InputFile, Place, Record, System};
@@ -53,7 +53,7 @@ fn said(option: &str) -> Place {
     Place { file: option.into(), line: 0 }
 }
 
-/// The whole of it lies with the command line, not with a file.
+/// All of it concerns the command line, not a file.
 pub(super) fn is_usage(mistakes: &[Mistake]) -> bool {
     mistakes.iter().all(|m| m.place.file.to_string_lossy().starts_with("--"))
 }

@@ -10,7 +10,7 @@ use trueup_cosim::{FmuCalls, RunLog};
 use trueup_fmi_description::description::Causality;
 use trueup_numerics::Figure;
 
-/// Algebraic loops that are told one by one.
+/// Algebraic loops that are reported one by one.
 const LOOPS: usize = 3;
 
 /// Before: what would be run.
@@ -110,7 +110,7 @@ fn calls(out: &mut String, all: &[FmuCalls]) {
     }
 }
 
-/// Those that were solved most often stand for all.
+/// Those that were solved most often represent all.
 fn loops(out: &mut String, when: &str, all: &[LoopLog]) {
     let mut all: Vec<&LoopLog> = all.iter().collect();
     all.sort_by_key(|l| Reverse(l.solved));

@@ -18,7 +18,7 @@ pub(super) fn failed(e: SweepError) -> Error {
     }
 }
 
-/// Damaged lines are told, a few of them.
+/// Damaged lines are reported, a few of them.
 pub(super) fn damaged(list: &[Damage], mend: &str) {
     const FEW: usize = 3;
     for damage in list.iter().take(FEW) {

@@ -123,14 +123,14 @@ fn changes(time: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
     all
 }
 
-/// The tiles, and what their places and numbers stand for.
+/// The tiles, and what their places and numbers mean.
 struct Drawn {
     tiles: Vec<Tile>,
     /// Names of the maps, one for each combination of the factors apart.
     panels: Vec<String>,
     /// Values along x and y.
     levels: [Vec<Value>; 2],
-    /// Outputs whose numbers stand below, by their place.
+    /// Outputs whose numbers are shown below, by their place.
     told: Vec<usize>,
     /// Outputs with a time line, by their place: first that of what a run would have come to.
     lines: Vec<usize>,
@@ -216,7 +216,7 @@ fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
     page.section(
         "Map",
         &format!(
-            "Each tile is a run, its colour what the run came to. Choose one with a click or the arrow keys: below stand its numbers and \
+            "Each tile is a run, its colour what the run came to. Choose one with a click or the arrow keys: its numbers are shown below, with \
              its time line, what it would have come to had it ended then, and when each of the others was true. \
              trueup sweep {} --run N repeats run N with all that it records.",
             sweep.file.display()
@@ -245,13 +245,13 @@ fn page(runner: &Runner, what: &What, done: &Done, courses: &Courses, others: Op
     page.finish()
 }
 
-/// How often which of ours stands beside which of theirs.
+/// How often each of ours is paired with each of theirs.
 fn compare(page: &mut Page, others: &Beside, kinds: &[String], tiles: &[Tile]) {
     let text = format!(
-        "What others say of the same runs, as it was handed over: it decides nothing here. In the tiles: {}. Number of runs:",
+        "Results of others for the same runs, as given in their file; they change nothing here. In the tiles: {}. Number of runs:",
         others.columns.join(" / ")
     );
-    page.section("Beside it", &text);
+    page.section("Comparison", &text);
     let mut columns: Vec<(usize, &str)> = Vec::new();
     for c in 0..others.columns.len() {
         let said: BTreeSet<&str> =

@@ -20,13 +20,18 @@ const LOOK: Duration = Duration::from_millis(10);
 pub(super) struct Child {
     program: PathBuf,
     verdict_only: bool,
-    engine: Engine,
+    engine: Option<Engine>,
     limit: f64,
 }
 
 impl Child {
     /// With a limit of processor time, s, which the kernel holds children to where it can.
-    pub(super) fn new(program: &Path, verdict_only: bool, engine: Engine, limit: f64) -> Result<Self, Error> {
+    pub(super) fn new(
+        program: &Path,
+        verdict_only: bool,
+        engine: Option<Engine>,
+        limit: f64,
+    ) -> Result<Self, Error> {
         hold_children_to(limit)
             .map_err(|e| Error::Failed(format!("a limit of {limit} s cannot be set: {e}")))?;
         Ok(Self { program: program.to_owned(), verdict_only, engine, limit })
@@ -42,11 +47,11 @@ impl Child {
         }
         // Older programs know of none.
         match self.engine {
-            Engine::Balances => {}
-            Engine::Filter => {
-                command.args(["--engine", "filter"]);
+            None => {}
+            Some(Engine::Balances) => {
+                command.args(["--engine", "balances"]);
             }
-            Engine::Innovations => {
+            Some(Engine::Innovations) => {
                 command.args(["--engine", "innovations"]);
             }
         }
@@ -55,7 +60,7 @@ impl Child {
         let errors = child.stderr.take();
         let words = thread::spawn(move || {
             let mut bytes = Vec::new();
-            // What cannot be read any more is not needed: the exit status says how it went.
+            // What cannot be read any more is not needed: the exit status is enough.
             let _ = errors.map(|mut e| e.read_to_end(&mut bytes));
             String::from_utf8_lossy(&bytes).into_owned()
         });
@@ -76,7 +81,7 @@ impl Child {
             return Err(Failure::Stopped(self.limit));
         }
         if !status.success() {
-            let last = words.lines().last().unwrap_or("it ended without a word");
+            let last = words.lines().last().unwrap_or("it ended without a message");
             return Err(Failure::Said(last.to_owned()));
         }
         let processor_seconds =

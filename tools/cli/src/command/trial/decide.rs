@@ -44,7 +44,7 @@ fn read(path: &Path) -> Result<String, Error> {
     fs::read_to_string(path).map_err(|e| Error::at(path, e))
 }
 
-/// A result with what is decided now in the place of what was.
+/// A result with the new decision instead of the old one.
 fn again(from: &Path, to: &Path) -> Result<(), Error> {
     let path = from.join(record::FILE);
     let decided = Record::parse(&read(&path)?)

@@ -15,7 +15,7 @@ fn quaternions_are_those_of_their_rotations() {
 
 const ARM: &str = include_str!("../../../tests/data/arm.urdf");
 
-/// Against numbers by hand: what is fixed to a link is part of it, the base's axes lie in its centre of mass.
+/// Against numbers by hand: what is fixed to a link is part of it, the base's axes have their origin in its centre of mass.
 #[test]
 fn an_arm_on_a_base() {
     let d = parsed(Path::new("arm.urdf"), ARM).unwrap().design;
@@ -47,8 +47,8 @@ fn what_is_no_tree_is_told_with_its_line() {
         ("<mass value=\"2\"/>", "<mass value=\"0\"/>", "it moves and has no mass"),
         ("<mass value=\"2\"/>", "", "<inertial> has no <mass>"),
         ("xyz=\"0.4 0 0.2\"", "xyz=\"0.4 0\"", "give 3 finite number(s)"),
-        ("<link name=\"hand\"/>", "<link name=\"slide\"/>", "the link `slide` stands in line 30 already"),
-        ("joint name=\"grip\"", "joint name=\"push\"", "the joint `push` stands in line 36 already"),
+        ("<link name=\"hand\"/>", "<link name=\"slide\"/>", "the link `slide` is defined in line 30 already"),
+        ("joint name=\"grip\"", "joint name=\"push\"", "the joint `push` is defined in line 36 already"),
         ("<!-- mimic -->", "<dynamics damping=\"-1\"/>", "damping=\"-1\" is below 0"),
         ("<mass value=\"90\"/>", "<mass value=\"-90\"/>", "no body has a mass below 0"),
         ("<robot name=\"arm\">", "<sdf name=\"arm\">", "expected"),

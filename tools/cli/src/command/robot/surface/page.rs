@@ -1,11 +1,11 @@
-//! The surfaces as a page: each as a surface and as a map with its maximum, and what S1 says of them beside what they are.
+//! The surfaces as a page: each as a surface and as a map with its maximum, and what S1 states of them next to what they are.
 
 use trueup_models::space::design::Design;
 use trueup_report::{Heat, Page, Surface, number};
 
 use super::{Grid, QUANTITIES, peak};
 
-/// Fewer points than this leave out what lies between.
+/// Fewer points than this miss what is between.
 const CELLS: usize = 90;
 
 pub(super) fn html(design: &Design, grid: &Grid) -> String {
@@ -17,7 +17,7 @@ pub(super) fn html(design: &Design, grid: &Grid) -> String {
     );
     let mut page = Page::new(&design.name, &lead);
     page.contents();
-    page.section("What the paper says, and what the surfaces say", "Values are those of this grid.");
+    page.section("What the paper states, and what the surfaces show", "Values are those of this grid.");
     page.table(&["claim of S1", "the surface", ""], &claims(grid));
     page.section("Maxima", "");
     let rows: Vec<Vec<String>> = QUANTITIES

@@ -1,0 +1,102 @@
+//! Recordings as the nominal model has them with each of their inputs, and without.
+
+use std::borrow::Cow;
+
+use trueup_identification::sensors::Sensors;
+
+use crate::engine::balance::{Led, Links};
+use crate::engine::problem::Compared;
+use crate::engine::search::Search;
+
+/// A recording with what the nominal model misses in it.
+pub(super) struct Acting<'a> {
+    pub led: &'a Led,
+    run: &'a Compared,
+    search: &'a Search<'a>,
+    links: Links,
+    /// Per channel simulated less measured, by instant.
+    pub with: Vec<Vec<f64>>,
+    /// The same without each input; `None`: it is not recorded.
+    silent: Vec<Option<Vec<Vec<f64>>>>,
+}
+
+impl<'a> Acting<'a> {
+    /// All recordings that the model can be compared with, those held out too: nothing is fitted.
+    pub(super) fn all(search: &'a Search<'a>) -> Vec<Self> {
+        let runs = search.case.train.iter().chain(&search.case.holdout);
+        search.led.iter().zip(runs).filter_map(|(led, run)| Self::new(search, led, run)).collect()
+    }
+
+    fn new(search: &'a Search<'a>, led: &'a Led, run: &'a Compared) -> Option<Self> {
+        let links = led.links(&search.case.model, &search.case.coordinates);
+        let mut own = Self { led, run, search, links, with: Vec::new(), silent: Vec::new() };
+        own.with = own.missed(led)?;
+        own.silent = (0..led.inputs.len()).map(|input| own.silenced(&[input])).collect();
+        Some(own)
+    }
+
+    fn missed(&self, led: &Led) -> Option<Vec<Vec<f64>>> {
+        let case = self.search.case;
+        let sizes = case.model.sizes();
+        let mut p = case.nominal.clone();
+        self.run.known.iter().for_each(|(i, v)| p[*i] = *v);
+        led.missing(&case.model, &self.links, &p, &Sensors::none(sizes.inputs, sizes.outputs)).ok()
+    }
+
+    /// What is missed without these inputs; `None`: one of them is not recorded.
+    pub(super) fn without(&self, inputs: &[usize]) -> Option<Cow<'_, [Vec<f64>]>> {
+        match inputs {
+            [one] => self.silent.get(*one)?.as_deref().map(Cow::Borrowed),
+            several => self.silenced(several).map(Cow::Owned),
+        }
+    }
+
+    fn silenced(&self, inputs: &[usize]) -> Option<Vec<Vec<f64>>> {
+        if inputs.iter().any(|i| self.led.inputs[*i].is_empty()) {
+            return None;
+        }
+        let mut silent = self.led.clone();
+        inputs.iter().for_each(|i| silent.inputs[*i].fill(0.0));
+        self.missed(&silent)
+    }
+
+    /// Channels that are compared as accelerations.
+    pub(super) fn accelerated(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.led.channels.len()).filter(|c| self.led.shows_acceleration(&self.links, *c))
+    }
+
+    /// What an input accelerates a channel by.
+    pub(super) fn along(&self, input: usize, at: usize) -> Option<Vec<f64>> {
+        let silent = self.silent.get(input)?.as_ref()?;
+        Some(self.with[at].iter().zip(&silent[at]).map(|(a, b)| a - b).collect())
+    }
+
+    /// What all inputs together accelerate a channel by.
+    pub(super) fn driven(&self, at: usize) -> Vec<f64> {
+        let mut sum = vec![0.0; self.led.t.len()];
+        for input in 0..self.silent.len() {
+            if let Some(along) = self.along(input, at) {
+                sum.iter_mut().zip(along).for_each(|(s, a)| *s += a);
+            }
+        }
+        sum
+    }
+
+    /// The output that an input accelerates most, compared with how it moves, over all recordings.
+    pub(super) fn most_driven(all: &[Self], input: usize) -> Option<usize> {
+        let square = |a: &Self, x: &[f64]| x[a.led.counts.clone()].iter().map(|x| x * x).sum::<f64>();
+        let share = |output: usize| -> f64 {
+            let of = |a: &Self| {
+                let at = a.accelerated().find(|at| a.led.channels[*at].output == output)?;
+                Some(
+                    square(a, &a.along(input, at)?)
+                        / square(a, &a.led.channels[at].ddy).max(f64::MIN_POSITIVE),
+                )
+            };
+            all.iter().filter_map(of).sum()
+        };
+        let outputs = all.iter().flat_map(|a| a.accelerated().map(|at| a.led.channels[at].output));
+        let shares = outputs.map(|o| (o, share(o))).filter(|s| s.1.is_finite() && s.1 > 0.0);
+        shares.max_by(|a, b| a.1.total_cmp(&b.1)).map(|s| s.0)
+    }
+}

@@ -1,0 +1,191 @@
+//! Gains at several intensities at once: one recursion, an intensity in each lane.
+//!
+//! The recursion waits for its own results; lanes that do not wait for each other cost little more than one of them.
+
+use pulp::Simd;
+
+use super::filter::{FilterGains, FilterInput, Square, arrays, row};
+use super::kernel::{SizeError, SizedKernel, run};
+
+/// Intensities that pass beside each other.
+pub const BANK: usize = 8;
+
+type Lanes<S, const N: usize> = [[<S as Simd>::f64s; N]; N];
+
+/// Gains for inputs of one recording that differ in noise, variances of readings and first covariance only; without the
+/// covariances that a smoother needs. The same numbers as [`FilterGains::new`] has, but for rounding.
+///
+/// # Errors
+/// Where no kernel has these sizes.
+pub fn gains_of_bank(inputs: Vec<FilterInput<'_>>) -> Result<Vec<FilterGains<'_>>, SizeError> {
+    let mut out = Vec::with_capacity(inputs.len());
+    let mut left = inputs.into_iter().peekable();
+    while left.peek().is_some() {
+        let mut some: Vec<FilterInput<'_>> = left.by_ref().take(BANK).collect();
+        if some.len() == 1 {
+            out.extend(some.pop().map(|one| FilterGains::new(one, false)).transpose()?);
+            continue;
+        }
+        let (size, forces) = (some[0].size(), some[0].forces);
+        let rows = some[0].variance.len();
+        let mut gains: Vec<(Vec<f64>, Vec<f64>)> =
+            some.iter().map(|_| (vec![0.0; rows * size], vec![1.0; rows])).collect();
+        run(size, forces, BankRecursion { inputs: &some, gains: &mut gains })?;
+        let made = some.into_iter().zip(gains);
+        out.extend(made.map(|(input, (gain, variance))| FilterGains {
+            input,
+            gain: gain.into(),
+            variance: variance.into(),
+            predicted: Vec::new(),
+        }));
+    }
+    Ok(out)
+}
+
+struct BankRecursion<'a, 'b> {
+    inputs: &'a [FilterInput<'b>],
+    /// Gain and variance of each.
+    gains: &'a mut [(Vec<f64>, Vec<f64>)],
+}
+
+impl SizedKernel for BankRecursion<'_, '_> {
+    type Output = ();
+    #[inline(always)]
+    fn run<S: Simd, const N: usize, const F: usize>(self, simd: S) {
+        let some = self.inputs.chunks(S::F64_LANES).zip(self.gains.chunks_mut(S::F64_LANES));
+        for (inputs, gains) in some {
+            recursion::<S, N, F>(simd, inputs, gains);
+        }
+    }
+}
+
+/// A number of each input, side by side; lanes without an input repeat the last.
+#[inline(always)]
+fn beside<S: Simd>(simd: S, inputs: &[FilterInput<'_>], of: impl Fn(&FilterInput<'_>) -> f64) -> S::f64s {
+    let mut out = simd.splat_f64s(0.0);
+    let last = inputs.len() - 1;
+    for (lane, x) in pulp::bytemuck::cast_slice_mut(core::slice::from_mut(&mut out)).iter_mut().enumerate() {
+        *x = of(&inputs[lane.min(last)]);
+    }
+    out
+}
+
+/// A matrix of each input, side by side.
+#[inline(always)]
+fn squares<S: Simd, const N: usize>(
+    simd: S,
+    inputs: &[FilterInput<'_>],
+    of: impl Fn(&FilterInput<'_>, usize) -> f64,
+) -> Lanes<S, N> {
+    core::array::from_fn(|i| core::array::from_fn(|j| beside(simd, inputs, |input| of(input, N * i + j))))
+}
+
+/// `sum` plus `factor` times `x`, not fused.
+#[inline(always)]
+fn plus<S: Simd>(simd: S, sum: S::f64s, factor: f64, x: S::f64s) -> S::f64s {
+    simd.add_f64s(sum, simd.mul_f64s(simd.splat_f64s(factor), x))
+}
+
+#[inline(always)]
+fn recursion<S: Simd, const N: usize, const F: usize>(
+    simd: S,
+    inputs: &[FilterInput<'_>],
+    gains: &mut [(Vec<f64>, Vec<f64>)],
+) {
+    let shared = &inputs[0];
+    let steps: Vec<(Square<N>, [[f64; F]; N])> = shared.steps.iter().map(arrays::<N, F>).collect();
+    let mut noise: Vec<Lanes<S, N>> = Vec::with_capacity(steps.len());
+    for mode in 0..steps.len() {
+        noise.push(squares(simd, inputs, |input, at| input.noise[mode][at]));
+    }
+    let mut p: Lanes<S, N> = squares(simd, inputs, |input, at| input.first[at]);
+    let (on, position) = shared.unknown_on;
+    for t in 0..shared.mode.len() {
+        if t > 0 {
+            let mode = usize::from(shared.mode[t - 1]);
+            let unknown = (shared.unknown[t - 1], on, position);
+            p = predicted::<S, N, F>(simd, &p, &steps[mode], &noise[mode], unknown);
+        }
+        for at in shared.channels * t..shared.channels * (t + 1) {
+            if shared.variance[at] <= 0.0 {
+                continue;
+            }
+            let h: [f64; N] = row(&shared.rows.h, at);
+            let r = beside(simd, inputs, |input| input.variance[at]);
+            let (s, k) = correct::<S, N>(simd, &mut p, &h, r);
+            let s: &[f64] = pulp::bytemuck::cast_slice(core::slice::from_ref(&s));
+            let k: &[f64] = pulp::bytemuck::cast_slice(&k);
+            for (w, (gain, variance)) in gains.iter_mut().enumerate() {
+                variance[at] = s[w];
+                for i in 0..N {
+                    gain[N * at + i] = k[S::F64_LANES * i + w];
+                }
+            }
+        }
+    }
+}
+
+/// One step on: A P A' + Q, and the variance `x` of an unknown force.
+#[inline(always)]
+fn predicted<S: Simd, const N: usize, const F: usize>(
+    simd: S,
+    p: &Lanes<S, N>,
+    (a, b): &(Square<N>, [[f64; F]; N]),
+    noise: &Lanes<S, N>,
+    (x, on, position): (f64, usize, usize),
+) -> Lanes<S, N> {
+    let mut next = *noise;
+    for i in 0..N {
+        // Latent forces follow nothing but themselves.
+        let mut moved = [simd.splat_f64s(0.0); N];
+        for k in if i < N - F { 0..N } else { i..i + 1 } {
+            for j in 0..N {
+                moved[j] = plus(simd, moved[j], a[i][k], p[k][j]);
+            }
+        }
+        for j in 0..=i {
+            let mut sum = simd.add_f64s(noise[i][j], simd.splat_f64s(x * b[i][on] * b[j][on]));
+            for k in if j < N - F { 0..N } else { j..j + 1 } {
+                sum = plus(simd, sum, a[j][k], moved[k]);
+            }
+            (next[i][j], next[j][i]) = (sum, sum);
+        }
+    }
+    // When within the step it acted is not known either.
+    let late = simd.splat_f64s(0.1 * x * b[position][on].powi(2));
+    next[position][position] = simd.add_f64s(next[position][position], late);
+    next
+}
+
+/// A reading of row `h` and variance `r`: the variance of its innovation, and its gains.
+#[inline(always)]
+fn correct<S: Simd, const N: usize>(
+    simd: S,
+    p: &mut Lanes<S, N>,
+    h: &[f64; N],
+    r: S::f64s,
+) -> (S::f64s, [S::f64s; N]) {
+    let zero = simd.splat_f64s(0.0);
+    let (mut g, mut expected) = ([zero; N], zero);
+    for i in 0..N {
+        for j in 0..N {
+            g[j] = plus(simd, g[j], h[i], p[i][j]);
+        }
+    }
+    for i in 0..N {
+        expected = plus(simd, expected, h[i], g[i]);
+    }
+    let s = simd.add_f64s(r, expected);
+    let inverse = simd.div_f64s(simd.splat_f64s(1.0), s);
+    let mut k = g;
+    for i in 0..N {
+        k[i] = simd.mul_f64s(g[i], inverse);
+    }
+    for i in 0..N {
+        for j in 0..=i {
+            p[i][j] = simd.sub_f64s(p[i][j], simd.mul_f64s(k[i], g[j]));
+            p[j][i] = p[i][j];
+        }
+    }
+    (s, k)
+}

@@ -1,0 +1,118 @@
+//! Work space of exact partial derivatives: the model's values as dual numbers.
+
+use crate::fault::{Outcome, discard};
+use crate::model::FmuModel;
+use trueup_numerics::Dual;
+use trueup_numerics::hybrid::{At, Sizes};
+
+pub(crate) const NOT_FINITE: &str = "a derivative is not finite with these states and inputs";
+
+/// Work space; grows at first use.
+#[derive(Debug, Default)]
+pub(crate) struct Duals {
+    pub(crate) one: Work<1>,
+    pub(crate) four: Work<4>,
+    pub(crate) unknowns: Vec<Unknown>,
+    pub(crate) knowns: Vec<Known>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Known {
+    Time,
+    State(usize),
+    Input(usize),
+    Parameter(usize),
+}
+
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Unknown {
+    Output(usize),
+    Rate(usize),
+    State(usize),
+    Indicator(usize),
+}
+
+#[derive(Debug, Default)]
+pub(crate) struct Work<const N: usize> {
+    pub(crate) t: Dual<N>,
+    pub(crate) x: Vec<Dual<N>>,
+    pub(crate) u: Vec<Dual<N>>,
+    pub(crate) p: Vec<Dual<N>>,
+    pub(crate) y: Vec<Dual<N>>,
+    pub(crate) dx: Vec<Dual<N>>,
+    pub(crate) z: Vec<Dual<N>>,
+}
+
+impl<const N: usize> Work<N> {
+    pub(crate) fn load(&mut self, n: Sizes, t: f64, x: &[f64], u: &[f64], p: &[f64]) {
+        let zero = Dual::new(0.0, [0.0; N]);
+        let copy = |to: &mut Vec<Dual<N>>, from: &[f64]| {
+            to.clear();
+            to.extend(from.iter().map(|v| Dual::new(*v, [0.0; N])));
+        };
+        self.t = Dual::new(t, [0.0; N]);
+        copy(&mut self.x, x);
+        copy(&mut self.u, u);
+        copy(&mut self.p, p);
+        self.y.resize(n.outputs, zero);
+        self.dx.resize(n.states, zero);
+        self.z.resize(n.indicators, zero);
+    }
+    pub(crate) fn known(&mut self, k: Known) -> &mut Dual<N> {
+        match k {
+            Known::Time => &mut self.t,
+            Known::State(i) => &mut self.x[i],
+            Known::Input(i) => &mut self.u[i],
+            Known::Parameter(i) => &mut self.p[i],
+        }
+    }
+    pub(crate) fn unknown(&self, k: Unknown) -> &Dual<N> {
+        match k {
+            Unknown::Output(i) => &self.y[i],
+            Unknown::Rate(i) => &self.dx[i],
+            Unknown::State(i) => &self.x[i],
+            Unknown::Indicator(i) => &self.z[i],
+        }
+    }
+    /// Evaluates what the unknowns need.
+    pub(crate) fn sweep<M: FmuModel>(&mut self, i: &InstanceParts<M>, unknowns: &[Unknown]) {
+        i.layout.follow(&mut self.p, i.set);
+        if i.initial {
+            i.model.start(&self.p, &mut self.x);
+        }
+        let at = At { t: self.t, x: &self.x, u: &self.u, p: &self.p, modes: i.modes };
+        let any = |f: fn(&Unknown) -> bool| unknowns.iter().any(f);
+        if any(|k| matches!(k, Unknown::Output(_))) {
+            i.model.outputs(at, &mut self.y);
+        }
+        if any(|k| matches!(k, Unknown::Rate(_))) {
+            i.model.rates(at, &mut self.dx);
+        }
+        if any(|k| matches!(k, Unknown::Indicator(_))) {
+            i.model.indicators(at, &mut self.z);
+        }
+    }
+}
+
+impl Duals {
+    /// The derivatives that a sweep with one direction gave.
+    pub(crate) fn results(&self, out: &mut [f64]) -> Outcome {
+        for (out, k) in out.iter_mut().zip(&self.unknowns) {
+            let derivative = self.one.unknown(*k).eps[0];
+            if !derivative.is_finite() {
+                return discard(NOT_FINITE);
+            }
+            *out = derivative;
+        }
+        Ok(())
+    }
+}
+
+/// What a sweep needs of the instance in addition to the work space.
+pub(crate) struct InstanceParts<'a, M> {
+    pub(crate) model: &'a M,
+    pub(crate) layout: &'a crate::layout::Layout,
+    pub(crate) set: &'a [bool],
+    pub(crate) modes: &'a [i32],
+    pub(crate) initial: bool,
+}

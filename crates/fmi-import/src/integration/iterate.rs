@@ -1,0 +1,158 @@
+//! Events: all FMUs of a group iterate until none of them, and nothing that they exchange, changes any more.
+
+use super::{Failure, Fmus, Group, Settled};
+
+/// Passes of one event iteration after which it is held to be without end.
+const PASSES: u32 = 100;
+
+impl Group {
+    /// At the end of an interval, once inputs have been set from outside: an event iteration if an event waits or an
+    /// input has another value than before.
+    ///
+    /// # Errors
+    /// Whatever an FMU returns; an event iteration without end.
+    pub fn settle<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<Settled, Failure<F::Error>> {
+        let pending = self.mode.pending.is_some();
+        if pending {
+            self.open(fmus)?;
+        }
+        if !self.mode.open || !(self.changed(fmus)? || pending) {
+            return Ok(Settled::default());
+        }
+        let events = u64::from(pending);
+        let terminated = self.iterate(fmus)?;
+        Ok(Settled { changed: true, events, terminated })
+    }
+
+    /// Enters continuous-time mode, after what waits in event mode. Returns whether an FMU ended the run.
+    ///
+    /// # Errors
+    /// As [`Group::settle`].
+    pub fn go_on<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
+        if self.mode.pending.is_some() {
+            self.open(fmus)?;
+        }
+        self.close(fmus)
+    }
+
+    /// Inputs jump here, which is an event: handles it, and one that waits. Returns whether an FMU ended the run.
+    ///
+    /// # Errors
+    /// As [`Group::settle`].
+    pub fn jump<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
+        self.open(fmus)?;
+        self.mode.fresh = true;
+        self.go_on(fmus)
+    }
+
+    /// Enters event mode.
+    pub(super) fn open<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<(), Failure<F::Error>> {
+        if !self.mode.open {
+            if !self.depart(fmus)? {
+                let call = self.call();
+                (0..self.members.len())
+                    .try_for_each(|at| fmus.instance(at).enter_event_mode())
+                    .map_err(call)?;
+            }
+            (self.mode.open, self.mode.updated) = (true, false);
+            self.changed(fmus)?;
+        }
+        Ok(())
+    }
+
+    fn changed<F: Fmus + ?Sized>(&self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
+        fmus.inputs_changed().map_err(self.call())
+    }
+
+    /// Enters continuous-time mode; the standard wants one update of discrete states before. Returns whether an FMU
+    /// ended the run.
+    fn close<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
+        if !self.mode.open {
+            return Ok(false);
+        }
+        let cause = self.mode.pending.is_some() || self.changed(fmus)?;
+        if cause || !self.mode.updated {
+            let fresh = self.mode.fresh || cause;
+            if self.iterate(fmus)? {
+                return Ok(true);
+            }
+            // Without an event there was nothing to update.
+            self.mode.fresh = fresh || self.mode.states || self.mode.nominals;
+        }
+        let call = self.call();
+        for (at, member) in self.members.iter().enumerate() {
+            let instance = fmus.instance(at);
+            instance.enter_continuous_time_mode().map_err(&call)?;
+            let states = member.states.clone();
+            if self.mode.states && !states.is_empty() {
+                instance.get_states(&mut self.x[states.clone()]).map_err(&call)?;
+            }
+            if self.mode.nominals && !states.is_empty() {
+                let nominal = &mut self.stepper.nominal_mut()[states];
+                instance.nominals(nominal).map_err(&call)?;
+                // One that is not known counts as 1; 0 would ask for exact zeros.
+                nominal.iter_mut().for_each(|x| *x = if x.is_finite() && *x != 0.0 { x.abs() } else { 1.0 });
+            }
+        }
+        (self.mode.open, self.mode.states, self.mode.nominals) = (false, false, false);
+        match self.x.iter().position(|x| !x.is_finite()) {
+            Some(at) => Err(self.not_finite(fmus, at, false, self.x[at])),
+            None => self.arrive(fmus).map(|()| false),
+        }
+    }
+
+    /// In event mode: updates the discrete states of every FMU, and hands values on, until all have settled. Returns
+    /// whether an FMU ended the run.
+    pub(super) fn iterate<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
+        let (call, mut terminate) = (self.call(), false);
+        if self.mode.pending.is_some() {
+            self.statistics.events += 1;
+            // Events that come ever faster must not slip through between the samples of a long step: the step follows
+            // their distance, at a length that costs nothing otherwise.
+            let since = self.time - self.memory.change_time;
+            if since > 0.0 {
+                self.memory.step = self.memory.step.min(1e4 * since);
+                self.memory.change_time = self.time;
+            }
+        }
+        (self.mode.pending, self.mode.updated, self.mode.fresh) = (None, true, true);
+        fmus.exchange(self.time, true).map_err(Failure::Exchange)?;
+        self.changed(fmus)?;
+        for pass in 0.. {
+            let mut again = None;
+            for (at, member) in self.members.iter_mut().enumerate() {
+                let info = fmus.instance(at).update_discrete_states().map_err(&call)?;
+                member.next_event = info.next_event.filter(|t| t.is_finite());
+                self.mode.states |= info.states_changed;
+                self.mode.nominals |= info.nominals_changed;
+                terminate |= info.terminate;
+                if info.again {
+                    again = Some(at);
+                }
+            }
+            fmus.exchange(self.time, true).map_err(Failure::Exchange)?;
+            if terminate || !(self.changed(fmus)? || again.is_some()) {
+                break;
+            }
+            if pass >= PASSES {
+                let reason = match again {
+                    Some(at) => format!(
+                        "event iteration of instance \"{}\" does not end: it asked for another pass {PASSES} times",
+                        fmus.instance(at).name()
+                    ),
+                    None => format!(
+                        "event iteration does not end: values that FMUs exchange still changed after {PASSES} passes"
+                    ),
+                };
+                let log = again.map(|at| fmus.instance(at).log()).unwrap_or_default();
+                return Err(Failure::Stuck { time: self.time, reason, log });
+            }
+        }
+        Ok(terminate)
+    }
+
+    /// The next time event of all FMUs in s.
+    pub fn next_event(&self) -> Option<f64> {
+        self.members.iter().filter_map(|m| m.next_event).min_by(f64::total_cmp)
+    }
+}

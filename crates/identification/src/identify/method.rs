@@ -1,0 +1,50 @@
+//! Methods by their names.
+
+use std::fmt;
+use std::str::FromStr;
+
+/// How to estimate.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Method {
+    /// S3 eq. (8) as printed; a warning.
+    LsLiteral,
+    /// Least squares: aligned, sign column, moving samples.
+    Ls,
+    /// The same through one zero-phase filter.
+    Filtered,
+    /// The same with a simulated model as instruments.
+    Iv,
+    /// Free-running simulation against all readings.
+    #[default]
+    OutputError,
+    /// The same cost by the downhill simplex, without derivatives.
+    NelderMead,
+    /// Static friction alone, from slow ramps of the current.
+    BreakAway,
+}
+
+/// Names as on the command line.
+pub const METHODS: [(&str, Method); 7] = [
+    ("ls-literal", Method::LsLiteral),
+    ("ls", Method::Ls),
+    ("filtered", Method::Filtered),
+    ("iv", Method::Iv),
+    ("output-error", Method::OutputError),
+    ("nelder-mead", Method::NelderMead),
+    ("break-away", Method::BreakAway),
+];
+
+impl FromStr for Method {
+    type Err = String;
+    fn from_str(s: &str) -> Result<Self, String> {
+        let names: Vec<&str> = METHODS.iter().map(|m| m.0).collect();
+        let found = METHODS.iter().find(|m| m.0 == s).map(|m| m.1);
+        found.ok_or_else(|| format!("there is no method `{s}`; choose from {}", names.join(", ")))
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(METHODS.iter().find(|m| m.1 == *self).map_or("", |m| m.0))
+    }
+}
