@@ -130,7 +130,7 @@ fn what_is_chosen_of_links_counts_for_a_robots_file() {
             said.lines().filter(|l| l.starts_with("note: ") && l.contains("`upper arm` is a table of modes"));
         assert!(out.status.success() && note.count() == usize::from(named), "{said}");
     }
-    let remedy = "switch axial-stiffening (axialStiffening) off, or give that link as a beam";
+    let remedy = "leave axial-stiffening (axialStiffening) off, or give that link as a beam";
     for (model, choice, wanted) in [
         ("FlexibleArm", "axialStiffening=on", remedy),
         ("FlexibleArm", "linkShapes=3", "has no link that is a beam; leave it out"),

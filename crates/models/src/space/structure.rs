@@ -167,7 +167,7 @@ impl Structure {
             }
             if self.axial_stiffening {
                 return Err(format!(
-                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not give the shortening by bending; switch axial-stiffening (axialStiffening) off, or give that link as a beam"
+                    "axial stiffening needs beams, and the link of body {body} is a table of modes, which does not give the shortening by bending; leave axial-stiffening (axialStiffening) off, or give that link as a beam"
                 ));
             }
         }
