@@ -1,4 +1,4 @@
-"""Channels that are dead: they are named with their files before any cause is searched, beside a gap of the model as well; a healthy case has
+"""Channels that are dead: they are named with their files before any cause is searched, in addition to a gap of the model as well; a healthy case has
 no such finding. Own simulation of a rigid joint; the seed is printed."""
 
 import json
