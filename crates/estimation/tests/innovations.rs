@@ -222,15 +222,15 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
             shown[i] += series[k / CHANNELS];
         }
-        let own = shown.dot(&factor.solve(&shown));
         let group = [column];
         let own = shown.dot(&factor.solve(&shown));
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
         let with = PackedColumns::new(vec![d.data.clone()], &group, CHANNELS);
-        let mut gram = with.nothing();
-        with.pass_base(0, &gains, &mut gram).unwrap();
+        let mut gram = [with.nothing()];
+        with.pass_base(0, std::slice::from_ref(&gains), &mut gram, |_, _| ()).unwrap();
+        let [gram] = gram;
         let found = log_evidence(&gram.mirrored(), &priors).log;
         let more = &w.rows * &w.covariance * w.rows.transpose()
             + &w.noise

@@ -10,7 +10,7 @@ use super::kernel::{SizeError, SizedKernel, run};
 /// Intensities that pass beside each other.
 pub const BANK: usize = 8;
 
-type Lanes<S, const N: usize> = [[<S as Simd>::f64s; N]; N];
+type WideSquare<S, const N: usize> = [[<S as Simd>::f64s; N]; N];
 
 /// Gains for inputs of one recording that differ in noise, variances of readings and first covariance only; without the
 /// covariances that a smoother needs. The same numbers as [`FilterGains::new`] has, but for rounding.
@@ -76,7 +76,7 @@ fn squares<S: Simd, const N: usize>(
     simd: S,
     inputs: &[FilterInput<'_>],
     of: impl Fn(&FilterInput<'_>, usize) -> f64,
-) -> Lanes<S, N> {
+) -> WideSquare<S, N> {
     core::array::from_fn(|i| core::array::from_fn(|j| beside(simd, inputs, |input| of(input, N * i + j))))
 }
 
@@ -94,11 +94,11 @@ fn recursion<S: Simd, const N: usize, const F: usize>(
 ) {
     let shared = &inputs[0];
     let steps: Vec<(Square<N>, [[f64; F]; N])> = shared.steps.iter().map(arrays::<N, F>).collect();
-    let mut noise: Vec<Lanes<S, N>> = Vec::with_capacity(steps.len());
+    let mut noise: Vec<WideSquare<S, N>> = Vec::with_capacity(steps.len());
     for mode in 0..steps.len() {
         noise.push(squares(simd, inputs, |input, at| input.noise[mode][at]));
     }
-    let mut p: Lanes<S, N> = squares(simd, inputs, |input, at| input.first[at]);
+    let mut p: WideSquare<S, N> = squares(simd, inputs, |input, at| input.first[at]);
     let (on, position) = shared.unknown_on;
     for t in 0..shared.mode.len() {
         if t > 0 {
@@ -129,11 +129,11 @@ fn recursion<S: Simd, const N: usize, const F: usize>(
 #[inline(always)]
 fn predicted<S: Simd, const N: usize, const F: usize>(
     simd: S,
-    p: &Lanes<S, N>,
+    p: &WideSquare<S, N>,
     (a, b): &(Square<N>, [[f64; F]; N]),
-    noise: &Lanes<S, N>,
+    noise: &WideSquare<S, N>,
     (x, on, position): (f64, usize, usize),
-) -> Lanes<S, N> {
+) -> WideSquare<S, N> {
     let mut next = *noise;
     for i in 0..N {
         // Latent forces follow nothing but themselves.
@@ -161,7 +161,7 @@ fn predicted<S: Simd, const N: usize, const F: usize>(
 #[inline(always)]
 fn correct<S: Simd, const N: usize>(
     simd: S,
-    p: &mut Lanes<S, N>,
+    p: &mut WideSquare<S, N>,
     h: &[f64; N],
     r: S::f64s,
 ) -> (S::f64s, [S::f64s; N]) {

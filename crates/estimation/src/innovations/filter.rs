@@ -46,9 +46,9 @@ pub struct FilterGains<'a> {
     /// Of what.
     pub input: FilterInput<'a>,
     /// Gain of each reading, `size` numbers each.
-    pub gain: Rc<[f64]>,
+    pub gain: Rc<Vec<f64>>,
     /// Variance of each innovation; 1 without a reading.
-    pub variance: Rc<[f64]>,
+    pub variance: Rc<Vec<f64>>,
     /// Covariance of each node before its readings; empty unless requested.
     pub predicted: Vec<f64>,
 }
@@ -368,10 +368,28 @@ impl<const K: usize> SizedKernel for LanePass<'_, '_, K> {
     }
 }
 
+type SingleStep<const N: usize, const F: usize> = ([[f32; N]; N], [[f32; F]; N]);
+
+/// Matrices of a mode in single precision.
+fn single_step<const N: usize, const F: usize>(step: &PlantStep) -> SingleStep<N, F> {
+    let (a, b) = arrays(step);
+    (a.map(single), b.map(single))
+}
+
 /// `sum` plus `factor` times `x`, not fused.
 #[inline(always)]
-fn plus<S: Simd>(simd: S, sum: S::f32s, factor: f64, x: S::f32s) -> S::f32s {
-    simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(factor as f32), x))
+fn plus<S: Simd>(simd: S, sum: S::f32s, factor: f32, x: S::f32s) -> S::f32s {
+    simd.add_f32s(sum, simd.mul_f32s(simd.splat_f32s(factor), x))
+}
+
+/// Numbers of a row in single precision.
+#[inline(always)]
+fn single<const N: usize>(x: [f64; N]) -> [f32; N] {
+    let mut out = [0.0; N];
+    for i in 0..N {
+        out[i] = x[i] as f32;
+    }
+    out
 }
 
 /// A part of the lanes of a node, as wide as the vectors of the processor.
@@ -389,7 +407,7 @@ fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
     let gains: [&FilterGains<'_>; K] = core::array::from_fn(|s| streams[s].gains);
     let blocks: [&LaneBlock; K] = core::array::from_fn(|s| streams[s].block);
     let input = &gains[0].input;
-    let steps: Vec<(Square<N>, [[f64; F]; N])> = input.steps.iter().map(arrays).collect();
+    let steps: Vec<SingleStep<N, F>> = input.steps.iter().map(single_step).collect();
     let zero = simd.splat_f32s(0.0);
     let (mut z, mut before) = ([[zero; N]; K], [[zero; F]; K]);
     for t in 0..input.mode.len() {
@@ -410,7 +428,8 @@ fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
             if input.variance[at] <= 0.0 {
                 continue;
             }
-            let (direct, h): ([f64; F], [f64; N]) = (row(&input.rows.direct, at), row(&input.rows.h, at));
+            let direct: [f32; F] = single(row(&input.rows.direct, at));
+            let h: [f32; N] = single(row(&input.rows.h, at));
             for s in 0..K {
                 let mut e = lanes_of(simd, &blocks[s].readings[c], t, part);
                 for k in 0..F {
@@ -425,7 +444,7 @@ fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
                     other = plus(simd, other, h[N / 2 + i], z[s][N / 2 + i]);
                 }
                 e = simd.add_f32s(e, other);
-                let gain: [f64; N] = row(&gains[s].gain, at);
+                let gain: [f32; N] = single(row(&gains[s].gain, at));
                 for i in 0..N {
                     z[s][i] = plus(simd, z[s][i], -gain[i], e);
                 }
@@ -444,7 +463,7 @@ fn pass_lanes<S: Simd, const N: usize, const F: usize, const K: usize>(
 #[inline(always)]
 fn moved_lanes<S: Simd, const N: usize, const F: usize>(
     simd: S,
-    (a, b): &(Square<N>, [[f64; F]; N]),
+    (a, b): &SingleStep<N, F>,
     z: &[S::f32s; N],
     before: &[S::f32s; F],
 ) -> [S::f32s; N] {

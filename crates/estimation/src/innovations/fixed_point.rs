@@ -46,26 +46,11 @@ pub struct FixedPoint {
     pub agrees: bool,
 }
 
-/// When a fit ends that has not settled.
-#[derive(Clone, Copy, Debug)]
-pub struct FitEnd {
-    /// Most rounds.
-    pub rounds: usize,
-    /// Log evidence below which a round with the laws in force is the last.
-    pub hopeless: f64,
-}
-
-impl From<usize> for FitEnd {
-    fn from(rounds: usize) -> Self {
-        Self { rounds, hopeless: f64::NEG_INFINITY }
-    }
-}
-
 /// Makes the laws of a hypothesis along the present trajectory of a frame.
 pub type LawMaker<'a> = &'a dyn Fn(&InnovationsFrame) -> Vec<AppliedLaw>;
 
 impl InnovationsFrame {
-    /// Fits a hypothesis, in at most so many rounds, from intensities `q`; `from_start`: from the parameters and the trajectory with
+    /// Fits a hypothesis in at most `rounds` rounds from intensities `q`; `from_start`: from the parameters and the trajectory with
     /// which hypotheses begin, else from those in hand.
     ///
     /// # Errors
@@ -74,10 +59,9 @@ impl InnovationsFrame {
         &mut self,
         make: LawMaker<'_>,
         q: &[f64],
-        end: impl Into<FitEnd>,
+        rounds: usize,
         from_start: bool,
     ) -> Result<FixedPoint, SizeError> {
-        let FitEnd { rounds, hopeless } = end.into();
         if from_start {
             self.reset(q)?;
         }
@@ -121,7 +105,6 @@ impl InnovationsFrame {
                 agrees: alike(&q, &along) && in_force,
             };
             along.clone_from(&q);
-            let is_hopeless = in_force && now.evidence < hopeless;
             let rank = |p: &FixedPoint| (p.agrees, p.evidence);
             let settled = best.as_ref().is_some_and(|b| b.agrees && (now.evidence - b.evidence).abs() < 1.0);
             if best.as_ref().is_none_or(|b| rank(&now) > rank(b)) {
@@ -130,7 +113,7 @@ impl InnovationsFrame {
             } else {
                 worse += 1;
             }
-            if settled || is_hopeless || worse > 1 || round + 1 == rounds {
+            if settled || worse > 1 || round + 1 == rounds {
                 break;
             }
             let (nuisance, amplitudes) = (nuisance.to_vec(), amplitudes.to_vec());

@@ -4,6 +4,7 @@
 //! itself, which is all that the evidence of base and group needs. Sums are in double precision: beside a strong effect the
 //! evidence is a small difference of large sums.
 
+use std::cell::RefCell;
 use std::rc::Rc;
 
 use pulp::{Arch, Simd, WithSimd};
@@ -82,7 +83,7 @@ impl BaseGram {
 }
 
 /// Gains of a recording with the variances of its readings, as [`FilterGains::gain`] and [`FilterGains::variance`].
-pub type SharedGains = (Rc<[f64]>, Rc<[f64]>);
+pub type SharedGains = (Rc<Vec<f64>>, Rc<Vec<f64>>);
 
 /// Base of a pass at some intensities, kept for further groups.
 #[derive(Debug, Default)]
@@ -104,6 +105,14 @@ pub struct PackedColumns {
     width: usize,
     coordinates: usize,
     channels: usize,
+    buffers: RefCell<PassBuffers>,
+}
+
+/// What a pass writes, kept for the next one: new memory costs as much as the sums.
+#[derive(Clone, Debug, Default)]
+struct PassBuffers {
+    lanes: [Vec<Lane>; 2],
+    innovations: [Vec<f64>; 2],
 }
 
 impl PackedColumns {
@@ -114,7 +123,7 @@ impl PackedColumns {
         let blocks =
             |r: usize| columns.chunks(LANES).map(|c| column::beside(c, r, coordinates, channels)).collect();
         let blocks = (0..data.len()).map(blocks).collect();
-        Self { data, base: blocks, width: base.len(), coordinates, channels }
+        Self { data, base: blocks, width: base.len(), coordinates, channels, buffers: RefCell::default() }
     }
 
     /// An empty matrix for the base.
@@ -139,15 +148,16 @@ impl PackedColumns {
         let rows = one.input.counted_rows();
         let size = self.width + 1;
         let stride = self.nothing().stride();
-        let (mut lanes, mut e) = ([Vec::new(), Vec::new()], [Vec::new(), Vec::new()]);
+        let PassBuffers { lanes, innovations: e } = &mut *self.buffers.borrow_mut();
         for (pair, (gains, sums)) in gains.chunks(2).zip(sums.chunks_mut(2)).enumerate() {
-            for (gains, e) in gains.iter().zip(&mut e) {
+            for (gains, e) in gains.iter().zip(&mut *e) {
                 let data = data_innovations(gains, &self.data[recording])?;
+                e.clear();
                 e.resize(stride * data.len(), 0.0);
                 rows.iter().for_each(|k| e[stride * k] = data[*k]);
             }
             for (b, block) in self.base[recording].iter().enumerate() {
-                let streams = gains.iter().zip(&mut lanes);
+                let streams = gains.iter().zip(&mut *lanes);
                 let mut streams: Vec<_> =
                     streams.map(|(gains, out)| LaneStream { gains, block, out }).collect();
                 pass_streams(&mut streams)?;
@@ -159,7 +169,7 @@ impl PackedColumns {
                     }
                 }
             }
-            for (k, ((sum, gains), e)) in sums.iter_mut().zip(gains).zip(&e).enumerate() {
+            for (k, ((sum, gains), e)) in sums.iter_mut().zip(gains).zip(&*e).enumerate() {
                 vectorised(BaseSums { rows: &rows, e, size, products: &mut sum.products });
                 sum.log_variance += rows.iter().map(|k| gains.variance[*k].ln()).sum::<f64>();
                 sum.count += rows.len();

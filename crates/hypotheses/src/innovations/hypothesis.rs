@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use trueup_estimation::innovations::column::AppliedLaw;
-use trueup_estimation::innovations::fixed_point::{FitEnd, FixedPoint};
+use trueup_estimation::innovations::fixed_point::FixedPoint;
 use trueup_estimation::innovations::frame::InnovationsFrame;
 use trueup_estimation::innovations::intensity::power;
 use trueup_estimation::innovations::kernel::SizeError;
@@ -103,11 +103,11 @@ pub fn fit_candidate(
     frame: &SharedFrame,
     candidate: &EffectCandidate,
     sizes: &UsualSizes,
-    end: FitEnd,
+    rounds: usize,
 ) -> Result<FittedEffect, SizeError> {
     let parts = [(candidate.law, candidate.shape.clone())];
     let make = |f: &InnovationsFrame| applied(&parts, f, sizes);
-    let fit = frame.borrow_mut().fit(&make, &candidate.q, end, true)?;
+    let fit = frame.borrow_mut().fit(&make, &candidate.q, rounds, true)?;
     Ok(FittedEffect::of_law(frame, candidate.law, candidate.shape.clone(), fit))
 }
 

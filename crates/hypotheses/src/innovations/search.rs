@@ -4,7 +4,6 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use trueup_estimation::innovations::fixed_point::FitEnd;
 use trueup_estimation::innovations::frame::{INTENSITY, InnovationsFrame};
 use trueup_estimation::innovations::intake::{NodeIntake, NodesError, root_mean_square};
 use trueup_estimation::innovations::intensity::power;
@@ -30,9 +29,6 @@ const LEADERS: [usize; 2] = [7, 2];
 const ROUNDS: [usize; 2] = [8, 4];
 /// Nats of the screen below which nothing is fitted.
 const LEAST: f64 = 4.0;
-/// Share of the best gain below which a fit ends early, and the gain from which on: what is named, refined again or gets a second
-/// effect beside it has more.
-const HOPELESS: (f64, f64) = (0.3, 100.0);
 /// Starts after a release, in usual speeds with their exponents: a screen along a wrong release does not see them.
 const AFTER_RELEASE: [(f64, f64); 4] = [(0.02, 1.0), (0.05, 1.0), (0.05, 2.0), (0.1, 1.0)];
 /// Torque held at rest, in levels of dry friction, from which on there is a release.
@@ -221,9 +217,7 @@ fn leaders(
             let Some(c) = c.again(&frame.borrow(), sizes) else { continue };
             refine(&mut frame.borrow_mut(), c, sizes, &[], 3)?
         };
-        let gain = out.iter().map(|h: &FittedEffect| h.evidence - null.evidence).fold(0.0, f64::max);
-        let hopeless = if gain > HOPELESS.1 { null.evidence + HOPELESS.0 * gain } else { f64::NEG_INFINITY };
-        out.push(fit_candidate(frame, &c, sizes, FitEnd { rounds, hopeless })?);
+        out.push(fit_candidate(frame, &c, sizes, rounds)?);
     }
     Ok(out)
 }
