@@ -2,13 +2,13 @@
 
 use crate::builder::Builder;
 use crate::experiment::TOLERANCE;
-use crate::space::{constants, differing, encoded, structure};
+use crate::space::{STIFFENING, constants, differing, encoded, is_robot, stiffening, structure};
 use crate::structure::chosen;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Experiment, ModelTable};
 use trueup_models::flexible_arm::layout::{
-    AXIAL, AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, FIXED, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE,
-    inputs, outputs, parameters,
+    AXIAL_CHOICE, DRIVE, DRIVE_CHOICE, FIXED, LINKS_CHOICE, SHAPES_CHOICE, SOLVER, SOLVER_CHOICE, inputs,
+    outputs, parameters,
 };
 use trueup_models::flexible_arm::presets::{self, delian};
 use trueup_models::flexible_arm::{FlexibleArm, Structure};
@@ -19,17 +19,10 @@ use trueup_numerics::hybrid::Hybrid;
 /// Items of the choices.
 const BY_TORQUE: usize = 2;
 const RIGID: usize = 2;
-const STIFFENING: usize = 2;
-/// Whose structure is given body by body.
-const PARENT: &str = "parent";
-
 /// Size of the steps of Co-Simulation where they are fixed, s.
 pub(crate) const STEP: f64 = 1e-3;
 
-/// What is chosen in addition to a structure that is given body by body.
-const BESIDE: [&str; 3] = [DRIVE_CHOICE, AXIAL_CHOICE, SOLVER_CHOICE];
-
-/// The item that is chosen of one of [`BESIDE`].
+/// The item of a structural choice, given body by body or not.
 fn item(c: &Configuration, choice: &str) -> Option<usize> {
     c.structure.iter().find(|s| s.0 == choice).and_then(|s| s.1.first()).map(|item| *item as usize)
 }
@@ -44,12 +37,9 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     if let Some(effect) = c.effects.first() {
         return Err(format!("no effect acts in FlexibleArm yet, `{effect}` neither"));
     }
-    if c.structure.iter().any(|s| s.0 == PARENT) {
+    if is_robot(c) {
         let by_current = item(c, DRIVE_CHOICE) != Some(BY_TORQUE);
-        let own: Vec<_> = c.structure.iter().filter(|s| !BESIDE.contains(&s.0.as_str())).cloned().collect();
-        let mut robot = structure(&Configuration { structure: own, ..c.clone() })?;
-        robot.axial_stiffening = item(c, AXIAL_CHOICE) == Some(STIFFENING);
-        let arm = FlexibleArm::new(Structure { robot, by_current })?;
+        let arm = FlexibleArm::new(Structure { robot: structure(c)?, by_current })?;
         let start = arm.defaults();
         return Ok((arm, start));
     }
@@ -58,45 +48,60 @@ pub(crate) fn build(c: &Configuration) -> Result<(FlexibleArm, Vec<f64>), String
     if !c.joint_flexible.is_empty() {
         design.flex(&c.joint_flexible)?;
     }
-    if let Some(n) = chosen(SHAPES_CHOICE) {
-        design.flexures.iter_mut().for_each(|f| (f.shapes.x, f.shapes.y) = (n, n));
-    }
-    if chosen(LINKS_CHOICE) == Some(RIGID) {
-        design = design.stiffened();
-    }
-    design.axial_stiffening = chosen(AXIAL_CHOICE) == Some(STIFFENING);
+    let design = linked(design, &chosen)?;
     let by_current = chosen(DRIVE_CHOICE) != Some(BY_TORQUE);
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current })?;
     let start = presets::parameters(&arm, &design);
     Ok((arm, start))
 }
 
-/// The configuration of a model of this arm, its motors driven by currents.
+/// The design with links as they are chosen by name.
+fn linked(mut design: Design, chosen: &impl Fn(&str) -> Option<usize>) -> Result<Design, String> {
+    if let Some(n) = chosen(SHAPES_CHOICE) {
+        if design.flexures.is_empty() {
+            return Err(format!(
+                "{SHAPES_CHOICE} = {n}: {} has no link that is a beam; leave it out",
+                design.name
+            ));
+        }
+        // None stays none: along there the link does not bend.
+        let shapes = design.flexures.iter_mut().flat_map(|f| [&mut f.shapes.x, &mut f.shapes.y]);
+        shapes.filter(|s| **s > 0).for_each(|s| *s = n);
+    }
+    if chosen(LINKS_CHOICE) == Some(RIGID) {
+        design = design.stiffened();
+    }
+    design.axial_stiffening = chosen(AXIAL_CHOICE).map(|item| item == STIFFENING).or(design.axial_stiffening);
+    Ok(design)
+}
+
+/// The design with what [`crate::choices`] lets one choose of the links of `FlexibleArm`.
+///
+/// # Errors
+/// A choice that there is not, with the mend.
+pub fn with_links(design: Design, choices: &[(String, Vec<u32>)]) -> Result<Design, String> {
+    let asked = Configuration { structure: choices.to_vec(), ..Configuration::of("FlexibleArm") };
+    linked(design, &chosen(&asked)?)
+}
+
+/// The configuration of a model of this arm on the ground, with what these choose of its drive and of its solver.
 ///
 /// # Errors
 /// A structure that cannot be had, with the remedy.
-pub fn of_arm(design: &Design) -> Result<Configuration, String> {
+pub fn of_arm(design: &Design, choices: &[(String, Vec<u32>)]) -> Result<Configuration, String> {
     let design = Design { held: true, ..design.clone() };
     let arm = FlexibleArm::new(Structure { robot: design.structure(), by_current: true })?;
     let own = arm.defaults();
     let mut wanted = own.clone();
     let of_bodies = design.parameters();
     wanted[..of_bodies.len()].copy_from_slice(&of_bodies);
+    let beside = choices.iter().filter(|c| [DRIVE_CHOICE, SOLVER_CHOICE].contains(&c.0.as_str())).cloned();
     Ok(Configuration {
         joint_flexible: arm.structure().robot.flexible.clone(),
-        structure: encoded_arm(&arm.structure().robot),
+        structure: encoded(&arm.structure().robot).into_iter().chain(beside).collect(),
         start: differing(&table(&arm, &own, false), &own, &wanted),
         ..Configuration::of("FlexibleArm")
     })
-}
-
-/// A structure, body by body.
-fn encoded_arm(robot: &trueup_models::space::Structure) -> Vec<(String, Vec<u32>)> {
-    let mut all = encoded(robot);
-    if robot.axial_stiffening {
-        all.push((AXIAL_CHOICE.to_owned(), vec![STIFFENING as u32]));
-    }
-    all
 }
 
 /// The table of a model with those start values (in the model's order), its steps of fixed size or not.
@@ -109,15 +114,7 @@ pub(crate) fn table(arm: &FlexibleArm, start: &[f64], fixed: bool) -> ModelTable
     let kind = b.items(&DRIVE);
     let item = if s.by_current { 1.0 } else { BY_TORQUE as f64 };
     b.constant(DRIVE_CHOICE, kind, &[], &[item], "What the motors are driven by (fixed when packed)");
-    let kind = b.items(&AXIAL);
-    let item = if s.robot.axial_stiffening { STIFFENING as f64 } else { 1.0 };
-    b.constant(
-        AXIAL_CHOICE,
-        kind,
-        &[],
-        &[item],
-        "Whether loads along the links stiffen them (fixed when packed)",
-    );
+    stiffening(&mut b, &s.robot);
     let kind = b.items(&SOLVER);
     let item = if fixed { FIXED as f64 } else { 1.0 };
     b.constant(SOLVER_CHOICE, kind, &[], &[item], "How Co-Simulation integrates (fixed when packed)");

@@ -13,7 +13,7 @@ mod structure;
 
 pub use arm::TEST_BED;
 pub use experiment::schedule;
-pub use flexible_arm::of_arm;
+pub use flexible_arm::{of_arm, with_links};
 pub use model::Plant;
 pub use space::{is_robot, of_design};
 pub use structure::{Choice, Wanted, choices};
@@ -37,6 +37,8 @@ mod tests {
     use trueup_fmi_export::FmuModel;
     use trueup_models::arm::{BASE_CHOICE, FIXED_BASE};
     use trueup_models::effect;
+    use trueup_models::flexible_arm::presets::delian;
+    use trueup_models::space::design::Design;
     use trueup_models::space::presets;
     use trueup_models::space::table::{Table, TabledMode};
     use trueup_numerics::hybrid::Hybrid;
@@ -89,7 +91,7 @@ mod tests {
         let arms = [
             arm(&[("drive", 2), ("linkShapes", 5), ("axialStiffening", 2)]),
             arm(&[("links", 2)]),
-            crate::of_arm(&trueup_models::flexible_arm::presets::delian()).unwrap(),
+            crate::of_arm(&delian(), &[]).unwrap(),
         ];
         for c in plain.chain(robots).chain(contact).chain(arms) {
             let m = Plant::build(&c).unwrap();
@@ -105,6 +107,60 @@ mod tests {
             assert_eq!(count(|s| matches!(s, S::Input(_))), s.inputs, "{c:?}");
             assert_eq!(t.parameter_starts().len(), s.parameters, "{c:?}");
             m.check(&t.parameter_starts()).unwrap();
+        }
+    }
+
+    #[test]
+    fn loads_stiffen_links_that_bend_unless_chosen_otherwise() {
+        for (structure, wanted) in [
+            (&[][..], true),
+            (&[("drive", 2), ("linkShapes", 5)], true),
+            (&[("axialStiffening", 1)], false),
+            (&[("links", 1), ("axialStiffening", 2)], true),
+            (&[("links", 2)], false),
+            (&[("links", 2), ("axialStiffening", 1)], false),
+            // There is nothing to stiffen, and no error.
+            (&[("links", 2), ("axialStiffening", 2)], true),
+        ] {
+            let c = Configuration {
+                structure: structure.iter().map(|(name, item)| ((*name).to_owned(), vec![*item])).collect(),
+                ..Configuration::of("FlexibleArm")
+            };
+            let plant = Plant::build(&c).unwrap();
+            let Plant::FlexibleArm { arm, .. } = &plant else { panic!("no arm") };
+            let table = plant.table();
+            let start = table.find("axialStiffening").unwrap().start[0];
+            assert_eq!(
+                (arm.structure().robot.axial_stiffening, start == 2.0),
+                (wanted, wanted),
+                "{structure:?}"
+            );
+        }
+    }
+
+    /// By what a robot is, what its file chooses and what is chosen beside it; a free base has no weight on its links.
+    #[test]
+    fn loads_stiffen_links_of_a_robot_that_stands() {
+        for (held, file, beside, wanted) in [
+            (true, None, None, true),
+            (true, Some(false), None, false),
+            (false, None, None, false),
+            (false, Some(true), None, true),
+            (true, None, Some(1), false),
+            (true, Some(true), Some(1), false),
+            (true, Some(false), Some(2), true),
+        ] {
+            let design = Design { held, axial_stiffening: file, ..delian() };
+            let choices: Vec<_> =
+                beside.into_iter().map(|item| ("axialStiffening".to_owned(), vec![item])).collect();
+            let design = crate::with_links(design, &choices).unwrap();
+            let on_ground = Design { held: true, ..design.clone() };
+            let arm = crate::of_arm(&design, &choices).unwrap();
+            for (c, wanted) in [(of_design(&design).unwrap(), wanted), (arm, on_ground.stiffens())] {
+                let table = Plant::build(&c).unwrap().table();
+                let start = table.find("axialStiffening").unwrap().start[0];
+                assert_eq!(start == 2.0, wanted, "{} {held} {file:?} {beside:?}", c.model);
+            }
         }
     }
 

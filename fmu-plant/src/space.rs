@@ -4,7 +4,7 @@ use crate::builder::Builder;
 use crate::experiment::SPACE_TOLERANCE;
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::{Enumeration, Experiment, Kind, ModelTable, Storage};
-use trueup_models::flexible_arm::layout::LINK_MODES;
+use trueup_models::flexible_arm::layout::{AXIAL, AXIAL_CHOICE, LINK_MODES};
 use trueup_models::space::appendage::Shapes;
 use trueup_models::space::design::Design;
 use trueup_models::space::layout::{COUPLING, Inputs, Outputs, Parameters, States};
@@ -21,6 +21,8 @@ const HELD: &str = "held";
 const ANALYSIS: &str = "analysis";
 const TABLE_MODES: &str = "modesOfTable";
 const LINK_TABLE_MODES: &str = "modesOfLinkTable";
+/// Item of [`AXIAL`]: on.
+pub(crate) const STIFFENING: usize = 2;
 const SHAPES: [&str; 3] = ["shapesX", "shapesY", "shapesTorsion"];
 
 /// The model of a configuration, and start values of its parameters before those of the configuration.
@@ -70,8 +72,7 @@ pub(crate) fn structure(c: &Configuration) -> Result<Structure, String> {
         flexible,
         tips: found(TIP).collect(),
         thrusters: first(THRUSTERS),
-        // A free flyer's links are not stiffened by what pulls at them.
-        axial_stiffening: false,
+        axial_stiffening: first(AXIAL_CHOICE) == STIFFENING,
         held: first(HELD) == 1,
         analysis: first(ANALYSIS) == 1,
         tables: found(TABLE_MODES).collect(),
@@ -134,6 +135,9 @@ pub(crate) fn encoded(s: &Structure) -> Vec<(String, Vec<u32>)> {
     if s.analysis {
         structure.push((ANALYSIS, vec![1]));
     }
+    if s.axial_stiffening {
+        structure.push((AXIAL_CHOICE, vec![STIFFENING as u32]));
+    }
     if !s.tables.is_empty() {
         structure.push((TABLE_MODES, numbers(&s.tables)));
     }
@@ -155,6 +159,9 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
     let mut b = Builder::new("SpatialFreeFlyer", text, experiment);
     b.items(&COUPLING);
     constants(&mut b, s);
+    if s.links() > 0 {
+        stiffening(&mut b, s);
+    }
     b.parameters(&Parameters::list(s), start);
     b.inputs(&Inputs::list(s));
     b.outputs(&Outputs::list(s));
@@ -178,6 +185,14 @@ pub(crate) fn table(model: &SpatialFreeFlyer, start: &[f64]) -> ModelTable {
         of_base.chain(["basePosition", "baseQuaternion", "baseVelocity", "baseAngularVelocity"]).collect();
     b.terminal("base", "What controls the base's attitude", &base);
     b.finish(model.sizes().indicators)
+}
+
+/// Whether loads along links stiffen them.
+pub(crate) fn stiffening(b: &mut Builder, s: &Structure) {
+    let kind = b.items(&AXIAL);
+    let item = if s.axial_stiffening { STIFFENING as f64 } else { 1.0 };
+    let text = "Whether loads along the links stiffen them (fixed when packed)";
+    b.constant(AXIAL_CHOICE, kind, &[], &[item], text);
 }
 
 /// What of a robot is fixed when it is packed.

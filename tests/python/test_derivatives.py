@@ -105,7 +105,7 @@ def test_directional_derivatives_equal_central_differences(fmu):
         scale_x = (100 if "TwoMassJoint" in fmu.name else 1) * np.array([max(abs(v), 1e-9) for v in state_nominals(f)])
         # The rate of a hysteretic spring and of bristles has a kink where their deformation rests, so not at rest.
         at_rest = 0 if re.search("hysteresis|load-friction|presliding", fmu.name) else 4
-        for trial in range(3 * POINTS):
+        for trial in range(5 * POINTS):
             if len(worst) == points:
                 break
             z = np.concatenate([rng.normal(size=p.nx) * scale_x, rng.normal(size=p.nu) * 0.02])

@@ -138,7 +138,7 @@ def run(fmus, folder, fault):
     elif status == 0:
         expected = [[0.05 * k, 2.718281828459045 ** (-0.05 * k)] for k in range(21)]
         if "r.csv: " not in said:
-            wrong.append("it says nothing of the results")
+            wrong.append("it reports nothing of the results")
         if "where `faulty" in said and "ended the run" in said:
             expected = [e for e in expected if e[0] <= rows(folder / "r.csv")[-1][0] + 1e-9]
         # Where events are recorded there are more rows than communication points.

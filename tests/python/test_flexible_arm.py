@@ -132,7 +132,9 @@ def test_a_link_by_a_table_keeps_its_energy_and_is_the_beam(trueup, tmp_path):
     for name, link in (("beam", beam), ("table", table)):
         (tmp_path / f"{name}.toml").write_text(robot(link))
         (tmp_path / name).mkdir()
-        path = packed(trueup, tmp_path / name, "--robot", tmp_path / f"{name}.toml", "--set", "gravity=0,0,-9.81")
+        # The table does not give the shortening of the link by bending, so the beam must do without that, too.
+        robots = "--robot", tmp_path / f"{name}.toml", "--structure", "axialStiffening=off"
+        path = packed(trueup, tmp_path / name, *robots, "--set", "gravity=0,0,-9.81")
         assert not validate_fmu(str(path))
         results.append(simulate_fmu(
             path, fmi_type="ModelExchange", stop_time=0.1, relative_tolerance=1e-9, output_interval=1e-3,

@@ -1,4 +1,4 @@
-"""Files as other tools write them, beside those of test_bad_inputs.py: spreadsheets, loggers, pandas, ROS, other SSP tools, xacro, FMUs
+"""Files as other tools write them, in addition to those of test_bad_inputs.py: spreadsheets, loggers, pandas, ROS, other SSP tools, xacro, FMUs
 that were damaged on their way. Drawn by a seed that is printed (TRUEUP_SEED); each has to be the same, noted or refused, by name."""
 
 import os
@@ -238,7 +238,7 @@ def an_element_twice(desk, rng):
         ('<parent link="foot"/>', 5, "parent"),
     ])
     desk.write("arm.urdf", URDF.replace(old, old + old, 1))
-    return refused("urdf", f"arm.urdf:{line}", f"<{name}> stands twice")
+    return refused("urdf", f"arm.urdf:{line}", f"<{name}> is there twice")
 
 
 @way

@@ -68,7 +68,7 @@ pub enum Engine {
 }
 
 /// What weighs the causes of a joint where nothing else is called for.
-pub const JOINT_ENGINE: Engine = Engine::Balances;
+pub const JOINT_ENGINE: Engine = Engine::Innovations;
 
 /// How to diagnose.
 #[derive(Clone, Copy, Debug)]
@@ -237,7 +237,7 @@ fn diagnose_all(
     let mut instead = None;
     let usual = if case.subject.plant == Plant::Joint { JOINT_ENGINE } else { Engine::Balances };
     if options.engine.unwrap_or(usual) == Engine::Innovations {
-        tell(0.05, "weighing every cause by the innovations");
+        tell(0.5 * SEARCHED, "weighing every cause by the innovations");
         match evidence(whole, &search, options) {
             Ok(own) => return by_innovations(loaded, &search, (raw, noticed), own, options, tell),
             Err(why) => instead = Some(why),

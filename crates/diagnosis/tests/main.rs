@@ -7,6 +7,7 @@ mod balance;
 mod believed;
 mod data;
 mod floor;
+mod innovations;
 mod input_scale;
 mod isolability;
 mod joint;

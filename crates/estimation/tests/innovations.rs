@@ -222,15 +222,16 @@ fn filter_smoother_scores_and_columns_are_those_of_the_whole_normal_distribution
         for (i, k) in w.at.iter().enumerate().filter(|(_, k)| *k % CHANNELS == 0) {
             shown[i] += series[k / CHANNELS];
         }
-        let own = shown.dot(&factor.solve(&shown));
         let group = [column];
+        let own = shown.dot(&factor.solve(&shown));
         // Its amplitude integrated out is a covariance more.
         let (mean, deviation) = (0.3, 2.0);
         let priors = AmplitudePriors { mean: vec![mean], deviation: vec![deviation], parameters: 0 };
         let with = PackedColumns::new(vec![d.data.clone()], &group, CHANNELS);
-        let mut grams = vec![with.nothing()];
-        with.pass_base(0, std::slice::from_ref(&gains), &mut grams, |_, _| ()).unwrap();
-        let found = log_evidence(&grams.remove(0).mirrored(), &priors).log;
+        let mut gram = [with.nothing()];
+        with.pass_base(0, std::slice::from_ref(&gains), &mut gram, |_, _| ()).unwrap();
+        let [gram] = gram;
+        let found = log_evidence(&gram.mirrored(), &priors).log;
         let more = &w.rows * &w.covariance * w.rows.transpose()
             + &w.noise
             + deviation.powi(2) * &shown * shown.transpose();

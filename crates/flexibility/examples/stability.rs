@@ -16,7 +16,6 @@ use trueup_flexibility::droop::droop;
 use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::controller::Strategy;
 use trueup_models::flexible_arm::FlexibleArm;
-use trueup_models::flexible_arm::presets::structure;
 
 const STEP: f64 = 1e-3;
 const RAISED: f64 = 0.9;
@@ -93,7 +92,7 @@ impl Case<'_> {
 
 fn main() -> Result<(), Box<dyn Error>> {
     let orbit = std::env::args().any(|a| a == "orbit");
-    let arm = FlexibleArm::new(structure(false))?;
+    let arm = loops::arm()?;
     println!(
         "K_p in 1/s up to which no vibration grows; at K_p = {GAIN}: damping ratio of the least damped vibration below 100 rad/s, largest |z|, how fast it runs away in 1/s"
     );

@@ -88,7 +88,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 flexures: (0..2)
                     .map(|k| link(k, shapes, length[k], stiffness[k], density[k], polar[k]))
                     .collect(),
-                axial_stiffening,
+                axial_stiffening: Some(axial_stiffening),
                 ..presets::delian()
             };
             design.check()?;

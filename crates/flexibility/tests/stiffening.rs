@@ -20,7 +20,7 @@ fn blade() -> Design {
     design.links[0].motor.flexible = false;
     design.links[0].mass = 1e-9;
     design.tips.clear();
-    design.axial_stiffening = true;
+    design.axial_stiffening = Some(true);
     design
 }
 
@@ -72,7 +72,7 @@ fn lnk4_a_blade_that_spins_gets_stiffer() {
         );
     }
     // Without, spin softens falsely in its plane.
-    let soft = Design { axial_stiffening: false, ..blade() };
+    let soft = Design { axial_stiffening: Some(false), ..blade() };
     let [in_plane, across] = spinning(&soft, 2.0 * unit).map(|f| f / unit);
     assert!((across - 3.5160).abs() < 1e-3 && (in_plane - (3.516_f64.powi(2) - 4.0).sqrt()).abs() < 1e-3);
 }
@@ -81,7 +81,7 @@ fn lnk4_a_blade_that_spins_gets_stiffer() {
 #[test]
 fn lnk4_a_column_buckles_at_euler_s_load() {
     let mut design = chain(1, Shapes { x: 4, y: 0, torsion: 0 }, 0.5);
-    design.axial_stiffening = true;
+    design.axial_stiffening = Some(true);
     design.links[0].motor.stiffness = 1e12;
     design.links[1].motor.stiffness = 1e8;
     let (arm, p) = arm_of(&design);

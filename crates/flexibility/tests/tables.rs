@@ -287,8 +287,10 @@ fn lnk9_a_table_contributes_as_its_beam() {
         let rest = equilibrium(&on.arm, &on.parameters, &motors, [0.0; 3]).unwrap();
         contributions(&on.arm, &on.parameters, &rest, [0.0; 3]).unwrap()
     };
-    let wanted = all(&delian());
-    let found = all(&with_tables(&delian(), &[1], (20, Reduction::CraigBampton(1))));
+    // A table does not give the shortening of its link by bending, so the beam must do without that, too.
+    let beams = Design { axial_stiffening: Some(false), ..delian() };
+    let wanted = all(&beams);
+    let found = all(&with_tables(&beams, &[1], (20, Reduction::CraigBampton(1))));
     assert_eq!(wanted.len(), found.len());
     for (a, b) in wanted.iter().zip(&found) {
         println!(

@@ -12,6 +12,7 @@ mod advance;
 mod failure;
 mod field;
 mod iterate;
+mod lanes;
 mod names;
 mod sensitivity;
 
@@ -21,10 +22,10 @@ use trueup_fmi_description::description::Description;
 use trueup_numerics::driver::{Memory, Reached as Steps, Solver, Stepper};
 
 pub use self::failure::Failure;
-pub use self::sensitivity::{Lane, Sensitivities};
+pub use self::lanes::{Lane, Sensitivities};
 use crate::pace::Pace;
 use crate::{AnyInstance, Error, StateColumns};
-use sensitivity::Along;
+use lanes::Along;
 
 /// The FMUs that are integrated together, and what acts on them.
 pub trait Fmus {

@@ -5,7 +5,7 @@
 
 use fmu_controller::Controller;
 use fmu_plant::Plant;
-pub use fmu_plant::{Choice, Wanted, choices, of_arm, of_design};
+pub use fmu_plant::{Choice, Wanted, choices, of_arm, of_design, with_links};
 use trueup_fmi::configuration::Configuration;
 use trueup_fmi::table::ModelTable;
 use trueup_fmi_export::FmuModel;

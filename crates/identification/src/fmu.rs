@@ -22,7 +22,7 @@ use crate::parallel;
 use trueup_fmi_description::description::{
     Causality, Description, Initial, Type, Values, Variability, Variable,
 };
-use trueup_fmi_import::{AnyInstance, Error, Fmu, array_lengths};
+use trueup_fmi_import::{AnyInstance, Fmu, array_lengths};
 use trueup_numerics::hybrid::Sizes;
 use trueup_numerics::{Dual, Scalar};
 use trueup_plant::elements;

@@ -47,6 +47,7 @@ fn kinds() -> Result<Vec<Kind>, String> {
         kind("rigid links", &delian().stiffened())?,
         kind("links with two modes", &with(2, 0, 0))?,
         kind("links of 2, 2, 1 shapes (the preset)", &delian())?,
+        kind("the preset without axial stiffening", &Design { axial_stiffening: Some(false), ..delian() })?,
         kind("links of 5, 5, 1 shapes", &with(5, 5, 1))?,
     ])
 }
@@ -308,7 +309,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("fixed stiff, 0.5 ms", fixed(0.5e-3)),
         ("fixed stiff, 1 ms", fixed(1e-3)),
     ];
-    for kind in &kinds[..3] {
+    for kind in &kinds[..4] {
         let exact = travel(kind, adaptive(Solver::Explicit, 1e-9))?.way;
         for (name, options) in solvers.iter().filter(|(name, _)| name.contains(&wanted)) {
             let done: Vec<Cost> = (0..moves).map(|_| travel(kind, *options)).collect::<Result<_, _>>()?;

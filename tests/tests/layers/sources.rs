@@ -28,12 +28,6 @@ const UNSAFE: &[&str] = &[
     "crates/fmi-import/src/table.rs",
 ];
 const LONGEST: usize = 500;
-/// What is longer all the same, with its length. This list only shrinks.
-const LONGER: &[(&str, usize)] = &[
-    ("crates/cosim/src/couple.rs", 585),
-    ("crates/fmi-import/src/fmi2.rs", 558),
-    ("crates/identification/src/fmu/simulate.rs", 541),
-];
 
 fn printing(file: &File) -> Complaints {
     if file.path.starts_with("tools/") || is_test_file(&file.path) {
@@ -79,13 +73,10 @@ fn lints(manifest: &File) -> Complaints {
 
 fn length(file: &File) -> Complaints {
     let lines = file.text.lines().count();
-    let most = LONGER.iter().find(|l| l.0 == file.path).map_or(LONGEST, |l| l.1);
-    let long = lines > most && file.path.contains("src/");
-    let listed = most > LONGEST && lines <= LONGEST;
-    let long = long.then(|| format!("{}: {lines} lines; split it, {most} are the most", file.path));
-    let listed =
-        listed.then(|| format!("{}: {lines} lines; take it out of the list of longer files", file.path));
-    long.into_iter().chain(listed).collect()
+    let long = lines > LONGEST && file.path.contains("src/");
+    long.then(|| format!("{}: {lines} lines; split it, {LONGEST} are the most", file.path))
+        .into_iter()
+        .collect()
 }
 
 /// A path of one machine in what is built or read by users.

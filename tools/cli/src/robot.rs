@@ -26,7 +26,7 @@ struct File {
     /// Its FMU has outputs of what a pose is worth.
     #[serde(default)]
     analysis: bool,
-    /// Bending shortens links.
+    /// Bending shortens links; left out: where the base is held and every link that bends is a beam.
     #[serde(rename = "axial-stiffening")]
     axial_stiffening: Option<Spanned<bool>>,
     base: Base,
@@ -242,8 +242,8 @@ impl File {
                 }),
             });
         }
-        let stiffening = self.axial_stiffening.filter(|s| *s.get_ref());
-        if let (Some(stiffening), Some(table)) = (&stiffening, link_tables.first()) {
+        let stiffening = self.axial_stiffening.as_ref().filter(|s| *s.get_ref());
+        if let (Some(stiffening), Some(table)) = (stiffening, link_tables.first()) {
             let why = format!(
                 "axial-stiffening = true needs beams, and the link of `{}` is a table of modes, which does not give the shortening by bending; leave axial-stiffening out, or give that link as a beam",
                 table.table.name
@@ -264,7 +264,7 @@ impl File {
             tables,
             flexures,
             link_tables,
-            axial_stiffening: stiffening.is_some(),
+            axial_stiffening: self.axial_stiffening.map(Spanned::into_inner),
             held: self.base.held,
             geared: true,
             analysis: self.analysis,

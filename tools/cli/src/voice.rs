@@ -38,7 +38,7 @@ pub(crate) fn line(text: &str) {
     let text = painted(text, coloured());
     #[cfg(unix)]
     if let Some(Some(mut kept)) = KEPT.get().map(Option::as_ref) {
-        let _ = writeln!(kept, "{text}"); // nobody reads it
+        let _ = writeln!(kept, "{text}"); // its reader may be gone
         return;
     }
     eprintln!("{text}");

@@ -54,9 +54,10 @@ fn the_documents_reduced_set_is_the_beam_beside_it() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("arm.toml");
     let found = documented().map(|arm| {
-        std::fs::write(&file, arm).unwrap();
+        // A table does not give the shortening of its link by bending, so the beam must do without that, too.
+        std::fs::write(&file, format!("axial-stiffening = false\n{arm}")).unwrap();
         let out = trueup(&["arm", "map", file.to_str().unwrap(), "--pose", "0.4,0.3", "--json"]);
-        assert!(out.status.success(), "{}", text(&out.stderr));
+        assert!(out.status.success() && out.stderr.is_empty(), "{}", text(&out.stderr));
         numbers(&serde_json::from_slice(&out.stdout).unwrap())
     });
     let [beam, table] = found;
@@ -87,6 +88,63 @@ fn the_documents_reduced_set_is_the_beam_beside_it() {
     }
     // Its mass is the arm's where nothing bends.
     assert!(trueup(&["robot", file.to_str().unwrap()]).status.success());
+}
+
+/// What a file and `--structure` choose of links counts, the latter last; what tables keep from being simulated is named.
+#[test]
+fn what_is_chosen_of_links_counts_for_a_robots_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("arm.toml");
+    let (to, robot) = (folder.path().to_str().unwrap(), file.to_str().unwrap());
+    let pack = |model: &str, arm: &str, choice: &str| {
+        std::fs::write(&file, arm).unwrap();
+        let chosen = ["--structure", choice];
+        let more = if choice.is_empty() { &[][..] } else { &chosen };
+        trueup(&[&["fmu", "pack", model, "--fmi", "3", "--robot", robot, "-o", to], more].concat())
+    };
+    let [beam, table] = documented();
+    let with = |value: &str, arm: &str| format!("axial-stiffening = {value}\n{arm}");
+    for (arm, choice, wanted) in [
+        (&beam, "", &["axialStiffening = on ", "linkModes[2][3] = 2, 2, 1, 0, 0, 0"][..]),
+        (&with("true", &beam), "axialStiffening=off", &["axialStiffening = off "]),
+        (
+            &with("false", &beam),
+            "linkShapes=3",
+            &["axialStiffening = off ", "linkModes[2][3] = 3, 3, 1, 0, 0, 0"],
+        ),
+        (&table, "links=rigid", &["axialStiffening = off "]),
+    ] {
+        let out = pack("FlexibleArm", arm, choice);
+        assert!(out.status.success() && out.stderr.is_empty(), "{}", text(&out.stderr));
+        let info = trueup(&["fmu", "info", folder.path().join("FlexibleArm.fmi3.fmu").to_str().unwrap()]);
+        let info = text(&info.stdout);
+        assert!(wanted.iter().all(|w| info.contains(w)), "{choice}: {info}");
+        assert_eq!(info.contains("linkM"), choice != "links=rigid", "{info}");
+    }
+    // With a table stiffening is off, and named unless the file chose that.
+    for (arm, named) in [(&beam, false), (&table, true), (&with("false", &table), false)] {
+        std::fs::write(&file, arm).unwrap();
+        let out = trueup(&["arm", "map", robot, "--pose", "0.4,0.3"]);
+        let said = text(&out.stderr);
+        let note =
+            said.lines().filter(|l| l.starts_with("note: ") && l.contains("`upper arm` is a table of modes"));
+        assert!(out.status.success() && note.count() == usize::from(named), "{said}");
+    }
+    let remedy = "leave axial-stiffening (axialStiffening) off, or give that link as a beam";
+    for (model, choice, wanted) in [
+        ("FlexibleArm", "axialStiffening=on", remedy),
+        ("FlexibleArm", "linkShapes=3", "has no link that is a beam; leave it out"),
+        ("SpatialFreeFlyer", "links=rigid", "there is no `links` to choose here"),
+    ] {
+        let out = pack(model, &table, choice);
+        let said = text(&out.stderr);
+        assert_eq!(out.status.code(), Some(2), "{said}");
+        assert_eq!(
+            said.lines().filter(|l| l.starts_with("error: ") && l.contains(wanted)).count(),
+            1,
+            "{said}"
+        );
+    }
 }
 
 /// Each mistake by one error with file, line, name and remedy.

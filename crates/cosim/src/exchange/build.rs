@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use trueup_fmi_description::description::{Causality, Description, Initial, Type, Unknown, Variability};
+use trueup_fmi_description::description::Type;
 
 use super::bank::{Bank, Converted, Copy, Others, Reals, Scaled, Spot};
 use super::dependencies::dependencies;

@@ -101,7 +101,7 @@ pub(super) fn conclude(
         let own = own.ok_or_else(|| DiagnoseError::Nominal("what was found has no fit".into()))?;
         // A claim by evidence has no need of a free run through stick and slip.
         let refused = match window.filter(|_| by_evidence.is_some()) {
-            Some(seconds) => refusal::in_windows(&ground, seconds, &tuned.complete, &own.complete),
+            Some(seconds) => refusal::in_windows(&ground, seconds, &tuned.complete, &own),
             None => refusal::of_whole(&ground, &tuned.complete, &polished.complete, &free),
         };
         if let Some(why) = refused {
@@ -141,7 +141,9 @@ pub(super) fn conclude(
         None => (own, Ran { complete: tuned.complete.clone(), shown: tuned.shown.clone() }),
     };
     notes.extend(blind::told(search, decision.verdict));
-    if let Some([from, to]) = search.searched_orders().filter(|_| !options.capped) {
+    // Evidence looks for orders by a spectrum of its own.
+    let by_balances = by_evidence.is_none() && !options.capped;
+    if let Some([from, to]) = search.searched_orders().filter(|_| by_balances) {
         notes.push(format!(
             "what repeats with a shaft was looked for from {from:.2} to {to:.0} times a turn: what is faster these readings do not show"
         ));

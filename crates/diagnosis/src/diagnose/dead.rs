@@ -253,7 +253,7 @@ fn readings(all: &[Acting<'_>], outputs: &[String], driven: &[Option<usize>]) ->
                 let value =
                     a.led.channels[*at].y[a.led.counts.start + span.0.start * a.led.counts.len() / PARTS];
                 let text = format!(
-                    "{name}: it stays at {value:.6} {} although the drives act on it as elsewhere: the channel is dead, or the joint is blocked; \
+                    "{name}: it stays at {value:.6} {} although the drives act on it as elsewhere: the channel is dead, the joint is blocked or its drive was off; \
                      look at the sensor and its cable, and leave these readings out",
                     span.when(a.led)
                 );

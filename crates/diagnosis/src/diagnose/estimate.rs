@@ -82,6 +82,8 @@ pub(super) struct Reported {
     pub complete: Complete,
     /// Which of the free-running fits it is; `None`: that of the balances.
     pub free: Option<usize>,
+    /// The recordings for fitting over windows, where estimates were compared by them.
+    pub windows: Option<Vec<Window>>,
 }
 
 impl Reported {
@@ -115,7 +117,7 @@ impl Reported {
         let (free, told, complete, _) = all.get(best)?;
         let other = if best > 0 { all.first() } else { all.get(1) };
         let estimated = Estimated::new(told, other.map(|o| &o.1));
-        Some(Self { estimated, complete: complete.clone(), free: *free })
+        Some(Self { estimated, complete: complete.clone(), free: *free, windows: own })
     }
 }
 

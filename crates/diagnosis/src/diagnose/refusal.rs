@@ -1,7 +1,7 @@
 //! Why a claim is refused after it was run: it predicts recordings held out worse than the refitted model, or rests on one recording.
 
 use super::contest::HELPS;
-use super::estimate::{log_ratios, predicts_as_well};
+use super::estimate::{Reported, log_ratios, predicts_as_well};
 use super::ground::Ground;
 use crate::engine::problem::Compared;
 use crate::engine::replay::{Complete, Replayed};
@@ -32,11 +32,11 @@ pub(super) fn in_windows(
     ground: &Ground<'_>,
     seconds: f64,
     tuned: &Complete,
-    claim: &Complete,
+    claim: &Reported,
 ) -> Option<String> {
     let (search, train) = (ground.search, &ground.search.case.train);
     let windows = |c: &Complete, runs: &[Compared]| search.in_windows(c, runs, seconds, None).ok();
-    let [with, without] = [claim, tuned].map(|c| windows(c, ground.runs));
+    let [with, without] = [&claim.complete, tuned].map(|c| windows(c, ground.runs));
     if !predicts_as_well(with.as_deref(), without.as_deref()) {
         return Some(format!(
             "over windows of {seconds:.2} s what explains the recordings for fitting predicts those held out worse than the refitted model: nothing is claimed"
@@ -45,7 +45,8 @@ pub(super) fn in_windows(
     if train.len() < 2 {
         return None;
     }
-    let ratios = log_ratios(&windows(claim, train)?, &windows(tuned, train)?);
+    let with = claim.windows.clone().or_else(|| windows(&claim.complete, train))?;
+    let ratios = log_ratios(&with, &windows(tuned, train)?);
     let left = |of: usize| {
         let own: Vec<f64> = ratios.iter().filter(|r| r.0 == of).map(|r| r.1).collect();
         (0.5 * own.iter().sum::<f64>() / own.len().max(1) as f64).exp()

@@ -1,12 +1,10 @@
 //! omega_n as the controllers estimate it.
 
 use super::Asked;
-use super::loops::N;
+use super::loops::{N, arm};
 use super::moves::{GAIN, Move, OMEGAS, Outcome, WORSE, control, draw, spread};
 use std::error::Error;
 use trueup_models::controller::{Strategy, parameter};
-use trueup_models::flexible_arm::FlexibleArm;
-use trueup_models::flexible_arm::presets::structure;
 
 const RATIOS: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
 /// By how much a move may end further from its goal and count as having arrived like another, m.
@@ -14,7 +12,7 @@ const ARRIVED: f64 = 1e-3;
 
 pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
     let (count, how) = (asked.moves(), asked.how());
-    let arm = FlexibleArm::new(structure(false))?;
+    let arm = arm()?;
     let moves = draw(&arm, count, how.orbit)?;
     let run =
         |m: &Move, strategy, omega, ratio| m.run(&arm, &control(&arm, &m.p, strategy, omega, ratio), how);

@@ -4,7 +4,7 @@
 //! angle, the worst of the shoulder's, as the controllers follow it; for the payload, or for one as heavy as may be.
 
 use super::Asked;
-use super::loops::{N, with_payload};
+use super::loops::{N, arm, with_payload};
 use super::moves::{GAIN, How, Move, OMEGAS, Outcome, WORSE, control, draw, schedule, spread};
 use std::error::Error;
 use trueup_flexibility::droop::droop;
@@ -12,7 +12,6 @@ use trueup_flexibility::equilibrium::equilibrium;
 use trueup_models::controller::Strategy;
 use trueup_models::controller::adaptation::KNOTS;
 use trueup_models::flexible_arm::FlexibleArm;
-use trueup_models::flexible_arm::presets::structure;
 
 const SHARES: [f64; 4] = [0.15, 0.2, 0.4, 0.8];
 const LEAST: f64 = 20.0;
@@ -90,7 +89,7 @@ pub(crate) fn study(asked: &Asked) -> Result<(), Box<dyn Error>> {
     } else {
         Strategy::Vwbc
     };
-    let arm = FlexibleArm::new(structure(false))?;
+    let arm = arm()?;
     let mut study = Study { arm: &arm, moves: draw(&arm, count, how.orbit)?, base: vec![], how };
     let still = |m: &Move| control(&arm, &m.p, Strategy::PPi, [40.0; N], None);
     study.base = study.moves.iter().map(|m| m.run(&arm, &still(m), how)).collect::<Result<_, _>>()?;

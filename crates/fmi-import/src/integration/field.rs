@@ -3,7 +3,7 @@
 use trueup_numerics::driver::System;
 use trueup_numerics::integrate::Ode;
 
-use super::sensitivity::Along;
+use super::lanes::Along;
 use super::{Failure, Fmus, Member};
 use crate::Status;
 

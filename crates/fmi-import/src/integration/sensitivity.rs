@@ -10,100 +10,14 @@
 //! dt* = -dz/(dz/dt), and the sensitivities jump by (f- - f+) dt* in states that are continuous there.
 
 use super::field::place;
+use super::lanes::{Along, Departed, Lane, Late, Sensitivities};
 use super::{Cause, Failure, Fmus, Group, Integrator, Member};
-use crate::{AnyInstance, Error, StateColumns};
 use trueup_numerics::driver::Stepper;
 
 /// Nominal value of a sensitivity: steps follow the states alone.
 const FREE: f64 = 1e100;
 /// Half the width of a difference of indicators by tunable parameters, as a share of their move.
 const WIDTH: f64 = 1e-4;
-
-/// A direction in which parameters and inputs move.
-#[derive(Clone, Debug, Default)]
-pub struct Lane {
-    /// Value references of the parameters that move.
-    pub parameters: Vec<u32>,
-    /// By how much, element by element.
-    pub by: Vec<f64>,
-    /// Where they are.
-    pub at: Vec<f64>,
-    /// By how much the inputs move from [`Sensitivities::since`] on; empty: they do not.
-    pub u: Vec<f64>,
-    /// Slopes of that in 1/s.
-    pub du: Vec<f64>,
-}
-
-impl Lane {
-    /// Parameters move, not the initial states and inputs alone.
-    fn tunes(&self) -> bool {
-        !self.parameters.is_empty()
-    }
-    /// Values of the parameters `by` further on.
-    fn tuned(&self, by: f64) -> Vec<f64> {
-        self.at.iter().zip(&self.by).map(|(p, m)| p + by * m).collect()
-    }
-}
-
-/// The directions of a run.
-#[derive(Clone, Debug, Default)]
-pub struct Sensitivities {
-    /// One direction each.
-    pub lanes: Vec<Lane>,
-    /// Value references of the inputs.
-    pub inputs: Vec<u32>,
-    /// Time in s from which the inputs move as the lanes have it.
-    pub since: f64,
-}
-
-/// The sensitivities of a group under way.
-pub(super) struct Along {
-    of: Sensitivities,
-    columns: StateColumns,
-    /// Event indicators as variables (FMI 3.0).
-    shown: Vec<u32>,
-    departed: Option<Departed>,
-}
-
-/// The states before an event, and how it moves with the lanes.
-struct Departed {
-    x: Vec<f64>,
-    /// Rates before it, and by how much later it comes, one per lane; none: it does not move.
-    late: Option<(Vec<f64>, Vec<f64>)>,
-}
-
-impl Along {
-    /// Knowns and seed of a directional derivative at `time`, the states moving by `s`.
-    fn knowns(&self, lane: usize, s: &[f64], time: f64) -> (Vec<u32>, Vec<f64>) {
-        let lane = &self.of.lanes[lane];
-        let (mut by, mut seed) = (self.columns.states.clone(), s.to_vec());
-        if lane.u.iter().chain(&lane.du).any(|v| *v != 0.0) {
-            by.extend(&self.of.inputs);
-            let since = time - self.of.since;
-            seed.extend(lane.u.iter().zip(&lane.du).map(|(u, du)| u + du * since));
-        }
-        by.extend(&lane.parameters);
-        seed.extend(&lane.by);
-        (by, seed)
-    }
-
-    /// Rates of the sensitivities, which are behind the states in `x`, into their places in `dx`.
-    pub(super) fn rates(
-        &self,
-        instance: &mut AnyInstance,
-        time: f64,
-        x: &[f64],
-        dx: &mut [f64],
-    ) -> Result<(), Error> {
-        let n = self.columns.states.len();
-        for lane in (0..self.of.lanes.len()).filter(|_| n > 0) {
-            let at = n * (lane + 1)..n * (lane + 2);
-            let (by, seed) = self.knowns(lane, &x[at.clone()], time);
-            instance.directional(&self.columns.derivatives, &by, &seed, &mut dx[at])?;
-        }
-        Ok(())
-    }
-}
 
 impl Group {
     /// Differentiates the run from here on, the states moving by `first` at present, lane after lane. The method is
@@ -171,12 +85,11 @@ impl Group {
     /// Before an event: how it moves. Returns whether the FMU is in event mode already.
     pub(super) fn depart<F: Fmus + ?Sized>(&mut self, fmus: &mut F) -> Result<bool, Failure<F::Error>> {
         let Some(along) = &self.along else { return Ok(false) };
-        let (mut late, mut entered) = (None, false);
-        if let Some(Cause::Indicator(i)) = self.mode.pending {
-            let (before, by);
-            (before, by, entered) = self.lateness(fmus, along, i)?;
-            late = Some((before, by));
-        }
+        let late = match self.mode.pending {
+            Some(Cause::Indicator(i)) => Some(self.lateness(fmus, along, i)?),
+            _ => None,
+        };
+        let entered = late.as_ref().is_some_and(|late| late.entered);
         let departed = Some(Departed { x: self.states().to_vec(), late });
         self.along = self.along.take().map(|along| Along { departed, ..along });
         Ok(entered)
@@ -195,7 +108,7 @@ impl Group {
         }
         for lane in 0..self.x.len().checked_div(n).map_or(0, |all| all - 1) {
             let (before, dt) = match &departed.late {
-                Some((before, by)) => (before, by[lane]),
+                Some(late) => (&late.before, late.by[lane]),
                 None => (&after, 0.0),
             };
             for i in 0..n {
@@ -222,7 +135,7 @@ impl Group {
         fmus: &mut F,
         along: &Along,
         i: usize,
-    ) -> Result<(Vec<f64>, Vec<f64>, bool), Failure<F::Error>> {
+    ) -> Result<Late, Failure<F::Error>> {
         let (n, t, call) = (self.state_count(), self.time, self.call());
         let mut before = vec![0.0; n];
         if n > 0 {
@@ -279,6 +192,6 @@ impl Group {
         }
         // One that is only grazed has no derivative.
         let later = |dz: f64| Some(-dz / rate).filter(|dt| dt.is_finite()).unwrap_or(0.0);
-        Ok((before, dz.into_iter().map(later).collect(), entered))
+        Ok(Late { before, by: dz.into_iter().map(later).collect(), entered })
     }
 }

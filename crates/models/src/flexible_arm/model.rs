@@ -19,8 +19,8 @@ const MAX_INPUTS: usize = MAX_JOINTS + 6 * MAX_TIPS;
 /// Continuous states: q_i of the joints, q_mi of the motors \[rad, joint side\], xi of the links \[m; rad\], and their rates. Each
 /// motor of a flexible joint has a mode of friction, as [`crate::friction`] tells.
 ///
-/// What it gets wrong: links bend as beams of Euler and Bernoulli; unless axial stiffening is asked for, neither a load along a
-/// link nor its spin stiffens it; the joint's spring is linear; friction knows no temperature, no load, no pre-sliding.
+/// What it gets wrong: links bend as beams of Euler and Bernoulli; without axial stiffening neither a load along a link nor its
+/// spin stiffens it; the joint's spring is linear; friction knows no temperature, no load, no pre-sliding.
 #[derive(Clone, Debug)]
 pub struct FlexibleArm {
     structure: Structure,

@@ -109,7 +109,7 @@ pub fn delian() -> Design {
             tube(4, [0.04, 0.0, 0.0], 0.5, 0.5, 87.23e9, 4.300_94e-9),
         ],
         link_tables: Vec::new(),
-        axial_stiffening: false,
+        axial_stiffening: None,
         held: true,
         geared: true,
         analysis: false,

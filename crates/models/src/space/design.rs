@@ -145,8 +145,9 @@ pub struct Design {
     pub flexures: Vec<Flexure>,
     /// Links that bend, by their tables of modes.
     pub link_tables: Vec<LinkTable>,
-    /// Bending shortens links that bend, so that loads along them stiffen or soften them (LNK-4).
-    pub axial_stiffening: bool,
+    /// Bending shortens links that bend, so that loads along them stiffen or soften them (LNK-4); `None`: as
+    /// [`Design::stiffens`] decides.
+    pub axial_stiffening: Option<bool>,
     /// The base does not move.
     pub held: bool,
     /// Rotors sit behind their gears; else they are as S0 prints them.

@@ -6,6 +6,7 @@ use super::body_check::off_unit;
 use super::design::{Design, DesignError};
 use super::shapes::Shapes;
 use super::spatial::Rigid;
+use super::table::LinkTable;
 use super::vector::Vector;
 
 /// A body's link that bends, z along it: what the body carries hangs on its end (S3 3.1). The body's own mass and inertia are
@@ -87,6 +88,26 @@ impl Design {
             checked.or_else(|why| fault(&body.name, why))?;
         }
         Ok(())
+    }
+
+    /// Whether bending shortens its links: as is chosen, else where it stands in a field of gravity, links bend, and all that
+    /// bend are beams, for a table does not give its shortening by bending.
+    pub fn stiffens(&self) -> bool {
+        let beams = !self.flexures.is_empty() && self.link_tables.is_empty();
+        self.axial_stiffening.unwrap_or(self.held && beams)
+    }
+
+    /// That its weight does not stiffen or soften its links, though nobody chose that: tables keep it from being simulated.
+    pub fn unstiffened(&self) -> Option<String> {
+        let wanted = self.axial_stiffening.is_none() && self.held;
+        let named = |t: &LinkTable| format!("`{}`", t.table.name);
+        let tables: Vec<_> = self.link_tables.iter().filter(|_| wanted).map(named).collect();
+        (!tables.is_empty()).then(|| {
+            format!(
+                "axial stiffening is off, of beams too: the link of {} is a table of modes, which does not give its shortening by bending; `axial-stiffening = false` in the file chooses that, and beams have it",
+                tables.join(", of ")
+            )
+        })
     }
 
     /// The same with links that do not bend: their mass is their bodies'.

@@ -35,7 +35,7 @@ impl Design {
             tables: self.tables.iter().map(|t| t.modes.len()).collect(),
             links: self.link_shapes(),
             tabled_links: self.tabled_links(),
-            axial_stiffening: self.axial_stiffening,
+            axial_stiffening: self.stiffens(),
             held: self.held,
             analysis: self.analysis,
         }

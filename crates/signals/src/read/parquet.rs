@@ -222,7 +222,7 @@ fn of_bytes(bytes: &[u8], meaning: Meaning) -> f64 {
         }
         (Meaning::Half, [low, high]) => {
             let bits = u16::from_le_bytes([*low, *high]);
-            let (exponent, fraction) = (i32::from(bits >> 10 & 31), f64::from(bits & 1023) / 1024.0);
+            let (exponent, fraction) = (i32::from((bits >> 10) & 31), f64::from(bits & 1023) / 1024.0);
             let size = match exponent {
                 0 => fraction * 2_f64.powi(-14),
                 31 if fraction == 0.0 => f64::INFINITY,

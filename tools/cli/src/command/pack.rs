@@ -129,7 +129,7 @@ fn robot(model: Model, args: &Pack) -> Result<Option<crate::robot::Robot>, Error
     let floats = robot.floats.iter().filter(|_| !args.held && !ground);
     let without = robot.without_friction.iter().filter(|_| !ground);
     robot.notes.iter().chain(floats).chain(without).for_each(|note| crate::voice::note(note));
-    robot.design.held |= args.held;
+    robot.design.held |= args.held || ground;
     if !args.flexible.is_empty() {
         robot.design.flex(&args.flexible).map_err(Error::Usage)?;
     }
@@ -183,13 +183,20 @@ fn configuration(model: Model, args: &Pack) -> Result<Configuration, Error> {
         .ok_or_else(|| refused(format!("no place for one of {}", args.effect.join(", "))))?;
     let mut configuration = match robot(model, args)? {
         Some(robot) if model.name == catalog::ARM => {
-            let mut own = fmu_library::of_arm(&robot.design).map_err(refused)?;
+            let chosen = structure(model, args).map_err(refused)?;
+            let design = fmu_library::with_links(robot.design.clone(), &chosen).map_err(refused)?;
+            design.unstiffened().iter().for_each(|note| crate::voice::note(note));
+            let mut own = fmu_library::of_arm(&design, &chosen).map_err(refused)?;
             let lossy = frictions(&robot).into_iter().filter(|(_, value)| *value != 0.0);
             lossy.for_each(|(name, value)| start::assign(&mut own.start, &name, value));
-            own.structure.extend(structure(model, args).map_err(refused)?);
             Configuration { effects, ..own }
         }
-        Some(robot) => Configuration { effects, ..fmu_library::of_design(&robot.design).map_err(refused)? },
+        Some(robot) => {
+            // Nothing is: a name is refused.
+            structure(model, args).map_err(refused)?;
+            robot.design.unstiffened().iter().for_each(|note| crate::voice::note(note));
+            Configuration { effects, ..fmu_library::of_design(&robot.design).map_err(refused)? }
+        }
         None => Configuration {
             joint_flexible: args.flexible.clone(),
             structure: structure(model, args).map_err(refused)?,

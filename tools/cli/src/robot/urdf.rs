@@ -348,7 +348,7 @@ fn assemble(name: &str, root: &Body<'_>, bodies: &[Body<'_>], joints: &[Joint<'_
         tables: Vec::new(),
         flexures: Vec::new(),
         link_tables: Vec::new(),
-        axial_stiffening: false,
+        axial_stiffening: None,
     };
     // Base axes have their origin in the centre of mass.
     let mut rest: Vec<(usize, &Joint<'_>, Frame<f64>)> = Vec::new();

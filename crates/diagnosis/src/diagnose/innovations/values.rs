@@ -221,3 +221,101 @@ impl ColumnFit<'_> {
         PUSHES.iter().zip(all).flat_map(own).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const USUAL: UsualSizes = UsualSizes {
+        current: 1.0,
+        motor_speed: 20.0,
+        load_speed: 15.0,
+        load_angle: 0.7,
+        twist: 0.1,
+        twist_rate: 2.0,
+        range: 90.0,
+        duration: 8.0,
+    };
+    const GEAR: f64 = 50.0;
+    const TORQUE: f64 = 0.01;
+
+    fn theta() -> Vec<f64> {
+        let mut theta = vec![0.0; p::COUNT];
+        (theta[p::STIFFNESS], theta[p::COULOMB_FRICTION], theta[p::LOAD_INERTIA]) = (0.2, 0.012, 0.6);
+        theta
+    }
+
+    fn values(id: &str, shape: &LawShape, amplitudes: &[f64]) -> impl Fn(&str) -> f64 + use<> {
+        let units = ColumnUnits { torque: TORQUE, angle: 0.05, gear: GEAR, sizes: &USUAL };
+        let all = ColumnFit { id, shape, amplitudes, theta: &theta() }.values(&units, |_| None);
+        move |name| all.iter().rev().find(|v| v.0 == name).unwrap().1
+    }
+
+    fn alike(a: f64, b: f64) {
+        assert!((a - b).abs() < 1e-12 * (1.0 + a.abs()), "{a} {b}");
+    }
+
+    /// The effect's law with these values is what the columns add to the plant's friction.
+    #[test]
+    fn friction_that_drifts_is_that_of_the_columns() {
+        for (time, a) in [(3.0, 0.6), (3.0, -0.4), (0.0, 0.5), (0.0, -0.5)] {
+            let of =
+                values("friction-drift", &LawShape::new("motor-friction", "time", &[("time", time)]), &[a]);
+            let (rate, settles) = (of("frictionDriftRate"), of("frictionDriftTime"));
+            for t in [0.0, 1.0, 5.0, 8.0] {
+                let course = if time > 0.0 { f64::exp(-t / time) } else { t / USUAL.duration - 0.5 };
+                let columns = 0.012 * (1.0 + a * course);
+                let grown = if time > 0.0 { settles * (1.0 - f64::exp(-t / settles)) } else { t };
+                alike(of("coulombFriction") * (1.0 + rate * grown), columns);
+            }
+        }
+    }
+
+    #[test]
+    fn a_spring_of_two_slopes_is_that_of_the_columns() {
+        let (a, bend) = ([-0.5, 0.3], 0.04);
+        let of =
+            values("nonlinear-stiffness", &LawShape::new("transmission", "slopes", &[("bend", bend)]), &a);
+        for x in [-0.2f64, -0.04, 0.01, 0.039, 0.3] {
+            let columns = 0.2 * (x + a[0] * x.clamp(-bend, bend) + a[1] * x);
+            let beyond = x.signum() * (x.abs() - of("kneeDeflection")).max(0.0);
+            alike(of("stiffness") * x + of("kneeStiffness") * beyond, columns);
+        }
+        // One without a slope inside is play: outside it has the same slope and the same zero.
+        let free = values("backlash", &LawShape::new("transmission", "gap", &[("gap", 0.08)]), &[-1.3, 0.3]);
+        alike(free("stiffness") * (0.3 - 0.5 * free("backlashGap")), 0.2 * (1.3 * 0.3 - 1.3 * 0.04));
+    }
+
+    #[test]
+    fn weight_tips_and_pushes_are_those_of_the_columns() {
+        let of = values("gravity-torque", &LawShape::new("load", "weight", &[]), &[-0.3, 0.8]);
+        for q in [-2.0f64, 0.1, 1.4] {
+            let columns = TORQUE * GEAR * (-0.3 * q.sin() + 0.8 * q.cos());
+            alike(-of("gravityTorque") * (q - of("gravityAngle")).sin(), columns);
+        }
+        // Motor and load free, tip and hub swing against each other at the pole; together they are the load.
+        let of = values("flexible-link", &LawShape::new("load", "pole", &[("f", 7.0), ("z", 0.03)]), &[0.25]);
+        let (tip, hub) = (of("tipInertia"), of("loadInertia"));
+        alike(tip + hub, 0.6);
+        alike((of("linkStiffness") * (1.0 / tip + 1.0 / hub)).sqrt(), 2.0 * PI * 7.0);
+        alike(tip / hub, 0.25);
+        // The largest three of four, in the order of their times.
+        let pulses = vec![[3.0, 0.4], [1.0, 0.2], [5.0, 0.6], [2.0, 0.1]];
+        let shape = LawShape { pulses, ..LawShape::new("load", "pulses", &[]) };
+        let of = values("external-force", &shape, &[1.0, -2.0, 0.5, 0.1]);
+        assert_eq!(["start", "secondStart", "thirdStart"].map(&of), [1.0, 3.0, 5.0]);
+        let risen = |s: f64, edge: f64| match s / edge {
+            x if x <= 0.0 => 0.0,
+            x if x >= 1.0 => 1.0,
+            x => 0.5 * (1.0 - (PI * x).cos()),
+        };
+        for t in [2.9f64, 3.05, 3.2, 3.39, 3.5] {
+            let since = t - of("secondStart");
+            let edge = of("secondEdge");
+            let push = of("secondTorque") * (risen(since, edge) - risen(since - of("secondDuration"), edge));
+            let inside = t > 3.0 && t < 3.4;
+            let columns = if inside { 0.5 * (1.0 - (2.0 * PI * (t - 3.0) / 0.4).cos()) } else { 0.0 };
+            alike(push, TORQUE * GEAR * columns);
+        }
+    }
+}

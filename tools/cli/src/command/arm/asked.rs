@@ -29,7 +29,9 @@ impl<'a> Asked<'a> {
         } else {
             let read = robot::read_among(&args.robot, &[DELIAN])?;
             read.notes.iter().for_each(|note| voice::note(note));
-            read.design
+            let design = Design { held: true, ..read.design };
+            design.unstiffened().iter().for_each(|note| voice::note(note));
+            design
         };
         let gravity = match args.gravity.as_deref() {
             None => EARTH,

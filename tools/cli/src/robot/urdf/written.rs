@@ -1,4 +1,4 @@
-//! What a URDF has in it that cannot be read as it is meant: macros that nobody has expanded, elements that are there twice.
+//! What a URDF has in it that cannot be read as it is meant: unexpanded macros, elements that are there twice.
 
 use roxmltree::Node;
 
@@ -36,7 +36,7 @@ pub(super) fn check(robot: Node<'_, '_>) -> Result<(), Fault> {
                 let of = node.tag_name().name();
                 return Err((
                     line(second),
-                    format!("<{name}> stands twice in one <{of}>; take one of them out"),
+                    format!("<{name}> is there twice in one <{of}>; take one of them out"),
                 ));
             }
         }
