@@ -68,7 +68,7 @@ impl InnovationsFrame {
                         }
                         let found = match known.iter().find(|n| n.0 == q) {
                             Some((_, found)) => found.clone(),
-                            None => self.evidences_of(base, &[q.clone()])?.swap_remove(0),
+                            None => self.evidences_of(base, std::slice::from_ref(&q))?.swap_remove(0),
                         };
                         if found.log <= best.found.log + 0.1 {
                             break;
