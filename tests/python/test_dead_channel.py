@@ -90,7 +90,8 @@ def found(case):
 
 KINDS = ["zero all", "zero from", "stuck from", "noise all", "noise from", "idle from"]
 SHORT = [("zero all", "cable"), ("idle from", "none")]
-LONG = [(kind, gap) for kind in KINDS for gap in ("none", "cable", "friction", "weaker")]
+# A motor whose drive is off while friction is missing in the model stops as the friction would stop it: not found.
+LONG = [(kind, gap) for kind in KINDS for gap in GAPS if (kind, gap) != ("idle from", "friction")]
 SEED = 5611
 
 
