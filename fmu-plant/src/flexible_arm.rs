@@ -78,7 +78,7 @@ fn linked(mut design: Design, chosen: &impl Fn(&str) -> Option<usize>) -> Result
 /// The design with what [`crate::choices`] lets one choose of the links of `FlexibleArm`.
 ///
 /// # Errors
-/// A choice that there is not, with the mend.
+/// A choice that there is not, with the remedy.
 pub fn with_links(design: Design, choices: &[(String, Vec<u32>)]) -> Result<Design, String> {
     let asked = Configuration { structure: choices.to_vec(), ..Configuration::of("FlexibleArm") };
     linked(design, &chosen(&asked)?)

@@ -138,7 +138,7 @@ mod tests {
         }
     }
 
-    /// By what a robot is, what its file chooses and what is chosen beside it; a free base has no weight on its links.
+    /// By what a robot is, what its file chooses and what is chosen in addition; a free base has no weight on its links.
     #[test]
     fn loads_stiffen_links_of_a_robot_that_stands() {
         for (held, file, beside, wanted) in [

@@ -301,7 +301,7 @@ def test_no_event_is_lost(bench, name):
     it, euler = bench(name), CASES[name][-1]
     wanted = [it.ours(*one) for one in it.sets]
     touches = [Touches(it, *one, want) for one, want in zip(it.sets, wanted, strict=True)] if it.touching else []
-    # Light parts bounce so often that what integrators leave in states says nothing; when they touch does.
+    # Light parts bounce so often that what integrators leave in states has no meaning; the times of touch have.
     bounces = name.startswith("CaptureScene")
     print(f"seed {SEED}\n| FMU | tolerance | sets | touches begin or end | changed sequences | worst time / allowed | error | energy |")
     for tolerance in TOLERANCES:

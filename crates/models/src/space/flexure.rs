@@ -90,14 +90,14 @@ impl Design {
         Ok(())
     }
 
-    /// Whether bending shortens its links: as is chosen, else where it stands in a field of gravity, links bend, and all that
+    /// Whether bending shortens its links: as is chosen, else where it is in a field of gravity, links bend, and all that
     /// bend are beams, for a table does not give its shortening by bending.
     pub fn stiffens(&self) -> bool {
         let beams = !self.flexures.is_empty() && self.link_tables.is_empty();
         self.axial_stiffening.unwrap_or(self.held && beams)
     }
 
-    /// That its weight does not stiffen or soften its links, though nobody chose that: tables keep it from being simulated.
+    /// That its weight does not stiffen or soften its links, though that was not chosen: tables keep it from being simulated.
     pub fn unstiffened(&self) -> Option<String> {
         let wanted = self.axial_stiffening.is_none() && self.held;
         let named = |t: &LinkTable| format!("`{}`", t.table.name);
